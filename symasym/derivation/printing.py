@@ -141,7 +141,8 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         sums = [f for rank, f in behind if rank == _SUM]
         flat = all(r"\frac" not in self._print(f) for f in sums)
         divided = any(getattr(f, "is_Add", False) for f in below)
-        if flat and below and (divided or (not above and len(sums) == 1)):
+        alone = not above and len(sums) == 1
+        if below and ((flat and (divided or alone)) or (divided and alone)):
             # A sum over a sum, or alone over something: no 1/x in front of it.
             above, behind = above + sums, [(rank, f) for rank, f in behind if rank != _SUM]
         if not above and len(behind) == len(below) == 1 and below[0].is_Function:
@@ -216,7 +217,11 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         late = isinstance(base, (sympy.Function, sympy.Derivative)) or str(base) in _POSITIONS
         late = late or "(" in named or named.startswith(r"\mathrm")
         # The large parameter comes before the letters it multiplies.
-        letters = "" if str(base) == "lam" else (named.lstrip("\\") or str(factor)).casefold()
+        letters = (
+            ""
+            if str(base) == "lam"
+            else (named.lstrip("\\").removeprefix("var") or str(factor)).casefold()
+        )
         return (3 if late else 2), letters
 
     def _parenthesised(self, shown: str) -> str:

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import sympy
 from sympy import Expr, Rational, S, Symbol
@@ -30,10 +30,17 @@ from symasym.expansions.universal import at_zero, endpoint, gaussian, put_in
 if TYPE_CHECKING:
     from symasym.numbers.arithmetic import Arithmetic
 
-__all__ = ["FinitePart", "SeriesOf", "Symbols", "U"]
+__all__ = ["FinitePart", "Rule", "SeriesOf", "Symbols", "U", "nested"]
 
 #: The scaled position.
 U = Symbol("u", real=True)
+
+
+class Rule(NamedTuple):
+    """LaTeX lines that say what some symbols are, in other symbols."""
+
+    lines: tuple[str, ...]
+    of: tuple[Symbol, ...]
 
 
 class FinitePart(sympy.Function):  # type: ignore[misc]
@@ -60,6 +67,24 @@ class SeriesOf:
         return self.front * sum((c * X**n for n, c in enumerate(self.coefficients)), S.Zero)
 
 
+def nested(expression: Expr) -> Expr:
+    """The expression with its polynomials in x in Horner's form, in which no power is taken."""
+
+    def by_horner(total: Expr) -> Expr:
+        value, below = S.Zero, 0
+        rows: dict[int, Expr] = {}
+        for term in total.args:
+            c, n = term.as_coeff_exponent(X)
+            if c.has(X) or not n.is_Integer or n < 0:
+                return total
+            rows[int(n)] = rows.get(int(n), S.Zero) + c
+        for n in sorted(rows, reverse=True):
+            value, below = value * X ** (below - n if below else 0) + rows[n], n
+        return value * X**below
+
+    return expression.replace(lambda e: e.is_Add and e.has(X), by_horner)
+
+
 class Symbols(Builder):
     """Both one-sided expansions of a case to an order, in symbols.
 
@@ -74,6 +99,8 @@ class Symbols(Builder):
         For other critical points, A there, which is 0.
     integrals : dict
         The integrals of the regular part, as finite parts.
+    rules : dict
+        What is said in LaTeX by one rule for several symbols.
     tex : dict
         The symbols' LaTeX.
     code, growth : dict
@@ -104,6 +131,8 @@ class Symbols(Builder):
         self.equations: dict[Symbol, Expr] = {}
         self.tex: dict[Symbol, str] = {}
         self.integrals: dict[Symbol, Expr] = {}
+        self.rules: dict[Symbol, Rule] = {}
+        self._slopes: list[Expr] = []
         self.code: dict[Symbol, Expr] = {}
         self.growth: dict[Symbol, Expr] = {}
         self.start = Rational(start.numerator, start.denominator)
@@ -202,8 +231,16 @@ class Symbols(Builder):
             power = "'" * j if j < 4 else f"^{{({j})}}"
             self.tex[symbol] = f"V{power}({self.tex.get(u, name)})"
             if not self.general:
-                self.values[symbol] = -sympy.diff(self.A, U, j - 1).subs(U, u)
+                self.values[symbol] = -self.drift_slope(j - 1).subs(U, u)
         return symbol
+
+    def drift_slope(self, j: int) -> Expr:
+        """The j-th derivative of A, or of phi where no drift is named."""
+        if not self._slopes:
+            self._slopes.append(sympy.Function("phi")(U) if self.general else self.A)
+        while len(self._slopes) <= j:
+            self._slopes.append(sympy.diff(self._slopes[-1], U))
+        return self._slopes[j]
 
     def _named(self, name: str, tex: str, front: Expr, coefficients: list[Expr]) -> Series:
         """A series of one symbol."""
@@ -263,10 +300,9 @@ class Symbols(Builder):
         self.tex[name] = f"h_{{{k}}}"
         self.integrals[symbol] = FinitePart(name, U, lo, hi)
         if self.powers is None:
-            phi = sympy.Function("phi")(U) if self.general else self.A
-            h = 1 / phi
-            for _ in range(k - 1):
-                h = -sympy.diff(h, U) / phi
+            phi = self.drift_slope(0)
+            g = [self.drift_slope(j) / (sympy.factorial(j) * phi) for j in range(1, k)]
+            h = put_in(endpoint(self.count)[k - 1], g) / phi**k
             self.values[symbol] = FinitePart(h, U, lo, hi)
         else:
             self.values[symbol] = self._partial_fractions(k, lo, hi)

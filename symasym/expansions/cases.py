@@ -9,6 +9,8 @@ where A' > 0, take turns. A case is written as these words in their order, such 
 from __future__ import annotations
 
 import itertools
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
@@ -16,15 +18,26 @@ from typing import Any
 import numpy as np
 import sympy
 
-from symasym.base.errors import InputError
+from symasym.base.errors import InputError, SymasymError
 from symasym.drift.drift import Drift
 
-__all__ = ["Case", "case_of", "found_cases", "read_case"]
+__all__ = ["Case", "case_of", "found_cases", "read_case", "slides"]
 
 _WORDS = ("well", "start", "barrier")
-# Values that are tried for each free parameter of a polynomial.
-_TRIED = (0, Fraction(1, 2), 1, 3, 8, Fraction(-1, 2), -1, -3, Fraction(1, 4), Fraction(-1, 4), 2)
+# Values that are tried for each free parameter, and the least of one that is positive.
+_TRIED: tuple[Fraction | int, ...] = (
+    0, Fraction(1, 2), 1, 3, 8, Fraction(-1, 2), -1, -3, Fraction(1, 4), Fraction(-1, 4), 2,
+    Fraction(1, 8), Fraction(-1, 8), Fraction(3, 2), Fraction(-3, 2), -2, Fraction(1, 16),
+    Fraction(-1, 16), Fraction(3, 4), Fraction(-3, 4), 4, -4, -8, 16, -16, Fraction(1, 32),
+    Fraction(-1, 32),
+)  # fmt: skip
+_LEAST = Fraction(1, 32)
 _MOST_TRIED = 20_000
+# Points in u at which signs are looked at, and parameters for which a case is verified.
+_POINTS = 400
+_MOST_CHECKED = 20
+# How far zeros are from each other at least, the double precision of double ones being less.
+_APART = 1e-4
 
 
 @dataclass(frozen=True)
@@ -94,11 +107,7 @@ def case_of(drift: Drift, start: Fraction) -> Case:
     InputError
         At a multiple zero of A, or where the start is a zero.
     """
-    if drift.exact_value(start) == 0:
-        raise InputError(
-            f"start is {start}, a zero of A, where the terms of an expansion with free parameters "
-            "are others; give another start, or use sa.escape_time(method='laplace')."
-        )
+    require_no_zero(drift, start)
     points = drift.critical_points()
     for point in points:
         if point.multiplicity != 1:
@@ -109,35 +118,76 @@ def case_of(drift: Drift, start: Fraction) -> Case:
     return Case(_ordered([(float(p.u), p.kind) for p in points], float(start)), drift.values)
 
 
+def require_no_zero(drift: Drift, start: Fraction) -> None:
+    """Refuse a start at which A is 0, whatever free parameters are."""
+    at = sympy.Rational(start.numerator, start.denominator)
+    if drift.expression().subs(sympy.Symbol("u", real=True), at) == 0:
+        raise InputError(
+            f"start is {start}, a zero of A, where the terms of an expansion with free parameters "
+            "are others; give another start, or use sa.escape_time(method='laplace')."
+        )
+
+
 def _ordered(points: list[tuple[float, str]], start: float) -> tuple[str, ...]:
     """The words from left to right."""
     return tuple(word for _, word in sorted([*points, (start, "start")]))
 
 
-def found_cases(drift: Drift, start: Fraction) -> tuple[Case, ...]:
-    """The cases of a polynomial with free parameters that some values of them are in.
+def found_cases(drift: Drift, start: Fraction, sliding: bool = False) -> tuple[Case, ...]:
+    """The cases of a drift with free parameters that some values of them are in.
 
     Values of a grid are tried; the list is not proved to be complete. First is a well before a
-    barrier, then are those with a well, with the fewest points.
+    barrier, then are those with a well, with the fewest points. `sliding`: those whose outermost
+    points are wells.
     """
     if not drift.free:
         return (case_of(drift, start),)
-    names = drift.free
-    positive, not_negative = drift._model.positive, drift._model.not_negative
-    choices = [
-        [x for x in _TRIED if x > 0 or (x == 0 and n not in positive) or n not in
-         (*positive, *not_negative)]
-        for n in names
-    ]  # fmt: skip
-    degree = drift.expression().as_poly(sympy.Symbol("u", real=True)).degree()
+    require_no_zero(drift, start)
+    names, model = drift.free, drift.model
+    lowest: dict[str, Fraction | int] = {
+        **dict.fromkeys(model.not_negative, 0), **dict.fromkeys(model.positive, _LEAST)
+    }  # fmt: skip
     most = max(2, int(_MOST_TRIED ** (1 / len(names))))
+    rows = [[x for x in _TRIED if x >= lowest.get(n, x)][:most] for n in names]
     found: dict[Case, None] = {}
-    for values in itertools.product(*(row[:most] for row in choices)):
-        given = dict(zip(names, values, strict=True))
-        case = _tried(drift, given, start, degree)
-        if case is not None:
-            found.setdefault(case)
+    seen: Counter[tuple[str, ...]] = Counter()
+    for values, words in _words_at(drift, names, list(itertools.product(*rows)), float(start)):
+        kinds = [word for word in words if word != "start"]
+        if seen[words] < _MOST_CHECKED and (not sliding or slides(kinds)):
+            case = _checked(drift, dict(zip(names, values, strict=True)), start)
+            # A case that holds is not looked for again.
+            seen[words] += _MOST_CHECKED if case is not None and case.words == words else 1
+            if case is not None and (not sliding or slides(case.kinds)):
+                found.setdefault(case)
     return tuple(sorted(found, key=_rank))
+
+
+def slides(kinds: Sequence[str]) -> bool:
+    """True where the outermost points are wells: the drift points to the layer on both sides."""
+    return bool(kinds) and kinds[0] == kinds[-1] == "well"
+
+
+def _words_at(
+    drift: Drift, names: tuple[str, ...], choices: list[Any], start: float
+) -> Iterator[tuple[Any, tuple[str, ...]]]:
+    """Each choice of parameters with the words that A's signs on a grid in u show."""
+    u, powers = np.union1d(np.linspace(-1, 1, _POINTS), start), _powers(drift)
+    A, lead = (
+        sympy.lambdify([sympy.Symbol(n) for n in ("u", *names)], e, "numpy")
+        for e in (_plain(drift.expression()), _plain(powers.LC() if powers else sympy.S.One))
+    )
+    for at in range(0, len(choices), _POINTS):
+        part = choices[at : at + _POINTS]
+        columns = np.array(part, dtype=float).T[:, :, None]
+        with np.errstate(all="ignore"):
+            signs = np.sign(np.broadcast_to(A(u, *columns), (len(part), u.size)))
+            signs = np.where(lead(u, *columns) == 0, 0, signs)
+        for values, row in zip(part, signs, strict=True):
+            if np.all(np.abs(row) == 1):
+                turns = np.flatnonzero(np.diff(row))
+                points = [(u[k + 1], "well" if row[k] > 0 else "barrier") for k in turns]
+                # A zero before the start has it, or a point before it, at its right.
+                yield values, _ordered(points, start + 1e-12)
 
 
 def _rank(case: Case) -> tuple[Any, ...]:
@@ -150,15 +200,31 @@ def _rank(case: Case) -> tuple[Any, ...]:
     )
 
 
-def _tried(drift: Drift, given: dict[str, Any], start: Fraction, degree: int) -> Case | None:
+def _powers(drift: Drift) -> Any:
+    """A as a polynomial in u, or None."""
+    return drift.expression().as_poly(sympy.Symbol("u", real=True))
+
+
+def _plain(e: sympy.Expr) -> sympy.Expr:
+    """The expression with symbols that are their names."""
+    return e.xreplace({s: sympy.Symbol(s.name) for s in e.free_symbols})
+
+
+def _checked(drift: Drift, given: dict[str, Any], start: Fraction) -> Case | None:
     """The case at these parameters.
 
-    None where A has a lower degree, or zeros that are multiple, or at the start or an end.
+    None where zeros are multiple, or at the start or an end, or A has a pole.
     """
-    c = drift.bind(**given).exact_coefficients()
-    if c is None or len(c) != degree + 1 or not c[-1]:
-        return None
+    if _powers(drift) is None:
+        try:
+            return case_of(drift.bind(**given), start)
+        except SymasymError:
+            return None
+    c = drift.bind(**given).exact_coefficients() or ()
     roots = np.polynomial.polynomial.polyroots([float(x) for x in c])
+    apart = np.abs(roots[:, None] - roots) + 1e9 * np.eye(len(roots))
+    if np.any(apart < _APART * (1 + np.abs(roots))):
+        return None
     slope = [k * float(x) for k, x in enumerate(c)][1:] or [0.0]
     points = []
     for root in roots:

@@ -8,6 +8,7 @@ finite wherever it is a number. Everything else is given step by step, as in
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -25,7 +26,7 @@ from symasym.expansions.builder import FinitePart
 if TYPE_CHECKING:
     from symasym.expansions.expansion import Expansion
 
-__all__ = ["Quotient", "program"]
+__all__ = ["Quotient", "one_exponential", "program"]
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ class Quotient:
 def program(e: Expansion, quotient: Quotient, name: str) -> Program:
     """The program of one function, with its logarithm."""
     grown = {s: s * sympy.exp(LAM * h) for s, h in quotient.growth.items()}
-    known = {s: value.xreplace(grown) for s, value in {**e.definitions, **quotient.code}.items()}
+    known = {s: value.xreplace(grown) for s, value in {**e.nested, **quotient.code}.items()}
     inner = {s: known[s] for s in quotient.sums}
 
     def scaled(expression: Expr) -> tuple[Expr, Symbol]:
@@ -79,7 +80,7 @@ def program(e: Expansion, quotient: Quotient, name: str) -> Program:
         return top, total
 
     made: dict[Expr, tuple[Expr, Symbol]] = {}
-    for part in {*(x for row in quotient.products for x in row), quotient.whole}:
+    for part in dict.fromkeys([*itertools.chain(*quotient.products), quotient.whole]):
         made[part] = scaled(part)
     rows = [
         (sum((made[x][0] for x in row), S.Zero), sympy.Mul(*(made[x][1] for x in row)))
@@ -98,16 +99,16 @@ def _in_code(e: Expr) -> Expr:
     e = e.replace(sympy.acosh, lambda w: sympy.log(w + sympy.sqrt(w**2 - 1)))
     e = e.replace(sympy.erfc, lambda x: sympy.exp(-(x**2)) * erfcx(x))
     # One of two exponentials may overflow where their product does not.
-    return e.replace(lambda x: x.is_Mul, _one_exponential)
+    return e.replace(lambda x: x.is_Mul, one_exponential)
 
 
-def _one_exponential(product: Expr) -> Expr:
+def one_exponential(product: Expr) -> Expr:
     """The product with its exponentials as one."""
     heights = [a.args[0] for a in product.args if isinstance(a, sympy.exp)]
     if len(heights) < 2:
         return product
     rest = [a for a in product.args if not isinstance(a, sympy.exp)]
-    return sympy.Mul(*rest, sympy.exp(sympy.factor_terms(sympy.Add(*heights))))
+    return sympy.Mul(*rest, sympy.exp(sympy.factor_terms(sympy.expand(sympy.Add(*heights)))))
 
 
 def _largest(heights: list[Expr]) -> Expr:

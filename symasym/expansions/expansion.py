@@ -12,6 +12,7 @@ L and R being int e^{lam V} left and right of the start and D- and D+ the nested
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -40,12 +41,19 @@ from symasym.emit import emit
 from symasym.emit.program import Program
 from symasym.emit.source import rendered
 from symasym.emit.symbolic_sums import BEYOND_1, KAPPA, LAM, R, Sum, Symbolic, X
-from symasym.expansions.builder import FinitePart, SeriesOf, Symbols, U
-from symasym.expansions.cases import Case, case_of, found_cases, read_case
-from symasym.expansions.emitted import Quotient, plain_name, program, require_emittable
+from symasym.expansions.builder import FinitePart, Rule, SeriesOf, Symbols, U, nested
+from symasym.expansions.cases import Case, case_of, found_cases, read_case, slides
+from symasym.expansions.emitted import (
+    Quotient,
+    one_exponential,
+    plain_name,
+    program,
+    require_emittable,
+)
 from symasym.expansions.strong import strong
-from symasym.expansions.uniform import PAIRED, WELLS, Coalescing, Locals, require_pair
+from symasym.expansions.uniform import PAIRED, WELLS, Coalescing, Locals
 from symasym.expansions.uniform_series import (
+    Apart,
     UniformSeries,
     stationary,
     two_sides,
@@ -62,11 +70,11 @@ QUANTITIES = ("T", "C", "1 - C", "P", "1 - P", "density")
 _OF_START = ("T", "C", "1 - C")
 _MOST = 8
 _MOST_UNIFORM = 1
+# Characters on a line of LaTeX, as `_width` counts them: A4 in the smallest type.
+_WIDE = 134
 # Digits of a number that a formula may hold.
 _DIGITS = 1000
 _LONGEST = 10**_DIGITS
-# Characters of LaTeX that leave room for more on a line.
-_SHORT = 130
 _L, _R, _LEFT, _RIGHT = sympy.symbols("L R D- D+", positive=True)
 _Y = Symbol("y", real=True)
 _TEX = {_LEFT: "D_-", _RIGHT: "D_+", LAM: r"\lambda", BEYOND_1: "(r - 1)"}
@@ -141,6 +149,8 @@ class Expansion:
         Where the formula holds.
     integrals : mapping
         The symbols of the regular part as finite parts of h_k (`latex`).
+    rules : mapping
+        What `latex` says by one rule for several symbols.
     tex : mapping
         The symbols' LaTeX.
     quotient : Quotient or None
@@ -159,6 +169,7 @@ class Expansion:
     terms: tuple[Contribution, ...] = ()
     conditions: tuple[Any, ...] = ()
     integrals: Mapping[Symbol, Expr] = field(default_factory=dict, repr=False)
+    rules: Mapping[Symbol, Rule] = field(default_factory=dict, repr=False)
     tex: Mapping[Symbol, str] = field(default_factory=dict, repr=False)
     quotient: Quotient | None = field(default=None, repr=False)
 
@@ -185,10 +196,16 @@ class Expansion:
         """The formula in kappa, r, the parameters, and u1, u2, ... where these are not solved."""
         return self.put_in(self.formula)
 
+    @cached_property
+    def nested(self) -> dict[Symbol, Expr]:
+        """The definitions as they are computed, series in kappa^2/2 in Horner's form."""
+        return {s: value if isinstance(value, FinitePart) else nested(value)
+                for s, value in self.definitions.items()}  # fmt: skip
+
     def put_in(self, expression: Expr) -> Expr:
         """An expression with the definitions put in."""
-        while known := expression.free_symbols & self.definitions.keys():
-            expression = expression.xreplace({s: self.definitions[s] for s in known})
+        while known := expression.free_symbols & self.nested.keys():
+            expression = expression.xreplace({s: self.nested[s] for s in known})
         return expression
 
     @property
@@ -211,18 +228,16 @@ class Expansion:
         return pairs[0].expression
 
     def cases(self) -> tuple[Case, ...]:
-        """The cases that a polynomial drift has, each with parameters where it holds.
+        """The cases that the drift has, each with parameters where it holds.
 
         They are found by trying values, and no proof that there are no others.
         """
-        if self.drift.expression().as_poly(U) is None and self.drift.free:
-            raise InputError(
-                f"A = {self.drift.expression()} is no polynomial in u; bind its parameters, or "
-                "give case='start well barrier' or the like."
-            )
-        known = found_cases(self.drift, self.start)
-        paired = PAIRED if self.quantity == "T" else WELLS
-        return tuple(c for c in known if self.noise != "uniform" or str(c) in paired)
+        known = found_cases(self.drift, self.start, self.quantity not in _OF_START)
+        of_t = self.quantity == "T"
+        return tuple(
+            c for c in known if self.noise != "uniform" or str(c) in (PAIRED if of_t else WELLS)
+            or (of_t and len(c.kinds) < 2)
+        )  # fmt: skip
 
     # -- numbers ----------------------------------------------------------------------------
 
@@ -301,36 +316,58 @@ class Expansion:
         polynomial is in `definitions`.
         """
         left = "p_{ss}(y)" if self.quantity == "density" else self.quantity
-        lines, short = [rf"{left} &\sim {self._latex(self.formula)}"], False
-        for s in self._ordered():
-            if s != BEYOND_1:
-                value = self._latex(self.integrals.get(s, self.definitions[s]))
-                if value == self._latex(s):
+        rows, met = self._rows(left, r"\sim", self.formula), self._met(self.rules)
+        made: dict[tuple[str, ...], None] = {}
+        for s in met:
+            if s in self.rules:
+                made |= dict.fromkeys((row,) for row in self.rules[s].lines)
+            elif s in self.definitions and s != BEYOND_1:
+                value = self.integrals.get(s, self.definitions[s])
+                if self._latex(value) == self._latex(s):
                     continue  # a parameter of that name
-                # Short ones share a line.
-                if short and len(value) < _SHORT and len(lines[-1]) < 3 * _SHORT:
-                    lines[-1] += rf", \quad {self._latex(s)} = {value}"
-                else:
-                    lines.append(f"{self._latex(s)} &= {value}")
-                    short = len(value) < _SHORT
-        if self.integrals.keys() & self._met.keys():
-            lines.append(r"h_1(u) &= \frac{1}{\phi(u)}, \quad h_{k+1} = -\frac{h_k'}{\phi}")
-        lines += [f"0 &= {self._latex(a)}" for s, a in self.equations.items() if s in self._met]
-        return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
+                made[tuple(self._rows(self._latex(s), "=", value))] = None
+        # Short ones share a line.
+        shared: list[str] = []
+        for row, *more in made:
+            if more or _width(row) > _WIDE / 2:
+                rows += [row, *more]
+                continue
+            if _width("".join(shared) + row) + 4 * len(shared) > _WIDE:
+                rows.append(_joined(shared))
+                shared = []
+            shared.append(row)
+        if shared:
+            rows.append(_joined(shared))
+        if self.integrals.keys() & met.keys():
+            rows.append(r"h_1(u) &= \frac{1}{\phi(u)}, \quad h_{k+1} = -\frac{h_k'}{\phi}")
+        rows += [f"0 &= {self._latex(a)}" for s, a in self.equations.items() if s in met]
+        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
 
-    def _ordered(self) -> list[Symbol]:
-        """The defined symbols of the formula in the order in which they are met."""
-        return [s for s in self._met if s in self.definitions]
+    def _rows(self, left: str, relation: str, value: Expr) -> list[str]:
+        """The definition in as many lines as it needs, a sum broken between its terms."""
+        whole = f"{left} &{relation} {self._latex(value)}"
+        if _width(whole) <= _WIDE or not value.is_Add:
+            return [whole]
+        rows = [f"{left} &{relation} "]
+        for k, term in enumerate(value.as_ordered_terms()):
+            text = self._latex(term)
+            sign = "" if text.startswith("-") or not k else "+ "
+            if _width(rows[-1] + text) > _WIDE:
+                rows.append(r"&\quad ")
+            rows[-1] += f"{sign}{text} "
+        return [row.rstrip() for row in rows]
 
-    @cached_property
-    def _met(self) -> dict[Symbol, None]:
+    def _met(self, rules: Mapping[Symbol, Rule]) -> dict[Symbol, None]:
+        """The symbols of the formula in the order in which they are met."""
         met: dict[Symbol, None] = {}
-        row = [self.formula]
+        row: set[Symbol] = self.formula.free_symbols
         while row:
-            new = sorted(set().union(*(e.free_symbols for e in row)) - met.keys(), key=str)
-            met |= dict.fromkeys(new)
-            row = [self.definitions[s] for s in new if s in self.definitions
-                   and s not in self.integrals]  # fmt: skip
+            met |= dict.fromkeys(sorted(row, key=str))
+            parts = [
+                set(rules[s].of) if s in rules else self.definitions[s].free_symbols
+                for s in row if s in rules or s in self.definitions and s not in self.integrals
+            ]  # fmt: skip
+            row = set().union(*parts) - met.keys()
         return met
 
     def _latex(self, e: Any) -> str:
@@ -351,7 +388,8 @@ class Expansion:
                 rows.append("contributions of pairs of critical points, times C or 1 - C")
             rows += [f"  ({t.weight}) {t.pair[0]}, {t.pair[1]}: {t.expression}" for t in self.terms]
             rows.append("with")
-            shown = {s: self.integrals.get(s, self.definitions[s]) for s in self._ordered()}
+            shown = {s: self.integrals.get(s, self.definitions[s]) for s in self._met({})
+                     if s in self.definitions}  # fmt: skip
             rows += [f"  {s} = {value}" for s, value in shown.items()]
             if any(isinstance(value, FinitePart) for value in shown.values()):
                 rows.append(
@@ -362,6 +400,28 @@ class Expansion:
         return "\n".join([*rows, "error", f"  {self.error}"])
 
     __repr__ = __str__
+
+
+def _width(tex: str) -> int:
+    """Characters of a line, the longer one of a fraction's two, scripts as smaller ones."""
+    tex = re.sub(r"\\(left|right|quad|mathcal|mathrm|operatorname|sqrt|,|!|displaystyle)\b|[&\s]",
+                 "", tex)  # fmt: skip
+    tex = re.sub(r"\\[A-Za-z]+", "x", tex.replace(r"\frac", "\0"))
+    while tex != (
+        tex := re.sub(
+            r"\0\{([^{}]*)\}\{([^{}]*)\}", lambda m: max(m[1], m[2], key=len),
+            re.sub(r"[_^](\w)|[_^]\{([^{}\0]*)\}",
+                   lambda m: (m[1] or m[2])[: 1 + 2 * len(m[1] or m[2]) // 3], tex),
+        )
+    ):  # fmt: skip
+        pass
+    # A sign has space on both sides.
+    return len(re.sub(r"[{}]", "", re.sub(r"(?<=.)[-+=]", "   ", tex)))
+
+
+def _joined(rows: list[str]) -> str:
+    """Rows as one, with its first &."""
+    return r", \quad ".join([rows[0], *(row.replace("&", "", 1) for row in rows[1:])])
 
 
 def _predicate(c: Any) -> str:
@@ -460,13 +520,13 @@ def expand(
                 f"quantity is {quantity!r} and order {order}; the uniform formula is that of T and "
                 f"1 - P, to order {_MOST_UNIFORM}."
             )
-        return _uniform(drift, quantity, order, at, _case(drift, at, case))
-    return _weak(drift, quantity, order, at, _case(drift, at, case))
+        return _uniform(drift, quantity, order, at, _case(drift, at, case, quantity))
+    return _weak(drift, quantity, order, at, _case(drift, at, case, quantity))
 
 
-def _case(drift: Drift, start: Fraction, case: str | Case | None) -> Case:
+def _case(drift: Drift, start: Fraction, case: str | Case | None, quantity: str) -> Case:
     """The case asked for, or found."""
-    general = drift == Drift.general()
+    general, sliding = drift == Drift.general(), quantity not in _OF_START
     asked = None if case is None else read_case(case)
     if general and asked and sorted(asked.kinds) != ["barrier", "well"]:
         raise InputError(
@@ -474,18 +534,34 @@ def _case(drift: Drift, start: Fraction, case: str | Case | None) -> Case:
             "'start well barrier' or 'barrier well start', or name a drift."
         )
     if general or drift.shape or drift.free:
-        if asked is not None:
-            return asked
-        if not general and drift.expression().as_poly(U) is not None:
-            cases = found_cases(drift, start)
-            if cases:
-                return cases[0]
-        return read_case("start well barrier")
-    own = case_of(drift, start)
+        if asked is None and not general and not drift.shape:
+            cases = found_cases(drift, start, sliding)
+            if not cases:
+                raise InputError(
+                    f"no values that were tried for {', '.join(drift.free)} give A = "
+                    f"{drift.expression()} simple zeros alone, none at the start or an end"
+                    f"{', and wells outermost, as a sliding block has' * sliding}; give the case, "
+                    f"as in case={'well' if sliding else 'start well barrier'!r}, or "
+                    "where zeros coincide take numbers of method='uniform'."
+                )
+            return cases[0]
+        own = asked or read_case("start well" if sliding and not general else "start well barrier")
+    else:
+        own = case_of(drift, start)
     if asked is not None and asked != own:
         raise InputError(
             f"the expansion is for the case '{asked}', and {drift!r} is in the case '{own}'; "
             f"ask for that one with case='{own}'."
+        )
+    if sliding and general:
+        raise InputError(
+            f"{quantity} is that of a sliding block, and Drift.general() has one well and one "
+            "barrier; name a drift."
+        )
+    if sliding and not slides(own.kinds):
+        raise InputError(
+            f"case is '{' '.join(own.kinds)}'; {quantity} is that of a sliding block, whose "
+            "outermost points are wells: give case='well', 'well barrier well' or the like."
         )
     return own
 
@@ -500,12 +576,15 @@ def _weak(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) 
 @lru_cache(maxsize=32)
 def _uniform(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) -> Expansion:
     """T or 1 - P through a coalescence."""
-    if quantity == "T" and order == 0:
-        require_pair(drift, case, start)
-        symbols = Coalescing(drift, case, start)
-        return _composed(symbols, Locals(symbols), "uniform", drift, "T", order, start)
     known = uniform_symbols(drift, quantity, order, start, case)
-    return _composed(known, Symbolic(), "uniform", drift, quantity, order, start)
+    ring = Locals(known) if isinstance(known, Coalescing) else Symbolic()
+    e = _composed(known, ring, "uniform", drift, quantity, order, start)
+    if any(e.put_in(c) == False for c in e.conditions):  # noqa: E712
+        raise InputError(
+            f"{drift!r} from {start} has a complex pair of zeros too near to the start or to an "
+            "end for the formula; use sa.escape_time(method='uniform')."
+        )
+    return e
 
 
 def _composed(
@@ -517,7 +596,7 @@ def _composed(
     sums: dict[Symbol, Expr] = {}
     if quantity in _OF_START:
         both = symbols.both_sides()
-        if isinstance(symbols, UniformSeries):
+        if isinstance(symbols, (UniformSeries, Apart)):
             left, right = two_sides(symbols)
         else:
             left, right = (side_of(one, 1 + BEYOND_1, ring) for one in both)
@@ -578,8 +657,8 @@ def _composed(
     return Expansion(
         quantity, noise, order, drift, start, symbols.case, formula, definitions,
         symbols.equations, terms,
-        tuple(c for c in _conditions(symbols, quantity) if c is not sympy.true),
-        symbols.integrals, symbols.tex,
+        tuple(c for c in dict.fromkeys(_conditions(symbols, quantity)) if c is not sympy.true),
+        symbols.integrals, symbols.rules, symbols.tex,
         None if symbols.general and quantity == "T" else replace(
             quotient, sums=tuple(sums), code=symbols.code, growth=symbols.growth
         ),
@@ -598,14 +677,14 @@ def _strong(drift: Drift, quantity: str, order: int, start: Fraction) -> Expansi
     return Expansion(
         quantity, "strong", order, drift, start, Case(("start",)), formula,
         {**values, LAM: 2 / KAPPA**2}, tex=tex,
-        conditions=tuple(c for c in where if c is not sympy.true),
+        conditions=tuple(c for c in dict.fromkeys(where) if c is not sympy.true),
     )  # fmt: skip
 
 
 def _expression(total: Sum | Expr) -> Expr:
     """A sum of exponentials as an expression."""
     if not isinstance(total, Sum):
-        return total
+        return sympy.expand_mul(total).replace(lambda e: e.is_Mul, one_exponential)
     return sum((a * sympy.exp(LAM * height) for height, a in total.terms), S.Zero)
 
 

@@ -110,21 +110,13 @@ class Place(NamedTuple):
     sign: int
 
 
-def require_pair(drift: Drift, case: Case, start: Fraction) -> None:
-    """Refuse a drift or a case without one pair of zeros that has a well first, or none."""
-    if drift.expression().as_poly(U) is None:
-        raise InputError(
-            f"A = {drift.expression()} is no polynomial in u, for which alone the uniform formula "
-            "is closed; use sa.escape_time(method='uniform')."
-        )
-    if drift.expression().as_poly(U).degree() < 2:
-        raise InputError(
-            f"A = {drift.expression()} has no two zeros that coalesce; use noise='weak'."
-        )
+def require_pair(case: Case) -> None:
+    """Refuse a case without one pair of zeros that has a well first, or a complex one."""
     if str(case) not in PAIRED:
         raise InputError(
-            f"case is '{case}'; the uniform formula is that of 'start well barrier', of 'barrier "
-            "well start', and of 'start' past the coalescence of both."
+            f"case is '{case}'; the uniform formula of T is that of 'start well barrier', of "
+            "'barrier well start', of 'start' past the coalescence of both, and of one zero or "
+            "none without a complex pair; use sa.escape_time(method='uniform')."
         )
 
 

@@ -15,6 +15,7 @@ to p1 + q1 s, where with u = u(±zeta^(1/2)) + w1 t + w2 t^2 + w3 t^3 + ...
 
 from __future__ import annotations
 
+from collections import Counter
 from fractions import Fraction
 from typing import Any
 
@@ -39,13 +40,14 @@ from symasym.asymptotics.weak_noise.series import BEYOND, Part, Series, terms
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.emit.symbolic_sums import BEYOND_1, LAM, X
-from symasym.expansions.builder import Symbols, U
+from symasym.expansions.builder import Rule, Symbols, U
 from symasym.expansions.cases import Case
 from symasym.expansions.uniform import (
     P0,
     Q0,
     V_MEAN,
     WELLS,
+    Coalescing,
     Expressions,
     M,
     PairSymbols,
@@ -60,7 +62,7 @@ from symasym.numbers.polynomials import poly
 from symasym.series.quadratic_factor import Pair
 from symasym.special.airy import AiryProducts
 
-__all__ = ["UniformSeries", "stationary", "two_sides", "uniform_symbols"]
+__all__ = ["Apart", "UniformSeries", "stationary", "two_sides", "uniform_symbols"]
 
 # Where the points stand, as numbers that can be compared.
 _PLACES = MPContext()
@@ -96,6 +98,8 @@ class _Context(Expressions):
         terms = sum((rho**k / sympy.factorial(k) for k in range(a)), S.Zero)
         known.values[share] = 1 - sympy.exp(-rho) * terms
         known.tex[share] = rf"P({a}, {known.tex[rho]})"
+        row = r"P(n, \rho) &= 1 - e^{-\rho} \sum_{k < n} \frac{\rho^k}{k!}"
+        known.rules[share] = Rule((row,), (rho,))
         return share
 
 
@@ -171,7 +175,6 @@ class UniformSeries(PairSymbols):
         self, drift: Drift, case: Case, order: int, start: Fraction, place: Place,
         paired: tuple[int, ...],
     ) -> None:  # fmt: skip
-        self.order = order
         self.locals: dict[Symbol, Expr] = {}
         super().__init__(drift, case, order, start, place, paired)
         self.arithmetic = Expressions()  # type: ignore[assignment]
@@ -194,7 +197,7 @@ class UniformSeries(PairSymbols):
         """The pair with p, q and p1, q1."""
         pair, (side, sign) = self.canonical_form(), self.place
         rows = [(P0, Q0)]
-        if self.order:
+        if self.count > 1:
             rows.append(self._next(pair))
         low, high = (positions(self)[self.lines[k]] for k in self.paired) if self.real else (
             (side * _PLACES.mpf("0.5"),) * 2)  # fmt: skip
@@ -218,7 +221,7 @@ class UniformSeries(PairSymbols):
         """p1 and q1, from u(s) at both zeros."""
         square, sign = self.square, self.place.sign
         root, c = Symbol("root(m)", positive=True), []
-        self.values[root], self.tex[root] = 1 / pair.slope, r"\gamma"
+        self.values[root], self.tex[root] = 1 / pair.slope, r"\vartheta"
         for j in range(3):
             about = [sympy.binomial(n, j) * x for n, x in enumerate(self.factor)][j:]
             c.append(self._conjugates(f"psi{j}", rf"\psi^{{({j})}}", about))
@@ -229,11 +232,28 @@ class UniformSeries(PairSymbols):
         cube = self._two("w1^3", w1 * square_of_w1, "(w_1^3)")
         w2 = self._two("w2", w1 * (1 - f2 * cube) / (6 * sigma), "w_2")
         bends = f1 * w2 * w2 / 2 + f2 * square_of_w1 * w2 + f3 * w1 * cube / 4
-        w3 = w1 * self._two("bends", bends, r"\beta") / (-2 * sigma)
+        w3 = w1 * self._two("bends", bends, "b") / (-2 * sigma)
         g = 3 * self._two("w3", w3, "w_3") / (2 * sigma) - (2 * w2 - sign * Q0) / (4 * self.zeta)
         p1, q1 = Symbol("p1", real=True), Symbol("q1", real=True)
         self.values[p1], self.values[q1] = sign * g.a, g.b / root
         self.tex |= {p1: "p_1", q1: "q_1"}
+        plus, minus = ("+", "-") if sign > 0 else ("-", "+")
+        psi = " + ".join(
+            rf"\psi_{{{j}}} \eta^{j}".removesuffix(r" \eta^0").removesuffix("^1")
+            for j in range(len(self.factor))
+        )
+        rows = (
+            rf"w_1 &= p {plus} q\varsigma, \quad w_2 = \frac{{w_1 (1 - f_2 w_1^3)}}{{6\varsigma}},"
+            r" \quad w_3 = -\frac{w_1}{2\varsigma} \left(\frac{f_1 w_2^2}{2} + f_2 w_1^2 w_2"
+            r" + \frac{f_3 w_1^4}{4}\right)",
+            r"f_1 &= 2\eta\psi(\eta), \quad f_2 = \psi(\eta) + 2\eta\psi'(\eta), \quad"
+            rf" f_3 = \psi'(\eta) + \eta\psi''(\eta), \quad \psi(\eta) = {psi}",
+            rf"{plus.strip('+')}p_1 + q_1\varsigma &= \frac{{3 w_3}}{{2\varsigma}} -"
+            rf" \frac{{2 w_2 {minus} q}}{{4\zeta}}, \quad \varsigma = \pm\sqrt{{\zeta}}, \quad"
+            r" \eta = \pm\sqrt{D}",
+        )
+        of = (P0, Q0, self.zeta, square, *self.factor)
+        self.rules |= dict.fromkeys((p1, q1), Rule(rows, of))
         return p1, q1
 
     def _conjugates(self, name: str, tex: str, values: list[Any]) -> Conjugates:
@@ -316,7 +336,8 @@ class UniformSeries(PairSymbols):
         in_code = airy(scaled, lam, order, context)
         for letter, value, other in zip("BWJ", values, in_code, strict=True):
             symbol = Symbol(f"{letter}{side}", real=True)
-            self.locals[symbol], self.tex[symbol] = value, rf"\mathcal{{{letter}}}"
+            self.locals[symbol] = value if letter == "J" else sympy.expand_mul(value)
+            self.tex[symbol] = rf"\mathcal{{{letter}}}"
             self.grows(symbol, other, 2 if letter == "J" else 1)
             symbols.append(symbol)
         return Airy(*symbols)
@@ -361,43 +382,53 @@ def _truncations(
     (part,) = symbols.smooth(edge).parts
     h = [*part.coefficients, *[S.Zero] * count][:count]
     rows = truncations_beside(positions(symbols)[edge], symbols.heights[edge], h, zeros, 0, context)
-    return [_in_symbols(symbols, one, edge, zeros) for one in rows]
+    return [_in_symbols(symbols, one, edge, zeros, len(rows) == 1) for one in rows]
 
 
 def _in_symbols(
-    symbols: Symbols, one: Truncation, edge: Expr, zeros: list[CriticalPoint]
+    symbols: Symbols, one: Truncation, edge: Expr, zeros: list[CriticalPoint], alone: bool
 ) -> Truncation:
-    """A truncated Gaussian with a symbol for each number and each function."""
+    """A truncated Gaussian with a symbol for each number and each function.
+
+    In LaTeX their index is the edge, and the zero unless it is `alone` there.
+    """
     (k,) = [k for k, z in enumerate(zeros) if z.u == one.zero]
     place = f"{symbols.names[edge]},{symbols.lines[k].name}"
     before = positions(symbols)[edge] < one.zero
-    tex = f"{symbols.names[edge]},{symbols.tex[symbols.lines[k]]}"
+    index = symbols.names[edge] + ("" if alone else f",{symbols.tex[symbols.lines[k]]}")
 
     def named(name: str, head: str, value: Any, **sign: Any) -> Symbol:
         symbol = Symbol(f"{name}({place})", **(sign or {"real": True}))
         symbols.values[symbol] = value
-        symbols.tex[symbol] = rf"{head}^{{({tex})}}"
+        symbols.tex[symbol] = rf"{head}{index}}}"
         return symbol
 
-    t = named("t", "t", one.t, negative=before, positive=not before)
-    x = named("xi", r"\xi", abs(t) * sympy.sqrt(LAM / 2), positive=True)
+    t = named("t", "t_{", one.t, negative=before, positive=not before)
+    x = named("xi", r"\xi_{", abs(t) * sympy.sqrt(LAM / 2), positive=True)
     functions = []
     side = -1 if before else 1
-    heads = ("sigma", r"\sigma", side), ("Da", r"\mathcal{D}", side), ("area", r"\Lambda", 1 / LAM)
+    heads = (
+        ("sigma", r"\sigma_{", side), ("Da", r"\mathcal{D}_{", side),
+        ("area", r"\Lambda_{", 1 / LAM),
+    )  # fmt: skip
     values, in_code = (gaussian_functions(x, one.barrier, emitted) for emitted in (False, True))
     for (name, head, factor), value, other in zip(heads, values, in_code, strict=True):
         symbol = named(name, head, factor * value)
         symbols.code[symbol] = factor * other
         functions.append(symbol)
-    count = symbols.count
-    rows = {
-        letter: [named(f"{letter}{n}", rf"{letter}_{n}", y.subs(one.t, t) if y else y)
-                 for n, y in enumerate(row[:count])]
-        for letter, row in (("a", one.peak), ("c", one.whole), ("b", one.series))
-    }  # fmt: skip
-    return one._replace(
-        t=t, peak=rows["a"], whole=rows["c"], series=rows["b"], known={LAM: _Functions(*functions)}
-    )
+    fall, c, a, b = one.t**2 / 2, [], [], []
+    in_a: dict[Symbol, Expr] = {}
+    for n in range(symbols.count):
+        whole = one.whole[n]
+        c.append(Symbol(f"c{n}({symbols.lines[k].name})", real=True))
+        symbols.values[c[n]], symbols.tex[c[n]] = whole, f"c_{n}({symbols.tex[symbols.lines[k]]})"
+        faded = one.peak[n] / whole if whole else S.Zero
+        a.append(named(f"a{n}", f"a_{{{n},", c[n] * faded))
+        if faded.is_Symbol:
+            in_a[faded] = a[n] / whole
+        # Written with t and a_n in place of what these are.
+        b.append(named(f"b{n}", f"b_{{{n},", one.series[n].subs(fall, t**2 / 2).xreplace(in_a)))
+    return one._replace(t=t, peak=a, whole=c, series=b, known={LAM: _Functions(*functions)})
 
 
 def _corrections(symbols: Any, edge: Expr) -> Any:
@@ -411,9 +442,18 @@ def _corrections(symbols: Any, edge: Expr) -> Any:
             return values
         name, parts = symbols.names[edge], []
         height = symbols.heights[edge]
-        for letter, value, h in zip("EFM", values, (height, -height, S.Zero), strict=True):
-            symbol, unit = Symbol(f"d{letter}({name})", real=True), sympy.exp(LAM * h)
-            symbols.values[symbol] = sum((y / unit for y in sympy.Add.make_args(value)), S.Zero)
+        units = [sympy.exp(LAM * h) for h in (height, -height, S.Zero)]
+        shared = [
+            sum((y / unit for y in sympy.Add.make_args(value)), S.Zero)
+            for value, unit in zip(values, units, strict=True)
+        ]
+        for k, total in enumerate(_repeated(shared), 1):
+            factor = Symbol(f"k{k}({name})", real=True)
+            symbols.values[factor], symbols.tex[factor] = total, rf"\beta_{{{k},{name}}}"
+            shared = [value.xreplace({total: factor}) for value in shared]
+        for letter, value, unit in zip("EFM", shared, units, strict=True):
+            symbol = Symbol(f"d{letter}({name})", real=True)
+            symbols.values[symbol] = sympy.expand_mul(value)
             symbols.tex[symbol] = rf"\delta {letter}_{{{name}}}"
             parts.append(symbol * unit)
         return Corrections(*parts)
@@ -421,10 +461,17 @@ def _corrections(symbols: Any, edge: Expr) -> Any:
     return correction
 
 
+def _repeated(values: list[Expr]) -> list[Expr]:
+    """The sums that are met more than once, without those inside of them."""
+    met = Counter(e for v in values for e in sympy.preorder_traversal(v) if e.is_Add)
+    often = [e for e, times in met.items() if times > 1]
+    return [e for e in often if not any(e is not y and y.has(e) for y in often)]
+
+
 # -- T and 1 - P -----------------------------------------------------------------------------------
 
 
-def two_sides(symbols: UniformSeries) -> tuple[Side, Side]:
+def two_sides(symbols: Any) -> tuple[Side, Side]:
     """Both sides of the start."""
     at, halves, context = positions(symbols), [], _Context(symbols)
     for one, sign in zip(symbols.both_sides(), (-1, 1), strict=True):
@@ -445,9 +492,9 @@ def two_sides(symbols: UniformSeries) -> tuple[Side, Side]:
                 rising_start=_named(one.rising_start), falling_start=Series([]), beyond=beyond,
             )
         )  # fmt: skip
-    mine = symbols.place.side > 0
+    paired = isinstance(symbols, UniformSeries)
     sides = [
-        OneSide(half, [symbols.canonical] if mine == (sign > 0) else [])
+        OneSide(half, [symbols.canonical] if paired and symbols.place.side == sign else [])
         for half, sign in zip(halves, (-1, 1), strict=True)
     ]
     zeros = _zeros(symbols)
@@ -460,8 +507,9 @@ def two_sides(symbols: UniformSeries) -> tuple[Side, Side]:
         return values
 
     known = sides_at(
-        sides, truncations, 1 + BEYOND_1, LAM, symbols.order, context, symbols.local, correction
-    )
+        sides, truncations, 1 + BEYOND_1, LAM, symbols.count - 1, context,
+        symbols.local if paired else None, correction,
+    )  # fmt: skip
     return known.left, known.right
 
 
@@ -492,21 +540,29 @@ def stationary(symbols: Any, order: int) -> tuple[Expr, Expr]:
 def uniform_symbols(
     drift: Drift, quantity: str, order: int, start: Fraction, case: Case
 ) -> Symbols:
-    """The symbols of a case, with the pair that is taken together."""
-    if quantity == "T":
-        require_pair(drift, case, start)
-        place, members = place_of(drift, case, start), (0, 1) if case.kinds else ()
-        return UniformSeries(drift, case, order, start, place, members)
+    """The symbols of a case, with the pair that is taken together, if there is one."""
     if drift.expression().as_poly(U) is None:
+        verb = "escape_time" if quantity == "T" else "occupation"
         raise InputError(
             f"A = {drift.expression()} is no polynomial in u, for which alone the uniform formula "
-            "is closed; use sa.occupation(method='uniform')."
+            f"is closed; use sa.{verb}(method='uniform')."
         )
+    if quantity == "T":
+        alone = len(case.kinds) < 2 and not _complex_pair(drift, case, start)
+        if alone and (case.kinds or not drift.free or drift.expression().as_poly(U).degree() < 2):
+            # To order 0 no Gaussian of a well is truncated.
+            plain = order == 0 and case.kinds != ("barrier",)
+            return (Symbols if plain else Apart)(drift, case, order, start)
+        require_pair(case)
+        if order == 0:
+            return Coalescing(drift, case, start)
+        place, members = place_of(drift, case, start), (0, 1) if case.kinds else ()
+        return UniformSeries(drift, case, order, start, place, members)
     kinds = case.kinds
     if len(kinds) == 1:
         pair = _complex_pair(drift, case, start)
         if pair is None:
-            return _Apart(drift, case, order, start)
+            return Apart(drift, case, order, start)
         return UniformSeries(drift, case, order, start, pair, ())
     if str(case) not in WELLS:
         raise InputError(
@@ -519,7 +575,7 @@ def uniform_symbols(
     )
 
 
-class _Apart(Symbols):
+class Apart(Symbols):
     """A case without a pair."""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -19,28 +20,33 @@ QUARTIC = sa.Drift("((u - 2/5)**2 - 1/20)*(u**2 + u + 3)")
 MIRROR = sa.friction(mu=3, alpha=1, z0="2.4")
 
 
-def number(e: sa.Expansion, drift: sa.Drift, kappa: str, r: str = "3", **more: Any) -> Any:
-    """The formula with numbers put in, definition after definition, at 60 digits."""
+def values_of(e: sa.Expansion, drift: sa.Drift, kappa: str, r: str, **more: Any) -> Any:
+    """A function from a symbol's name, or an expression, to its number at mpmath's precision."""
     names = {
         "airyaiprime": lambda z: mpmath.airyai(z, 1),
         "airybiprime": lambda z: mpmath.airybi(z, 1),
     }
+    given = {**drift.values, "kappa": Fraction(kappa), "r": Fraction(r)}
+    values = {n: mpmath.mpf(x.numerator) / x.denominator for n, x in given.items()} | more
+    defined = {s.name: value for s, value in e.definitions.items()}
+    values = {name: value for name, value in values.items() if name not in defined}
+
+    def of(expression: Any) -> Any:
+        if isinstance(expression, str):
+            if expression not in values:
+                values[expression] = of(defined[expression])
+            return values[expression]
+        symbols = sorted(expression.free_symbols, key=str)
+        f = sympy.lambdify(symbols, expression, [names, "mpmath"])
+        return f(*(of(s.name) for s in symbols))
+
+    return of
+
+
+def number(e: sa.Expansion, drift: sa.Drift, kappa: str, r: str = "3", **more: Any) -> Any:
+    """The formula with numbers put in, definition after definition, at 60 digits."""
     with mpmath.workdps(60):
-        given = {**drift.values, "kappa": Fraction(kappa), "r": Fraction(r)}
-        values = {n: mpmath.mpf(x.numerator) / x.denominator for n, x in given.items()} | more
-        known: dict[Any, Any] = {}
-
-        def of(expression: Any) -> Any:
-            symbols = sorted(expression.free_symbols, key=str)
-            f = sympy.lambdify(symbols, expression, [names, "mpmath"])
-            return f(*map(of_symbol, symbols))
-
-        def of_symbol(s: Any) -> Any:
-            if s not in known:
-                known[s] = of(e.definitions[s]) if s in e.definitions else values[s.name]
-            return known[s]
-
-        return mpmath.re(of(e.formula))
+        return mpmath.re(values_of(e, drift, kappa, r, **more)(e.formula))
 
 
 def agrees(got: Any, want: Any, digits: int = DIGITS) -> bool:
@@ -72,12 +78,19 @@ def test_friction_through_the_fold(z0: str, kappa: str, order: int) -> None:
         (sa.Drift("-20*((u + 1/3)**2 + 1/50)"), "1/2"),
         (sa.Drift("-20*((u - 1/3)**2 + 1/50)"), "-1/2"),
         (sa.Drift("4*u**3 + 20*(u - 1/3)**2 - 2/3"), "-1/10"),
+        # No pair: one well, one barrier, none.
+        (sa.linear(1, "-1/2"), 0),
+        (sa.linear(-2, 1), 0),
+        (sa.friction(3, 1, "0.5"), 0),
+        (sa.friction(3, 1, "1.1"), "-1/2"),
+        (sa.friction("1/2", 1, "-0.2"), 0),
     ],
     ids=str,
 )
 def test_other_drifts(drift: sa.Drift, start: Any, order: int) -> None:
     e = sa.expand(drift, noise="uniform", order=order, start=start)
-    assert agrees(number(e, drift, "0.1"), e.evaluate("0.1", 3, dps=DIGITS))
+    zeros = {f"u{k}": z for k, z in enumerate(zeros_of(drift), 1)}
+    assert agrees(number(e, drift, "0.1", **zeros), e.evaluate("0.1", 3, dps=DIGITS))
 
 
 #: Sliding: one well, a complex pair on either side of it, three zeros, the nearer pair first.
@@ -174,14 +187,14 @@ def test_zeta_and_the_weights_are_those_of_the_potential() -> None:
 
 @needs_latex
 @pytest.mark.parametrize("order", [0, 1])
-@pytest.mark.parametrize("case", ["start well barrier", "start"])
+@pytest.mark.parametrize("case", ["start well barrier", "barrier well start", "start"])
 def test_latex_compiles(tmp_path: Path, case: str, order: int) -> None:
-    """On one page."""
+    """On one page of A4."""
     text = sa.expand(sa.friction(), noise="uniform", order=order, case=case).latex()
     assert r"\operatorname{Ai}" in text
     page = tmp_path / "page.tex"
     page.write_text(
-        "\\documentclass{article}\\usepackage{amsmath}\\usepackage[a2paper,margin=1cm]{geometry}"
+        "\\documentclass{article}\\usepackage{amsmath}\\usepackage[a4paper,margin=1cm]{geometry}"
         "\\pagestyle{empty}\\begin{document}\\tiny"
         f"\\[{text}\\]\\end{{document}}"
     )
@@ -190,12 +203,50 @@ def test_latex_compiles(tmp_path: Path, case: str, order: int) -> None:
     assert "(1 page," in said
     for other in ("lam", "beyond", "area", "rest", "zeta"):
         assert f" {other} " not in text.replace("\\", " \\").replace(r" \zeta", "")
+    # No symbol is given twice, and Euler's constant has its letter alone.
+    heads = re.findall(r"(?:^|\\quad) *([^&=\n]+?) &?= ", text, re.MULTILINE)
+    assert len(heads) == len(set(heads)) > 20 - 10 * (case == "start")
+    assert r"\gamma" not in heads
+
+
+@pytest.mark.parametrize(
+    ("drift", "start"),
+    [
+        (sa.friction(mu=3, alpha=1, z0="-0.5"), 0),
+        (MIRROR, 0),
+        (QUARTIC, 0),
+        (sa.Drift("4*u**3 + 20*(u - 1/3)**2 - 2/3"), "-1/10"),
+    ],
+    ids=str,
+)
+def test_what_latex_says_of_the_next_weights(drift: sa.Drift, start: Any) -> None:
+    """Its recurrence with numbers put in, at both zeros, is that of the definitions."""
+    e = sa.expand(drift, noise="uniform", order=1, start=start)
+    (text,) = (row for row in e.latex().replace("&", "").split(r"\\") if "w_3 =" in row)
+    flip = -1 if "w_1 = p - q" in text else 1
+    zeros = {f"u{k}": z for k, z in enumerate(zeros_of(drift), 1)}
+    with mpmath.workdps(60):
+        if drift is QUARTIC:
+            zeros |= {"m": mpmath.mpf(2) / 5, "D": mpmath.mpf(1) / 20}
+        value = values_of(e, drift, "0.1", "3", **zeros)
+        p, q, p1, q1, D, zeta = map(value, ("p", "q", "p1", "q1", "D", "zeta"))
+        psi = [value(s.name) for s in e.definitions if s.name[:3] == "psi" and s.name[3:].isdigit()]
+        for root in (1, -1):
+            s, y = root * mpmath.sqrt(zeta), root * mpmath.sqrt(D)
+            f = [sum(c * mpmath.ff(n, j) * y ** (n - j) for n, c in enumerate(psi) if n >= j)
+                 for j in range(3)]  # fmt: skip
+            f1, f2, f3 = 2 * y * f[0], f[0] + 2 * y * f[1], f[1] + y * f[2]
+            w1 = p + flip * q * s
+            w2 = w1 * (1 - f2 * w1**3) / (6 * s)
+            w3 = -w1 / (2 * s) * (f1 * w2**2 / 2 + f2 * w1**2 * w2 + f3 * w1**4 / 4)
+            right = 3 * w3 / (2 * s) - (2 * w2 - flip * q) / (4 * zeta)
+            assert abs(flip * p1 + q1 * s - right) <= mpmath.mpf(10) ** -40 * abs(right)
 
 
 def test_cases_and_conditions() -> None:
     e = sa.expand(sa.friction(), noise="uniform", order=0)
     assert [str(c) for c in e.cases()] == [
-        "start well barrier", "barrier well start", "start"
+        "start well barrier", "start well", "well start", "barrier well start", "start"
     ]  # fmt: skip
     past = sa.expand(sa.friction(), noise="uniform", order=0, case="start")
     assert [str(c) for c in e.conditions[:1]] == ["Abs(w) < 1"]
@@ -208,9 +259,18 @@ def test_cases_and_conditions() -> None:
         (sa.friction(), {"order": 9}, "order is 9"),
         (sa.friction(), {"order": 2}, "order 2; the uniform formula"),
         (sa.friction(), {"quantity": "C"}, "the uniform formula is that of T and 1 - P"),
-        (sa.friction(), {"quantity": "P", "case": "barrier well"}, "that of 'well' and of"),
+        (sa.friction(), {"quantity": "P", "case": "barrier well"}, "P is that of a sliding block"),
+        (
+            WELLS,
+            {"quantity": "P", "case": "well barrier well barrier well"},
+            "that of 'well' and of",
+        ),
         (sa.friction(), {"case": "barrier well start barrier"}, "is that of 'start well barrier'"),
-        (sa.linear(1, 2), {}, "has no two zeros that coalesce"),
+        (
+            sa.friction(3, 1, "-1.2"),
+            {"start": "9/10"},
+            "a complex pair of zeros too near to the start or to an end",
+        ),
         (sa.Drift("cos(2*u) - 1/5"), {}, "is no polynomial in u"),
         (sa.Drift("zeta + u**2"), {"case": "start"}, "has a parameter zeta"),
         (sa.friction(3, 1, "-7/9"), {}, "a zero of multiplicity 2"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -341,3 +342,58 @@ def test_a_general_drift_has_no_numbers() -> None:
         sa.escape_time(sa.Drift.general(), 1, 2)
     with pytest.raises(sa.InputError, match="names no drift"):
         sa.expand(sa.Drift.general(), order=1).evaluate(1, 2)
+
+
+@pytest.mark.parametrize(
+    ("drift", "quantity", "words"),
+    [
+        (
+            sa.friction(), "T",
+            "start well barrier, start well, well start, barrier well start, start",
+        ),
+        (sa.friction(), "P", "start well"),
+        (sa.hill(1, -1), "T", "start well, well start"),
+        (sa.tanh(), "T", "start well, well start, start, start barrier, barrier start"),
+        (
+            sa.Drift("c - u + 3*u**3"), "T",
+            "barrier start well barrier, barrier well start barrier, start, start barrier,"
+            " barrier start",
+        ),
+        (sa.Drift("b + c*u - u**3"), "density", "start well, start well barrier well"),
+        (sa.Drift("1/(u - c)"), "T", "start"),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_cases_of_drifts(drift: sa.Drift, quantity: str, words: str) -> None:
+    """Each with parameters at which the drift is in that case, by its critical points."""
+    cases = sa.expand(drift, quantity, order=0).cases()
+    assert ", ".join(map(str, cases)) == words
+    start = Fraction(0 if quantity == "T" else -1)
+    for case in cases:
+        assert case_of(drift.bind(**case.example), start) == case
+
+
+@pytest.mark.parametrize(
+    ("drift", "options", "words"),
+    [
+        (sa.Drift("(u - c)**2*(u + 2)"), {}, "give the case, as in case='start well barrier'"),
+        (sa.Drift("c - u + 3*u**3"), {"quantity": "P"}, "as in case='well'"),
+        (sa.Drift("u - c*u**3"), {}, "start is 0, a zero of A"),
+        (sa.tanh(1, -1, 3), {}, "start is 0, a zero of A"),
+        (sa.friction(3, 1, "-0.4"), {"quantity": "P"}, "give case='well'"),
+    ],
+    ids=str,
+)
+def test_no_case(drift: sa.Drift, options: dict[str, Any], words: str) -> None:
+    with pytest.raises(sa.InputError, match=words):
+        sa.expand(drift, **options)
+
+
+def test_emitted_series_take_no_powers() -> None:
+    """Horner's form, in which arrays are as fast as method="laplace"; the same text each time."""
+    e = sa.expand(sa.friction(), order=5)
+    text = str(e.emit("numpy", name="f"))
+    assert not re.search(r"\b(x|kappa)\*\*([3-9]|\d\d)", text)
+    kappa = sympy.Symbol("kappa", positive=True)
+    assert kappa in e.expression.free_symbols
+    assert not e.expression.has(kappa**8, kappa**10, kappa**12)
