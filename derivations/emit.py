@@ -114,6 +114,9 @@ EMITTED = (
     Emitted("on_the_right", "two-sides",
             "The double integral on the right with the start's share of both sides.",
             "on the right alone", plain=True),
+    Emitted("share_of_side", "two-sides",
+            "C from the integral of e^(lam V) on the right and over both sides.",
+            "chance of leaving on the left", plain=True),
     Emitted("pair_norm", "airy-form", "The product of psi at both zeros of a pair.",
             "psi at both zeros", arithmetic=True),
     Emitted("canonical", "airy-form",
@@ -134,6 +137,9 @@ EMITTED = (
     Emitted("pair_factors", "airy-form",
             "Factors of Ai^2 + Bi^2, Ai Ai' + Bi Bi', Ai'^2 + Bi'^2 with both weights.",
             "weights of the double integral", plain=True),
+    Emitted("pair_units", "airy-form",
+            "Ai^2 + Bi^2 and its kin in the double integral; `small` is lam^(-1/3).",
+            "products in lam", arithmetic=True),
     Emitted("end_distance", "truncated-gaussian",
             "t at the end of a barrier's Gaussian: t^2/2 = gap^2 area.", "t at the end",
             arithmetic=True),
@@ -147,6 +153,11 @@ EMITTED = (
             "1/phi less the peak's share", arithmetic=True),
     Emitted("over_end", "truncated-gaussian",
             "int e^(lam V) from the end on, int e^(-lam V) up to it, and both.", arithmetic=True),
+    Emitted("barrier_truncated", "truncated-gaussian",
+            "A truncated barrier in both integrals and the regular part.",
+            "a barrier to every order", plain=True),
+    Emitted("well_truncated", "truncated-gaussian",
+            "The same of a well.", "a well to every order", plain=True),
     Emitted("weak_noise_time", "eq:Ttildesmall", "T for weak noise, with a well.", "sum"),
     Emitted("well_edge", "eq:Tsmall", "kappa at which both terms of `weak_noise_time` are equal."),
     Emitted("behind_barrier_term", "eq:S", "The large term of T for a start behind the barrier.",
@@ -190,7 +201,8 @@ ORDER = """
     sigma sigma_left sigma_right inside outside side source drift left right index power j n
     moment term behind ahead double_left double_right nested_left nested_right total small t b
     a_up b_up k zeta p_2 q_1 q_2
-    bi bi_slope squares slopes slope even odd square norm bottom gap area first second value
+    a_down b_down weights
+    bi bi_slope squares cross slopes slope even odd square norm bottom gap area first second value
     mean peak rest tail falling integral
 """.split()  # noqa: SIM905
 

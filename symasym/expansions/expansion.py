@@ -59,6 +59,7 @@ from symasym.expansions.uniform_series import (
     two_sides,
     uniform_symbols,
 )
+from symasym.generated.plain_formulas import share_of_side
 from symasym.quantities import escape_time, exit_probability, occupation
 from symasym.scenes import require_drift
 
@@ -608,7 +609,8 @@ def _composed(
         sides = Sides(plain[0], plain[1], S.Zero, S.Zero, both[0].corner)
         behind, ahead = sides.shares
         formula = {
-            "T": LAM * mean_time(sides), "C": ahead / sides.total, "1 - C": behind / sides.total
+            "T": LAM * mean_time(sides), "C": share_of_side(ahead, sides.total),
+            "1 - C": share_of_side(behind, sides.total)
         }[quantity]  # fmt: skip
         products = {
             "T": ((ahead, _LEFT), (behind, _RIGHT)), "C": ((ahead,),), "1 - C": ((behind,),)

@@ -55,6 +55,12 @@ def over_pair_twice(
     return x0*c.pi**2*(squares*a**2 - x0*slopes*b**2)
 
 
+def pair_units(c: Arithmetic, small: Number, squares: Number, cross: Number, slopes: Number) -> Any:
+    """Ai^2 + Bi^2 and its kin in the double integral; `small` is lam^(-1/3) (airy-form)."""
+    x0 = c.pi**2
+    return x0*squares*small**2, x0*cross*small**3, x0*slopes*small**4
+
+
 def end_distance(c: Arithmetic, gap: Number, area: Number) -> Any:
     """t at the end of a barrier's Gaussian: t^2/2 = gap^2 area (truncated-gaussian)."""
     return gap*c.sqrt(2*area)

@@ -148,6 +148,11 @@ def on_the_right(ahead: Ratios, nested_right: Ratios, falling: Ratios) -> Any:
     return nested_right + ahead*falling
 
 
+def share_of_side(ahead: Ratios, total: Ratios) -> Any:
+    """C from the integral of e^(lam V) on the right and over both sides (two-sides)."""
+    return ahead/total
+
+
 def next_weight(k: Ratios, zeta: Ratios, p_2: Ratios, q_1: Ratios, q_2: Ratios) -> Any:
     """p_k and q_k of the next order, from q_(k+1), p_(k+2) and q_(k+2) of this one (airy-form)."""
     return q_1*(1 + 2*k) + q_2*zeta*(2 + 2*k), p_2*(2 + 2*k)
@@ -156,6 +161,26 @@ def next_weight(k: Ratios, zeta: Ratios, p_2: Ratios, q_1: Ratios, q_2: Ratios) 
 def pair_factors(a: Field, b: Field, a_up: Field, b_up: Field) -> Any:
     """Factors of Ai^2 + Bi^2, Ai Ai' + Bi Bi', Ai'^2 + Bi'^2 with both weights (airy-form)."""
     return a*a_up, a*b_up - a_up*b, -b*b_up
+
+
+def barrier_truncated(
+    a: Field, b: Field, a_down: Field, weights: Field, tail: Field, falling: Field, integral: Field
+) -> Any:
+    """A truncated barrier in both integrals and the regular part (truncated-gaussian)."""
+    return a*tail, a_down*falling, integral*weights - a_down*b*falling
+
+
+def well_truncated(
+    a: Field,
+    a_down: Field,
+    b_down: Field,
+    weights: Field,
+    tail: Field,
+    falling: Field,
+    integral: Field,
+) -> Any:
+    """The same of a well (truncated-gaussian)."""
+    return -a_down*falling, -a*tail, -integral*weights - a*b_down*tail
 
 
 def friction_coefficients(mu: Field, alpha: Field, z0: Field) -> Any:

@@ -385,14 +385,24 @@ def _next(slopes: list[tuple[int, Any]], known: list[Any], n: int, nothing: Numb
     return _sum([(s, known[n - j]) for j, s in slopes if j <= n], nothing)
 
 
-class _Cut:
-    """A power series of so many coefficients, to be divided."""
+class Truncated:
+    """A power series of `count` coefficients `c`, on which emitted formulas run."""
 
     def __init__(self, c: Coefficients, count: int) -> None:
         self.c, self.count = c, count
 
-    def __truediv__(self, other: _Cut) -> list[Any]:
-        return quotient(self.c, other.c, self.count)
+    def __neg__(self) -> Truncated:
+        return Truncated([-x for x in self.c], self.count)
+
+    def __sub__(self, other: Truncated) -> Truncated:
+        rows = zip(self.c, other.c, strict=True)
+        return Truncated([x - y for x, y in rows], self.count)
+
+    def __mul__(self, other: Truncated) -> Truncated:
+        return Truncated(product(self.c, other.c, self.count), self.count)
+
+    def __truediv__(self, other: Truncated) -> Truncated:
+        return Truncated(quotient(self.c, other.c, self.count), self.count)
 
 
 def laurent(
@@ -409,15 +419,15 @@ def laurent(
     # Divided by phi, which is short where it is a polynomial, not times 1/phi.
     psi = phi[1:] if zero else phi
     count_of = len(psi) if weight is None else min(len(weight), len(psi))
-    drift: Any = _Cut(psi, len(psi))
-    source: Any = _Cut([1] if weight is None else weight, count_of)
-    last = manifold_term(source, drift)
+    drift: Any = Truncated(psi, len(psi))
+    source: Any = Truncated([1] if weight is None else weight, count_of)
+    last = manifold_term(source, drift).c
     yield last
     for k in range(1, count):
         pole = 2 * k - 1 if zero else 0
         fall = [fall_by_powers(j, pole, c) for j, c in enumerate(last)][0 if zero else 1 :]
-        source = _Cut(fall, len(fall))
-        last = manifold_term(source, drift)
+        source = Truncated(fall, len(fall))
+        last = manifold_term(source, drift).c
         yield last
 
 

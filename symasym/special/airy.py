@@ -29,9 +29,10 @@ import numpy as np
 from mpmath import libmp
 
 from symasym.base.inputs import FloatArray
-from symasym.generated.arithmetic_formulas import over_pair
+from symasym.generated.arithmetic_formulas import over_pair, pair_units
 from symasym.generated.plain_formulas import next_weight, pair_factors
 from symasym.numbers.arithmetic import BITS, GUARD, Arithmetic, Digits, Number, from_fixed
+from symasym.numbers.polynomials import Truncated
 from symasym.special.tables import Exact, Table, table_of
 
 if TYPE_CHECKING:
@@ -321,17 +322,14 @@ class PairTerms(NamedTuple):
 
 def product_rows(falling: Rows, rising: Rows) -> list[tuple[Any, Any, Any]]:
     """Factors of Ai² + Bi², Ai Ai' + Bi Bi' and Ai'² + Bi'² in the terms lam^-n, over pi²."""
-    factors = []
-    for n in range(min(len(falling), len(rising))):
-        squares = cross = slopes = 0 * falling[0][0]
-        for i in range(n + 1):
-            row = pair_factors(*falling[i], *rising[n - i])
-            squares, cross, slopes = (
-                total + (-1) ** i * factor
-                for total, factor in zip((squares, cross, slopes), row, strict=True)
-            )
-        factors.append((squares, cross, slopes))
-    return factors
+    count = min(len(falling), len(rising))
+    signed = [((-1) ** n * a, (-1) ** n * b) for n, (a, b) in enumerate(falling)]
+    weights: list[Any] = [
+        Truncated([row[j] for row in rows[:count]], count)
+        for rows in (signed, rising)
+        for j in (0, 1)
+    ]
+    return list(zip(*(factor.c for factor in pair_factors(*weights)), strict=True))
 
 
 def pair_terms(
@@ -361,10 +359,9 @@ def pair_terms(
             terms.append((step**n * lam**-n * value, lam**-n * size))
         return terms
 
-    functions = squares, cross / third, slopes / third**2
+    functions = pair_units(arithmetic, small, squares, cross, slopes)
     both = []
     for n, row in enumerate(product_rows(falling, rising)):
-        front = context.pi**2 * lam**-n / third**2
-        values = [front * c * y for c, y in zip(row, functions, strict=True)]
+        values = [lam**-n * c * y for c, y in zip(row, functions, strict=True)]
         both.append((sum(values, 0 * z), sum((abs(y) for y in values), 0 * z)))
     return PairTerms(single(falling, -1), single(rising, 1), both)

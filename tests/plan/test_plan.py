@@ -231,10 +231,19 @@ def test_what_is_kept() -> None:
 
 
 def test_the_sizes_add_up_to_the_whole() -> None:
-    for drift, start in ((FRICTION, 0), (sa.linear(1, -2), "1/2"), (sa.linear(-1, 2), -2)):
+    # The start's share of a well and of a kink; elsewhere those of both sides cancel.
+    scenes = (
+        (FRICTION, 0, False),
+        (sa.linear(1, -2), "1/2", False),
+        (sa.linear(-1, 2), -2, False),
+        (sa.polynomial("1/2", -1), "1/2", True),
+        (sa.polynomial("3/10", 1, -2), 1, True),
+    )
+    for drift, start, own in scenes:
         made = sa.plan(drift, "0.1", 4, rtol=1e-2, start=start)
         assert made.method == "laplace"
-        assert abs(sum(t.size for t in made.terms) - 1) < 1e-9
+        assert abs(sum(t.size for t in made.terms) - 1) < 1e-14
+        assert ("the start's own share" in [t.name for t in made.terms]) == own
 
 
 def test_bad_input() -> None:

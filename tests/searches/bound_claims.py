@@ -30,6 +30,8 @@ from symasym.numbers import balls
 PRECISIONS = ((20, 24), (53, 53), (400, 300))
 _KAPPAS = (-8.0, 3.0)
 _AT_ONCE = 400
+# Seconds for a single scene.
+_PATIENCE = 2
 # Of an array's claims, how many are looked at with more digits, and where float64 can't tell.
 _LOOKED_AT, _HARD = 1, 3
 
@@ -176,7 +178,9 @@ class Search:
             self._range()
         elif kind < 5:
             self._integral()
-        elif kind == 5:
+        elif kind < 7:
+            self._derivative()
+        elif kind == 7:
             with without_flint():
                 self._scalar()
         else:
@@ -207,6 +211,35 @@ class Search:
             self.checked["integral, laplace"] += 1
             shown = (texts, a, b, lam, log, dps)
             self._judge("integral, laplace", claim.value, claim.error, exact, shown)
+
+    def _derivative(self) -> None:
+        """d log Q/d kappa of a quantity, against differences of fourth order."""
+        rng, drift = self._rng, self.drift()
+        quantity = list(_VERBS)[rng.integers(len(_VERBS))]
+        x, r = self.place(drift)
+        kappa = Fraction(float(f"{10.0 ** rng.uniform(-2, _KAPPAS[1]):.4g}"))
+        ask, options = _VERBS[quantity]
+        more: dict[str, Any] = {} if "P" in quantity else {"r": r, "start": x}
+        dps = int(rng.integers(8, 25))
+        step = kappa / 10**12
+        try:
+            claim = sa.sensitivity(drift, kappa, quantity=quantity, dps=dps, **more)
+            if claim.error_kind != "bound":
+                return
+            logs = [
+                ask(drift, kappa + k * step, dps=80, log=True, **more, **options)
+                for k in (-2, -1, 1, 2)
+            ]
+        except sa.SymasymError:
+            return
+        name = f"d log {quantity}, sensitivity"
+        self.claims[name] += 1
+        self.checked[name] += 1
+        with mpmath.workprec(600):
+            changes = mpmath.fdot((1, -8, 8, -1), logs)
+            exact = changes * step.denominator / (12 * step.numerator)
+        value, error = claim.derivative["kappa"], claim.error["kappa"]
+        self._judge(name, value, error, exact, (drift, kappa, quantity, more, dps))
 
     def _range(self) -> None:
         """|T/T_N - 1| of a weak-noise expansion at some noise below kappa0."""
@@ -245,7 +278,7 @@ class Search:
         numbers = (kappa,) if "P" in name else (kappa, r)
         if "P" not in name:
             options["start"] = x
-        more: dict[str, Any] = {"full": True, "method": method}
+        more: dict[str, Any] = {"full": True, "method": method, "patience": _PATIENCE}
         if method in ("laplace", "strong_noise"):
             more["order"] = int(rng.integers(0, 6))
         more["dps"] = [None, 12, 25][rng.integers(3)]
@@ -256,7 +289,7 @@ class Search:
             if not balls.available():
                 self.violated.append(f"{name}, {method} without flint: {drift} {numbers} {options}")
                 return
-            exact = ask(drift, *numbers, **options, dps=45)
+            exact = ask(drift, *numbers, **options, dps=45, patience=_PATIENCE)
         except sa.SymasymError:
             return
         self.claims[f"{name}, {method}"] += 1
@@ -322,7 +355,7 @@ _METHODS = [
     *((name, "paper") for name in ("C", "1 - C", "P", "1 - P")),
     *((name, "laplace") for name in ("T", "T", "P", "1 - P")),
     *((name, "strong_noise") for name in _VERBS),
-    ("T", "exact"),
+    *((name, "exact") for name in _VERBS),
 ]
 
 

@@ -2,9 +2,10 @@
 
 The truncation error after N terms is judged by what follows. Here drifts are drawn at random, but
 for two coefficients, which are chosen so that the next two terms of one series nearly vanish: that
-of a well, of a start, of a kink, of an end r < 1 or of the regular part. What the others do is felt
-in later terms alone. T, C or 1 - P by Laplace is compared with the exact one; a scene counts where
-the claim is an estimate and above rounding.
+of a well, of a start (on a zero of A as well), of a kink, of an end r < 1 or of the regular part.
+What the others do is felt in later terms alone. With `--analytic` A is such a polynomial and a
+multiple of t^m exp(c t^2) or its like, t from where the terms vanish. T, C or 1 - P by Laplace is
+compared with the exact one; a scene counts where the claim is an estimate and above rounding.
 """
 
 from __future__ import annotations
@@ -23,16 +24,25 @@ from symasym.base.inputs import FloatArray
 
 _DEGREE = 12
 _LARGEST = 30
+# Of a tail's Taylor series: to rounding in the layer.
+_TERMS = 60
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(80)
 
 
 class Scene(NamedTuple):
-    """A quantity, and what it is asked of; `coefficients` of A ascend."""
+    """A quantity, and what it is asked of."""
 
     quantity: str
-    coefficients: FloatArray
+    drift: sa.Drift
     r: float = 1.5
     start: float = 0.0
+
+
+class Tail(NamedTuple):
+    """What A has besides a polynomial: a function of t, as text and its Taylor coefficients."""
+
+    text: str
+    taylor: FloatArray
 
 
 class Judged(NamedTuple):
@@ -43,54 +53,107 @@ class Judged(NamedTuple):
     claims: FloatArray
 
 
+# -- drifts ----------------------------------------------------------------------------------------
+
+
+class Drawn(NamedTuple):
+    """A = sum c_k t^k + tail(t), t = u - centre; c ascends, the tail has its own Taylor series."""
+
+    c: FloatArray
+    tail: Tail | None
+    centre: float
+
+    def drift(self) -> sa.Drift:
+        """The drift."""
+        if self.tail is None:
+            return sa.polynomial(*_about(self.c, self.centre))
+        t = f"(u - ({self.centre!r}))"
+        powers = [f"({x!r})*{t}**{k}" for k, x in enumerate(self.c.tolist()) if x]
+        return sa.Drift(" + ".join([*powers, self.tail.text.replace("t", t)]))
+
+    def values(self, t: FloatArray) -> FloatArray:
+        """A at these t."""
+        return polynomial.polyval(t, polynomial.polyadd(self.c, _taylor(self.tail)))
+
+
+def tail(rng: np.random.Generator, least: int) -> Tail:
+    """A multiple of t^m times exp or sin of a power of t, m >= `least`."""
+    m, name, power = rng.integers(least, 10), rng.choice(["exp", "sin"]), rng.integers(1, 3)
+    front, c = rng.normal() * 10.0 ** rng.uniform(-2, 0), rng.uniform(0.1, 1)
+    front, c = float(f"{front:.3g}"), float(f"{c:.3g}")
+    taylor = np.zeros(_TERMS)
+    for k in range(_TERMS):
+        if m + power * k < _TERMS and (name == "exp" or k % 2):
+            sign = -1 if name == "sin" and k % 4 == 3 else 1
+            taylor[m + power * k] = sign * front * c**k / factorial(k)
+    return Tail(f"({front!r})*t**{m}*{name}({c!r}*t**{power})", taylor)
+
+
+def _taylor(tail: Tail | None, count: int = _TERMS) -> FloatArray:
+    """The first Taylor coefficients of a tail, or zeros."""
+    return np.zeros(count) if tail is None else tail.taylor[:count]
+
+
 # -- series whose next two terms nearly vanish -----------------------------------------------------
 
 
-def at_well(order: int, rng: np.random.Generator, centre: float) -> FloatArray | None:
-    """Coefficients of A with a well at `centre`, or None where the draw is of no use.
+def at_well(
+    order: int, rng: np.random.Generator, centre: float, tail: Tail | None = None
+) -> Drawn | None:
+    """A with a well at `centre`, or None where the draw is of no use.
 
     V = t^2/2 (1 + sum alpha_j t^j), t = u - centre; A < 0 right of the well and > 0 left of it.
     """
-    alpha = _drawn(rng, _DEGREE)
+    bends = np.arange(3, _DEGREE + 3)
+    others = -2 * _taylor(tail, _DEGREE + 2)[2:] / bends
+    alpha = _drawn(rng, _DEGREE) + others
     for n in (order + 1, order + 2):
         if 2 * n <= _DEGREE:
             alpha[2 * n - 1] = 0.0
             # Linear in alpha_2n, with the factor -(n + 1/2).
             vanishing = _coefficient(alpha, n) / (n + 0.5)
             alpha[2 * n - 1] = vanishing * (1 + 10.0 ** rng.uniform(-9, -2))
-    slope = -np.array([0.0, 2, *((j + 2) * a for j, a in enumerate(alpha, start=1))]) / 2
+    alpha -= others
+    found = Drawn(-np.array([0.0, 2, *bends * alpha]) / 2, tail, centre)
     t = np.linspace(-1 - centre, 1 - centre, 400)
-    if (polynomial.polyval(t, slope) * np.sign(t) >= -1e-3 * np.abs(t)).any():
+    if (found.values(t) * np.sign(t) >= -1e-3 * np.abs(t)).any():
         return None
-    return _about(slope, centre) if np.abs(alpha).max() <= _LARGEST else None
+    return found if np.abs(alpha).max() <= _LARGEST else None
 
 
-def at_point(order: int, rng: np.random.Generator, centre: float) -> FloatArray | None:
+def at_point(
+    order: int, rng: np.random.Generator, centre: float, tail: Tail | None = None
+) -> Drawn | None:
     """The same with A of one sign, or in half of the draws any A, and h_k at `centre` vanishing."""
-    c = _drawn(rng, _DEGREE + 1)
+    others = _taylor(tail, _DEGREE + 1)
+    c = _drawn(rng, _DEGREE + 1) + others
     c[0] = rng.choice([-1, 1]) * 10.0 ** rng.uniform(-0.5, 0.5)
     for n in (order + 1, order + 2):
         c[n] = 0.0
         # Linear in c_n, with the factor -n! (-1/c_0)^n/c_0^2.
         vanishing = _endpoint(c, n + 1)[n] * (-c[0]) ** n * c[0] ** 2 / factorial(n)
         c[n] = vanishing * (1 + 10.0 ** rng.uniform(-9, -2))
-    values = polynomial.polyval(np.linspace(-1 - centre, 1 - centre, 400), c)
+    found, sign = Drawn(c - others, tail, centre), np.sign(c[0])
+    values = found.values(np.linspace(-1 - centre, 1 - centre, 400))
     looked_at = values if rng.integers(2) else values[[0, -1]] * np.sign(values[[0, -1]] * c[0])
-    if (looked_at * np.sign(c[0]) < 0.05).any() or np.abs(c).max() > _LARGEST:
+    if (looked_at * sign < 0.05).any() or np.abs(c).max() > _LARGEST:
         return None
-    return _about(c, centre)
+    return found
 
 
-def between(order: int, rng: np.random.Generator, lo: float, hi: float) -> FloatArray | None:
+def between(
+    order: int, rng: np.random.Generator, lo: float, hi: float, tail: Tail | None = None
+) -> Drawn | None:
     """The same with A > 0 and the integrals of h_k over [lo, hi] vanishing, by Newton."""
     c = rng.normal(size=rng.integers(4, 10))
     c *= 10.0 ** rng.uniform(-1.5, 0.5, len(c))
     u = np.linspace(-1, 1, 300)
-    c[0] += 10.0 ** rng.uniform(-1.5, 0.5) - polynomial.polyval(u, c).min()
+    c[0] += 10.0 ** rng.uniform(-1.5, 0.5) - Drawn(c, tail, 0.0).values(u).min()
     free = rng.choice(len(c), 2, replace=False)
 
     def vanishing(c: FloatArray) -> FloatArray:
-        rows = _endpoint(c, order + 3, (lo + hi) / 2 + (hi - lo) / 2 * _NODES)
+        whole = np.trim_zeros(polynomial.polyadd(c, _taylor(tail)), "b")
+        rows = _endpoint(whole, order + 3, (lo + hi) / 2 + (hi - lo) / 2 * _NODES)
         return np.array([(_WEIGHTS * row).sum() for row in rows[-2:]])
 
     for _ in range(30):
@@ -104,11 +167,11 @@ def between(order: int, rng: np.random.Generator, lo: float, hi: float) -> Float
         step = np.linalg.solve(slopes, -now)
         step *= min(1, 0.3 / np.abs(step).max())
         c[free] += step
-        if polynomial.polyval(u, c).min() < 0.02 or np.abs(c).max() > _LARGEST:
+        if Drawn(c, tail, 0.0).values(u).min() < 0.02 or np.abs(c).max() > _LARGEST:
             return None
         if np.abs(step).max() < 1e-11:
             c[free] *= 1 + 10.0 ** rng.uniform(-10, -2.5, 2)
-            return c
+            return Drawn(c, tail, 0.0)
     return None
 
 
@@ -146,30 +209,45 @@ def _coefficient(alpha: FloatArray, n: int) -> float:
 
 # -- scenes ----------------------------------------------------------------------------------------
 
-Draw = Callable[[int, np.random.Generator], Scene | None]
+Draw = Callable[[int, np.random.Generator, bool], Scene | None]
 
 
-def _well(quantity: str, centre: float, order: int, rng: np.random.Generator) -> Scene | None:
-    c = at_well(order, rng, centre)
-    return None if c is None else Scene(quantity, c)
+def _well(
+    quantity: str, centre: float, order: int, rng: np.random.Generator, analytic: bool
+) -> Scene | None:
+    found = at_well(order, rng, centre, tail(rng, 2) if analytic else None)
+    return None if found is None else Scene(quantity, found.drift())
 
 
-def _point(quantity: str, where: str, order: int, rng: np.random.Generator) -> Scene | None:
-    u = float(rng.choice([-1, 1])) * (1 if where == "kink" else rng.uniform(0.1, 0.9))
-    c = at_point(order, rng, u)
-    if c is None:
+def _on_zero(sign: int, order: int, rng: np.random.Generator, analytic: bool) -> Scene | None:
+    """A start on the well, or with `sign` -1 on the barrier."""
+    found = at_well(order, rng, 0.0, tail(rng, 2) if analytic else None)
+    if found is None:
         return None
+    if sign > 0:
+        return Scene("T", found.drift())
+    return Scene("T", sa.Drift(f"-({found.drift().expression()})"), 0.9)
+
+
+def _point(
+    quantity: str, where: str, order: int, rng: np.random.Generator, analytic: bool
+) -> Scene | None:
+    u = float(rng.choice([-1, 1])) * (1 if where == "kink" else rng.uniform(0.1, 0.9))
+    found = at_point(order, rng, u, tail(rng, 1) if analytic else None)
+    if found is None:
+        return None
+    drift = found.drift()
     if where == "start":
-        return Scene(quantity, c, start=u)
+        return Scene(quantity, drift, start=u)
     r = abs(u) if where == "end" else 1.5
-    return Scene(quantity, c, r, rng.uniform(-0.9, 0.9) * min(r, 1))
+    return Scene(quantity, drift, r, rng.uniform(-0.9, 0.9) * min(r, 1))
 
 
-def _regular(order: int, rng: np.random.Generator) -> Scene | None:
+def _regular(order: int, rng: np.random.Generator, analytic: bool) -> Scene | None:
     r = rng.uniform(0.5, 0.95)
     start = rng.uniform(-0.9, 0.3) * r
-    c = between(order, rng, start, r)
-    return None if c is None else Scene("T", c, r, start)
+    found = between(order, rng, start, r, tail(rng, 0) if analytic else None)
+    return None if found is None else Scene("T", found.drift(), r, start)
 
 
 SEARCHES: dict[str, Draw] = {
@@ -181,15 +259,17 @@ SEARCHES: dict[str, Draw] = {
         for quantity in ("T", "C", "1 - C")
     },
     "T, regular part": _regular,
+    "T, start on a well": partial(_on_zero, 1),
+    "T, start on a barrier": partial(_on_zero, -1),
 }
 
 
-def judged(count: int, seed: int, search: str, order: int) -> Judged:
+def judged(count: int, seed: int, search: str, order: int, analytic: bool = False) -> Judged:
     """True over claimed errors of `count` drifts of one of the `SEARCHES`."""
     rng = np.random.default_rng(seed)
     asked, found = 0, []
     while asked < count:
-        scene = SEARCHES[search](order, rng)
+        scene = SEARCHES[search](order, rng, analytic)
         if scene is not None:
             one = _judged(scene, 10.0 ** rng.uniform(-1.7, -0.2), order)
             found += [one] if one is not None else []
@@ -200,7 +280,7 @@ def judged(count: int, seed: int, search: str, order: int) -> Judged:
 
 def _judged(scene: Scene, kappa: float, order: int) -> tuple[float, float] | None:
     """True over claimed error of one scene, and the claim; None where it is refused."""
-    drift, quantity = sa.polynomial(*scene.coefficients), scene.quantity
+    drift, quantity = scene.drift, scene.quantity
 
     def ask(**more: Any) -> Any:
         """The quantity in an array of one, which says estimate."""
@@ -231,11 +311,12 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--drifts", type=int, default=1000, help="of each search and order")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--analytic", action="store_true", help="drifts that are no polynomials")
     options = parser.parse_args(arguments)
     worst = 0.0
     for search in SEARCHES:
         for order in (0, 1, 2):
-            result = judged(options.drifts, options.seed, search, order)
+            result = judged(options.drifts, options.seed, search, order, options.analytic)
             most = float(result.ratios.max(initial=0.0))
             worst = max(worst, most)
             print(

@@ -350,6 +350,13 @@ def two_sides(d: Any) -> None:
         Identity(lambda: apart.subs({double[0]: nested[0], double[1]: moved})),
         left=r"\frac{T}{\lambda}",
     )
+    d.step(
+        "chance of leaving on the left",
+        "substitute",
+        ahead / total,
+        Identity(lambda: _exit_from_sweeps(d)),
+        "C of positive-form",
+    )
     d.conclude(
         Symbol("T") / lam,
         together,
@@ -357,6 +364,13 @@ def two_sides(d: Any) -> None:
         "J_left and J_right are the double integrals of e^(lam (V(v) - V(u))), v beyond u, without "
         "the start's shares of the inner one, whose sum is m",
     )
+
+
+def _exit_from_sweeps(d: Any) -> Any:
+    found = d.use("positive-form", step="chance of leaving on the left")
+    by_name = {e.name: e for e in found.free_symbols}
+    share = found.subs({by_name["sigma_left"]: behind, by_name["sigma_right"]: ahead})
+    return sympy.simplify(share).subs(ahead + behind, total)
 
 
 def _from_sweeps(d: Any) -> Any:

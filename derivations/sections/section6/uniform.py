@@ -40,6 +40,7 @@ known = {
     Symbol("slopes", positive=True): sympy.diff(ai, Z) ** 2 + sympy.diff(bi, Z) ** 2,
 }
 BI, BI_SLOPE, SQUARES, SLOPES = known
+CROSS = Symbol("cross", real=True)
 
 
 @derives("airy-form", "A well and a barrier that may meet, to leading order", ("pair-products",))
@@ -168,13 +169,26 @@ def airy_form(d: Any) -> None:
         "H is the sum of (p_(k+1) + q_(k+1) s)(s^2 - zeta)^k, of H' the k-th even and odd "
         "coefficient; q_1 is q_(k+1), p_2 and q_2 are the next",
     )
-    d.step(
+    factors = d.step(
         "weights of the double integral",
         "substitute",
         (a * a_up, a * b_up - b * a_up, -b * b_up),
         Satisfies(lambda found: _factors(found, *d.use("pair-products", "J", "J_1", "J_2"))),
         "of Ai^2 + Bi^2, Ai Ai' + Bi Bi' and Ai'^2 + Bi'^2 over pi^2, in units of lam^(-1/3); "
         "a + b s(u) and a_up + b_up s(v), u < v",
+    )
+    d.step(
+        "products in lam",
+        "substitute",
+        tuple(sympy.pi**2 * small ** (n + 2) * e for n, e in enumerate((SQUARES, CROSS, SLOPES))),
+        Satisfies(
+            lambda found: {
+                "both weights": _with_both(
+                    found, factors, d.use("pair-products", "J", "J_1", "J_2")
+                )
+            }
+        ),
+        "what the factors stand before",
     )
     d.conclude(
         (Symbol("I_up"), Symbol("I_down"), Symbol("I_both")),
@@ -314,6 +328,15 @@ def _factors(found: Any, J: Any, J_1: Any, J_2: Any) -> dict[str, Any]:
     return {"both weights": sympy.expand(sympy.pi**2 * stated - whole)}
 
 
+def _with_both(found: Any, factors: Any, products: Any) -> Any:
+    """The double integral with both weights, s = small sigma, less the factors times `found`."""
+    swap = known | {CROSS: ai * sympy.diff(ai, Z) + bi * sympy.diff(bi, Z)}
+    J, J_1, J_2 = (small ** (n + 2) * e for n, e in enumerate(products))
+    whole = a * a_up * J + (a * b_up - b * a_up) * J_1 + b * b_up * J_2
+    stated = sum(factor * e for factor, e in zip(factors, found, strict=True))
+    return sympy.expand(stated.subs(swap) - whole)
+
+
 # -- a barrier before an end -----------------------------------------------------------------------
 
 lam = Symbol("lam", positive=True)
@@ -327,6 +350,9 @@ peak, rest = Symbol("peak", positive=True), Symbol("rest", real=True)
 tail, falling = Symbol("tail", positive=True), Symbol("falling", positive=True)
 integral = Symbol("integral", real=True)
 beyond, _sigma, _D, _area = (Function(name) for name in ("rho", "sigma", "D", "area"))
+a_down, weights = Symbol("a_down", real=True), Symbol("weights", real=True)
+b_down = Symbol("b_down", real=True)
+_B, _B_down = Function("B")(t), Function("B_down")(t)
 
 
 @derives("truncated-gaussian", "A barrier before an end, to leading order")
@@ -421,6 +447,22 @@ def truncated_gaussian(d: Any) -> None:
         "L is lam int D, from 0 on; the regular part is that of 1/phi over lam",
         left="I_{+-}",
     )
+    d.step(
+        "a barrier to every order",
+        "integrate",
+        (a * tail, a_down * falling, weights * integral - a_down * falling * b),
+        Satisfies(lambda found: _to_every_order(found, 1, _D)),
+        "by parts u' is a + lam t B - dB/dt for e^(-lam t^2/2) and c + lam t E + dE/dt for "
+        "e^(lam t^2/2), a, c and B, E series in 1/lam; w = a c, L is the integral of D; what is "
+        "left, B and E among it, is analytic at the barrier",
+    )
+    d.step(
+        "a well to every order",
+        "integrate",
+        (-a_down * falling, -a * tail, -weights * integral - a * tail * b_down),
+        Satisfies(lambda found: _to_every_order(found, -1, _sigma)),
+        "integral that of sigma",
+    )
     d.conclude(
         (Symbol("I_up"), Symbol("I_down"), Symbol("I_both")),
         (*single, both),
@@ -456,6 +498,36 @@ def _exponential(sign: int) -> Any:
 def _along(e: Any) -> Any:
     """`e` as a function of t: D, sigma, lam int D and rho change with it."""
     return e.subs({tail: _sigma(t), falling: _D(t), integral: _area(t), rest: beyond(t)})
+
+
+def _to_every_order(found: Any, inward: int, of_area: Any) -> dict[str, Any]:
+    """Both integrands, and the regular part's: its products with D or sigma are those found."""
+    here = {
+        tail: _sigma(t), falling: _D(t), integral: _area(t), b: _B, b_down: _B_down,
+        weights: a * a_down,
+    }  # fmt: skip
+    slopes = {
+        sympy.diff(_sigma(t), t): lam * t * _sigma(t) - 1,
+        sympy.diff(_D(t), t): 1 - lam * t * _D(t),
+        sympy.diff(_area(t), t): of_area(t),
+    }
+    up, down, regular = (e.subs(here) for e in found)
+    by_sigma, by_dawson = (up, down) if inward > 0 else (-down, -up)
+    weight = a + lam * t * _B - sympy.diff(_B, t)
+    weight_down = a_down + lam * t * _B_down + sympy.diff(_B_down, t)
+
+    def slope_of(e: Any) -> Any:
+        return sympy.diff(e, t).subs(slopes)
+
+    by_sigma, by_dawson = by_sigma + _B, by_dawson + _B_down
+    left_out = sympy.expand(weight * by_dawson if inward > 0 else -weight_down * by_sigma)
+    left_out = sympy.expand(left_out - slope_of(regular))
+    return {
+        "e^(-lam t^2/2)": sympy.expand(slope_of(by_sigma) - lam * t * by_sigma + weight),
+        "e^(lam t^2/2)": sympy.expand(slope_of(by_dawson) + lam * t * by_dawson - weight_down),
+        "the regular part has D": left_out.coeff(_D(t)),
+        "the regular part has sigma": left_out.coeff(_sigma(t)),
+    }
 
 
 def _changed(e: Any) -> Any:

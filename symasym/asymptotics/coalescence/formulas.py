@@ -19,6 +19,7 @@ from symasym.asymptotics.coalescence.parts import beyond_erfc, end_series, saddl
 from symasym.asymptotics.laplace.kinks import number
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError
+from symasym.generated.arithmetic_formulas import over_pair, pair_units
 from symasym.numbers.polynomials import product
 from symasym.series.coefficient_fields import ExpressionField, sampled_parameters
 from symasym.series.taylor_series import NotAnalytic, taylor
@@ -239,22 +240,23 @@ def iterated_formula(
     third = sympy.cbrt(lam)
     root, level, direction, (falling, rising) = two_saddles(-f, (g, h), x, saddles, order)
     z, level = third**2 * root**2, -level
-    functions = (
-        (sympy.airyai(z) ** 2 + sympy.airybi(z) ** 2) / third**2,
-        (sympy.airyai(z) * sympy.airyaiprime(z) + sympy.airybi(z) * sympy.airybiprime(z)) / lam,
-        (sympy.airyaiprime(z) ** 2 + sympy.airybiprime(z) ** 2) / third**4,
+    constants: Any = sympy
+    ai, bi, ai_slope, bi_slope = (
+        e(z) for e in (sympy.airyai, sympy.airybi, sympy.airyaiprime, sympy.airybiprime)
     )
+    products = ai**2 + bi**2, ai * ai_slope + bi * bi_slope, ai_slope**2 + bi_slope**2
+    functions = pair_units(constants, 1 / third, *products)
     total = sum(y * lam ** (-k - 1) for k, y in enumerate(_regular(f, g, h, x, lo, hi, order)))
     if direction == 1:
         for n, row in enumerate(product_rows(falling, rising)):
             inner = sum(c * y for c, y in zip(row, functions, strict=True))
-            total += sympy.pi**2 * lam**-n * inner
+            total += lam**-n * inner
 
     def single(rows: Rows, step: int) -> list[Any]:
         """The expansion of one integral of the pair, in Bi and Bi'."""
-        bi, slope = sympy.airybi(z) / third, sympy.airybiprime(z) / third**2
+        which = (1 - step) // 2
         return [
-            sympy.pi * (step * lam) ** -n * (a * bi + step * b * slope)
+            (step * lam) ** -n * over_pair(constants, a, 1 / third, b, bi, bi_slope)[which]
             for n, (a, b) in enumerate(rows)
         ]
 

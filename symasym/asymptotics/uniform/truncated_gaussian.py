@@ -26,6 +26,7 @@ the zero. Two points near the same zero are served as well: the formulas are exa
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -39,8 +40,9 @@ from symasym.asymptotics.weak_noise.one_sided import (
 from symasym.asymptotics.weak_noise.series import BEYOND
 from symasym.base.contexts import mpf_of
 from symasym.drift.field.taylor_field import ExactField
+from symasym.generated.plain_formulas import barrier_truncated, well_truncated
 from symasym.numbers.arithmetic import Digits
-from symasym.numbers.polynomials import product
+from symasym.numbers.polynomials import Truncated, product
 from symasym.special.dawson import dawson, erfcx_area, gaussians
 
 if TYPE_CHECKING:
@@ -282,32 +284,41 @@ def corrections(
         with c.workdps(truncation.digits):
             truncation.known[lam] = _functions(truncation, lam, c)
     functions = truncation.known[lam]
+    sign = 1 if truncation.barrier else -1
     down = [(-1) ** n * a for n, a in enumerate(truncation.peak)]
     back = [(-1) ** k * b for k, b in enumerate(truncation.series)]
-    of_dawson = dawson_terms(truncation.t, terms, c)
-    sigma_series = product(truncation.peak, sigma_terms(truncation.t, terms, c), terms)
-    slow = product(down, of_dawson, terms)
-    a, a_down = power_sum(truncation.peak[:terms], lam), power_sum(down[:terms], lam)
+    weights = product(truncation.peak, down, terms)
+    a, a_down = (power_sum(row[:terms], lam) for row in (truncation.peak, down))
     if share is not None:
         own = power_sum(truncation.whole[:terms], lam)
         a += share[1] * (share[0] * c.sqrt(lam / (2 * c.pi)) - own)
-    sigma = a * functions.sigma - power_sum(sigma_series, lam) / lam
-    dawson = a_down * functions.dawson - power_sum(slow, lam) / lam
-    weights = product(truncation.peak, down, terms)
-    up, low = c.exp(lam * truncation.height), c.exp(-lam * truncation.height)
+
+    def formal(row: list[Any], over: int = 0) -> Truncated:
+        """The row over lam^over, 0 or 1; with sigma or D, which are over lam, to lam^-terms."""
+        nothing = [0 * lam]
+        return Truncated([*nothing * over, *row[:terms], *nothing * (1 - over)], terms + 1)
+
+    rows: dict[str, tuple[Any, Any]] = {
+        "a": (a, formal(truncation.peak)),
+        "a_down": (a_down, formal(down)),
+        "tail": (functions.sigma, formal(sigma_terms(truncation.t, terms, c), 1)),
+        "falling": (functions.dawson, formal(dawson_terms(truncation.t, terms, c), 1)),
+        "integral": (functions.area, formal(_log_series(truncation.t, terms, sign, c), 1)),
+    }
+    formula: Callable[..., Any] = barrier_truncated if truncation.barrier else well_truncated
     if truncation.barrier:
-        formal = _log_series(truncation.t, terms, 1, c)
-        regular = power_sum(weights, lam) * functions.area
-        regular -= power_sum(product(weights, formal, terms), lam) / lam
-        regular -= a_down * functions.dawson * power_sum(truncation.series[:terms], lam) / lam
-        regular += power_sum(product(slow, truncation.series, order), lam) / lam**2
-        return Corrections(up * sigma, low * dawson, regular)
-    formal = _log_series(truncation.t, terms, -1, c)
-    # All orders of both: what is lost at the zero is a product as well.
-    regular = a * a_down * functions.area - power_sum(product(weights, formal, terms), lam) / lam
-    regular += a * functions.sigma * power_sum(back[:terms], lam) / lam
-    regular -= power_sum(product(sigma_series, back, order), lam) / lam**2
-    return Corrections(-up * dawson, -low * sigma, -regular)
+        rows["b"] = power_sum(truncation.series[:terms], lam) / lam, formal(truncation.series, 1)
+        rows["weights"] = power_sum(weights, lam), formal(weights)
+    else:
+        rows["b_down"] = power_sum(back[:terms], lam) / lam, formal(back, 1)
+        # All orders of both: what is lost at the zero is a product as well.
+        rows["weights"] = a * a_down, formal(weights)
+    exact, series = (formula(**{name: row[k] for name, row in rows.items()}) for k in (0, 1))
+    rising, falling, regular = (
+        value - power_sum(expansion.c, lam) for value, expansion in zip(exact, series, strict=True)
+    )
+    up, low = c.exp(lam * truncation.height), c.exp(-lam * truncation.height)
+    return Corrections(up * rising, low * falling, regular)
 
 
 def _log_series(t: mpf, terms: int, sign: int, context: MPContext) -> list[Any]:

@@ -14,6 +14,7 @@ in 1/lam, and the next two orders tell how much.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -21,7 +22,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes
-from symasym.asymptotics.weak_noise.compose import Composed, pairs_of, regular_part, rising_of
+from symasym.asymptotics.weak_noise.compose import (
+    Composed,
+    mean_time,
+    pairs_of,
+    regular_part,
+    rising_of,
+)
 from symasym.asymptotics.weak_noise.critical_points import both_sides, in_float
 from symasym.asymptotics.weak_noise.evaluation import (
     DROPPED,
@@ -39,7 +46,7 @@ from symasym.asymptotics.weak_noise.evaluation import (
     with_digits,
 )
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
-from symasym.asymptotics.weak_noise.series import Point
+from symasym.asymptotics.weak_noise.series import Point, Series
 from symasym.base.contexts import kept, mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import FloatArray, IntArray, exact, float_text, is_array
@@ -206,10 +213,10 @@ def _items(
 ) -> list[tuple[str, Any, Any]]:
     """Every pair of critical points and the regular part of both sides, times the chance of it."""
     r, nodes, items = composed.r, composed.nodes, []
-    shares = composed.sides.shares
-    rest = with_digits(escape_time, composed, at).value
+    sides, none = composed.sides, nodes.leaf(0.0, Series([]))
+    shares = sides.shares
     for k, one in enumerate(both):
-        front = at.lam * plain(shares[1 - k] / composed.sides.total, at)[0]
+        front = at.lam * plain(shares[1 - k] / sides.total, at)[0]
         sign, chance = 2 * k - 1, "" if k else "C times "
         for low, high, pair in pairs_of(one, rising_of(one, r, nodes), nodes):
             value, error = plain(pair, at)
@@ -218,8 +225,11 @@ def _items(
         value, error = plain(regular_part(one, r, nodes), at)
         where = f"{chance}the regular part, {'right' if k else 'left'}"
         items.append((where, front * value, front * error))
-    rest -= sum(value for _, value, _ in items)
-    items.append(("the start's own share", rest, 0 * rest))
+    # T is linear in D; taken from the rest of T, a share of 0 would be its rounding.
+    left, right = (side._replace(nested=none) for side in (sides.left, sides.right))
+    value, error = plain(mean_time(replace(sides, left=left, right=right)), at)
+    if value or error:
+        items.append(("the start's own share", at.lam * value, at.lam * error))
     return items
 
 

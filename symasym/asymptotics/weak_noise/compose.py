@@ -41,7 +41,7 @@ from symasym.asymptotics.weak_noise.series import (
     plus,
     terms,
 )
-from symasym.generated.plain_formulas import on_the_right, time_of_doubles
+from symasym.generated.plain_formulas import on_the_right, share_of_side, time_of_doubles
 
 #: Rounding of lam, of a product with it, and of an exponential.
 ULP = 1.2e-15
@@ -429,12 +429,10 @@ class _Probability(NamedTuple):
     error: Node
 
 
-def _probability(
-    sides: Sides, ordered: tuple[Side, Side], shares: tuple[Node, Node]
-) -> _Probability:
+def _probability(sides: Sides, ordered: tuple[Side, Side], shares: tuple[Any, Any]) -> _Probability:
     """One side's share of int e^{lam V}, C on the right (eq:C), and the error of its part."""
     (part, rest), total = ordered, sides.total
-    own, other = (share / total for share in shares)
+    own, other = (share_of_side(share, total) for share in shares)
     errors = [
         part.scale.wrong() * abs(other),
         rest.scale.wrong() * abs(own),

@@ -18,6 +18,7 @@ from symasym.asymptotics.weak_noise.one_sided import (
     arc_coefficients,
     endpoint_coefficients,
     endpoint_majorants,
+    majorants,
 )
 from symasym.asymptotics.weak_noise.regular_part import panel_integrals, polynomial_primitives
 from symasym.asymptotics.weak_noise.series import (
@@ -260,6 +261,9 @@ class _FieldBuilder(Builder):
             if i % 2:
                 formal[i // 2].append(((-1) ** (i // 2 + 1) * size, exponent, 0))
         own, other = series_of(peak, self.least), series_of(formal, self.least)
+        # Of the whole Gaussian, where what is odd cancels.
+        about = self.taylor(self.x, 2 * self.count + 2 + FURTHER)
+        own = own._replace(majorants=majorants(about, self.count, self.arithmetic))
         return (own, other, False) if taylor[1] > 0 else (other, own, True)
 
     def arc(self, sign: int) -> tuple[list[Any], list[Any]]:
