@@ -252,7 +252,8 @@ class Plan(NamedTuple):
 def series_of(
     field: Field, lam_h: FloatArray, blocks: Blocks, anchors: Anchors
 ) -> FloatArray | None:
-    """Taylor coefficients of lam phi h about the middles, in half widths; None without a series."""
+    """Taylor coefficients of lam phi h about the middles, in half widths, a column for each block;
+    None without a series."""
     known = field.series(blocks.scene)
     taken_about = blocks.anchor >= 0
     if taken_about.any():
@@ -265,22 +266,30 @@ def series_of(
             known = about
     if known is None:
         return None
-    c = np.array(shifted(list(known), (blocks.t0 + blocks.t1) / 2))
-    half, scale = (blocks.t1 - blocks.t0) / 2, lam_h
-    for k in range(len(c)):
-        c[k] *= scale
+    return centred(known, blocks.t0, blocks.t1, lam_h)
+
+
+def centred(
+    coefficients: FloatArray, low: FloatArray | float, high: FloatArray | float, scale: FloatArray
+) -> FloatArray:
+    """The polynomials of these ascending coefficients, a column each, times `scale`, about the
+    middles of [low, high] in half widths."""
+    c = np.array(shifted(list(coefficients), np.asarray((low + high) / 2)))
+    half = (high - low) / 2
+    for row in c:
+        row *= scale
         scale = scale * half
-    return c.T
+    return c
 
 
 def at_nodes(
     field: Field, blocks: Blocks, anchors: Anchors, series: FloatArray | None, lam_h: FloatArray
 ) -> FloatArray:
-    """lam phi h at the Lobatto nodes of each block."""
+    """lam phi h at the Lobatto nodes, a column for each block."""
     if series is None:
-        return lam_h[:, None] * phi_at(field, blocks, anchors, float_panels.lobatto().nodes)
-    x: FloatArray = float_panels.product(series, float_panels.lobatto_powers(series.shape[1]).T)
-    return x
+        phi = phi_at(field, blocks, anchors, float_panels.lobatto().nodes)
+        return np.ascontiguousarray(phi.T) * lam_h
+    return float_panels.by_columns(float_panels.lobatto_powers(len(series)), series)
 
 
 def planned(
@@ -290,9 +299,9 @@ def planned(
     h = blocks.t1 - blocks.t0
     lam_h = lam[blocks.scene] * h
     series = series_of(field, lam_h, blocks, anchors)
-    rows = at_nodes(field, blocks, anchors, series, lam_h)
     # NumPy reduces a long last axis fast and a short one slowly: nodes go first.
-    x = np.ascontiguousarray(rows.T)
+    x = at_nodes(field, blocks, anchors, series, lam_h)
+    rows = x.T
     low, high = x.min(axis=0), x.max(axis=0)
     steep = np.maximum(np.abs(low), np.abs(high))
     # Slopes are sampled with more to spare: the errors of both are held against one number.
