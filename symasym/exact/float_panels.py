@@ -187,12 +187,13 @@ def _running_and_last() -> FloatArray:
 
 
 def by_columns(matrix: FloatArray, x: FloatArray) -> FloatArray:
-    """matrix @ x in pieces of `COLUMNS`: threads of BLAS cost more than they save."""
-    if x.shape[1] <= COLUMNS:
+    """matrix @ x in pieces of columns: threads of BLAS cost more than they save."""
+    number = COLUMNS * NODES**2 // matrix.size
+    if x.shape[1] <= number:
         return matrix @ x
     result = np.empty((len(matrix), x.shape[1]))
-    for low in range(0, x.shape[1], COLUMNS):
-        some = slice(low, low + COLUMNS)
+    for low in range(0, x.shape[1], number):
+        some = slice(low, low + number)
         result[:, some] = matrix @ x[:, some]
     return result
 
@@ -258,7 +259,7 @@ def sampled(
     h = h / shape[0]
     rise = rise.sum(axis=0)
     up = rise > 0
-    end = np.exp(-np.abs(rise))
+    end = np.exp(np.where(up, -rise, rise))
     up_end, down_end = np.where(up, end, 1.0) * h, np.where(up, 1.0, end) * h
     int_e, int_inverse = int_e.sum(axis=0), int_inverse.sum(axis=0)
     return Moments(rise, int_e * up_end, int_inverse * down_end, nested * h * down_end), missed

@@ -38,6 +38,8 @@ from symasym.numbers.dual_arrays import DualArray
 
 _PLANNED_AT_ONCE = 2048
 _SCENES_AT_ONCE = 128
+#: So few panels cost less than another group of blocks, or bisecting: all have one step more.
+_FEW = 64
 _DEEPEST = 90  # bisections
 _OPEN = 1e-9  # of log T, roughly: what unresolved blocks may leave open
 #: Blocks of one scene waiting for bisection: more of them means that bisecting does not help.
@@ -222,9 +224,13 @@ def _moments(
         arrays: Any = map(DualArray, (shift, local, *moments), slopes)
         shift, local, *arrays = arrays
         moments = Moments(*arrays)
-    order = np.argsort(plan.panels, kind="stable")
     counts = np.append(0, panel_counts(field))
-    ends = np.searchsorted(plan.panels[order], counts, side="right")
+    panels, place = plan.panels, np.searchsorted(counts, plan.panels.max(initial=0))
+    more = counts[min(place + 1, len(counts) - 1)]
+    if n * more <= _FEW:
+        panels = np.where(panels > 0, more, 0)
+    order = np.argsort(panels, kind="stable")
+    ends = np.searchsorted(panels[order], counts, side="right")
     place, memory = float_panels.memory()
     low = 0
     for count, end in zip(counts.tolist(), ends.tolist(), strict=True):

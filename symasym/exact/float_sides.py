@@ -74,7 +74,8 @@ def swept(field: Field, lam: FloatArray, r: FloatArray, end: FloatArray) -> tupl
         A side is [-r, end].
     """
     rate = lam * field.size()[: len(lam)]
-    index = np.flatnonzero((r > 1.0) & (end > -1.0) & (end <= 1.0) & (rate < MILD))
+    mild = (r > 1.0) & (end > -1.0) & (end <= 1.0) & (rate < MILD)
+    index = np.arange(len(lam)) if mild.all() else np.flatnonzero(mild)
     coefficients = None if field.directions else field.series(index)
     if coefficients is None or not index.size:
         return index[:0], _logs(np.empty((4, 0)))

@@ -217,8 +217,10 @@ def _panels(field: Field, lam: FloatArray, start: FloatArray, end: FloatArray) -
     ahead[left] = np.log(int_e) + np.maximum(-rise, 0.0)
     inside = records_of(field, lam, blocks, anchors, ahead)
     right = np.flatnonzero(end > 1.0)
-    beyond = _outer(field, lam, right, 1, end[right] - np.maximum(1.0, start[right]))
-    records = merged(Records.joined([before, inside, beyond]).sorted())
+    parts = [before, inside]
+    if right.size:
+        parts.append(_outer(field, lam, right, 1, end[right] - np.maximum(1.0, start[right])))
+    records = merged(Records.joined(parts).sorted())
     count = np.bincount(records.scene, minlength=len(lam))
     # A panel is good to about 20 ulp, and to the rounding of phi in its exponent where phi
     # is not taken about a nearby centre.
