@@ -301,7 +301,6 @@ def planned(
     series = series_of(field, lam_h, blocks, anchors)
     # NumPy reduces a long last axis fast and a short one slowly: nodes go first.
     x = at_nodes(field, blocks, anchors, series, lam_h)
-    rows = x.T
     low, high = x.min(axis=0), x.max(axis=0)
     steep = np.maximum(np.abs(low), np.abs(high))
     # Slopes are sampled with more to spare: the errors of both are held against one number.
@@ -310,10 +309,10 @@ def planned(
     place = np.searchsorted(counts, steep / reach)
     count = counts[np.minimum(place, len(counts) - 1)]
     few = place < len(counts)
-    slowly = is_slow(low, high, rows)
+    slowly = is_slow(low, high, x)
     if series is None:
         # The n-th Chebyshev coefficient shrinks by count^n when the block is cut into panels.
-        few &= _tail(rows) / count**8 <= 4e-14 * count
+        few &= _tail(x) / count**8 <= 4e-14 * count
     size = steep / lam_h
     field.reaches(blocks.scene, size)
     phi = x[float_panels.NODES // 2] / lam_h
@@ -391,26 +390,27 @@ def _rounding(field: Field, blocks: Blocks, anchors: Anchors, ready: np.ndarray)
 
 
 def is_slow(low: FloatArray, high: FloatArray, x: FloatArray) -> np.ndarray:
-    """Blocks on which the slow series holds to rounding; low <= x = lam phi h <= high at nodes."""
+    """Blocks on which the slow series holds to rounding; low <= x = lam phi h <= high at nodes, a
+    column each."""
     smallest = np.maximum(low, -high)
     # The mean of phi'/(lam phi^2) is at most its largest value.
     spread = 1.0 - smallest / np.maximum(high, -low)
     candidate = (smallest > 40.0) & (spread * SLOWNESS < smallest)
     if not candidate.any():
         return candidate
-    chosen, smallest = x[candidate], smallest[candidate]
+    chosen, smallest = x[:, candidate], smallest[candidate]
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         # lam phi^2/|phi'|, kept from overflowing
-        slope = float_panels.product(chosen, float_panels.lobatto().differentiate.T)
-        steepness = np.abs(np.ascontiguousarray((slope / chosen / chosen).T)).max(axis=0)
-        tail = _tail(smallest[:, None] / chosen)
+        slope = float_panels.by_columns(float_panels.lobatto().differentiate, chosen)
+        steepness = np.abs(slope / chosen / chosen).max(axis=0)
+        tail = _tail(smallest / chosen)
         # A term of the slow series is a derivative of the one before, and differentiating at
         # an end multiplies what the nodes miss of 1/phi by up to 2 NODES^2 a width.
         growth = 2 * float_panels.NODES**2 / smallest
         # `rise` integrates phi itself, which may have poles where 1/phi is smooth. It is as
         # large as lam, so what the nodes miss is held against an ulp of the largest value, to
         # which phi is known; not against the sum of all, which lets 17 times more pass.
-        resolved = _tail(chosen) <= 1e-14 * np.abs(chosen).max(axis=1)
+        resolved = _tail(chosen) <= 1e-14 * np.abs(chosen).max(axis=0)
         resolved &= (tail < 1e-10) & (tail * growth * (1 + growth) < 6e-14)
         candidate[candidate] = (steepness * SLOWNESS < 1) & resolved
     return candidate
@@ -428,6 +428,7 @@ def tail_of() -> FloatArray:
 
 
 def _tail(values: FloatArray) -> FloatArray:
-    """Size of the last two Chebyshev coefficients of each row."""
-    last: FloatArray = np.abs(float_panels.product(values, tail_of()))
-    return np.maximum(last[:, 0], last[:, 1])
+    """Size of the last two Chebyshev coefficients of each column."""
+    last = np.abs(float_panels.by_columns(tail_of().T, values))
+    larger: FloatArray = np.maximum(last[0], last[1])
+    return larger

@@ -132,7 +132,8 @@ def running_powers(count: int, terms: int) -> tuple[FloatArray, FloatArray]:
     t = left + 2 / count * np.outer(ends, rule.nodes)
     powers = t[:, None] ** np.arange(terms)[:, None, None]
     whole = powers @ rule.weights * (ends / count)
-    return np.ascontiguousarray(whole[..., :-1].swapaxes(1, 2)), np.ascontiguousarray(whole[..., -1])
+    to_nodes = np.ascontiguousarray(whole[..., :-1].swapaxes(1, 2))
+    return to_nodes, np.ascontiguousarray(whole[..., -1])
 
 
 @cache
@@ -198,12 +199,12 @@ def by_columns(matrix: FloatArray, x: FloatArray) -> FloatArray:
     return result
 
 
-def product(x: Any, matrix: FloatArray, out: FloatArray | None = None) -> Any:
+def product(x: Any, matrix: FloatArray) -> Any:
     """x @ matrix in pieces of `_ROWS`: threads of BLAS cost more than they save on short rows."""
     whole = len(x) // _ROWS * _ROWS if isinstance(x, np.ndarray) else 0
     if whole <= _ROWS:
-        return x @ matrix if out is None else np.matmul(x, matrix, out=out)
-    result = np.empty((len(x), *matrix.shape[1:])) if out is None else out
+        return x @ matrix
+    result = np.empty((len(x), *matrix.shape[1:]))
     pieces, places = (y[:whole].reshape(-1, _ROWS, *y.shape[1:]) for y in (x, result))
     np.matmul(pieces, matrix, out=places)
     np.matmul(x[whole:], matrix, out=result[whole:])
@@ -232,7 +233,7 @@ def sampled(
     shape = rise.shape
     places: Any = [None] * 4
     if work is not None:
-        places = [exponents, *placed(work, (NODES, NODES + 3, 3), shape)]
+        places = [exponents, *arrays_in(work, (NODES, NODES + 3, 3), shape)]
     inverse_e: Any = np.exp(exponents, out=places[0])  # 1/e at the nodes
     e = np.divide(1.0, inverse_e, out=places[1])  # costs less than a second exponential
     # One product of matrices for each: the running integral, the mean, the last coefficients.
@@ -265,10 +266,10 @@ def sampled(
     return Moments(rise, int_e * up_end, int_inverse * down_end, nested * h * down_end), missed
 
 
-def placed(
+def arrays_in(
     memory: FloatArray, rows: tuple[int, ...], shape: tuple[int, ...]
 ) -> list[FloatArray]:
-    """Arrays of these numbers of rows between the axes of `shape`, one after the other in memory."""
+    """Arrays with these numbers of rows between the axes of `shape`, one after the other."""
     result, low = [], 0
     for n in rows:
         high = low + n * math.prod(shape)

@@ -7,7 +7,6 @@ where the field has directions.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -279,7 +278,7 @@ def _exponents(
     """Exponents and rises of `count` panels of each block (`float_panels.exponents_of_series`)."""
     nodes = float_panels.NODES
     if series is not None:
-        (place,) = float_panels.placed(work, (nodes,), (count, len(lam_h)))
+        (place,) = float_panels.arrays_in(work, (nodes,), (count, len(lam_h)))
         return float_panels.exponents_of_series(series, count, place)
     phi = phi_at(field, blocks, anchors, _gauss_nodes(count)) * (lam_h / count)[:, None]
     values = np.ascontiguousarray(phi.reshape(len(lam_h), count, nodes).transpose(1, 2, 0))

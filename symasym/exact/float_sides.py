@@ -64,7 +64,9 @@ class _Sides(NamedTuple):
 
 
 def swept(field: Field, lam: FloatArray, r: FloatArray, end: FloatArray) -> tuple[IntArray, Swept]:
-    """The sides that are mild, and sigma and w at their ends (`symasym.exact.sweep`).
+    """The mild ones among the sides, and sigma and w at their ends (`symasym.exact.sweep`).
+
+    Mild are those of a polynomial, with r > 1 >= |end|, that few panels resolve.
 
     Parameters
     ----------
@@ -92,6 +94,7 @@ def swept(field: Field, lam: FloatArray, r: FloatArray, end: FloatArray) -> tupl
     fall = np.maximum(-tail.rise, 0.0)
     log_sigma, error = np.log(sigma) + fall, own + _ULP * fall
     sides = _Sides(lam, series, size, *_steepest(series, size), h, own, log_sigma, error, w)
+    # Few sides more of the general rule cost less than another.
     alone = sides.log_sigma > FAINT + size
     if alone.all():
         found = _single(sides)
@@ -113,12 +116,12 @@ def _logs(found: FloatArray) -> Swept:
     return Swept(LogPositive(found[0], found[1]), LogPositive(found[2], found[3]))
 
 
-def _groups(wanted: FloatArray, counts: IntArray) -> Iterator[tuple[int, IntArray]]:
-    """Numbers of panels, each with the sides that want no more; few enough for the cache."""
-    place = np.searchsorted(counts, wanted)
+def _groups(wanted: FloatArray) -> Iterator[tuple[int, IntArray]]:
+    """Numbers of panels, each with sides that want no more; few enough for the cache."""
+    place = np.searchsorted(_COUNTS, wanted)
     order = np.argsort(place, kind="stable")
-    ends = np.searchsorted(place[order], np.arange(len(counts)), side="right").tolist()
-    low, numbers = 0, counts.tolist()
+    ends = np.searchsorted(place[order], np.arange(len(_COUNTS)), side="right").tolist()
+    low, numbers = 0, _COUNTS.tolist()
     for count, high, following in zip(numbers, ends, [*numbers[1:], np.inf], strict=True):
         if (high - low) * (following - count) < _FEW:
             continue
@@ -134,8 +137,8 @@ def _nested(sides: _Sides) -> FloatArray:
     lam, series, size, steep, falls, h, own = sides[:7]
     moments, missed = np.full((4, len(h)), np.nan), np.full(len(h), np.nan)
     place, memory = float_panels.memory()
-    for count, some in _groups(steep / np.where(falls, REACH_DOWN, REACH), _COUNTS):
-        (out,) = float_panels.placed(place, (NODES,), (count, len(some)))
+    for count, some in _groups(steep / np.where(falls, REACH_DOWN, REACH)):
+        (out,) = float_panels.arrays_in(place, (NODES,), (count, len(some)))
         exponents = float_panels.exponents_of_series(series[:, some], count, out)
         moments[:, some], missed[some] = float_panels.sampled(*exponents, h[some], memory)
     rise, int_e, int_inverse, nested = moments
@@ -176,9 +179,9 @@ def _single(sides: _Sides) -> FloatArray:
     wanted = np.where(falls | (few == 1), few, equal)
     total, missed = np.full((2, len(h)), np.nan)
     place = float_panels.memory()[0]
-    for count, some in _groups(wanted, _COUNTS):
+    for count, some in _groups(wanted):
         to_nodes, width = _to_end(count, len(series))
-        (terms,) = float_panels.placed(place, (NODES,), (count, len(some)))
+        (terms,) = float_panels.arrays_in(place, (NODES,), (count, len(some)))
         np.exp(np.matmul(to_nodes, series[:, some], out=terms), out=terms)
         sums = float_panels.last_coefficients() @ terms
         sums *= width

@@ -183,7 +183,9 @@ def _slopes(x: LogPositive | int) -> tuple[Any, Any]:
 def with_log(log: FloatArray | DualArray, error: FloatArray | DualArray | float) -> LogPositive:
     """The numbers of these logarithms; of a dual `error`, the slopes are the errors of slopes."""
     value, known = value_of(log), value_of(error)
-    plain = LogPositive(value, known if np.shape(known) == value.shape else np.full(value.shape, known))
+    if np.shape(known) != value.shape:
+        known = np.full(value.shape, known)
+    plain = LogPositive(value, known)
     if not isinstance(log, DualArray):
         return plain
     return LogSlopes(plain, log.slopes, slopes_of(error) + np.zeros_like(log.slopes))
