@@ -18,7 +18,7 @@ from derivations.runner import describe
 from symasym.base.files import write_bytes
 from symasym.derivation import Expansion
 from symasym.derivation.code import function
-from symasym.derivation.results import latex, parts
+from symasym.derivation.results import parts
 
 FOLDER = Path(__file__).parent.parent / "symasym" / "generated"
 FORMAT = "symasym-formulas/1"
@@ -214,6 +214,7 @@ _HEADERS = {
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from symasym.generated import arithmetic_formulas as arithmetic
 from symasym.generated import plain_formulas as plain
 
 if TYPE_CHECKING:
@@ -283,6 +284,9 @@ def module(target: str) -> str:
         if item.plain and target == "mpmath":
             lines.append(f"{item.name} = _of_numbers(plain.{item.name})")
             continue
+        if item.arithmetic and target == "mpmath":
+            lines.append(f"{item.name} = arithmetic.{item.name}")
+            continue
         stated = expression(item)
         names, arguments = named(stated)
         lines.append("\n" + function(item.name, arguments, stated, target, doc(item), names))
@@ -292,11 +296,12 @@ def module(target: str) -> str:
 _NUMPY = """\
 \"""The formulas of `mpmath_formulas` in float64, for arrays that broadcast together.
 
-Written by ``python -m derivations.emit`` from the checked derivations: do not edit.
+Written by ``python -m derivations.emit``: do not edit.
 \"""
 
 from functools import partial
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -307,16 +312,13 @@ from symasym.generated import plain_formulas as plain
 _ARCS = {f"a{name}": getattr(np, f"arc{name}") for name in ("sin", "cos", "tan")}
 _FLOATS = SimpleNamespace(**{**vars(np), **_ARCS, "mpf": float})
 
+
+def __getattr__(name: str) -> Any:
+    \"""A formula with NumPy in the place of its context; of numbers alone as it is.\"""
+    formula = getattr(plain, name, None) or partial(getattr(formulas, name), _FLOATS)
+    globals()[name] = formula
+    return formula
 """
-
-
-def in_floats() -> str:
-    """Source of the module for NumPy: the formulas of a context with NumPy in its place."""
-    bound = (
-        f"plain.{item.name}" if item.plain else f"partial(formulas.{item.name}, _FLOATS)"
-        for item in EMITTED
-    )
-    return _NUMPY + "".join(f"{i.name} = {b}\n" for i, b in zip(EMITTED, bound, strict=True))
 
 
 def named(stated: Any) -> tuple[dict[Any, str], list[Any]]:
@@ -374,7 +376,7 @@ def formulas() -> str:
                 "kind": s.check.kind,
                 "how": s.check.how(),
                 "reason": s.reason,
-                "latex": latex(s.result, derivation.names),
+                "latex": s.latex(derivation.names),
             }
             for s in derivation.steps
         ]
@@ -391,7 +393,7 @@ def sources() -> dict[str, str]:
     return {
         "__init__.py": '"""Code and data emitted by the derivations; do not edit."""\n',
         **{f"{target}_formulas.py": module(target) for target in _TEXTS},
-        "numpy_formulas.py": in_floats(),
+        "numpy_formulas.py": _NUMPY,
         "formulas.json": formulas(),
     }
 

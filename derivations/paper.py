@@ -97,12 +97,20 @@ class PaperDerivation(Derivation):
         found = tuple(value_of(other, name) for name in left)
         return found if len(left) > 1 else found[0]
 
-    def step(self, name: str, rule: str, result: Statement, check: Check, reason: str = "") -> Any:
+    def step(
+        self,
+        name: str,
+        rule: str,
+        result: Statement,
+        check: Check,
+        reason: str = "",
+        left: str | tuple[str, ...] = "",
+    ) -> Any:
         """As `Derivation.step`; what was taken since the last step is recorded under this name."""
         for label in self._pending:
             self.used[label].add(name)
         self._pending.clear()
-        return super().step(name, rule, result, check, reason)
+        return super().step(name, rule, result, check, reason, left)
 
     def verify(self) -> list[StepRecord]:
         """As `Derivation.verify`; what the derivation rests on must have been used."""

@@ -61,7 +61,7 @@ _TOKEN = re.compile(
     r"|(?P<side>\b[afg][+-](?=[\s,.;:)^/]|$))"
     r"|(?P<raised>\^\((?:\+-?|-|j)\))"
     r"|(?P<number>\d+(?:\.\d+)?(?:e[+-]?\d+)?)"
-    r"|(?P<name>[A-Za-z]+(?:_\w+|\d)?'*(?![A-Za-z]))"
+    r"|(?P<name>[A-Za-z]_\([a-z\d+]+\)'*|[A-Za-z]+(?:_\w+|\d)?'*(?![A-Za-z]))"
     r"|(?P<sign><=|>=|<<|>>|->|\+-|-\+|\.\.\.(?=,)|[=<>+\-*/^])"
     r"|(?P<bracket>[(){}|])|(?P<comma>,)|(?P<space> +)|(?P<other>.)",
     re.DOTALL,
@@ -158,7 +158,9 @@ def _symbol(tokens: list[Token], place: int) -> bool:
         return place + 1 < len(tokens) and tokens[place + 1][1] == "("
     known = name in (*_GREEK, *_FUNCTIONS, *_DIFFERENTIALS) or name in _NAMES
     known = known or ("_" in name and name.partition("_")[0] in _GREEK)
-    return known or bool(re.fullmatch(r"[b-zB-HJ-Z]|[A-Za-z](?:\d|_\w+)|int_\w+", name))
+    return known or bool(
+        re.fullmatch(r"[A-Za-z]_\([^)]*\)|[b-zB-Z]|[A-Za-z](?:\d|_\w+)|int_\w+", name)
+    )
 
 
 #: Words after which an "a" before them is no article.
@@ -341,6 +343,8 @@ def _name(text: str) -> str:
         head, index = name[0], name[1:]
     if not index:
         return text
+    if index.startswith("("):
+        return f"{head}{primes}_{{{index[1:-1]}}}"
     head = _GREEK.get(head, head if len(head) == 1 else rf"\mathrm{{{head}}}")
     index = index if index.isdigit() or len(index) == 1 else rf"\mathrm{{{index}}}"
     return f"{head}{primes}_{index}" if len(index) == 1 else f"{head}{primes}_{{{index}}}"

@@ -34,10 +34,17 @@ def markdown(record: dict[str, Any]) -> str:
 
 def statement(record: dict[str, Any]) -> list[str]:
     """Lines of Markdown: the formula, its error, what its own symbols are."""
-    lines = [f"$$ {record['latex']} $$", "", f"**Error**: {words(record['error'])}.", ""]
+    lines = [*display(record["latex"]), f"**Error**: {words(record['error'])}.", ""]
     if record["note"]:
         lines += [f"**Here** {words(record['note'])}.", ""]
     return lines
+
+
+def display(latex: str) -> list[str]:
+    """Lines of Markdown: a formula; several in a row that are long, each on a line of its own."""
+    signs = re.sub(r"\\[a-zA-Z]+|[{}^_ ]", lambda m: "x" if m[0][0] == "\\" else "", latex)
+    rows = latex.split(r" ,\quad ") if len(signs) > _ROW else [latex]
+    return [line for row in rows for line in (f"$$ {row} $$", "")]
 
 
 def conditions(record: dict[str, Any], mark: str) -> list[str]:
@@ -52,9 +59,9 @@ def conditions(record: dict[str, Any], mark: str) -> list[str]:
 
 
 def counterexamples(record: dict[str, Any], mark: str) -> list[str]:
-    """Lines of Markdown: weaker conditions that are not enough, each with what shows it."""
+    """Lines of Markdown: weaker statements that are false, each with what shows it."""
     lines = [
-        f"- Not enough: {words(h['statement'])}; false for {words(h['where'])}"
+        f"- It is false that {words(h['statement'])}: {words(h['where'])}"
         for h in record["hypotheses"]
         if h["status"] == "fails"
     ]
@@ -71,7 +78,7 @@ def steps(record: dict[str, Any], level: int) -> list[str]:
         how = "" if step["how"] in explained else f"{words(step['how'])}. "
         explained.add(step["how"])
         found = _sentence(step["detail"])
-        lines += [f"$$ {step['latex']} $$", "", f"Check ({step['kind']}): {how}{found}.", ""]
+        lines += [*display(step["latex"]), f"Check ({step['kind']}): {how}{found}.", ""]
     return lines
 
 
@@ -336,6 +343,8 @@ def _entry(found: Formula) -> Iterator[str]:
         yield f"{{\\small Here {tex(found.note)}.}}"
 
 
+#: Rows of formulas with more signs stand one below the other.
+_ROW = 45
 #: Longer ones are broken before their remainder, which is as wide as what stands before it.
 _LONG = 150
 

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 from symasym.base.files import write_bytes
 from symasym.workshop.figures import encode
 from symasym.workshop.report import diagrams, pages, stability
-from symasym.workshop.report.growth import Grown
 from symasym.workshop.report.measure import Cell, Point
+from symasym.workshop.report.timing import Grown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -16,6 +16,10 @@ window.MathJax = {
       // Left by assistive-mml for a menu that is not loaded, and warned of.
       delete MathJax.config.options.menuOptions;
       MathJax.startup.defaultReady();
+      // A short formula in a line of text stays whole.
+      MathJax.startup.input[0].preFilters.add(({ math }) => {
+        if (!math.display && math.math.length <= 32) math.math = `{${math.math}}`;
+      });
       // Cases shrink to the width of the page: a line break would part a value from its condition.
       MathJax.startup.input[0].postFilters.add(({ data }) => {
         data.root.walkTree((node) => {

@@ -24,8 +24,7 @@ from symasym.base.inputs import IntArray, floats, is_array
 from symasym.base.patience import left, limited
 from symasym.drift.drift import Drift
 from symasym.methods.table import Ask, alone
-from symasym.scenes.answers import Request
-from symasym.scenes.scene import common_shape
+from symasym.scenes import Request, common_shape
 
 __all__ = ["each"]
 

@@ -22,8 +22,7 @@ from symasym.base.inputs import FloatArray, IntArray, exact, float_text, is_arra
 from symasym.drift.drift import Drift
 from symasym.generated import mpmath_formulas, numpy_formulas
 from symasym.numbers import balls
-from symasym.scenes.answers import Answer, Answers, Request
-from symasym.scenes.scene import Scene, Scenes, by_drift, scene_at
+from symasym.scenes import Answer, Answers, Request, Scene, Scenes, by_drift, scene_at
 
 if TYPE_CHECKING:
     from flint import arb

@@ -33,8 +33,18 @@ from symasym.base.patience import patient
 from symasym.drift.drift import Drift
 from symasym.methods.table import answer
 from symasym.numbers.trees import NumpyOps
-from symasym.scenes.answers import Answer, Answers, Request, as_digits, as_floats
-from symasym.scenes.scene import Scenes, float_scenes, one_scene, read_scene, require_drift
+from symasym.scenes import (
+    Answer,
+    Answers,
+    Request,
+    Scenes,
+    as_digits,
+    as_floats,
+    float_scenes,
+    one_scene,
+    read_scene,
+    require_drift,
+)
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -149,7 +159,7 @@ class Plan:
         order = "" if self.order is None else f", order {self.order}"
         head = (
             f"{self.method}{order}: relative error at most {self.error:.2g} ({self.error_kind}), "
-            f"about {self.cost:,.0f} exponentials a point"
+            f"about {self.cost:,.0f} times np.exp a point"
         )
         lines = [
             f"  {'kept' if t.kept else 'left out':9}{_short(t.size):>10}  {t.name}: {t.reason}"

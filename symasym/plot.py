@@ -12,7 +12,7 @@ from symasym.base.patience import patient
 from symasym.drift.drift import Drift
 from symasym.methods.table import QUANTITIES
 from symasym.quantities import call_named, stationary_density
-from symasym.scenes.scene import require_drift
+from symasym.scenes import require_drift
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,6 +32,7 @@ _NUMBERS = {"kappa": "κ", "r": "r", "start": "start", "y": "u"}
 _MOST = 600.0
 # Ratio of the largest to the smallest value from which on the axis is logarithmic.
 _MANY = 100.0
+_OF_METHODS = ("method", "order", "rtol")
 
 
 @patient
@@ -93,6 +94,15 @@ def plot(
     require_drift(drift)
     given: dict[str, Any] = {"kappa": kappa, "r": r, "start": start, "y": y}
     numbers = {name: x for name, x in given.items() if x is not None and name in _takes(quantity)}
+    missing = [n for n in _takes(quantity) if n not in numbers]
+    if missing:
+        takes = ", ".join(_takes(quantity))
+        raise InputError(f"{missing[0]} is missing; {quantity} depends on {takes}.")
+    known = ("dps", "errors", "workers", *(() if quantity == "p_ss" else _OF_METHODS))
+    if unknown := [n for n in options if n not in known]:
+        raise InputError(
+            f"{unknown[0]} is no option of {quantity}; the options are {', '.join(known)}."
+        )
     name, abscissa = _abscissa(drift, numbers)
     options = {"errors": "nan", **options, "log": True, "full": True}
     if quantity == "p_ss":

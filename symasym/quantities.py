@@ -12,11 +12,10 @@ from symasym.base.inputs import choice, exact, flag, positive, shown
 from symasym.base.patience import patient
 from symasym.elements import each
 from symasym.methods.table import QUANTITIES, alone, answer, require_drift_of, require_method
-from symasym.scenes.answers import Request
-from symasym.scenes.scene import one_scene, require_drift
+from symasym.scenes import Request, one_scene, require_drift
 
 if TYPE_CHECKING:
-    from symasym.base.estimate import Estimate
+    from symasym.base.estimate import Answer, Estimate
     from symasym.base.inputs import Number, Numbers
     from symasym.drift.drift import Drift
 
@@ -45,7 +44,7 @@ def escape_time(
     workers: int | None = None,
     patience: float | None = None,
     drag_time: Number | None = None,
-) -> Any:
+) -> Answer:
     """Mean escape time T from ``|u| < r`` (eq:Ttilde with eq:C; any region).
 
     T belongs to the scalar equation du = phi(u) dt + kappa dW: the slow variables of a system that
@@ -149,7 +148,7 @@ def exit_probability(
     errors: Errors = "raise",
     workers: int | None = None,
     patience: float | None = None,
-) -> Any:
+) -> Answer:
     """Probability C of leaving ``|u| < r`` through -r (eq:C).
 
     Parameters
@@ -198,7 +197,7 @@ def occupation(
     errors: Errors = "raise",
     workers: int | None = None,
     patience: float | None = None,
-) -> Any:
+) -> Answer:
     """Stationary probability P of ``|u| <= 1`` (eq:P); the region must be sliding.
 
     Parameters
@@ -244,7 +243,7 @@ def stationary_density(
     errors: Errors = "raise",
     workers: int | None = None,
     patience: float | None = None,
-) -> Any:
+) -> Answer:
     """Stationary density p_ss at the scaled position y (eq:pss); the region must be sliding.
 
     Parameters

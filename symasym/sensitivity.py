@@ -12,15 +12,23 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from symasym.base.contexts import mpf_of, own_context, to_mpf
-from symasym.base.errors import AccuracyError, InputError, RangeError
+from symasym.base.errors import AccuracyError, InputError, RangeError, TimeLimitError
 from symasym.base.estimate import IN_WORDS, ErrorKind, with_errors
 from symasym.base.inputs import Numbers, choice, digits, exact, floats, is_array
 from symasym.base.patience import expect, patient
 from symasym.drift.drift import Drift
 from symasym.methods.table import QUANTITIES, answer, require_drift_of
 from symasym.numbers.trees import MpmathOps
-from symasym.scenes.answers import FLOAT_DIGITS, Request
-from symasym.scenes.scene import Scene, Scenes, float_scenes, read_scene, require_drift, scene_at
+from symasym.scenes import (
+    FLOAT_DIGITS,
+    Request,
+    Scene,
+    Scenes,
+    float_scenes,
+    read_scene,
+    require_drift,
+    scene_at,
+)
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -123,16 +131,18 @@ def sensitivity(
     In float64: forward differentiation of the panels' integrals and of the sweep over them, from
     one set of samples; the error is an estimate, by running analysis of the derivatives' rounding
     and of what the nodes miss of dA/dp. Where it is above 1e-7 (of p d/dp, beside the largest of
-    the scene or 1), differences of 20 digits are taken.
+    the scene or 1), it is found with 20 digits as below.
 
     With `dps`, python-flint and moderate noise: the exact integrals differentiated panel by panel
     in ball arithmetic, and the errors are proved (`error_kind` ``"bound"``).
 
-    Otherwise (``"estimate"``): differences of the exact integrals, central or at the end of a
-    parameter's range one-sided, with so many digits that the step is as small as the digits asked
-    for need. Two steps h and 2h are extrapolated to h^4; the error claimed is that of the *single*
-    step, the difference of the two, which is of order h^2, plus the rounding. This takes about four
-    evaluations for each parameter of a scene.
+    Otherwise (``"estimate"``): the sweeps to many digits with numbers that carry their derivatives
+    (`symasym.exact.digit_derivatives`), computed with more digits than are claimed. Where a
+    derivative of A varies too fast for A's own panels: differences of the exact integrals, central
+    or at the end of a parameter's range one-sided, with so many digits that the step is as small as
+    the digits asked for need. Two steps h and 2h are extrapolated to h^4; the error claimed is that
+    of the *single* step, the difference of the two, which is of order h^2, plus the rounding. This
+    takes about four evaluations for each parameter of a scene.
 
     Examples
     --------
@@ -152,13 +162,12 @@ def sensitivity(
         dps = digits(dps, most)
         scene = read_scene(drift, numbers, dps)
         proved = _by_balls(quantity, scene, dps)
-        each = [proved or _by_differences(quantity, scene, dps)]
+        each = [proved or _by_digits(quantity, scene, dps)]
         return _gathered(quantity, each, None, dps, "bound" if proved else "estimate")
     scenes = float_scenes(drift, numbers)
     rows = _by_floats(quantity, scenes)
     each = [
-        row or _by_differences(quantity, scene_at(scenes, k), FLOAT_DIGITS)
-        for k, row in enumerate(rows)
+        row or _by_digits(quantity, scene_at(scenes, k), FLOAT_DIGITS) for k, row in enumerate(rows)
     ]
     return _gathered(quantity, each, scenes.shape, FLOAT_DIGITS, "estimate")
 
@@ -274,6 +283,26 @@ def _by_balls(quantity: str, scene: Scene, dps: int) -> _Slopes | None:
         return None
     at = {**drift.scalars(), **numbers}
     slopes = {name: _Slope(*balls.to_mpf(enclosed[name], dps + 10)) for name in at}
+    return _Slopes(_log(quantity, drift, numbers, dps), slopes, at)
+
+
+def _by_digits(quantity: str, scene: Scene, dps: int) -> _Slopes:
+    """Derivatives from sweeps that carry them; differences where A's derivatives prevent it."""
+    from symasym.exact import digit_derivatives
+
+    drift, numbers = scene.drift, dict(scene.numbers)
+    size = _size(drift, numbers)
+    try:
+        found = digit_derivatives.log_slopes(quantity, drift, numbers, dps, size)
+    except TimeLimitError:
+        raise
+    except (AccuracyError, InputError):
+        return _by_differences(quantity, scene, dps)
+    at = {**drift.scalars(), **numbers}
+    with own_context(dps) as context:
+        # The sweeps hold more digits; half a unit of the last one that is asked for is claimed.
+        half = context.mpf(10) ** -dps / 2
+        slopes = {name: _Slope(found[name], half * max(1, abs(found[name]))) for name in at}
     return _Slopes(_log(quantity, drift, numbers, dps), slopes, at)
 
 

@@ -8,17 +8,24 @@ Ai^2 + Bi^2 of Z = lam^(2/3) zeta.
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.errors import InputError, SymasymError
-from symasym.base.inputs import Numbers, choice
+from symasym.base.inputs import Floats, Numbers, choice
 from symasym.base.patience import patient
 from symasym.drift.drift import Drift
-from symasym.scenes.answers import FLOAT_DIGITS
-from symasym.scenes.scene import Scene, float_scenes, one_scene, read_scene, require_drift, scene_at
+from symasym.scenes import (
+    FLOAT_DIGITS,
+    Scene,
+    float_scenes,
+    one_scene,
+    read_scene,
+    require_drift,
+    scene_at,
+)
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -37,7 +44,7 @@ def stokes_multiplier(
     method: str = "uniform",
     dps: int | None = None,
     patience: float | None = None,
-) -> Any:
+) -> Floats | mpf:
     """Share of a well's exponential in T, from 0 before the fold to 1 beyond it (eq:Ttildesmall).
 
     With phi du = (s^2 - zeta) ds for the well and the barrier next to each other,

@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 
 from symasym.asymptotics.uniform import answer as uniform_noise
-from symasym.asymptotics.uniform import sums
 from symasym.asymptotics.uniform.truncated_gaussian import Truncations
 from symasym.base.patience import limited
 
@@ -17,7 +16,7 @@ from symasym.base.patience import limited
 @pytest.fixture
 def as_in_float(monkeypatch: pytest.MonkeyPatch) -> None:
     """Scenes with more digits leave out what arrays leave out: the start, and wells at the ends."""
-    every, corrected = uniform_noise.truncations_of, sums.corrected
+    every, corrected = uniform_noise.truncations_of, uniform_noise.corrected
 
     def fewer(*given: Any) -> Truncations:
         found = every(*given)
@@ -30,8 +29,8 @@ def as_in_float(monkeypatch: pytest.MonkeyPatch) -> None:
         return corrected(truncations, [], *rest)
 
     monkeypatch.setattr(uniform_noise, "truncations_of", fewer)
-    monkeypatch.setattr(sums, "corrected", alone)
-    monkeypatch.setattr(sums, "_beyond", lambda *_: 0)
+    monkeypatch.setattr(uniform_noise, "corrected", alone)
+    monkeypatch.setattr(uniform_noise, "_beyond", lambda *_: 0)
 
 
 @pytest.fixture(autouse=True)

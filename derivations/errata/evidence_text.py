@@ -314,7 +314,9 @@ def not_enough_for_the_integral() -> Evidence:
     # Added: (1 - u)(u - u1)^2 (u - u2)^2, which changes none of those numbers.
     bump = np.polynomial.polynomial.polyfromroots([1.0, low, low, high, high])
     inside = [float(c) for c in first.coefficients]
-    other = Scene(tuple(Fraction(c + (inside[k] if k < 4 else 0.0)) for k, c in enumerate(-bump)))
+    other = Scene(
+        tuple(Fraction(float(c + (inside[k] if k < 4 else 0.0))) for k, c in enumerate(-bump))
+    )
     with own_context(30) as ctx:
         times = [pieces(ctx, scene, ctx.mpf("0.5"), ctx.mpf(10)).T for scene in (first, other)]
     direct = [boundary_value(scene, 0.5, 10)[0] for scene in (first, other)]

@@ -26,12 +26,14 @@ def filippov(d: Any) -> None:
         a_minus / (a_minus - a_plus_sliding),
         Satisfies(lambda s: {"normal component 0": s * a_plus_sliding + (1 - s) * a_minus}),
         "the convex combination of the two fields that is tangent to the surface",
+        left=r"\theta",
     )
     field = d.step(
         "tangential component",
         "substitute",
         (a_minus * g_plus - a_plus_sliding * g_minus) / (a_minus - a_plus_sliding),
         Identity(lambda: share * g_plus + (1 - share) * g_minus),
+        left=r"g_s = \theta g^+ + (1 - \theta) g^-",
     )
     d.conclude(Symbol("g_s"), field)
 
@@ -51,6 +53,10 @@ def cont(d: Any) -> None:
         (F(1, eps, z), F(-1, -eps, z)),
         Identity(lambda: [inside.subs(y, eps), inside.subs(y, -eps)]),
         "F(y/eps, y, z) as y goes to eps and to -eps: the y that stands by itself goes along",
+        left=(
+            r"\lim_{y \to \varepsilon} F(y/\varepsilon, y, z)",
+            r"\lim_{y \to -\varepsilon} F(y/\varepsilon, y, z)",
+        ),
     )
     values = d.step(
         "values outside",
@@ -58,5 +64,9 @@ def cont(d: Any) -> None:
         (f_plus(eps, z), f_minus(-eps, z)),
         Identity(lambda: [above.subs(y, eps), below.subs(y, -eps)]),
         "the field outside at the same two edges; continuity there is that both agree",
+        left=(
+            r"\lim_{y \to \varepsilon} f^+(y, z)",
+            r"\lim_{y \to -\varepsilon} f^-(y, z)",
+        ),
     )
     d.conclude(limits, values, note="f-, f+ and F are the fields of eq:genPerturbed")

@@ -18,7 +18,7 @@ from derivations.paper import (
     r_physical,
 )
 from derivations.registry import derives
-from symasym.derivation import Bound, Identity, Inequality
+from symasym.derivation import Bound, Identity, Inequality, Satisfies
 
 _k, _r = kappa_physical, r_physical
 
@@ -37,6 +37,7 @@ def eekappar(d: Any) -> None:
         _r / _k**2,
         Identity(lambda: d.use("eq:tilder", "r") / d.use("eq:tildexykappa", "kappa") ** 2),
         "r/kappa^2 is the same in scaled and unscaled variables",
+        left=r"\rho = \frac{r}{\kappa^2}",
     )
     form = d.step(
         "in terms of the two gaps",
@@ -45,6 +46,7 @@ def eekappar(d: Any) -> None:
         Identity(lambda: ratio.subs(_k, _r / (1 + q)).subs(_r, 1 / (1 + s))),
         "kappa_phys = r_phys/(1 + q) and r_phys = 1/(1 + s) cover 0 < kappa_phys < r_phys < 1 as "
         "q and s go over (0, oo)",
+        left=r"\rho",
     )
     d.step(
         "the ratio exceeds 1",
@@ -53,6 +55,18 @@ def eekappar(d: Any) -> None:
         Bound(difference=q**2 * s + q**2 + 2 * q * s + 2 * q + s, on="0 < kappa_phys < r_phys < 1"),
     )
     d.conclude(Symbol("rho"), ratio)
+
+
+def _scaled_rate(d: Any) -> None:
+    """The step by which 2/kappa^2 is written with the physical noise amplitude."""
+    d.step(
+        "the noise in physical units",
+        "substitute",
+        2 * eps / _k**2,
+        Identity(lambda: 2 / d.use("eq:tildexykappa", "kappa") ** 2),
+        "kappa = kappa_phys/sqrt(eps); V, a- and a+ are the same in both",
+        left=r"\frac{2}{\kappa^2}",
+    )
 
 
 @derives("eq:Plarge", "Occupation in strong noise, unscaled", ("eq:Plarge2", "eq:tildexykappa"))
@@ -64,12 +78,23 @@ def p_large(d: Any) -> None:
         K = d.use("eq:tildexykappa", "kappa")
         return [scaled.leading.subs(kappa, K), scaled.gauge.subs(kappa, K)]
 
+    _scaled_rate(d)
+
     d.suppose("attracting sliding and kappa_phys >> sqrt(eps)")
     d.suppose(
         "times longer than the relaxation time, O(kappa_phys^2), and at most O(r_phys)",
         where="the density is then near its steady state",
     )
-    found = d.step("unscale", "scale", (leading, eps**2 / _k**4), Identity(reference))
+    found = d.step(
+        "unscale",
+        "scale",
+        (leading, eps**2 / _k**4),
+        Identity(reference),
+        left=(
+            r"\frac{4}{\kappa^2 (1/a^- - 1/a^+)}",
+            r"\frac{1}{\kappa^4}",
+        ),
+    )
     d.conclude(Symbol("P"), found[0], "next term O(eps^2/kappa_phys^4)")
 
 
@@ -86,6 +111,7 @@ def p_small(d: Any) -> None:
         * (sympy.exp(rate * V_m) / a_minus - sympy.exp(rate * (V_m - V_1)) / a_plus_sliding)
     )
     d.suppose("attracting sliding and kappa_phys << sqrt(eps)")
+    _scaled_rate(d)
     found = d.step(
         "unscale",
         "scale",
@@ -97,6 +123,7 @@ def p_small(d: Any) -> None:
         ),
         "1 - P is exponentially small in eps/kappa_phys^2; the paper's O(kappa_phys^2/eps) is not "
         "sharp",
+        left=r"1 - P \sim",
     )
     d.conclude(
         1 - Symbol("P"),
@@ -128,6 +155,10 @@ def t_large(d: Any) -> None:
         (_r / a_plus, _k**2),
         Identity(unscaled),
         "eps times eq:Ttildelarge: the remainder is O(kappa_phys^2)",
+        left=(
+            r"\varepsilon \frac{r}{a^+}",
+            r"\varepsilon \kappa^2",
+        ),
     )
     d.step(
         "kappa_phys^2 is inside O(r_phys^2)",
@@ -165,12 +196,28 @@ def t_small(d: Any) -> None:
         well = formula.subs(r, 0).subs(kappa, sympy.sqrt(large))
         return sympy.sqrt(sympy.solve(well - drift, large)[0])
 
+    d.step(
+        "the well's term as large as r/a+",
+        "solve",
+        r / (a_plus * prefactor),
+        Satisfies(
+            lambda size: {
+                "both terms": d.use("eq:Ttildesmall", "T").leading.subs(
+                    kappa, sympy.sqrt(2 * D / sympy.log(size))
+                )
+                - 2 * r / a_plus
+            }
+        ),
+        "eq:Ttildesmall has one term with r and one with the exponential",
+        left=r"e^{2 D/\kappa_e^2}",
+    )
     edge = d.step(
         "noise at which both terms of eq:Ttildesmall are equal",
         "solve",
         sympy.sqrt(2 * D / sympy.log(r / (a_plus * prefactor))),
         Identity(equal_terms),
         "T > O(r) needs kappa below this, which is stronger than kappa << 1: r/eps enters",
+        left=r"\kappa_e",
     )
     d.conclude(
         Symbol("kappa_e"),

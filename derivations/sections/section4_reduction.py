@@ -29,6 +29,8 @@ def frozen(d: Any) -> None:
     d.suppose("f-, f+, F and D are smooth near the origin: their slopes are at most M there")
     a, b = Symbol("a", real=True), Symbol("b", real=True)
 
+    weight = Symbol("weight")
+
     def near(x: Any, y: Any) -> Any:
         """A field near the origin, less its value there."""
         return slopes[0] * x + slopes[1] * y + curvature * x**2
@@ -40,15 +42,20 @@ def frozen(d: Any) -> None:
         + s * sympy.Subs(sympy.Derivative(field(c * h, b), b), b, s * h),
         Satisfies(
             lambda found: {
-                f"of f = x^{m} y^{n}": found.replace(
-                    field, lambda x, y, m=m, n=n: x**m * y**n
-                ).doit()
-                - sympy.diff((c * h) ** m * (s * h) ** n, h)
-                for m in range(4)
-                for n in range(4)
+                # A sum that vanishes for every `weight` only where each of its terms does.
+                "of f = x^m y^n for m, n up to 3": sum(
+                    weight ** (4 * m + n)
+                    * (
+                        found.replace(field, lambda x, y, m=m, n=n: x**m * y**n).doit()
+                        - sympy.diff((c * h) ** m * (s * h) ** n, h)
+                    )
+                    for m in range(4)
+                    for n in range(4)
+                )
             }
         ),
         "the chain rule for g(h) = f(c h, s h): both sides are linear in f, and shown on powers",
+        left="g'(h)",
     )
     change = d.step(
         "change along a ray",
@@ -61,6 +68,7 @@ def frozen(d: Any) -> None:
             }
         ),
         "g(rho) - g(0) for any field along any ray",
+        left=r"g(\rho) - g(0)",
     )
     most = d.step(
         "largest change",
@@ -69,6 +77,7 @@ def frozen(d: Any) -> None:
         Identity(lambda: change.replace(sympy.Derivative, lambda *_: M).doit()),
         "|g'| <= M: the coefficients at a distance rho <= r_phys are those at the origin, up to "
         "O(r_phys)",
+        left=r"\lvert g(\rho) - g(0) \rvert \le",
     )
     found = d.step(
         "remainder",
@@ -80,6 +89,7 @@ def frozen(d: Any) -> None:
             lambda: along.replace(field, near).doit().subs(h, 0),
         ),
         "no less than O(r_phys) where the slope along the ray is not 0",
+        left="f(x)",
     )
     d.conclude(
         Symbol("f"),
@@ -120,7 +130,14 @@ def component(d: Any) -> None:
         "project",
         (F[1], D[1, 0], D[1, 1], D[1, 2]),
         Identity(lambda: [(normal * sympy.Matrix(F))[0], *(normal * D)]),
-        "y as the second of three coordinates: the drift's entry and the row of D",
+        "e_2 is the unit vector across the surface: the second entry of the drift F and the "
+        "second row of the noise matrix D",
+        left=(
+            r"e_2 \cdot F",
+            r"(e_2^{\mathsf T} D)_1",
+            r"(e_2^{\mathsf T} D)_2",
+            r"(e_2^{\mathsf T} D)_3",
+        ),
     )
     drift, *row = found
     d.conclude(
@@ -151,12 +168,21 @@ def amplitude(d: Any) -> None:
         second = -sympy.diff(sympy.prod(each), theta, 2).subs(theta, 0)
         return sympy.sqrt(sympy.simplify(second / t))
 
+    d.step(
+        "characteristic function of B W",
+        "integrate",
+        sympy.exp(-(theta**2) * t * (_b[0] ** 2 + _b[1] ** 2 + _b[2] ** 2) / 2),
+        Identity(lambda: sympy.prod(sympy.exp(-((theta * b) ** 2) * t / 2) for b in _b)),
+        "the noises are independent: the product of three Gaussian characteristic functions",
+        left=r"\langle e^{i \theta (b_1 W_1 + b_2 W_2 + b_3 W_3)} \rangle",
+    )
     found = d.step(
         "standard deviation of B dW per square root of time",
         "integrate",
         sympy.sqrt(_b[0] ** 2 + _b[1] ** 2 + _b[2] ** 2),
         Identity(from_characteristic),
-        "second derivative of the product of three Gaussian characteristic functions",
+        "minus its second derivative at theta = 0 is the variance, over t",
+        left=r"\sigma",
     )
     d.conclude(Symbol("sigma"), found)
 
@@ -182,12 +208,31 @@ def scaled_drift(d: Any) -> None:
         }
         return [piece.subs(ends).replace(F, lambda s, *_: A(s)) for piece in frozen]
 
+    d.step(
+        "frozen at the origin",
+        "substitute",
+        (Function("f^-")(0, 0), F(u, 0, 0), Function("f^+")(0, 0)),
+        Identity(
+            lambda: [
+                smoothed()[0].subs({y: 0, z: 0}),
+                smoothed()[1].subs(y, eps * u).replace(F, lambda s, *_: F(s, 0, 0)),
+                smoothed()[2].subs({y: 0, z: 0}),
+            ]
+        ),
+        "the normal component of the field below, in and above the layer, y = eps u",
+        left=(r"\phi \big|_{u \le -1}", r"\phi \big|_{|u| \le 1}", r"\phi \big|_{u \ge 1}"),
+    )
     found = d.step(
         "three pieces",
         "define",
         (A(-1), A(u), A(1)),
         Identity(at_origin),
-        "the normal component of F(y/eps, 0); its ends are a- and a+ by eq:cont",
+        "A(u) is F(u, 0, 0); its ends are f- and f+ there, a- and a+, by eq:cont",
+        left=(
+            r"\phi \big|_{u \le -1}",
+            r"\phi \big|_{|u| \le 1}",
+            r"\phi \big|_{u \ge 1}",
+        ),
     )
     d.conclude(phi(u), found, cases=(r"u \le -1", r"-1 \le u \le 1", r"u \ge 1"))
 
@@ -196,7 +241,8 @@ def scaled_drift(d: Any) -> None:
 def reduced(d: Any) -> None:
     f = Function("f")
 
-    def ito() -> list[Any]:
+    def ito() -> Any:
+        """The generator applied to f."""
         drift, *row = d.use("eq:scaledSDEx", "drift", "B1", "B2", "B3")
         # The names of the component: phi for F2, b for the second row of D.
         drift = drift.replace(Function("F2"), phi)
@@ -205,18 +251,33 @@ def reduced(d: Any) -> None:
         alone = [(_k * b.subs(named)) ** 2 for b in row]
         if sympy.expand(variance - sum(alone)) != 0:
             raise ValueError("the noises do not add up")
-        generator = drift * sympy.diff(f(x), x) + variance / 2 * sympy.diff(f(x), x, 2)
-        return [
-            generator.coeff(sympy.diff(f(x), x)),
-            sympy.sqrt(2 * generator.coeff(sympy.diff(f(x), x, 2))),
-        ]
+        return sympy.expand(drift * sympy.diff(f(x), x) + variance / 2 * sympy.diff(f(x), x, 2))
 
-    found = d.step(
+    square = _b[0] ** 2 + _b[1] ** 2 + _b[2] ** 2
+    first, second = sympy.diff(f(x), x), sympy.diff(f(x), x, 2)
+    generator = d.step(
         "Ito's generator",
         "substitute",
-        (phi(u), _k * sympy.sqrt(_b[0] ** 2 + _b[1] ** 2 + _b[2] ** 2)),
+        phi(u) * first + _k**2 * square / 2 * second,
         Identity(ito),
+        "three noises of independent increments: their variances add up",
+        left=r"\mathcal{L} f",
+    )
+
+    def read_off() -> list[Any]:
+        terms = sympy.expand(generator)
+        return [terms.coeff(first), sympy.sqrt(sympy.factor(2 * terms.coeff(second)))]
+
+    found = d.step(
+        "one noise of the same generator",
+        "substitute",
+        (phi(u), _k * sympy.sqrt(square)),
+        Identity(read_off),
         "drift, and the amplitude kappa |B| that the paper calls kappa from here on",
+        left=(
+            r"\text{drift}",
+            r"\text{amplitude}",
+        ),
     )
     drift, noise = found
     d.conclude(
@@ -240,12 +301,32 @@ def scaling(d: Any) -> None:
             "time starts at 0": time.subs(t, 0),
         }
 
+    length, clock = sympy.symbols("ell tau", positive=True)
+    d.names |= {length: r"\ell", clock: r"\tau"}
+    d.step(
+        "any units of length and time",
+        "scale",
+        (clock / length * phi(y / length), _k * sympy.sqrt(clock) / length),
+        Satisfies(
+            lambda new: {
+                "drift": new[0] - phi(y / length) * sympy.diff(y / length, y) * clock,
+                "noise": new[1] - _k * sympy.diff(y / length, y) * sympy.sqrt(clock),
+            }
+        ),
+        "u = y/ell and time in units of tau in dy = phi dt + kappa_phys dW, where dW^2 is dt",
+        left=(r"\text{drift of } u", r"\text{noise of } u"),
+    )
     found = d.step(
         "scale",
         "scale",
         (y / eps, t / eps, _k / sympy.sqrt(eps)),
         Satisfies(same_equation),
         "length by eps so that the layer is |u| < 1, time by eps so that phi stays",
+        left=(
+            "u",
+            r"\tilde t",
+            r"\kappa",
+        ),
     )
     d.conclude((Symbol("u"), Symbol("t_s"), Symbol("kappa")), found)
 
@@ -268,6 +349,10 @@ def reduced_scaled(d: Any) -> None:
         (phi(u), kappa**2 / 2),
         Identity(by_chain_rule),
         "coefficients of g' and g'' for a test function g",
+        left=(
+            r"\phi \, \frac{du/dy}{d\tilde t/dt}",
+            r"\frac{\kappa_p^2}{2} \, \frac{(du/dy)^2}{d\tilde t/dt}",
+        ),
     )
     drift, half = found
     noise = d.step(
@@ -276,6 +361,7 @@ def reduced_scaled(d: Any) -> None:
         kappa,
         Identity(lambda: sympy.sqrt(2 * half)),
         "the coefficient of g'' is half the square of the noise amplitude",
+        left=r"\sqrt{2 \cdot \tfrac{1}{2} \kappa^2}",
     )
     d.conclude(
         sympy.symbols("c_1 c_2"),
@@ -299,12 +385,32 @@ def regions(d: Any) -> None:
             numbers.append(sum(inward))
         return numbers
 
+    ends, speeds = (-1, 1), sympy.symbols("a_minus a_plus", real=True)
+    d.step(
+        "square of the distance from the surface",
+        "differentiate",
+        (-2 * speeds[0], 2 * speeds[1]),
+        Identity(
+            lambda: [
+                sympy.diff(Function("u")(t) ** 2, t)
+                .subs(sympy.diff(Function("u")(t), t), speed)
+                .subs(Function("u")(t), end)
+                for end, speed in zip(ends, speeds, strict=True)
+            ]
+        ),
+        "negative where the field points at the surface: for a- > 0, and for a+ < 0",
+        left=(
+            r"\frac{d u^2}{d\tilde t} \big|_{u = -1}",
+            r"\frac{d u^2}{d\tilde t} \big|_{u = 1}",
+        ),
+    )
     found = d.step(
         "sides from which the field points at the surface",
         "evaluate",
         tuple(map(sympy.Integer, (1, 0, 2, 1))),
         Identity(count),
-        "2 is attracting sliding, 1 crossing, 0 repelling sliding",
+        "2 is attracting sliding, 1 crossing, 0 repelling sliding; N of the signs of a- and a+",
+        left=tuple(rf"N({a}, {b})" for a, b in ("--", "-+", "+-", "++")),
     )
     d.conclude(
         Symbol("N"),

@@ -20,8 +20,9 @@ def cubic(d: Any) -> None:
     found = d.step(
         "zero of the drift inside",
         "substitute",
-        1 - z0 - alpha * u - alpha * mu * u + alpha * mu * u**3,
+        1 - z0 - alpha * (1 + mu) * u + alpha * mu * u**3,
         Identity(lambda: d.use("eq:phifric0", "phi(u)")[1]),
+        left="A(u)",
     )
     d.step(
         "discriminant",
@@ -29,8 +30,9 @@ def cubic(d: Any) -> None:
         4 * alpha**4 * mu * (1 + mu) ** 3 - 27 * alpha**2 * mu**2 * (1 - z0) ** 2,
         Identity(lambda: sympy.discriminant(found, u)),
         "positive between the folds: three real roots, the third outside |u| < 1 when crossing",
+        left=r"\operatorname{disc}_u A",
     )
-    d.conclude(sympy.S.Zero, found)
+    d.conclude(sympy.S.Zero, found, display=(found, " = 0"))
 
 
 @derives("folds", "Where two critical points coalesce", ("cubic", "turning-points", "beta"))
@@ -45,6 +47,7 @@ def folds(d: Any) -> None:
                 "turning point of the force": s - d.use("turning-points", "u_s"),
             }
         ),
+        left="u_s",
     )
     found = d.step(
         "spring extension",
@@ -58,6 +61,10 @@ def folds(d: Any) -> None:
             }
         ),
         "z0^(+-) = 1 -+ beta",
+        left=(
+            "z_0^{(+)}",
+            "z_0^{(-)}",
+        ),
     )
     d.step(
         "mu = 3, alpha = 1",
@@ -65,6 +72,7 @@ def folds(d: Any) -> None:
         sympy.Rational(-7, 9),
         Identity(lambda: found[0].subs({mu: 3, alpha: 1})),
         "printed as -0.78",
+        left="z_0^{(+)}",
     )
     d.conclude((Symbol("z_plus"), Symbol("z_minus")), found)
 
@@ -77,12 +85,14 @@ def parameters(d: Any) -> None:
         1 - z0 - alpha,
         Identity(lambda: d.use("eq:phifric0", "phi(u)")[2]),
         "printed with + alpha, which is a-",
+        left="a^+",
     )
     slope = d.step(
         "A'",
         "differentiate",
         -alpha * (1 + mu - 3 * mu * u**2),
         Identity(lambda: sympy.diff(d.use("eq:phifric0", "phi(u)")[1], u)),
+        left="A'(u)",
     )
     d.conclude((a_plus, Symbol("A'")), (plus, slope))
 
@@ -106,6 +116,10 @@ def critical_points(d: Any) -> None:
         (alpha * mu * (u1 - u2) * (u1 - third), alpha * mu * (u2 - u1) * (u2 - third)),
         Identity(vieta),
         "A is alpha mu (u - u1)(u - u2)(u - u3)",
+        left=(
+            "A'(u_1)",
+            "A'(u_2)",
+        ),
     )
     lower, upper, gap = (Symbol(n, positive=True) for n in ("p", "q", "h"))
     put = {u1: third + lower, u2: third + lower + gap}
@@ -135,6 +149,7 @@ def critical_points(d: Any) -> None:
             )[0]
         ),
         "no u^2 in the cubic: u3 = -(u1 + u2), the lowest when u1, u2 > 0",
+        left="u_3",
     )
 
     d.step(
@@ -143,6 +158,10 @@ def critical_points(d: Any) -> None:
         tuple(slope.subs(third, lowest) for slope in both),
         Identity(lambda: _by_slope(d, coefficients(), lowest)),
         "fr1 at the roots, 1 + mu by Vieta's formula",
+        left=(
+            "A'(u_1)",
+            "A'(u_2)",
+        ),
     )
     no_root = d.step(
         "drift left of the start",
@@ -150,6 +169,7 @@ def critical_points(d: Any) -> None:
         1 - z0 + alpha * (c + mu * c - mu * c**3),
         Identity(lambda: d.use("cubic", "0").subs(u, -c)),
         "at u = -c",
+        left="A(-c)",
     )
     d.step(
         "no root in u < 0 when crossing",
@@ -216,6 +236,7 @@ def closed_form(d: Any) -> None:
             }
         ),
         "beta cos(3 omega) = 1 - z0; from the sine, which keeps its digits beside the fold",
+        left=r"\omega",
     )
     on_angle = 1 - d.use("beta", "beta") * (4 * cos**3 - 3 * cos)
     both = d.step(
@@ -230,6 +251,10 @@ def closed_form(d: Any) -> None:
             }
         ),
         "cos(3 omega) = 4 cos(omega)^3 - 3 cos(omega); 0 < omega < pi/6 for 0 < 1 - z0 < beta",
+        left=(
+            "u_1",
+            "u_2",
+        ),
     )
     slopes = d.step(
         "slopes",
@@ -245,6 +270,10 @@ def closed_form(d: Any) -> None:
                 )
                 for slope in d.use("fr2", "A'_1", "A'_2")
             ]
+        ),
+        left=(
+            "A'(u_1)",
+            "A'(u_2)",
         ),
     )
     barrier = d.step(
@@ -263,6 +292,7 @@ def closed_form(d: Any) -> None:
             }
         ),
         "one product: a difference of potentials would lose its digits beside the fold",
+        left="D",
     )
     d.conclude(
         sympy.symbols("A'_1 A'_2 D"),
@@ -291,6 +321,7 @@ def threshold(d: Any) -> None:
         eps * sympy.exp(2 * D * eps / k**2),
         Identity(exponential),
         "its exponential alone, unscaled",
+        left=r"\varepsilon e^{2 D/\kappa^2}",
     )
 
     def solved() -> Any:
@@ -305,6 +336,7 @@ def threshold(d: Any) -> None:
         sympy.sqrt(2 * D * eps / big),
         Identity(solved),
         "the paper's rule is the case 2 D = 1",
+        left=r"\kappa_{c,p}",
     )
     d.step(
         "larger noise, shorter time",
@@ -312,6 +344,7 @@ def threshold(d: Any) -> None:
         -4 * D * eps / k**3 * size,
         Identity(lambda: sympy.diff(size, k)),
         "negative: exponentially large times need kappa_phys below the threshold, not above",
+        left=r"\frac{d}{d\kappa_p} \left[\varepsilon e^{2 D \varepsilon/\kappa_p^2}\right]",
     )
     d.step(
         "the time at the threshold",
@@ -319,6 +352,7 @@ def threshold(d: Any) -> None:
         sympy.exp(big),
         Identity(lambda: size.subs(k, found) / eps),
         "1/eps in scaled time",
+        left=r"e^{2 D \varepsilon/\kappa_{c,p}^2}",
     )
     d.step(
         "eps = 0.01, 2 D = 1",
@@ -330,6 +364,7 @@ def threshold(d: Any) -> None:
             )
         ),
         "0.0466, which the paper rounds to 0.05",
+        left=r"\kappa_{c,p}",
     )
     d.conclude(
         Symbol("kappa_c"),

@@ -41,12 +41,29 @@ def first_order(d: Any) -> None:
         # y = z' + 1, whose rate is z''.
         return [y - 1, acceleration.subs(first, y - 1)]
 
+    def rate() -> Any:
+        return from_second_order()[1].subs(y, Symbol("v") + 1)
+
+    v = Symbol("v")
+    d.names |= {v: r"\dot z"}
+    d.step(
+        "acceleration",
+        "solve",
+        -v - z - F(v + 1),
+        Identity(rate),
+        "the equation of motion, eq:osc1, solved for the second derivative",
+        left=r"\ddot z",
+    )
     found = d.step(
         "y = z' + 1",
         "substitute",
         (y - 1, 1 - z - y - F(y)),
         Identity(from_second_order),
         "y is the velocity of the block relative to the belt",
+        left=(
+            r"\dot z",
+            r"\dot y",
+        ),
     )
     d.conclude((Symbol("zdot"), Symbol("ydot")), found)
 
@@ -65,6 +82,10 @@ def coulomb(d: Any) -> None:
         (1 - z + alpha, 1 - z - alpha),
         Identity(ends),
         "a- and a+ on the surface",
+        left=(
+            "a^-",
+            "a^+",
+        ),
     )
     edges = d.step(
         "edges of the sliding region",
@@ -72,6 +93,10 @@ def coulomb(d: Any) -> None:
         (1 - alpha, 1 + alpha),
         Identity(lambda: [sympy.solve(both[1], z)[0], sympy.solve(both[0], z)[0]]),
         "a- > 0 > a+ between them; one sign outside: crossing",
+        left=(
+            "z_1",
+            "z_2",
+        ),
     )
     third = (edges[1] - edges[0]) / 3
 
@@ -87,6 +112,11 @@ def coulomb(d: Any) -> None:
         (sympy.Integer(1), sympy.Integer(2), sympy.Integer(1)),
         Identity(directions),
         "fields that point at the surface: 2 is sliding, 1 crossing",
+        left=(
+            r"N \big|_{z < z_1}",
+            r"N \big|_{z_1 < z < z_2}",
+            r"N \big|_{z > z_2}",
+        ),
     )
 
     def velocity() -> Any:
@@ -101,6 +131,7 @@ def coulomb(d: Any) -> None:
         sympy.Integer(-1),
         Identity(velocity),
         "to the left: the block rides the belt",
+        left="g_s",
     )
     d.conclude((Symbol("z_1"), Symbol("z_2")), edges)
 
@@ -122,6 +153,7 @@ def smoothed(d: Any) -> None:
             }
         ),
         "inside |u| < 1, u = y/eps",
+        left="F(u)",
     )
     d.conclude(sympy.Function("F")(u), found)
 
@@ -133,6 +165,7 @@ def turning(d: Any) -> None:
         "differentiate",
         alpha * (1 + mu - 3 * mu * u**2),
         Identity(lambda: sympy.diff(d.use("eq:forcePerturbed", "F(u)"), u)),
+        left="F'(u)",
     )
     found = d.step(
         "zero",
@@ -142,6 +175,7 @@ def turning(d: Any) -> None:
             lambda s: {"slope": slope.subs(u, s), "positive": s - sympy.sqrt(sympy.expand(s**2))}
         ),
         "and minus this, the slope being even",
+        left="u_s",
     )
     d.step(
         "inside the layer",
@@ -162,6 +196,7 @@ def breakaway(d: Any) -> None:
         Identity(
             lambda: d.use("eq:forcePerturbed", "F(u)").subs(u, d.use("turning-points", "u_s"))
         ),
+        left=r"\beta = F(u_s)",
     )
     d.step(
         "above alpha for mu > 1/2",
@@ -180,6 +215,7 @@ def breakaway(d: Any) -> None:
         alpha,
         Identity(lambda: found.subs(mu, _HALF)),
         "both branches give alpha, so mu = 1/2 belongs to either",
+        left=r"\beta \big|_{\mu = 1/2}",
     )
     low = Symbol("s", positive=True)
     q = Symbol("q", positive=True)
@@ -219,8 +255,16 @@ def noisy(d: Any) -> None:
         (y - 1, 1 - z - y - F(y), sympy.S.Zero, kappa),
         Identity(with_noise),
         "drift of z and y, then their noise",
+        left=tuple(rf"\text{{{what} of }} {of}" for what in ("drift", "noise") for of in "zy"),
     )
-    d.conclude(sympy.symbols("drift_z drift_y noise_z noise_y"), found)
+    d.conclude(
+        sympy.symbols("drift_z drift_y noise_z noise_y"),
+        found,
+        display=(
+            *("dz = (", found[0], r") \, dt ,\quad dy = (", found[1], r") \, dt + "),
+            *(found[3], r" \, dW"),
+        ),
+    )
 
 
 @derives("eq:phifric0", "The friction drift", ("eq:osc3", "eq:forcePerturbed", "eq:phi"))
@@ -241,6 +285,11 @@ def friction_drift(d: Any) -> None:
         "substitute",
         (1 - z0 + alpha, 1 - z0 - alpha * _cubic, 1 - z0 - alpha),
         Identity(by_reduce),
+        left=(
+            r"\phi \big|_{u \le -1}",
+            r"\phi \big|_{|u| \le 1}",
+            r"\phi \big|_{u \ge 1}",
+        ),
     )
 
     def through_reduce() -> list[Any]:
@@ -268,6 +317,11 @@ def friction_drift(d: Any) -> None:
         found,
         Identity(through_reduce),
         "the general reduction of section 4 applied to eq:osc3",
+        left=(
+            r"\phi \big|_{u \le -1}",
+            r"\phi \big|_{|u| \le 1}",
+            r"\phi \big|_{u \ge 1}",
+        ),
     )
     d.step(
         "powers of u",
@@ -275,6 +329,12 @@ def friction_drift(d: Any) -> None:
         (1 - z0, -alpha * (1 + mu), sympy.S.Zero, alpha * mu),
         Identity(lambda: sympy.Poly(found[1], u).all_coeffs()[::-1]),
         "coefficients of A in ascending powers",
+        left=(
+            "[u^0] A",
+            "[u^1] A",
+            "[u^2] A",
+            "[u^3] A",
+        ),
     )
     d.conclude(sympy.Function("phi")(u), found, cases=(r"u \le -1", r"-1 \le u \le 1", r"u \ge 1"))
 
@@ -298,6 +358,11 @@ def friction_potential(d: Any) -> None:
         "integrate",
         (-(1 - z0 + alpha) * (u + 1), inside, -2 * (1 - z0) - (1 - z0 - alpha) * (u - 1)),
         Identity(integrate),
+        left=(
+            r"V \big|_{u \le -1}",
+            r"V \big|_{|u| \le 1}",
+            r"V \big|_{u \ge 1}",
+        ),
     )
     d.step(
         "slopes and values",
@@ -315,5 +380,10 @@ def friction_potential(d: Any) -> None:
             }
         ),
         "independent of the integration: each piece differentiated",
+        left=(
+            r"V \big|_{u \le -1}",
+            r"V \big|_{|u| \le 1}",
+            r"V \big|_{u \ge 1}",
+        ),
     )
     d.conclude(sympy.Function("V")(u), found, cases=(r"u \le -1", r"-1 \le u \le 1", r"u \ge 1"))

@@ -56,6 +56,7 @@ def marched(d: Any) -> None:
         sympy.S.NegativeOne,
         Identity(lambda: sympy.diff(T - h, h)),
         "T is h more than its mean after a time h: L T = -1, T = 0 at u = -r and r",
+        left=r"\mathcal{L} T",
     )
     past = Symbol("s", positive=True)
     second = d.step(
@@ -64,6 +65,7 @@ def marched(d: Any) -> None:
         -2 * T,
         Identity(lambda: -sympy.diff((T + past) ** 2, past).subs(past, 0)),
         "the square of s + time left has grown by 2 s T + ...: L M = -2 T",
+        left=r"\mathcal{L} M",
     )
 
     def spread() -> Any:
@@ -77,6 +79,7 @@ def marched(d: Any) -> None:
         -(kappa**2) * sympy.diff(T, u) ** 2,
         Identity(spread),
         "v = M - T^2",
+        left=r"\mathcal{L} v",
     )
     d.conclude(
         (_operator(generator, T), _operator(generator, Function("v")(u, z))),
@@ -108,6 +111,7 @@ def first_order(d: Any) -> None:
         g * T0.diff(z) + u * phi_y * T0.diff(u),
         Identity(order_one),
         "L0 T1 = -(this), T1 = 0 at u = -r and r; phi_y is the slope in y = eps u",
+        left="s(u)",
     )
     Sigma, s = Function("Sigma"), Function("s")
     a, b = sympy.symbols("a b", positive=True)
@@ -136,6 +140,7 @@ def first_order(d: Any) -> None:
         Satisfies(equations),
         "Sigma' = e^(lam V), Sigma(-r) = 0: the time spent at v is "
         "lam Sigma(min)(Sigma(r) - Sigma(max))/(Sigma' Sigma(r))",
+        left="T_1(x)",
     )
     d.conclude(
         (s(u), Function("T_1")(x)),
@@ -151,6 +156,16 @@ def adiabatic(d: Any) -> None:
     rate = Function("k")
     held = sympy.exp(-Integral(rate(x), (x, 0, t)))
     d.suppose("relaxation in the well is fast against T, and T against its own change")
+    d.step(
+        "what is lost in a short time",
+        "take limit",
+        -rate(t) * Function("H")(t),
+        Identity(
+            lambda: sympy.limit((Function("H")(t) * (1 - x * rate(t)) - Function("H")(t)) / x, x, 0)
+        ),
+        "of those held at t, the share k(t) dt is released in dt: 1/T with z frozen is the rate",
+        left="H'(t)",
+    )
     found = d.step(
         "held",
         "solve",
@@ -162,6 +177,7 @@ def adiabatic(d: Any) -> None:
             }
         ),
         "k(t) = 1/T(z(t))",
+        left="H(t)",
     )
     d.conclude(
         Function("H")(t),
@@ -185,6 +201,7 @@ def frozen(d: Any) -> None:
             lambda: sympy.series(1 / (T0 + eps * g * t * slope), eps, 0, 2).removeO(),
         ),
         "z = z0 + eps g t",
+        left=r"k(t) \sim",
     )
 
     def moment(weight: Any) -> Any:
@@ -201,6 +218,7 @@ def frozen(d: Any) -> None:
         Identity(lambda: moment(1)),
         "T is the time of release where eps g T_z, of the size of eps lam T, is small: T far above "
         "r, and far below the time in which z reaches the fold",
+        left=r"T \sim",
     )
     deviation = d.step(
         "standard deviation",
@@ -208,6 +226,7 @@ def frozen(d: Any) -> None:
         T0 + 2 * eps * g * T0 * slope,
         Identity(lambda: sympy.series(sympy.sqrt(moment(2 * t) - mean**2), eps, 0, 2).removeO()),
         "T0 where z rests: a flight, which takes the same time always, is no such waiting time",
+        left=r"\sigma_T \sim",
     )
     D, lam = Function("D")(z), 2 / kappa**2
     grown = d.step(
@@ -216,6 +235,7 @@ def frozen(d: Any) -> None:
         lam * D.diff(z),
         Identity(lambda: sympy.diff(sympy.log(sympy.exp(lam * D)), z)),
         "T_z/T where T grows as e^(lam D)",
+        left=r"\frac{1}{T} \frac{dT}{dz} \sim",
     )
     d.step(
         "share",
@@ -223,6 +243,7 @@ def frozen(d: Any) -> None:
         eps * g * lam * D.diff(z) * T0,
         Identity(lambda: sympy.expand((mean / T0 - 1).subs(slope, grown * T0))),
         "of T, that the motion of z adds",
+        left=r"\frac{T - T_0}{T_0} \sim",
     )
     d.conclude(
         (Symbol("T"), Symbol("sigma_T")),
@@ -249,6 +270,10 @@ def fold_delay(d: Any) -> None:
             }
         ),
         "w = a w1, t = b s leave w1' = w1^2 + s",
+        left=(
+            "a",
+            "b",
+        ),
     )
     Ai = sympy.airyai
     path = d.step(
@@ -257,6 +282,7 @@ def fold_delay(d: Any) -> None:
         sympy.airyaiprime(-s) / Ai(-s),
         Satisfies(lambda stated: {"w1' = w1^2 + s": stated.diff(s) - stated**2 - s}),
         "it leaves at the first zero of Ai, s = 2.338",
+        left="w_1(s)",
     )
     d.conclude(
         (a, b, Function("w_1")(s)),

@@ -144,6 +144,7 @@ def heading(title: str) -> str:
     for ascii_, sign in _SIGNS.items():
         title = re.sub(rf"(?<!\w){re.escape(ascii_)}(?!\w)", sign, title)
         title = title.replace(ascii_, sign) if ascii_ == "^2" else title
+    title = re.sub(r"(?<=\s)-(?=\s|\w)", "−", title)
     return report.plain(numbered(title, "equation "))
 
 
@@ -219,16 +220,22 @@ def _symbols(label: str, record: Mapping[str, Any]) -> list[str]:
     rows = [
         f"| ${s.latex}$ | {report.words(s.meaning.text)} | {report.words(s.meaning.scale)} |"
         for s in symbols(label)
-        if s.latex in shown
+        if _stands(s.latex, shown)
     ]
     rows += [
         f"| ${sign}$ | {report.words(MEANINGS[name].text)} | {report.words(MEANINGS[name].scale)} |"
         for sign, name in _BESIDE.items()
-        if sign in shown and not any(row.startswith(f"| ${sign}$") for row in rows)
+        if _stands(sign, shown) and not any(row.startswith(f"| ${sign}$") for row in rows)
     ]
     if r"\mathbf{1}" in record["latex"]:
         rows.append(_INDICATOR)
     return ["| symbol | meaning | measured in |", "|---|---|---|", *rows, ""]
+
+
+def _stands(sign: str, shown: str) -> bool:
+    """True for a symbol in TeX that stands in a text, and not as the head of an indexed one."""
+    whole = rf"{re.escape(sign)}(?![A-Za-z_])" if sign[-1].isalpha() else re.escape(sign)
+    return re.search(whole, shown) is not None
 
 
 def _errata(label: str) -> list[str]:
@@ -336,8 +343,7 @@ def _rows(labels: Iterable[str], records: Records) -> list[str]:
         lines += [
             f"**{_link(label)}**, `{label}`{number}; error: {report.words(record['error'])}.",
             "",
-            f"$$ {record['latex']} $$",
-            "",
+            *report.display(record["latex"]),
         ]
     return lines
 

@@ -12,6 +12,8 @@ DOCS = Path(__file__).parent.parent
 _PLAIN = {
     "none",
     "panel",
+    "block",
+    "cell",
     "order",
     "release",
     "pair",
@@ -29,7 +31,7 @@ _NOUN = {
 _ROW = re.compile(r"^\| ([^|$]+?) \|(?=[^|]*\|$)", re.MULTILINE)
 # What is no prose: code, formulas, links and pictures, headings, tables, tags.
 _APART = re.compile(
-    r"<script\b.*?</script>|<style\b.*?</style>|<svg\b.*?</svg>|^```.*?^```|^:::.*?$|\$\$.*?\$\$|\$[^$]*\$|`[^`]*`|!?\[[^\]]*\]\([^)]*\)|^#.*?$|^\|.*?$|<[^>]*>"
+    r"<script\b.*?</script>|<style\b.*?</style>|<svg\b.*?</svg>|^(?P<fence>`{3,}).*?^(?P=fence)|^:::.*?$|\$\$.*?\$\$|\$[^$]*\$|`[^`]*`|!?\[[^\]]*\]\([^)]*\)|^#.*?$|^\|.*?$|<[^>]*>"
     r"|\*\*.*?\*\*|^ {4}.*?$",
     re.DOTALL | re.MULTILINE,
 )

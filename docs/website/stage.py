@@ -11,6 +11,7 @@ import re
 import shutil
 from pathlib import Path
 
+from derivations.runner import slug
 from website import glossary, notebooks
 
 DOCS = Path(__file__).parent.parent
@@ -31,6 +32,12 @@ IN_THE_SITE = {
 UNLINKED = {"glossary.md", "errata.md", "CHANGELOG.md", "measured.md", "stability.md", "house.md"}
 #: Page -> those below it in the sidebar.
 BELOW = {"report.md": ("measured.md", "stability.md")}
+# A formula's label in code; blocks, formulas, links and headings are left alone.
+_LABEL = re.compile(
+    r"(?P<fence>^`{3,}).*?^(?P=fence)|\$\$.*?\$\$|\$[^$]*\$|\[[^\]]*\]\([^)]*\)|^#.*?$|<[^>]*>"
+    r"|`(?P<label>[\w:-]+)`",
+    re.DOTALL | re.MULTILINE,
+)
 _LINK = re.compile(r"\]\(([\w./-]+\.md)(?:#[\w-]*)?\)")
 
 
@@ -60,6 +67,8 @@ def stage(folder: Path, made: dict[str, str]) -> None:
             text = glossary.linked(text)
         if page.name == "glossary.md":
             text = glossary.anchored(text)
+        if page.name not in ("errata.md", "CHANGELOG.md"):
+            text = labelled(text, made)
         if f"notebooks/{page.stem}.ipynb" in made:
             text = notebooks.offered(text, page.stem)
         page.write_text(text, encoding="utf-8")
@@ -70,6 +79,16 @@ def stage(folder: Path, made: dict[str, str]) -> None:
             page.write(_toctree("", list(below)))
         pages -= set(below)
     index.write_text(with_toctrees(index.read_text("utf-8"), pages), encoding="utf-8")
+
+
+def labelled(text: str, made: dict[str, str]) -> str:
+    """A page whose labels of formulas lead to their pages."""
+
+    def piece(found: re.Match[str]) -> str:
+        page = f"formulas/{slug(found['label'] or '')}.md"
+        return f"[{found[0]}]({page})" if page in made else found[0]
+
+    return _LABEL.sub(piece, text)
 
 
 def _inward(text: str) -> str:

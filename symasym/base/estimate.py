@@ -5,7 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from symasym.base.errors import RangeError
 from symasym.base.texts import with_error
@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
 
 ErrorKind = Literal["bound", "estimate", "none"]
+#: What a verb returns: a float, an array of them where an argument is one, with `dps` an mpf (or an
+#: array of them), with ``full=True`` an `Estimate`. Its type depends on the values of arguments.
+Answer: TypeAlias = Any
 IN_WORDS = {"bound": "proved bound", "estimate": "estimate"}
 
 

@@ -9,7 +9,17 @@ from typing import Any
 import numpy as np
 
 from symasym.base.contexts import mpf_of, own_context, to_mpf
-from symasym.base.inputs import Number, Numbers, exact, floats, is_array, positive
+from symasym.base.inputs import (
+    Floats,
+    Number,
+    Numbers,
+    exact,
+    float_text,
+    floats,
+    is_array,
+    positive,
+    to_float,
+)
 from symasym.base.texts import number_text
 from symasym.generated import numpy_formulas, plain_formulas
 
@@ -35,7 +45,7 @@ class Scales:
     r: Any
     time: Any
 
-    def drag_time(self, distance: Number, velocity: Number = 1) -> float:
+    def drag_time(self, distance: Number, velocity: Number = 1) -> Floats:
         """Scaled time in which a slow variable goes a distance: the distance over eps velocity.
 
         With the distance that the drift can bear, such as that to a fold, a time T of the scaled
@@ -57,7 +67,9 @@ class Scales:
             positive(name, exact(name, x))
             for name, x in (("distance", distance), ("velocity", velocity))
         )
-        return float(way / speed) / float(self.time)
+        if is_array(self.time):
+            return to_float("distance/velocity", way / speed) / floats("time", self.time)
+        return to_float("the drag time", way / speed / self.time)
 
     def __repr__(self) -> str:
         return f"Scales({', '.join(f'{name}={_shown(x)}' for name, x in vars(self).items())})"
@@ -67,8 +79,14 @@ def _shown(x: Any) -> str:
     """A number as a short decimal, or to 15 digits."""
     if not isinstance(x, Fraction):
         return str(x)
-    exactly = number_text(x)
-    return exactly if len(exactly) < 20 and "/" not in exactly else f"{float(x):.15g}"
+    # A fraction of as many digits is shorter in float64.
+    exactly = number_text(x) if max(abs(x.numerator), x.denominator) < 10**20 else "/"
+    if len(exactly) < 20 and "/" not in exactly:
+        return exactly
+    try:
+        return f"{float(x):.15g}"
+    except OverflowError:
+        return float_text(x)
 
 
 def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:

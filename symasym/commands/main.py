@@ -15,18 +15,7 @@ from typing import NoReturn, TextIO
 
 from symasym.base.errors import SymasymError
 from symasym.base.patience import limited
-from symasym.commands import (
-    derive,
-    emit,
-    figure,
-    release,
-    report,
-    reproduce,
-    show,
-    table,
-    value,
-    verify,
-)
+from symasym.commands import derive, emit, release, show, table, value, workshop
 from symasym.commands.settings import Parser, document
 
 _BAD_INPUT = 2
@@ -169,6 +158,10 @@ def _parser() -> Parser:
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and stop")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     document(parser, ("symasym value --help", "symasym show eq:Ttilde"))
-    for command in (reproduce, value, release, derive, show, emit, figure, table, verify, report):
-        command.add_parser(commands)
+    for add_parser in (
+        workshop.add_reproduce, value.add_parser, release.add_parser, derive.add_parser,
+        show.add_parser, emit.add_parser, workshop.add_figure, table.add_parser,
+        workshop.add_verify, workshop.add_report,
+    ):  # fmt: skip
+        add_parser(commands)
     return parser

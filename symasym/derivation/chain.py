@@ -28,6 +28,8 @@ RULES = (
     "evaluate",
 )
 
+#: Ends of a left side that need no sign of equality.
+_RELATIONS = (r"\sim", r"\le", r"\ge", "=")
 STATUSES = ("checked", "assumed", "fails")
 
 
@@ -65,13 +67,25 @@ class Hypothesis:
 
 @dataclass(frozen=True)
 class Step:
-    """One step: its name, the rule, what it states, the check, and a word of reason."""
+    """One step: its name, the rule, what it states, the check, a word of reason, the left side."""
 
     name: str
     rule: str
     result: Any
     check: Check
     reason: str = ""
+    left: str | tuple[str, ...] = ""
+
+    def latex(self, names: dict[Any, str]) -> str:
+        """LaTeX of what the step states, behind its left side where it has one."""
+        if not self.left:
+            return latex(self.result, names)
+        one = isinstance(self.left, str)
+        pairs = [(self.left, self.result)] if one else zip(self.left, self.result, strict=True)
+        return r" ,\quad ".join(
+            f"{left} {'' if str(left).endswith(_RELATIONS) else '= '}{latex(result, names)}"
+            for left, result in pairs
+        )
 
     def run(self, result: Statement | None = None, seed: int = 3) -> Outcome:
         """Check the stated result (or another one instead)."""
@@ -156,13 +170,25 @@ class Derivation:
     cases: tuple[str, ...] = ()
     display: tuple[Any, ...] = ()
 
-    def step(self, name: str, rule: str, result: Statement, check: Check, reason: str = "") -> Any:
-        """Add a step; gives back its result, for the next one."""
+    def step(
+        self,
+        name: str,
+        rule: str,
+        result: Statement,
+        check: Check,
+        reason: str = "",
+        left: str | tuple[str, ...] = "",
+    ) -> Any:
+        """Add a step; gives back its result, for the next one.
+
+        `left` is the LaTeX of what the result is equal to, as the step is shown: one, or one for
+        each piece. A relation other than equality stands at its end.
+        """
         if rule not in RULES:
             raise ValueError(f"{rule!r} is no rule; the rules are {', '.join(RULES)}.")
         if any(s.name == name for s in self.steps):
             raise ValueError(f"{self.label} has two steps named {name!r}.")
-        self.steps.append(Step(name, rule, result, check, reason))
+        self.steps.append(Step(name, rule, result, check, reason, left))
         return result
 
     def suppose(
@@ -263,7 +289,7 @@ class Derivation:
             step.check.how(),
             step.reason,
             text(step.result, 2000),
-            latex(step.result, self.names),
+            step.latex(self.names),
             True,
             outcome.detail,
             seconds,

@@ -88,7 +88,7 @@ class Bound:
                 "0",
                 "no point found",
             )
-        return Outcome(True, f"{way}; on {self.on}")
+        return Outcome(True, way)
 
     def _violation(self, result: Inequality, rng: random.Random) -> Outcome | None:
         """A point of the range where the inequality is false, if ten random ones show one."""

@@ -2,10 +2,10 @@ r"""Formulas in the order in which they are written by hand.
 
 SymPy orders factors and terms by its own canonical order, keeps roots apart and puts exponentials
 into numerators. Here a product is its sign, one fraction of numbers, symbols and one root, then
-sums, functions, exponentials and integrals, in this order; a sum has its positive terms first, and
-a polynomial in :math:`u` falling powers; an exponent is written on one line:
-:math:`\frac{2 \pi}{\sqrt{- A'(u_1) A'(u_2)}} e^{2 D/\kappa^2}`. Nothing is simplified: roots are
-joined only where their arguments have no negative factor left alone
+sums, functions, exponentials, long sums and integrals, in this order; a sum has its positive terms
+first, a polynomial in :math:`u` and a series in :math:`1/\lambda` falling powers; an exponent is
+written on one line: :math:`\frac{2 \pi}{\sqrt{- A'(u_1) A'(u_2)}} e^{2 D/\kappa^2}`. Nothing is
+simplified: roots are joined only where their arguments have no negative factor left alone
 (:math:`\sqrt a \sqrt b = \sqrt{a b}` for :math:`a, b \ge 0`).
 """
 
@@ -25,8 +25,14 @@ __all__ = ["tex"]
 
 #: Symbols by which a polynomial is ordered.
 _POSITIONS = ("u", "v")
+#: Symbols in whose falling powers an expansion is ordered.
+_LARGE = ("lambda", "lam")
 #: Names that are words and not products of letters.
 _WORDS = ("int", "nested", "climb", "fall", "drift", "noise")
+#: a_minus is a with a sign above.
+_SIGNS = {"minus": "-", "plus": "+"}
+#: A sum whose LaTeX is longer than this stands behind functions and exponentials, as a series does.
+_LONG = 120
 #: The rank of what follows the fraction of a product; what has none stands in the fraction.
 _SUM, _FUNCTION, _EXPONENTIAL, _DERIVATIVE, _INTEGRAL = range(1, 6)
 _HALF = sympy.S.Half
@@ -59,6 +65,8 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         head = self._deal_with_super_sub(name)
         if name in _WORDS or (head == name and len(name) > 2 and name.isalpha()):
             head = rf"\mathrm{{{name}}}"
+        if index in _SIGNS:
+            return rf"{head}^{_SIGNS[index]}"
         if not index or "^" in name:
             return head if not index else str(super()._print_Symbol(symbol))
         index = rf"\mathrm{{{index}}}" if len(index) > 1 and index.isalpha() else index
@@ -105,7 +113,10 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         for factor in sympy.Mul.make_args(rest):
             base, power = factor.as_base_exp() if not isinstance(factor, sympy.exp) else (factor, 1)
             if power in (_HALF, -_HALF) and base.is_nonnegative:
-                (roots if power == _HALF else divisors).append(base)
+                over, under = _positive_quotient(base)
+                (roots if power == _HALF else divisors).append(over)
+                if under != 1:
+                    (divisors if power == _HALF else roots).append(under)
             elif power == _HALF and doubtful is None:
                 doubtful = base
                 roots.append(base)
@@ -128,9 +139,11 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         elif divisors:
             below.append(_Root(divisors))
         sums = [f for rank, f in behind if rank == _SUM]
-        if not above and len(sums) == 1 and below:
-            # A sum alone over something: no 1/x in front of it.
-            above, behind = sums, [(rank, f) for rank, f in behind if rank != _SUM]
+        flat = all(r"\frac" not in self._print(f) for f in sums)
+        divided = any(getattr(f, "is_Add", False) for f in below)
+        if flat and below and (divided or (not above and len(sums) == 1)):
+            # A sum over a sum, or alone over something: no 1/x in front of it.
+            above, behind = above + sums, [(rank, f) for rank, f in behind if rank != _SUM]
         if not above and len(behind) == len(below) == 1 and below[0].is_Function:
             # A quotient of functions.
             above, behind = [behind[0][1]], []
@@ -144,8 +157,14 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
             # Values of functions stand behind sums: (a - C) V(v).
             behind += [(_FUNCTION, f) for f in above if isinstance(f, AppliedUndef)]
             above = [f for f in above if not isinstance(f, AppliedUndef)]
+            if sums and not any(_positions(f) for f in sums):
+                # The position stands behind a sum of constants: alpha (1 + mu) u.
+                behind += [(_FUNCTION, f) for f in above if _positions(f)]
+                above = [f for f in above if not _positions(f)]
         behind.sort(key=lambda item: (item[0], *_alphabetical(item[1])))
-        shown = [self._behind(rank, factor) for rank, factor in behind]
+        ranked = [(rank, self._behind(rank, factor)) for rank, factor in behind]
+        ranked.sort(key=lambda item: _DERIVATIVE - 0.5 if _is_long(*item) else item[0])
+        shown = [text for _, text in ranked]
         return above, below, [lead, *shown] if lead else shown
 
     def _behind(self, rank: int, factor: Any) -> str:
@@ -153,8 +172,11 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         return self._parenthesised(shown) if rank == _SUM and factor.is_Add else shown
 
     def _quotient(self, above: list[Any], below: list[Any]) -> str:
-        top, bottom = self._signed(above), self._signed(below)
-        return rf"\frac{{{top}}}{{{bottom}}}"
+        (top, below_top), (bottom, below_bottom) = (
+            sympy.fraction(sympy.Mul(*x)) for x in (above, below)
+        )
+        over, under = self._print(top * below_bottom), self._print(bottom * below_top)
+        return rf"\frac{{{over}}}{{{under}}}"
 
     def _signed(self, factors: list[Any]) -> str:
         return str(self._print(sympy.Mul(*factors)))
@@ -174,6 +196,9 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         # A word is kept apart from the factors beside it.
         row = shown[:1]
         for before, factor in pairwise(shown):
+            if before[-1].isdigit() and factor[:1].isdigit():
+                row.append(rf"\cdot {factor}")
+                continue
             word = before.startswith(r"\mathrm") or factor.startswith(r"\mathrm")
             row.append(rf"\, {factor}" if word else factor)
         return " ".join(row)
@@ -187,8 +212,12 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         base = factor.as_base_exp()[0]
         if base.is_Add:
             return 4, str(factor)
+        named = self._named(base)
         late = isinstance(base, (sympy.Function, sympy.Derivative)) or str(base) in _POSITIONS
-        return (3 if late or "(" in self._named(base) else 2), str(factor).casefold()
+        late = late or "(" in named or named.startswith(r"\mathrm")
+        # The large parameter comes before the letters it multiplies.
+        letters = "" if str(base) == "lam" else (named.lstrip("\\") or str(factor)).casefold()
+        return (3 if late else 2), letters
 
     def _parenthesised(self, shown: str) -> str:
         return rf"\left({shown}\right)" if r"\frac" in shown else f"({shown})"
@@ -200,13 +229,17 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         if power == _HALF:
             return rf"\sqrt{{{self._print(base)}}}"
         if sympy.sympify(power).could_extract_minus_sign():
+            if base.is_Symbol and power.is_Rational and power.q > 2:
+                return f"{self._print(base)}^{{{self._line(power)}}}"
             return rf"\frac{{1}}{{{self._print(base**-power)}}}"
         raised = _group(self._line(power))
         if isinstance(base, sympy.Function) and not isinstance(base, sympy.exp):
             return self._applied(base, raised)
         shown = self._print(base)
         joined = base.is_Add or base.is_Mul or base.is_Pow or base.is_Derivative
-        if joined or "^" in shown or "'" in shown:
+        # V''(u_1)^2 needs no parentheses.
+        primed = "'" in shown and not (base.is_Symbol and shown.endswith(")"))
+        if joined or "^" in shown.split("(")[0] or primed:
             shown = self._parenthesised(shown)
         return f"{shown}^{raised}"
 
@@ -272,6 +305,9 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
     def _print_Heaviside(self, expr: Any, exp: Any = None) -> str:
         return self._indicator(expr) + (f"^{{{exp}}}" if exp is not None else "")
 
+    def _print_DiracDelta(self, expr: Any, exp: Any = None) -> str:
+        return rf"\delta({self._print(expr.args[0])})"
+
     def _print_log(self, expr: Any, exp: Any = None) -> str:
         return self._applied(expr, f"{{{exp}}}" if exp is not None else "")
 
@@ -304,6 +340,14 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
             name, at = self._print(expr.expr.func), self._print(expr.variables[0])
             primes = "'" * order
             return f"{name}{primes}({at})"
+        if isinstance(expr.expr, AppliedUndef) and len(expr.expr.args) > 1:
+            # The partial derivative of T(u, z) without its arguments.
+            sign = rf"\partial^{order}" if order > 1 else r"\partial"
+            below = " ".join(
+                rf"\partial {self._print(s)}" + (f"^{n}" if n > 1 else "")
+                for s, n in expr.variable_count
+            )
+            return rf"\frac{{{sign} {self._print(expr.expr.func)}}}{{{below}}}"
         shown = str(super()._print_Derivative(expr.func(sympy.Symbol("X"), *expr.variable_count)))
         operator = shown.rsplit("X", 1)[0].rstrip()
         if requires_partial(expr.expr):
@@ -329,7 +373,7 @@ _FUNCTIONS["erf"] = r"\operatorname{erf}"
 class _Root:
     """Factors under one root."""
 
-    is_Add = False
+    is_Add = is_Function = False
 
     def __init__(self, factors: list[Any]) -> None:
         self.factors = factors
@@ -360,6 +404,25 @@ def _rank(base: Any, power: Any) -> int:
     return _SUM if base.is_Add and power == 1 else 0
 
 
+def _positions(factor: Any) -> bool:
+    """True for a factor in which a position stands."""
+    symbols = getattr(factor, "free_symbols", ())
+    return any(s.name in _POSITIONS for s in symbols)
+
+
+def _positive_quotient(base: Any) -> tuple[Any, Any]:
+    """Numerator and denominator of what stands under a root, both positive where they can be."""
+    over, under = base.as_numer_denom()
+    if over.is_negative and under.is_negative:
+        return -over, -under
+    return (over, under) if over.is_nonnegative and under.is_positive else (base, sympy.S.One)
+
+
+def _is_long(rank: int, shown: str) -> bool:
+    """True for a sum that is a series of many terms."""
+    return rank == _SUM and len(shown) > _LONG
+
+
 def _rooted(
     coefficient: Any, roots: list[Any], divisors: list[Any]
 ) -> tuple[Any, list[Any], list[Any]]:
@@ -373,6 +436,8 @@ def _rooted(
 def _terms(expr: Any) -> list[Any]:
     """The terms of a sum in the order they are written in."""
     terms = list(expr.args)
+    if powers := _asymptotic(terms):
+        return sorted(terms, key=lambda t: (-powers[t], sympy.default_sort_key(t)))
     (position,) = [s for s in expr.free_symbols if s.name in _POSITIONS][:1] or (None,)
     degree = {t: _degree(t, position) for t in terms}
     highest = max(terms, key=lambda t: degree[t])
@@ -388,6 +453,14 @@ def _terms(expr: Any) -> list[Any]:
             sympy.default_sort_key(t),
         ),
     )
+
+
+def _asymptotic(terms: list[Any]) -> dict[Any, Any]:
+    """The powers of lambda in a series of falling ones; nothing for any other sum."""
+    (large,) = {s for t in terms for s in t.free_symbols if s.name in _LARGE} or (None,)
+    powers = {t: t.as_powers_dict().get(large, sympy.S.Zero) for t in terms if large is not None}
+    falling = len(set(powers.values())) == len(terms) and min(powers.values(), default=0) < 0
+    return powers if falling and all(p.is_Rational for p in powers.values()) else {}
 
 
 def _alphabetical(factor: Any) -> tuple[str, Any]:

@@ -317,7 +317,7 @@ class Drift:
             known = (self._model.end(self._values, side) for side in (-1, 1))
             return tuple(  # type: ignore[return-value]
                 np.broadcast_to(
-                    self.evaluate_float(np.asarray(x)) if k is None else np.asarray(k, dtype=float),
+                    self.evaluate_float(np.asarray(x)) if k is None else floats("an end of A", k),
                     self.shape,
                 )
                 for x, k in zip((-1.0, 1.0), known, strict=True)
@@ -509,11 +509,13 @@ class Drift:
         """A(u) for a notebook; parameters that are free or arrays stay symbols."""
         import sympy
 
+        from symasym.derivation.printing import tex
+
         formula = self.expression()
         # Floats are shown as such.
         long = [x for x in formula.atoms(sympy.Rational) if x.q > 10**6]
         formula = formula.xreplace({x: sympy.Float(x, 15) for x in long})
-        return rf"$\displaystyle \phi(u) = {sympy.latex(formula, full_prec=False)}$"
+        return rf"$\displaystyle \phi(u) = {tex(formula)}$"
 
 
 def _source(value: Fraction | FloatArray) -> str:

@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from symasym.numbers.trees import Operations
 
 _DIGITS = 60
+# Bits of a coefficient, above which SymPy takes minutes for the zeros.
+_MOST_BITS = 2000
+# Values whose Chebyshev series stays within float64.
+_HUGE = 1e300
 _MOST_DIGITS = 1_000
 _NARROWEST = 1e-12
 
@@ -111,6 +115,11 @@ def _of_polynomial(coefficients: list[Fraction]) -> list[CriticalPoint]:
 
     if not any(coefficients):
         raise AccuracyError("A is 0 on all of [-1, 1], so every point is critical; change A.")
+    if max(max(abs(c.numerator), c.denominator).bit_length() for c in coefficients) > _MOST_BITS:
+        raise AccuracyError(
+            "the coefficients of A have too many digits for its zeros to be found; rescale the "
+            "problem, or round the parameters."
+        )
     u = sympy.Symbol("u")
     rationals = [sympy.Rational(c.numerator, c.denominator) for c in coefficients[::-1]]
     poly = sympy.Poly(rationals, u)
@@ -119,7 +128,7 @@ def _of_polynomial(coefficients: list[Fraction]) -> list[CriticalPoint]:
     roots = []
     for factor, multiplicity in poly.factor_list()[1]:
         for root in factor.real_roots():
-            if -1 < root < 1:
+            if _inside(root):
                 # A changes sign by the sign of its first derivative that does not vanish.
                 slope = poly
                 for _ in range(multiplicity):
@@ -130,6 +139,13 @@ def _of_polynomial(coefficients: list[Fraction]) -> list[CriticalPoint]:
         CriticalPoint(_mpf(root), multiplicity, _kind(multiplicity, rising))
         for root, multiplicity, rising in roots
     ]
+
+
+def _inside(root: Expr) -> bool:
+    """True for a root in (-1, 1), however close to an end."""
+    if root.is_Rational:
+        return bool(-1 < root < 1)
+    return all(bool((1 + s * root).evalf(20, maxn=20_000) > 0) for s in (-1, 1))
 
 
 def _mpf(value: Expr) -> mpf:
@@ -288,9 +304,9 @@ def _proxies(
         with np.errstate(all="ignore"):
             x = (lo + hi) / 2 + (hi - lo) / 2 * nodes
             values = np.broadcast_to(np.asarray(function(x), dtype=np.float64), x.shape)
-        if not np.isfinite(values).all():
+        if not (np.abs(values) < _HUGE).all():
             raise AccuracyError(
-                f"A is not finite between u = {lo:.6g} and {hi:.6g}; "
+                f"A is not finite, or beyond float64, between u = {lo:.6g} and {hi:.6g}; "
                 "give an A that is real and smooth on [-1, 1]."
             )
         series = np.polynomial.chebyshev.chebfit(nodes, values, degree)

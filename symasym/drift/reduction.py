@@ -334,7 +334,7 @@ def _matrix(D: Sequence[Any], x: list[Any], read: Reader) -> Any:
     """D as a matrix of n rows; a column may be given as one sequence."""
     import sympy
 
-    rows = D.tolist() if isinstance(D, (np.ndarray, sympy.MatrixBase)) else sequence("D", D)
+    rows = sequence("D", D.tolist() if isinstance(D, (np.ndarray, sympy.MatrixBase)) else D)
     rows = [list(row) if isinstance(row, (list, tuple, np.ndarray)) else [row] for row in rows]
     if len(rows) != len(x) or len({len(row) for row in rows}) != 1:
         raise InputError(

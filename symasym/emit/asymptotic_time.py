@@ -48,7 +48,7 @@ from symasym.emit.symbolic_sums import (
 from symasym.methods.table import WEAK_NOISE_ORDERS
 from symasym.numbers.arithmetic import Digits
 from symasym.records import Record
-from symasym.scenes.answers import read_order
+from symasym.scenes import read_order
 
 if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext

@@ -27,7 +27,7 @@ from symasym.emit.program import (
 )
 from symasym.emit.stokes import FRICTION, of_friction, stokes
 from symasym.records import Record
-from symasym.scenes.scene import require_drift
+from symasym.scenes import require_drift
 
 if TYPE_CHECKING:
     from sympy import Expr

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Self
 import sympy
 
 from symasym.base.errors import InputError
+from symasym.base.inputs import exact, float_text
 from symasym.emit.forms import log_form, removable, rounded, stable
 
 if TYPE_CHECKING:
@@ -397,6 +398,14 @@ def _ready(function: Function, names: dict[Any, Any], double: bool) -> Ready:
     return Ready(function.name, function.doc, arguments, tuple(bodies), function.outside)
 
 
+def _short(value: Any) -> str:
+    """A number as text, in few digits where it has very many."""
+    try:
+        return str(value)
+    except ValueError:  # longer than Python prints
+        return float_text(exact("a parameter", value))
+
+
 def header(program: Program, *more: str) -> list[str]:
     """The lines every file begins with."""
     lines = [f"{program.label}: {program.title}."]
@@ -406,7 +415,7 @@ def header(program: Program, *more: str) -> list[str]:
     if program.note:
         lines.append(f"Here {program.note}.")
     if program.folded:
-        folded = (f"{name} = {value}" for name, value in sorted(program.folded.items()))
+        folded = (f"{name} = {_short(value)}" for name, value in sorted(program.folded.items()))
         lines.append(f"Folded in: {', '.join(folded)}.")
     lines += [f"Left out: {line}." for line in program.left_out]
     return [*lines, *more, "Written by symasym."]

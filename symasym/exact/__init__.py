@@ -7,5 +7,5 @@ integrals over a panel are found in three ways that share no code: `floats` with
 for arrays of float64; `digits`
 with `digit_panels` (Taylor recurrences) to any number of digits; `ball_sweep` with `ball_panels`
 (Taylor models) as proved enclosures. `derivatives` differentiates the sweeps of digits and balls
-for `sa.sensitivity`; that of float64 carries its slopes along (`symasym.numbers.dual_arrays`).
+for `sa.sensitivity`; that of float64 carries its slopes along (`symasym.numbers.float_arrays`).
 """

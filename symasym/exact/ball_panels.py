@@ -361,14 +361,18 @@ def _over_panel(series: arb_series) -> arb:
     return 2 * sum(series.integral().coeffs()[1::2], flint_module().arb(0))
 
 
-def cut(profile: Profile, lam: Fraction, a: Fraction, b: Fraction) -> list[Panel]:
-    """[a, b] cut until the exponent's growth on each panel's circle is what the precision likes."""
+def cut(
+    profile: Profile, lam: Fraction, a: Fraction, b: Fraction, most: int | None = None
+) -> list[Panel]:
+    """[a, b] cut until the exponent's growth on each panel's circle is what the precision likes;
+    AccuracyError beyond `most` panels, or where a ball would take long."""
     flint = flint_module()
     bits = flint.ctx.prec
     most_growth = _GROWTH_PER_BIT * bits
     terms = _terms(bits, most_growth, profile.terms())
     slowness = _ANALYTIC if profile.terms() is None else 1
     most_panels = max(16, _MOST_WORK // (slowness * terms * (bits // 64 + 1)))
+    most_panels = most_panels if most is None else min(most_panels, most)
     _refuse_hopeless(profile, lam, a, b, most_panels * most_growth)
     waiting, panels = [(a, b)], list[Panel]()
     narrowest = (b - a) * _NARROWEST

@@ -212,14 +212,17 @@ def _from_both_ends(
     return sweep.absorbed(left, exact_ball(lam)), sweep.absorbed(right, exact_ball(lam))
 
 
-def pieces_of(profile: Profile, lam: Fraction, a: Fraction, b: Fraction) -> list[Outer | Panel]:
-    """The panels of [a, b], a < 1, from left to right, the outer ones in one piece."""
+def pieces_of(
+    profile: Profile, lam: Fraction, a: Fraction, b: Fraction, most: int | None = None
+) -> list[Outer | Panel]:
+    """The panels of [a, b], a < 1, from left to right, the outer ones in one piece; `most` of the
+    others."""
     pieces: list[Outer | Panel] = []
     if a < -1:
         pieces.append(Outer(profile.value(-_ONE), lam, min(-_ONE, b) - a))
     inner = max(a, -_ONE), min(b, _ONE)
     if inner[0] < inner[1]:
-        pieces += cut(profile, lam, *inner)
+        pieces += cut(profile, lam, *inner, most)
     if b > 1:
         pieces.append(Outer(profile.value(_ONE), lam, b - 1))
     return pieces

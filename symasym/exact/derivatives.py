@@ -40,7 +40,7 @@ from symasym.generated import plain_formulas
 from symasym.numbers.balls import Profile, exact_ball, flint_module, profile_of
 
 if TYPE_CHECKING:
-    from flint import arb, arb_poly, arb_series
+    from flint import arb, arb_series
 
     from symasym.drift.drift import Drift
 
@@ -79,8 +79,8 @@ def log_slopes(
 
     def compute() -> dict[str, Any]:
         profile = _bounded(drift, directions)
-        left_pieces = pieces_of(profile, lam, -r, start)
-        right_pieces = pieces_of(profile.mirrored(), lam, -r, -start)
+        left_pieces = pieces_of(profile, lam, -r, start, _MOST_PANELS)
+        right_pieces = pieces_of(profile.mirrored(), lam, -r, -start, _MOST_PANELS)
         _refuse_many(len(left_pieces) + len(right_pieces))
         mirrored = [d.mirrored() for d in directions.values()]
         left = _swept(left_pieces, lam, list(directions.values()))
@@ -111,7 +111,7 @@ def log_slopes_of_occupation(
             for side, tail in zip((-1, 1), sliding_slopes(profile), strict=True)
         )
         a_minus, a_plus = tails
-        panels = cut(profile, lam, Fraction(-1), Fraction(1))
+        panels = cut(profile, lam, Fraction(-1), Fraction(1), _MOST_PANELS)
         _refuse_many(len(panels))
         records = (
             _DualPiece(p, tuple(d.of(p, lam, 0, False) for d in directions.values())).record()
@@ -221,11 +221,12 @@ class _BoundedDrift:
 
 
 class Dual:
-    """A ball and its derivatives with respect to the parameters, which are coefficients."""
+    """A number and its derivatives with respect to the parameters: a ball with the coefficients of
+    a polynomial, or an mpf with an array of them."""
 
     __slots__ = ("slopes", "value")
 
-    def __init__(self, value: arb, slopes: arb_poly) -> None:
+    def __init__(self, value: Any, slopes: Any) -> None:
         self.value, self.slopes = value, slopes
 
     @classmethod
@@ -233,9 +234,9 @@ class Dual:
         """From balls, or numbers."""
         return cls(value, flint_module().arb_poly(list(slopes)))
 
-    def mid(self) -> arb:
+    def mid(self) -> Any:
         """The midpoint of the value."""
-        return self.value.mid()
+        return sweep.middle(self.value)
 
     def log_slopes(self, names: Iterable[str]) -> dict[str, Any]:
         """Derivatives of the logarithm."""

@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 _RATIOS = [1.4 * 1.4**k for k in range(14)]
 # Exponents of e in float64.
 _RANGE = 700
+#: Taylor terms of a change of the drift, which may be larger than the drift, beyond those of it.
+MORE_TERMS = 48
 
 
 class Numbers:
@@ -68,9 +70,15 @@ class Panel:
         ``int_e, int_inverse <= bound``.
     nested_bound : mpf
         ``nested <= nested_bound``.
+    rise : Fraction
+        lam (V(b) - V(a)).
+    drift_at_left : Fraction
+        phi(a).
     """
 
     up: bool
+    rise: Fraction
+    drift_at_left: Fraction
     end: Any
     bound: Any
     nested_bound: Any
@@ -78,6 +86,10 @@ class Panel:
     int_e: Any
     int_inverse: Any
     nested: Any
+
+    def integral(self, field: ExactField) -> Any:
+        """The integral over the panel of another drift."""
+        raise NotImplementedError
 
     def record(self, tiny: mpf) -> Record:
         """Its numbers for a sweep, in which a term below `tiny` of the whole is not computed."""
@@ -93,16 +105,20 @@ class Panel:
 class Constant(Panel):
     """A panel of any width with constant drift."""
 
-    def __init__(self, numbers: Numbers, drift: Fraction, width: Fraction) -> None:
+    def __init__(self, numbers: Numbers, drift: Fraction, width: Fraction, edge: Fraction) -> None:
         h = numbers.mpf(width)
         x = numbers.lam_exact * drift * width
-        self.up = x < 0
+        self.drift_at_left, self.width, self._edge = drift, width, edge
+        self.up, self.rise = x < 0, -x
         self.end, first, second = constant_moments(x, numbers.context)
         self.int_e = self.int_inverse = self.bound = h * first
         self.nested = self.nested_bound = h * h * second
 
+    def integral(self, field: ExactField) -> Any:
+        return field.value(self._edge) * self.width
 
-def _log_size(x: Fraction) -> float:
+
+def log_size(x: Fraction) -> float:
     """At least log |x|, also where x is no float64."""
     if not x:
         return -math.inf
@@ -117,18 +133,20 @@ class Taylor(Panel):
     ----------
     c : list of Fraction
         Taylor coefficients of phi at the left end, in units of the width `h`.
+    left : Fraction
     """
 
-    def __init__(self, numbers: Numbers, c: list[Fraction], h: Fraction) -> None:
+    def __init__(self, numbers: Numbers, c: list[Fraction], h: Fraction, left: Fraction) -> None:
         context = numbers.context
-        q = [numbers.lam_exact * h * x for x in c]
-        rise = -sum((x / (k + 1) for k, x in enumerate(q)), Rational(0))
+        self.left, self.width, self.drift_at_left = left, h, c[0]
+        self.q = q = [numbers.lam_exact * h * x for x in c]
+        self.rise = rise = -sum((x / (k + 1) for k, x in enumerate(q)), Rational(0))
         size = [abs(float(x)) / (k + 1) for k, x in enumerate(q)]
         reach = sum(size)
         self._numbers, self._h = numbers, numbers.mpf(h)
         self._bits = context.prec + guard_bits(reach)
         self._q, self._denominator = integers(q, self._bits)
-        logs = [_log_size(x) for x in q] if beyond_floats(len(q)) else []
+        logs = [log_size(x) for x in q] if beyond_floats(len(q)) else []
         self._count = terms_needed(size, self._bits, logs)
         self.up = rise > 0
         self.end = numbers.exponential(rise)
@@ -186,73 +204,84 @@ class Slow(Panel):
         least: float,
     ) -> None:
         self._numbers, self._field = numbers, field
-        self._centre, self._t0, self._t1 = edges
-        self._half = (self._t1 - self._t0) / 2
-        self._count, self._rounds = terms
-        rise = -numbers.lam_exact * field.integral(*edges, self._count)
+        self.edges = edges
+        self.centre, self.t0, self.t1 = edges
+        self.half = (self.t1 - self.t0) / 2
+        self.count, self.rounds = terms
+        self.rise = rise = -numbers.lam_exact * field.integral(*edges, self.count)
         self.up = rise > 0
         # Above 2 prec ln 2 by construction: what a layer leaves at the far end is nothing.
         self.end = numbers.exponential(rise)
         self.bound = 2 / (numbers.lam * least)
-        self.nested_bound = numbers.mpf(2 * self._half) * self.bound if self.up else self.bound**2
+        self.nested_bound = numbers.mpf(2 * self.half) * self.bound if self.up else self.bound**2
+
+    @property
+    def drift_at_left(self) -> Any:  # type: ignore[override]
+        return self._field.value(self.centre + self.t0)
+
+    def integral(self, field: ExactField) -> Any:
+        return field.integral(*self.edges, self.count + MORE_TERMS)
 
     @property
     def cost(self) -> int:
         """Roughly the number of coefficients that `int_e` and `int_inverse` take."""
-        return self._rounds**2
+        return self.rounds**2
 
     def _lam_phi(self, t: Fraction, count: int) -> list[Any]:
         """Taylor coefficients of lam |phi| half about t, in units of half the width."""
-        c = self._field.taylor(self._centre + t, self._half, count)
-        scale = self._numbers.lam_exact * self._half * (-1 if self.up else 1)
+        c = self._field.taylor(self.centre + t, self.half, count)
+        scale = self._numbers.lam_exact * self.half * (-1 if self.up else 1)
         return [self._numbers.mpf(scale * x) for x in c] + [self._numbers.context.zero] * (
             count - len(c)
         )
 
     @cached_property
-    def _following(self) -> mpf:
+    def following(self) -> mpf:
         """The solution that follows the drift, at the right end."""
-        phi = self._lam_phi(self._t1, self._rounds + 1)
-        return layer(phi, True, self._numbers.context) * self._numbers.mpf(self._half)
+        phi = self._lam_phi(self.t1, self.rounds + 1)
+        return layer(phi, True, self._numbers.context) * self._numbers.mpf(self.half)
 
     @cached_property
-    def _opposing(self) -> mpf:
+    def opposing(self) -> mpf:
         """The solution that opposes the drift, at the left end."""
-        phi = self._lam_phi(self._t0, self._rounds + 1)
-        return layer(phi, False, self._numbers.context) * self._numbers.mpf(self._half)
+        phi = self._lam_phi(self.t0, self.rounds + 1)
+        return layer(phi, False, self._numbers.context) * self._numbers.mpf(self.half)
 
     @property
     def int_e(self) -> mpf:
-        return self._following if self.up else self._opposing
+        return self.following if self.up else self.opposing
 
     @property
     def int_inverse(self) -> mpf:
-        return self._opposing if self.up else self._following
+        return self.opposing if self.up else self.following
 
     @cached_property
     def nested(self) -> mpf:
         """int N, N' = 1 + lam phi N: downwards the product of both layers; upwards the
         integral of the following solution, less that of the layer at the left end.
         """
-        context = self._numbers.context
         if not self.up:
-            return self._opposing * self._following
+            return self.opposing * self.following
         # Upwards: the integral of the following solution that starts at zero.
-        first = layer(self._lam_phi(self._t0, self._rounds + 1), True, context)
-        half = self._numbers.mpf(self._half)
-        return half * half * self._whole() - half * first * self._opposing
+        return self._numbers.mpf(self.half) ** 2 * self._whole() - self.first * self.opposing
+
+    @cached_property
+    def first(self) -> mpf:
+        """The solution that follows the drift, at the left end."""
+        phi = self._lam_phi(self.t0, self.rounds + 1)
+        return layer(phi, True, self._numbers.context) * self._numbers.mpf(self.half)
 
     def _whole(self) -> mpf:
         """The integral of the following solution, its Taylor terms doubled until they suffice."""
-        count = self._count
+        count = self.count
         for _ in range(4):
-            phi = self._lam_phi((self._t0 + self._t1) / 2, count)
-            integral = slow_integral(phi, count, self._rounds, True, self._numbers.context)
+            phi = self._lam_phi((self.t0 + self.t1) / 2, count)
+            integral = slow_integral(phi, count, self.rounds, True, self._numbers.context)
             if integral is not None:
                 return integral
             count *= 2
         raise AccuracyError(
-            f"the Taylor series of A at u = {float(self._centre + self._t0):.6g} converges too "
+            f"the Taylor series of A at u = {float(self.centre + self.t0):.6g} converges too "
             "slowly for the digits asked for; ask for fewer digits."
         )
 
@@ -392,7 +421,7 @@ def layer(phi: list[Any], alternate: bool, context: MPContext) -> mpf:
         True: the alternating sum, M' = 1 - lam|phi| M. False: Q' = -1 + lam|phi| Q.
     """
     bits, total, sign = context.prec + 32, 0, 1
-    for term in _slow_terms(phi, len(phi), len(phi) - 1, bits):
+    for term in _slow_terms(phi, one_of(len(phi), bits), len(phi) - 1, bits):
         total += sign * term[0]
         sign = -sign if alternate else sign
     return total / phi[0] / (1 << bits)
@@ -416,12 +445,7 @@ def slow_integral(
         None if the Taylor series turns out too short.
     """
     bits = context.prec + 32
-    total = [0] * count
-    sign = 1
-    for term in _slow_terms(phi, count, rounds, bits):
-        for k, x in enumerate(term):
-            total[k] += sign * x
-        sign = -sign if alternate else sign
+    total = slow_series(phi, one_of(count, bits), rounds, alternate, bits)
     # Each derivative spoils one more of the last coefficients; those before must have died out.
     last = count - rounds - 1
     if max(abs(x) for x in total[last - 6 : last]) >> 24:
@@ -429,14 +453,32 @@ def slow_integral(
     return 2 * sum(x // (2 * k + 1) for k, x in enumerate(total[::2])) / phi[0] / (1 << bits)
 
 
-def _slow_terms(phi: list[Any], count: int, rounds: int, bits: int) -> Iterator[list[Any]]:
-    """Taylor coefficients of the t_k, in units of 1/phi[0], fixed point."""
+def slow_series(
+    phi: list[Any], source: list[Any], rounds: int, alternate: bool, bits: int
+) -> list[Any]:
+    """Taylor coefficients of a layer-free solution of M' = source - phi M, or of the one without
+    `alternate`, in units of 1/phi[0], fixed point; the last `rounds` are not complete."""
+    total = [0] * len(source)
+    sign = 1
+    for term in _slow_terms(phi, source, rounds, bits):
+        for k, x in enumerate(term):
+            total[k] += sign * x
+        sign = -sign if alternate else sign
+    return total
+
+
+def one_of(count: int, bits: int) -> list[Any]:
+    """The series of 1, fixed point."""
+    return [context_integer(1) << bits] + [0] * (count - 1)
+
+
+def _slow_terms(phi: list[Any], source: list[Any], rounds: int, bits: int) -> Iterator[list[Any]]:
+    """Taylor coefficients of t_0 = source/phi, t_1, ..., in units of 1/phi[0], fixed point."""
     ratio = [_fixed(x / phi[0], bits) for x in phi[1:]]
     while ratio and not ratio[-1]:
         ratio.pop()
     inverse = _fixed(1 / phi[0], bits)
-    one = context_integer(1) << bits
-    term = _divide([one] + [0] * (count - 1), ratio, bits)
+    term = _divide(source, ratio, bits)
     yield term
     for _ in range(rounds):
         derivative = [((k + 1) * x * inverse) >> bits for k, x in enumerate(term[1:])]

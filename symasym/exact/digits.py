@@ -101,9 +101,9 @@ def stationary_density(
     lam = 2 / kappa**2
 
     def compute(n: int, context: MPContext) -> mpf:
-        _precise(context, n)
+        precise(context, n)
         w_left, w_right = (
-            _swept_scene(drift, mirrored, lam, context).from_infinity(-y if mirrored else y)
+            swept_scene(drift, mirrored, lam, context).from_infinity(-y if mirrored else y)
             for mirrored in (False, True)
         )
         return sweep.density(mpf_of(lam, context), w_left, w_right)
@@ -116,8 +116,8 @@ def occupation(
 ) -> mpf:
     """P of eq:P (or 1 - P); needs a sliding region. Parameters as in `escape_time`."""
     with own_context(dps) as context:
-        _precise(context, dps)
-        scene = _swept_scene(drift, False, 2 / kappa**2, context)
+        precise(context, dps)
+        scene = swept_scene(drift, False, 2 / kappa**2, context)
         records = scene.records(Fraction(-1), Fraction(1))
         layer = sweep.in_layer(records, scene.numbers.lam, scene.drift_at(-1))
         after = plain_formulas.tail_right(scene.drift_at(1))
@@ -144,7 +144,7 @@ def _to_digits(compute: Callable[[int, Any], Any], dps: int, log: bool) -> mpf:
         extra = min(lost, dps) + 8
 
 
-def _precise(context: MPContext, dps: int) -> None:
+def precise(context: MPContext, dps: int) -> None:
     """Give the context the bits of `dps` digits and of a guard."""
     context.prec = int(dps * 3.3219281) + _GUARD
 
@@ -153,13 +153,13 @@ def _from_both_ends(
     drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int, context: MPContext
 ) -> tuple[Swept, Swept]:
     """sigma and w at the start, from -r and in mirrored coordinates from r."""
-    _precise(context, dps)
+    precise(context, dps)
     lam = 2 / kappa**2
-    left, right = (_swept_scene(drift, mirrored, lam, context) for mirrored in (False, True))
+    left, right = (swept_scene(drift, mirrored, lam, context) for mirrored in (False, True))
     return left.absorbed(-r, start), right.absorbed(-r, -start)
 
 
-def _swept_scene(drift: Drift, mirrored: bool, lam: Fraction, context: MPContext) -> Partition:
+def swept_scene(drift: Drift, mirrored: bool, lam: Fraction, context: MPContext) -> Partition:
     """The scene, or its mirror image, to be swept from the left."""
     field = ExactField(drift, mirrored, context)
     if not field.is_polynomial:
@@ -187,7 +187,7 @@ class Partition:
         # Where the Taylor recurrences are cheapest: terms per unit of exponent fall with
         # the reach, but guard bits grow with it.
         self.reach = max(16.0, self.bits / 2.5)
-        self._tiny = context.ldexp(context.one, -context.prec - 16)
+        self.tiny = context.ldexp(context.one, -context.prec - 16)
 
     def drift_at(self, u: int) -> mpf:
         """phi(u)."""
@@ -196,7 +196,7 @@ class Partition:
     def records(self, start: Fraction, end: Fraction) -> Iterator[Record]:
         """The panels' numbers from `start` to `end`."""
         for panel in self.panels(Rational(start), Rational(end)):
-            yield panel.record(self._tiny)
+            yield panel.record(self.tiny)
 
     def absorbed(self, start: Fraction, end: Fraction) -> Swept:
         """sigma and w at `end`, absorbed at `start`."""
@@ -220,7 +220,7 @@ class Partition:
 
     def _outer(self, edge: Fraction, width: Fraction) -> Panel:
         """The panel beyond u = -1 or 1, where the drift is constant."""
-        return Constant(self.numbers, self.field.value(edge), width)
+        return Constant(self.numbers, self.field.value(edge), width, edge)
 
     def _inside(self, lo: Fraction, hi: Fraction) -> Iterator[Panel]:
         """Panels of a part of the layer: Taylor panels only where lam V varies little."""
@@ -349,7 +349,7 @@ class Partition:
                 c = [x * w**k for k, x in enumerate(about)]
             else:
                 c, h = self._complete(here, h)
-            yield Taylor(self.numbers, c, h)
+            yield Taylor(self.numbers, c, h, here)
             t += h
 
     def _tame_width(self, here: Fraction, most: Fraction) -> Fraction:
@@ -359,7 +359,7 @@ class Partition:
         n terms leave less than M 4^-n.
         """
         h = most
-        terms = self._order()
+        terms = self.order()
         while not self.numbers.mpf(self.lam * h) * self.field.spread(here, 4 * h) < (
             self.numbers.context.ldexp(1, 2 * terms - self.bits - 16)
         ):
@@ -367,7 +367,7 @@ class Partition:
             self._require_width(h)
         return h
 
-    def _order(self) -> int:
+    def order(self) -> int:
         """Taylor terms of A on a panel: two bits a term, on a quarter of their disk."""
         bits: int = self.bits + guard_bits(self.reach)
         return bits // 2 + 32
@@ -375,7 +375,7 @@ class Partition:
     def _complete(self, here: Fraction, h: Fraction) -> tuple[list[Fraction], Fraction]:
         """Taylor coefficients of phi in units of `h`, halved until what is missing of their
         series is below the last digit."""
-        order = self._order()
+        order = self.order()
         before = Rational(0)
         while True:
             c = self.field.taylor(here, h, order)

@@ -15,7 +15,7 @@ nested      e(b) int int e(w)/e(x)       int int e(w)/e(x)
 =========== ============================ ============================
 
 All are positive and none grows with lam, so nothing cancels or overflows. The rules take arrays, or
-arrays that carry their derivatives (`symasym.numbers.dual_arrays`).
+arrays that carry their derivatives (`symasym.numbers.float_arrays`).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from symasym.generated.numpy_formulas import (
     constant_single,
 )
 from symasym.numbers.arithmetic import FLOATS
-from symasym.numbers.dual_arrays import value_of
+from symasym.numbers.float_arrays import value_of
 from symasym.special.exponentials import quotients
 
 #: Largest lam |V(b) - V(a)| (roughly) of a panel that samples the exponential:

@@ -33,7 +33,7 @@ from symasym.exact.float_blocks import (
     tail_of,
 )
 from symasym.exact.float_panels import REACH, RESOLUTION, Moments
-from symasym.numbers.dual_arrays import DualArray
+from symasym.numbers.float_arrays import DualArray
 
 _PLANNED_AT_ONCE = 2048
 _SCENES_AT_ONCE = 128

@@ -26,7 +26,7 @@ from symasym.exact import float_panels, sweep
 from symasym.exact.float_blocks import FAINT, MILD, centred
 from symasym.exact.float_panels import NODES, REACH, REACH_DOWN, RESOLUTION
 from symasym.exact.sweep import Record, Swept
-from symasym.numbers.log_positive import LogPositive
+from symasym.numbers.float_arrays import LogPositive
 from symasym.numbers.positive import Positive
 
 #: Panels of a side.

@@ -1,6 +1,6 @@
 """float64 values of the exact integrals, for many scenes at once.
 
-The sweeps of `symasym.exact.sweep` in logarithms (`symasym.numbers.log_positive`), which carry
+The sweeps of `symasym.exact.sweep` in logarithms (`symasym.numbers.float_arrays`), which carry
 bounds on their errors. Panels are sampled where lam V varies by a few units and replaced by their
 layers where it varies by hundreds (`symasym.exact.float_panels`), so the cost does not grow with
 lam.
@@ -21,8 +21,14 @@ from symasym.exact.float_blocks import MILD, partition
 from symasym.exact.float_records import Records, merged, records_of
 from symasym.exact.sweep import InLayer, Record, Swept
 from symasym.generated import plain_formulas
-from symasym.numbers.dual_arrays import DualArray, slopes_of, value_of
-from symasym.numbers.log_positive import LogPositive, LogSlopes, with_log
+from symasym.numbers.float_arrays import (
+    DualArray,
+    LogPositive,
+    LogSlopes,
+    slopes_of,
+    value_of,
+    with_log,
+)
 
 _ULP = 3e-16  # of a logarithm, its sum included
 _UNDERFLOW = 1e-300  # below which slopes lose digits

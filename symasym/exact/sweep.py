@@ -14,7 +14,7 @@ the left (L) and, in mirrored coordinates, from the right (R) they are put toget
 
 Every term is positive, so nothing cancels, in whatever arithmetic. All of that is emitted
 (`symasym.generated.plain_formulas`) and called here with numbers of any kind: logarithms with
-their errors (`symasym.numbers.log_positive`), mpf, balls, and balls with their derivatives. A
+their errors (`symasym.numbers.float_arrays`), mpf, balls, and balls with their derivatives. A
 panel's integral that costs much may be a `Deferred` one, and w a `Sum` of them: most panels of a
 stiff scene only scale what comes in, and their own share is below the last digit.
 """
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Deferred", "InLayer", "Record", "Sum", "Swept", "absorbed", "carried", "carried_in_layer",
     "carried_freely", "density", "escape_time", "first", "freely", "from_infinity", "in_layer",
-    "layer_times",
+    "layer_times", "middle",
 ]  # fmt: skip
 
 
@@ -247,15 +247,15 @@ class Sum(_Open):
             elif part.bound is None:
                 total = total + factor * part.value
             else:
-                terms.append((_middle(factor) * _middle(part.bound), factor, part))
+                terms.append((middle(factor) * middle(part.bound), factor, part))
         for size, factor, part in sorted(terms, key=lambda term: term[0], reverse=True):
-            if not size < _middle(total) * part.tiny:
+            if not size < middle(total) * part.tiny:
                 total = total + factor * part.value
             elif part.enclosure:
                 total = total + factor * part.enclosure()
         return total
 
 
-def _middle(x: Number) -> Any:
+def middle(x: Number) -> Any:
     """A number by which terms are put in order: the midpoint of a ball."""
     return x.mid() if hasattr(x, "mid") else x

@@ -21,7 +21,6 @@ from typing import Any
 import sympy
 from sympy import Expr, S, Symbol
 
-from symasym.asymptotics.laplace.result import named_functions
 from symasym.asymptotics.weak_noise.compose import (
     Side,
     Sides,
@@ -33,7 +32,9 @@ from symasym.asymptotics.weak_noise.compose import (
 )
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.base.errors import InputError
-from symasym.base.inputs import Number, Numbers, choice, count, exact
+from symasym.base.estimate import Answer
+from symasym.base.inputs import Number, Numbers, choice, count, exact, is_array
+from symasym.derivation.printing import tex
 from symasym.drift.drift import Drift
 from symasym.emit import emit
 from symasym.emit.program import Program
@@ -51,7 +52,7 @@ from symasym.expansions.uniform_series import (
     uniform_symbols,
 )
 from symasym.quantities import escape_time, exit_probability, occupation
-from symasym.scenes.scene import require_drift
+from symasym.scenes import require_drift
 
 __all__ = ["Contribution", "Expansion", "expand"]
 
@@ -60,11 +61,28 @@ QUANTITIES = ("T", "C", "1 - C", "P", "1 - P", "density")
 _OF_START = ("T", "C", "1 - C")
 _MOST = 8
 _MOST_UNIFORM = 1
+# Digits of a number that a formula may hold.
+_DIGITS = 1000
+_LONGEST = 10**_DIGITS
 # Characters of LaTeX that leave room for more on a line.
 _SHORT = 130
 _L, _R, _LEFT, _RIGHT = sympy.symbols("L R D- D+", positive=True)
 _Y = Symbol("y", real=True)
 _TEX = {_LEFT: "D_-", _RIGHT: "D_+", LAM: r"\lambda", BEYOND_1: "(r - 1)"}
+
+
+# Operations in a rational function that is worth reducing.
+_FEW = 40
+
+
+def _shortest(e: Expr) -> Expr:
+    """A polynomial or a small rational function, written in the fewest operations."""
+    forms = [e]
+    if e.is_polynomial():
+        forms += [sympy.expand(e), sympy.factor_terms(sympy.expand(e))]
+    elif e.is_rational_function() and e.count_ops() < _FEW:
+        forms.append(sympy.cancel(e))
+    return min(forms, key=sympy.count_ops)
 
 
 @dataclass(frozen=True)
@@ -220,7 +238,7 @@ class Expansion:
             start=self.start, case=self.case,
         )  # fmt: skip
 
-    def evaluate(self, kappa: Numbers, r: Numbers | None = None, **options: Any) -> Any:
+    def evaluate(self, kappa: Numbers, r: Numbers | None = None, **options: Any) -> Answer:
         """The value for a bound drift, by the verb of the quantity with this order.
 
         Parameters
@@ -286,6 +304,8 @@ class Expansion:
         for s in self._ordered():
             if s != BEYOND_1:
                 value = self._latex(self.integrals.get(s, self.definitions[s]))
+                if value == self._latex(s):
+                    continue  # a parameter of that name
                 # Short ones share a line.
                 if short and len(value) < _SHORT and len(lines[-1]) < 3 * _SHORT:
                     lines[-1] += rf", \quad {self._latex(s)} = {value}"
@@ -313,7 +333,7 @@ class Expansion:
         return met
 
     def _latex(self, e: Any) -> str:
-        return named_functions(sympy.latex(e, symbol_names={**_TEX, **self.tex}))
+        return tex(_shortest(e), {**_TEX, **self.tex})
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
@@ -411,6 +431,12 @@ def expand(
 - V^(4)(u1)/(16*V''(u1)**2)
     """
     require_drift(drift, bound=False)
+    for name, value in {**drift.values, "start": start}.items():
+        if not is_array(value) and max(map(abs, exact(name, value).as_integer_ratio())) > _LONGEST:
+            raise InputError(
+                f"{name} has more than {_DIGITS:,} digits, too many to print; leave the parameter "
+                "free."
+            )
     quantity = choice("quantity", quantity, QUANTITIES)
     noise = choice("noise", noise, ("weak", "strong", "uniform"))
     if order is None:
@@ -441,6 +467,11 @@ def _case(drift: Drift, start: Fraction, case: str | Case | None) -> Case:
     """The case asked for, or found."""
     general = drift == Drift.general()
     asked = None if case is None else read_case(case)
+    if general and asked and sorted(asked.kinds) != ["barrier", "well"]:
+        raise InputError(
+            f"case is {str(asked)!r}, and Drift.general() has one well and one barrier; give "
+            "'start well barrier' or 'barrier well start', or name a drift."
+        )
     if general or drift.shape or drift.free:
         if asked is not None:
             return asked

@@ -1,7 +1,7 @@
 """The strong-noise expansion as a formula: powers of lam = 2/kappa^2 with the moments of V.
 
 The sweep is that of `symasym.exact.sweep` and the moments are the iterated integrals of
-`symasym.asymptotics.strong_noise.moments`, both run over SymPy: polynomials in u whose coefficients
+`symasym.asymptotics.strong_noise.sweep`, both run over SymPy: polynomials in u whose coefficients
 are polynomials in the drift's parameters. Outside the layer all is closed form.
 """
 
@@ -13,8 +13,13 @@ from typing import Any
 import sympy
 from sympy import Expr, Poly, Rational, S, Symbol
 
-from symasym.asymptotics.strong_noise.moments import Moments, moments_of
-from symasym.asymptotics.strong_noise.sweep import layer_record, odds_outside, odds_right
+from symasym.asymptotics.strong_noise.sweep import (
+    Moments,
+    layer_record,
+    moments_of,
+    odds_outside,
+    odds_right,
+)
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.emit.symbolic_sums import LAM, R
@@ -25,7 +30,7 @@ __all__ = ["strong"]
 
 
 class _Polynomials:
-    """Polynomials in u on [a, b] (`moments.Primitives`)."""
+    """Polynomials in u on [a, b] (`sweep.Primitives`)."""
 
     def __init__(self, A: Poly, a: Expr, b: Expr) -> None:
         self.A, self.a, self.b = A, a, b

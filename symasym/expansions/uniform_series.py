@@ -1,6 +1,6 @@
 """T and 1 - P through a coalescence to order 1, with a symbol for all that depends on the drift.
 
-The sums are those of `symasym.asymptotics.uniform.sums`, run over SymPy's expressions: Laplace's
+The sums are those of `symasym.asymptotics.uniform.answer`, run over SymPy's expressions: Laplace's
 series (`symasym.expansions.builder`), the canonical Airy form of the pair (C. Chester, B. Friedman,
 F. Ursell, Proc. Camb. Phil. Soc. 53 (1957) 599), and at the start and both ends of the layer the
 corrections of a Gaussian that is truncated there (N. Bleistein, Comm. Pure Appl. Math. 19 (1966)
@@ -23,9 +23,9 @@ import sympy
 from mpmath.ctx_mp import MPContext
 from sympy import Expr, Rational, S, Symbol
 
+from symasym.asymptotics.uniform.answer import corrected, sides_at, whole_at
 from symasym.asymptotics.uniform.coalescing_pair import Airy, CanonicalPair, OneSide, airy
 from symasym.asymptotics.uniform.order_zero_forms import _past_pair
-from symasym.asymptotics.uniform.sums import corrected, sides_at, whole_at
 from symasym.asymptotics.uniform.truncated_gaussian import (
     Corrections,
     Truncation,

@@ -11,7 +11,7 @@ the recursions that evaluate them, run over a SymPy polynomial ring in place of 
 
 - at any other point, with g_j = phi^(j)/(j! phi), h_k = phi^-k H_k(g) of integration by parts;
 - beside a zero of A, with g_j = phi^(j+1)/((j+1)! phi'), the Laurent coefficients of h_k, whose
-  primitives make up the regular part (`symasym.series.power_series.laurent` for both).
+  primitives make up the regular part (`symasym.numbers.polynomials.laurent` for both).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 from sympy import QQ, Add, Mul, Pow, ring
 
 from symasym.asymptotics.laplace.watson import perron_coefficients
-from symasym.series.power_series import laurent
+from symasym.numbers.polynomials import laurent
 
 if TYPE_CHECKING:
     from sympy import Expr

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from symasym.generated import arithmetic_formulas as arithmetic
 from symasym.generated import plain_formulas as plain
 
 if TYPE_CHECKING:
@@ -137,78 +138,22 @@ kink_change = _of_numbers(plain.kink_change)
 fall_by_powers = _of_numbers(plain.fall_by_powers)
 finite_part = _of_numbers(plain.finite_part)
 bend_of_saddle = _of_numbers(plain.bend_of_saddle)
-
-def first_moment(ctx: MPContext) -> mpf:
-    """int e^(-s^2/2) ds (saddle-recurrences)."""
-    return ctx.sqrt(2*ctx.pi)
-
+first_moment = arithmetic.first_moment
 next_moment = _of_numbers(plain.next_moment)
 time_of_doubles = _of_numbers(plain.time_of_doubles)
 on_the_right = _of_numbers(plain.on_the_right)
-
-def pair_norm(ctx: MPContext, even: mpf, odd: mpf, square: mpf) -> mpf:
-    """The product of psi at both zeros of a pair (airy-form)."""
-    return even**2 - square*odd**2
-
-
-def canonical(ctx: MPContext, slope: mpf, even: mpf, odd: mpf, norm: mpf) -> tuple[mpf, ...]:
-    """a and b of u' = a + b s at a pair of zeros, odd counted along s (airy-form)."""
-    return (
-        ctx.sqrt(2*(even + ctx.sqrt(norm))/(norm*slope))/2, -ctx.sqrt(2*slope/(norm*(even +
-        ctx.sqrt(norm))))*odd/2
-    )
-
-
-def pair_share(ctx: MPContext, side: mpf, even: mpf, odd: mpf, norm: mpf) -> tuple[mpf, ...]:
-    """alpha and beta: the pair's share of 1/phi is (alpha + beta y)/(y^2 - square) (airy-form)."""
-    return side*even/norm, -odd*side/norm
-
-
-def over_pair(
-    ctx: MPContext, a: mpf, small: mpf, b: mpf, bi: mpf, bi_slope: mpf
-) -> tuple[mpf, ...]:
-    """int e^(lam V) and int e^(-lam V) over a pair; `small` is lam^(-1/3) (airy-form)."""
-    return ctx.pi*small*(a*bi + b*bi_slope*small), ctx.pi*small*(a*bi - b*bi_slope*small)
-
-
-def over_pair_twice(ctx: MPContext, a: mpf, small: mpf, b: mpf, squares: mpf, slopes: mpf) -> mpf:
-    """The double integral over a pair, from Ai^2 + Bi^2 and Ai'^2 + Bi'^2 (airy-form)."""
-    return ctx.pi**2*small**2*(squares*a**2 - slopes*b**2*small**2)
-
+pair_norm = arithmetic.pair_norm
+canonical = arithmetic.canonical
+pair_share = arithmetic.pair_share
+over_pair = arithmetic.over_pair
+over_pair_twice = arithmetic.over_pair_twice
 next_weight = _of_numbers(plain.next_weight)
 pair_factors = _of_numbers(plain.pair_factors)
-
-def end_distance(ctx: MPContext, gap: mpf, area: mpf) -> mpf:
-    """t at the end of a barrier's Gaussian: t^2/2 = gap^2 area (truncated-gaussian)."""
-    return ctx.sqrt(2*area)*gap
-
-
-def end_peak(ctx: MPContext, bottom: mpf) -> mpf:
-    """du/dt at the barrier (truncated-gaussian)."""
-    return 1/ctx.sqrt(bottom)
-
-
-def end_mean(ctx: MPContext, bottom: mpf, area: mpf) -> mpf:
-    """The mean of psi before the end: peak/t = 1/(gap mean) (truncated-gaussian)."""
-    return ctx.sqrt(2*area*bottom)
-
-
-def end_rest(
-    ctx: MPContext, bottom: mpf, gap: mpf, first: mpf, second: mpf, value: mpf, mean: mpf
-) -> mpf:
-    """1/phi at the end less peak/t, without its cancellation (truncated-gaussian)."""
-    return (first*bottom - gap*second**2 - 2*second*bottom)/(mean*value*(mean + value))
-
-
-def over_end(
-    ctx: MPContext, lam: mpf, t: mpf, peak: mpf, rest: mpf, tail: mpf, falling: mpf, integral: mpf
-) -> tuple[mpf, ...]:
-    """int e^(lam V) from the end on, int e^(-lam V) up to it, and both (truncated-gaussian)."""
-    return (
-        -rest/lam - peak*tail, rest/lam + falling*peak, peak**2*(integral - ctx.log(t))/lam -
-        rest*falling*peak/lam
-    )
-
+end_distance = arithmetic.end_distance
+end_peak = arithmetic.end_peak
+end_mean = arithmetic.end_mean
+end_rest = arithmetic.end_rest
+over_end = arithmetic.over_end
 
 def weak_noise_time(
     ctx: MPContext,

@@ -18,8 +18,16 @@ from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.inputs import FloatArray, float_text, is_array
 from symasym.methods.table import quantity_of
 from symasym.numbers import balls
-from symasym.scenes.answers import Answer, Answers, Request
-from symasym.scenes.scene import Scene, Scenes, input_rounding, rows_of, scene_at
+from symasym.scenes import (
+    Answer,
+    Answers,
+    Request,
+    Scene,
+    Scenes,
+    input_rounding,
+    rows_of,
+    scene_at,
+)
 
 if TYPE_CHECKING:
     from symasym.drift.field.directions import Directions

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from symasym.asymptotics.weak_noise import answer as weak_noise
 from symasym.asymptotics.weak_noise.answer import of_scenes
-from symasym.scenes.answers import Answer, Request
-from symasym.scenes.scene import Scene
+from symasym.scenes import Answer, Request, Scene
 
 if TYPE_CHECKING:
     from symasym.asymptotics.weak_noise.answer import Prove

@@ -25,8 +25,20 @@ from symasym.base.estimate import Estimate
 from symasym.base.inputs import Number, exact, float_text, shown
 from symasym.base.texts import meant
 from symasym.drift.drift import Drift
-from symasym.scenes.answers import Answer, Answers, Request, as_digits, as_floats, read_order
-from symasym.scenes.scene import Scene, Scenes, float_scenes, one_scene, read_scene, require_drift
+from symasym.scenes import (
+    Answer,
+    Answers,
+    Request,
+    Scene,
+    Scenes,
+    as_digits,
+    as_floats,
+    float_scenes,
+    one_scene,
+    read_order,
+    read_scene,
+    require_drift,
+)
 
 __all__ = [
     "METHODS", "QUANTITIES", "Ask", "Method", "Quantity", "alone", "answer", "quantity_of",

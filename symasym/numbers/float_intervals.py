@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symasym.base.inputs import FloatArray
-from symasym.numbers.double_double import two_product, two_sum
+from symasym.numbers.float_arrays import two_product, two_sum
 
 if TYPE_CHECKING:
     from flint import arb

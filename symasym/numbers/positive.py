@@ -1,7 +1,7 @@
 """Positive float64 numbers with bounds on their relative errors, to first order.
 
 For numbers that stay within the range of float64; those of any size are
-`symasym.numbers.log_positive`. A sum has the mean of the errors, by shares. The rounding of the
+`symasym.numbers.float_arrays`. A sum has the mean of the errors, by shares. The rounding of the
 operations themselves is left to the caller, who knows how many there are.
 """
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
-from symasym.base.inputs import Number, choice, exact, flag, float_text, positive, to_float
+from symasym.base.inputs import Number, choice, exact, flag, float_text, positive, shown, to_float
 from symasym.base.patience import patient
 from symasym.base.texts import with_error
 from symasym.quantities import escape_time
@@ -155,7 +155,8 @@ def release(
         processes of this machine, a dask scheduler's address, or an executor; the
         correlation time of coloured noise, 0 for the white one.
     patience : float, optional
-        Seconds of processor time that the march may take, 10 if left out.
+        Seconds of processor time that the march, or a simulation in this process, may take, 10 if
+        left out.
 
     Returns
     -------
@@ -168,7 +169,7 @@ def release(
     AccuracyError
         Where the method does not reach its error.
     TimeLimitError
-        If the march would take longer than `patience`.
+        If that would take longer than `patience`.
 
     Examples
     --------
@@ -183,9 +184,9 @@ def release(
             f"system is of type {type(system).__name__}; give a System, such as "
             "sa.oscillator(mu=3, alpha=1)."
         )
-    method = choice("method", method, METHODS)
+    method, full = choice("method", method, METHODS), flag("full", full)
     if not isinstance(start, (tuple, list)) or len(start) != 2:
-        raise InputError(f"start is {start!r}; give the pair (u, z).")
+        raise InputError(f"start is {shown(start)}; give the pair (u, z).")
     read = {
         name: positive(name, exact(name, x))
         for name, x in (("kappa", kappa), ("r", r), ("eps", eps), ("rtol", rtol))

@@ -161,14 +161,16 @@ def mesh(scene: Scene, z_end: float, coarse: float, flight: bool = False) -> Flo
         x = low + (high - low) * np.unique(np.concatenate([near, 1.0 - near]))
         density = 1.0 / size(x)
         count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(x))])
-        number = max(1, int(np.ceil(count[-1])))
+        # Far more than are taken, and no more than arrays hold.
+        number = max(1, int(np.ceil(min(count[-1], 1e5))))
         inner = np.interp(np.linspace(0.0, count[-1], number + 1)[1:-1], count, x)
         points.append(np.append(inner, high))
     result = np.concatenate(points)
     if result.size > 1500:
         raise AccuracyError(
-            f"the march would need {result.size} elements in u at kappa = {kappa:g}, r = {r:g}, "
-            "and takes at most 1500; take kappa larger or r smaller, or method='simulate'."
+            f"the march would need {result.size} elements in u or more at kappa = {kappa:g}, "
+            f"r = {r:g}, and takes at most 1500; take kappa larger or r smaller, or "
+            "method='simulate'."
         )
     return result
 

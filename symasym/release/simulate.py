@@ -14,9 +14,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.base.errors import AccuracyError, InputError
+from symasym.base.errors import AccuracyError, InputError, TimeLimitError
 from symasym.base.executors import cluster, local
 from symasym.base.inputs import FloatArray
+from symasym.base.patience import step as keep_to_patience
 from symasym.release.system import System
 
 __all__ = ["Paths", "simulate"]
@@ -90,6 +91,8 @@ def _through(executor: Executor, work: list[Any]) -> list[Paths]:
         futures = [executor.submit(_batch, *item) for item in work]
         for k, future in enumerate(futures):
             parts[k] = future.result()
+    except TimeLimitError:
+        raise
     except (BrokenExecutor, CancelledError, OSError) as error:
         missing = sum(p is None for p in parts)
         warnings.warn(
@@ -125,6 +128,7 @@ def _batch(
     u, z = np.full(paths, start[0]), np.full(paths, start[1])
     times, ends, sides, step, total = [], [], [], 0, 0
     while u.size:
+        keep_to_patience()
         if step > _MOST_STEPS:
             raise AccuracyError(
                 f"{u.size} of {paths} paths are held after {step} steps of {h:.3g}; the mean is "

@@ -1,7 +1,7 @@
 """Taylor series, and series with one power in front, of an expression at a point.
 
 Coefficients are elements of a field of `symasym.series.coefficient_fields`; the arithmetic of the
-series is that of `symasym.series.power_series`.
+series is that of `symasym.numbers.polynomials`.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from typing import Any
 import sympy
 
 from symasym.base.errors import InputError
+from symasym.numbers.polynomials import exponential, power, product, rotation
 from symasym.numbers.trees import FUNCTIONS, evaluate_tree
 from symasym.series.coefficient_fields import CoefficientField, Element, sign_of
-from symasym.series.power_series import exponential, power, product, rotation
 
 
 class NotAnalytic(Exception):

@@ -19,6 +19,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import derivations
@@ -42,25 +43,12 @@ _DERIVATIONS = "derivations"
 
 @dataclass(frozen=True)
 class Stage:
-    """Files made from exact inputs.
+    """Files made from exact inputs: ``make(folder, dps, step)`` writes them, and calls `step` as
+    often as `steps` says.
 
-    Attributes
-    ----------
-    name : str
-    files : tuple of str
-        Names in the output folder.
-    steps : int
-        How often `make` reports a step.
-    make : callable
-        ``make(folder, dps, step)`` writes the files and calls `step` after every step.
-    by_digits : bool
-        Whether the files depend on `dps`.
-    sources : callable
-        A hash of the sources that the files come from.
-    report : callable, optional
-        ``report(folder)``: what to say of the files instead of their names.
-    took : callable, optional
-        ``took(folder)``: the seconds of the work, where it was done beside other stages.
+    `by_digits` where they depend on `dps`; `sources` is a hash of the sources that they come from.
+    ``report(folder)`` says what there is to say of the files instead of their names, and
+    ``took(folder)`` the seconds of the work, where it was done beside other stages.
     """
 
     name: str
@@ -68,7 +56,7 @@ class Stage:
     steps: int
     make: Callable[[Path, int, Callable[[], object]], None]
     by_digits: bool = False
-    sources: Callable[[], str] = lambda: _source_hash()
+    sources: Callable[[], str] = lambda: _folder_hash(sa)
     report: Callable[[Path], str] | None = None
     took: Callable[[Path], float] | None = None
 
@@ -106,33 +94,11 @@ def reproduce(
     dps: int = DPS,
     force: bool = False,
 ) -> Iterator[Outcome]:
-    """Make what is missing or stale, stage by stage.
+    """The outcome of each stage when it is done; what is missing or stale is made.
 
-    A stage is stale when the package, a library it uses, its inputs or the content of one
-    of its files has changed since it was made.
-
-    Parameters
-    ----------
-    out : path
-        Output folder.
-    only : iterable of str, optional
-        Names of stages; all of them when left out.
-    dps : int
-        Digits of the reference table.
-    force : bool
-        Make everything again.
-
-    Yields
-    ------
-    Outcome
-        One for each stage, when it is done.
-
-    Raises
-    ------
-    InputError
-        If a stage is unknown.
-    OutputError
-        If a file cannot be written.
+    A stage is stale when the package, a library it uses, its inputs or the content of one of its
+    files has changed since it was made; with `force` each is. `only` names stages, all of them when
+    left out; `dps` are the digits of the reference table.
     """
     chosen = _chosen(only)
     digits(dps)
@@ -223,19 +189,11 @@ def _chosen(only: Iterable[str] | None) -> list[Stage]:
 _LIBRARIES = ("numpy", "mpmath", "matplotlib", "gmpy2", "python-flint", "sympy")
 
 
-def _source_hash() -> str:
-    """A hash over everything the package is made of."""
-    return _folder_hash(Path(sa.__file__).parent)
-
-
-def _derivation_hash() -> str:
-    """The same with the derivations, which use the package."""
-    return _source_hash() + _folder_hash(Path(derivations.__file__).parent)
-
-
-def _folder_hash(folder: Path) -> str:
-    """A hash over the Python files of a folder."""
-    parts = sorted(p for p in folder.rglob("*") if p.suffix in {".py", ".mplstyle"})
+def _folder_hash(*packages: ModuleType) -> str:
+    """A hash over everything that the packages are made of."""
+    folders = [Path(str(package.__file__)).parent for package in packages]
+    every = (p for folder in folders for p in folder.rglob("*"))
+    parts = sorted(p for p in every if p.suffix in {".py", ".mplstyle"})
     return _hash(*(text for p in parts for text in (p.name.encode(), p.read_bytes())))
 
 
@@ -358,7 +316,7 @@ def _stages() -> list[Stage]:
             pages,
             len(labels),
             _derive,
-            sources=_derivation_hash,
+            sources=lambda: _folder_hash(sa, derivations),
             report=_derived,
             took=_checked,
         ),

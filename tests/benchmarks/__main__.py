@@ -412,7 +412,7 @@ def stiffness(options: argparse.Namespace) -> Part:
 def by_hand_in_weak_noise(z0: str, r: float, order: int) -> Callable[[Any], Any]:
     """log T(kappa) of friction, mu = 3, alpha = 1, start 0, as one would write it by hand.
 
-    Well, barrier, the kink at 1 and the part between, each a truncated series by Horner; what
+    Well, barrier, the kink at 1 and the regular part, each a truncated series by Horner; what
     the other kink, the ends and C add is far below the last digit of the scenes timed.
     """
     with own_context(40) as context:

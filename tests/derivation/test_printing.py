@@ -19,7 +19,7 @@ from symasym.derivation.results import latex, parts
 
 u, v = Symbol("u", real=True), Symbol("v", real=True)
 a, b, k = (Symbol(name, positive=True) for name in ("a", "b", "kappa"))
-n = Symbol("n", negative=True)
+n, lam = Symbol("n", negative=True), Symbol("lambda", positive=True)
 V = sympy.Function("V")
 
 
@@ -32,6 +32,13 @@ V = sympy.Function("V")
         ),
         (sqrt(2) * sqrt(a) / sqrt(b), r"\sqrt{\frac{2 a}{b}}"),
         (sqrt(3) * a / 9, r"\frac{a}{3 \sqrt{3}}"),
+        (sqrt(-sympy.pi / n), r"\sqrt{\frac{\pi}{-n}}"),
+        (a * (b + 1) / (b + 2), r"\frac{a (1 + b)}{2 + b}"),
+        ((1 / a - 1 / b) / k, r"\frac{1}{\kappa} \left(\frac{1}{a} - \frac{1}{b}\right)"),
+        (a ** Rational(-1, 3), "a^{-1/3}"),
+        (2 * 2 ** Rational(2, 3), r"2 \cdot 2^{2/3}"),
+        (-a * u * (1 + b), "-a (1 + b) u"),
+        (sympy.Function("T")(u, v).diff(u, 2), r"\frac{\partial^2 T}{\partial u^2}"),
         (exp((2 * V(v) - 2 * V(u)) / k**2), r"e^{2 (V(v) - V(u))/\kappa^2}"),
         (-1 + u, "u - 1"),
         # A name that is a word is one, not a product of letters.
@@ -51,11 +58,37 @@ V = sympy.Function("V")
         ),
         (Integral(V(u), (u, 0, a)) / Integral(V(u), (u, 0, b)),
          r"\frac{\int_{0}^{a} V(u) \, du}{\int_{0}^{b} V(u) \, du}"),
+        # Falling powers in a series, and a long one behind the exponential.
+        (1 / lam - 1 / lam**2 + 2 / lam**3,
+         r"\frac{1}{\lambda} - \frac{1}{\lambda^2} + \frac{2}{\lambda^3}"),
+        (exp(a) * (1 + k * sum(V(u) ** j / 7**j for j in range(1, 6))),
+         r"e^{a} \left(1 + \kappa \left(\frac{V(u)}{7} + \frac{V^2(u)}{49} + \frac{V^3(u)}{343} "
+         r"+ \frac{V^4(u)}{2401} + \frac{V^5(u)}{16807}\right)\right)"),
+        (sqrt((1 + a) / a) / sqrt(3), r"\sqrt{\frac{1 + a}{3 a}}"),
+        (Symbol("a_minus", positive=True) ** 2, "(a^-)^2"),
         (Symbol("nested") * a / Symbol("int_e"), r"\frac{a \, \mathrm{nested}}{\mathrm{int}_e}"),
     ],
 )  # fmt: skip
 def test_formulas_are_written_as_by_hand(expression: Any, wanted: str) -> None:
     assert tex(expression) == wanted
+
+
+def test_a_derivative_at_a_point_is_raised_without_parentheses() -> None:
+    assert tex(a**2 / b, {a: "V''(u_1)", b: "a^+"}) == r"\frac{V''(u_1)^2}{a^+}"
+
+
+def test_the_large_parameter_stands_first() -> None:
+    assert tex(Symbol("lam") * Symbol("J"), {"lam": r"\lambda"}) == r"\lambda J"
+
+
+def test_a_step_is_shown_behind_its_left_side() -> None:
+    d = Derivation("x", "x")
+    d.step("one", "expand", a + 1, Identity(a + 1), left="T")
+    d.step("two", "expand", (a, b), Identity((a, b)), left=("P", r"C \sim"))
+    assert [step.latex for step in d.verify()] == [
+        f"T = {tex(a + 1)}",
+        r"P = a ,\quad C \sim b",
+    ]
 
 
 def test_roots_of_numbers_that_may_be_negative_are_not_joined() -> None:
@@ -102,7 +135,7 @@ class Reader:
     """Value of a formula in TeX, symbols being ``@0``, ``@1``, ... ."""
 
     def __init__(self, text: str, values: list[Any]) -> None:
-        text = re.sub(r"\\left|\\right|\\,", " ", text)
+        text = re.sub(r"\\left|\\right|\\cdot\b|\\,", " ", text)
         self.tokens = [m[0] for m in _TOKEN.finditer(text)]
         assert not any(m["bad"] for m in _TOKEN.finditer(text)), text
         self.values, self.at = values, 0

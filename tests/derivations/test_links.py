@@ -84,10 +84,10 @@ class Changed(PaperDerivation):
         super().__init__(*arguments)
         self.changed, self.change = at, change
 
-    def step(self, name: str, rule: str, result: Any, check: Any, reason: str = "") -> Any:
+    def step(self, name: str, rule: str, result: Any, check: Any, *rest: Any, **named: Any) -> Any:
         if name == self.changed:
             result, check = self.change(result), Unchecked()
-        return super().step(name, rule, result, check, reason)
+        return super().step(name, rule, result, check, *rest, **named)
 
 
 def stated(label: str, known: Known, function: Any = None, **change: Any) -> Any:

@@ -178,7 +178,9 @@ def test_a_page_says_what_where_and_under_which_conditions(records: formulas.Rec
     conditions = text[order[1] : order[2]]
     assert conditions.count("\n- ") == 1
     assert "false" not in conditions
-    assert text[order[2] : order[3]].count("; false for friction, $\\mu = 3$") == 2
+    false = text[order[2] : order[3]]
+    assert false.count("- It is false that it holds up to ") == 2
+    assert false.count(": friction, $\\mu = 3$") == 2
     assert text.count("<details>") == 2
     assert 'data-copy="T = \\frac{r}{a^+} + ' in text
     # Titles are words alone, in the sidebar as well.
@@ -192,7 +194,7 @@ def test_indexes_show_the_formulas(records: formulas.Records) -> None:
     for text in (by_section, formulas.by_quantity(records)):
         for label, record in records.items():
             assert f"`{label}`" in text
-            assert f"$$ {record['latex']} $$" in text
+            assert "\n".join(report.display(record["latex"])) in text
     listed = formulas.index(records).partition("## Definitions")[0]
     assert all(listed.count(f"({slug(label)}.md)") == 1 for label in records)
     # Each formula has its place in the sidebar once, and no heading of a page stands twice.
@@ -261,9 +263,17 @@ def test_a_word_of_the_glossary_is_linked_where_it_is_first_used() -> None:
         ("term-well", "well"),
         ("term-fold", "fold"),
     ]
+    fenced = "````{raw} html\nWells\n```\nfolds\n````\n\nSee `folds`.\n"
+    assert glossary.linked(fenced) == fenced
     made = glossary.anchored((ROOT / "docs" / "glossary.md").read_text("utf-8"))
     anchors = re.findall(r'<span id="([\w-]+)">', made)
     assert sorted(anchors) == sorted(set(glossary.terms().values()))
+
+
+def test_a_label_leads_to_its_formula() -> None:
+    made = {"formulas/eq-S.md": "", "formulas/index.md": ""}
+    left = "# `eq:S`\n\n```\n`eq:S`\n```\n[`eq:S`](a.md) and `eq:V`, $u<v$"
+    assert stage.labelled(f"{left}, `eq:S`", made) == f"{left}, [`eq:S`](formulas/eq-S.md)"
 
 
 def test_links_of_the_changelog_lead_to_pages_beside_it(tmp_path: Path) -> None:
@@ -481,7 +491,7 @@ def test_bad_tex_and_a_missing_script_are_noticed(site: Path, browser) -> None:
 SLIDERS = {
     "mu": "μ shape",
     "alpha": "α friction",
-    "z0": "z0 spring",
+    "z0": "z₀ spring",
     "kappa": "κ noise",
     "eps": "ε half-width",
     "r": "r radius",
@@ -535,7 +545,7 @@ def test_the_explorer_answers_to_every_slider_by_key(site: Path, browser) -> Non
             assert f'class="{kind}"' in now["plots"][4]
         assert now["values"]["T, scaled, by the uniform formula"] not in ("–", "")
         seen = now
-    slider = tab.get_by_role("slider", name="z0 spring")
+    slider = tab.get_by_role("slider", name="z₀ spring")
     slider.fill("0.5")
     slid = tab.evaluate(_DRAWN)
     assert slid["region"].startswith("Sliding")
@@ -587,7 +597,7 @@ def test_the_explorer_takes_typed_numbers_other_drifts_and_an_axis_of_noise(site
 
     tab = browser.new_page()
     tab.goto((site / "explorer.html").as_uri())
-    typed = tab.get_by_label("z0 spring, typed")
+    typed = tab.get_by_label("z₀ spring, typed")
     typed.fill("-0.4321")
     typed.press("Enter")
     seen = tab.evaluate(_DRAWN)

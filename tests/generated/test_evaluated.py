@@ -25,7 +25,7 @@ from symasym.exact.digit_panels import constant_moments
 from symasym.exact.sweep import Deferred, Record
 from symasym.generated import mpmath_formulas, numpy_formulas, plain_formulas
 from symasym.numbers import balls
-from symasym.numbers.log_positive import LogPositive
+from symasym.numbers.float_arrays import LogPositive
 
 ROOT = Path(symasym.__file__).parent
 

@@ -11,8 +11,14 @@ import pytest
 from mpmath import exp, log, log1p, mpf
 
 from symasym.exact import float_panels
-from symasym.numbers.dual_arrays import DualArray, slopes_of, value_of
-from symasym.numbers.log_positive import LogPositive, LogSlopes, with_log
+from symasym.numbers.float_arrays import (
+    DualArray,
+    LogPositive,
+    LogSlopes,
+    slopes_of,
+    value_of,
+    with_log,
+)
 
 NODES = float_panels.gauss().nodes
 

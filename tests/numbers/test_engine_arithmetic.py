@@ -22,7 +22,7 @@ from symasym.exact.digit_panels import (
     slow_integral,
     terms_needed,
 )
-from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
+from symasym.numbers.float_arrays import DoubleDouble, DoubleDoubleOps, shift
 from symasym.series.truncated_series import SeriesOps, TruncatedSeries
 
 

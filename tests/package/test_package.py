@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 import re
 import subprocess
 import sys
@@ -56,6 +57,17 @@ def test_digits_need_neither_sympy_nor_matplotlib() -> None:
 def test_every_public_name_is_there_and_documented() -> None:
     for name in sa.__all__:
         assert getattr(sa, name).__doc__, name
+
+
+def test_signatures_say_what_a_verb_takes_and_returns() -> None:
+    verbs = [x for name in sa.__all__ if inspect.isfunction(x := getattr(sa, name))]
+    assert len(verbs) > 20
+    for verb in verbs:
+        signature = inspect.signature(verb)
+        assert signature.return_annotation not in ("Any", inspect.Signature.empty), verb.__name__
+        for given in signature.parameters.values():
+            options = given.kind is inspect.Parameter.VAR_KEYWORD
+            assert options or given.annotation != "Any", (verb.__name__, given.name)
 
 
 def test_every_error_is_a_symasym_error() -> None:

@@ -219,7 +219,7 @@ def test_what_is_kept() -> None:
     assert sum(t.kept for t in sharper.terms) > sum(t.kept for t in weak.terms)
     no_well = sa.plan(sa.friction(3, 1, -2), "0.1", 10, rtol=1e-8)
     assert not any("well" in t.name for t in no_well.terms)
-    assert "the part between, right" in [t.name for t in no_well.terms if t.kept]
+    assert "the regular part, right" in [t.name for t in no_well.terms if t.kept]
     strong = sa.plan(FRICTION, 30, 10, rtol=1e-8)
     assert (strong.method, strong.error_kind) == ("strong_noise", "bound")
     assert "laplace" in strong.refused

@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 
 import symasym as sa
 from symasym.asymptotics.proofs import all_noise, dominance
-from symasym.asymptotics.proofs.all_noise import Proof
-from symasym.asymptotics.proofs.formal_sums import Formal, FormalSum, expansion
+from symasym.asymptotics.proofs.all_noise import Formal, FormalSum, Proof, expansion
 from symasym.base.contexts import own_context
 from symasym.numbers import balls
 from symasym.numbers.balls import exact_ball, flint_module, precision

@@ -333,7 +333,7 @@ def test_an_unresolved_block_claims_what_it_does_not_know(
 ) -> None:
     from symasym.exact import float_blocks, float_records
     from symasym.methods.exact import float_logs
-    from symasym.scenes.scene import float_scenes
+    from symasym.scenes import float_scenes
 
     # Hardly bisected, the drift is taken for constant on wide blocks.
     monkeypatch.setattr(float_records, "_DEEPEST", 2)

@@ -1,35 +1,47 @@
 """Random calls of every public verb: sentences or answers, nothing else, and in the time announced.
 
-    python -m tests.searches.random_calls [COUNT] [SEED]
+    python -m tests.searches.random_calls [COUNT] [SEED] [VERB,...]
 
 Each call takes sensible arguments, some of which are replaced by extreme numbers or by things of
-another type. It ends in an answer, or in an error of `symasym.SymasymError`'s family; what ends in
-another error (a bare one), or takes longer than `LATE` seconds of processor time, is printed as a
-line that makes the call again.
+another type; some answers are asked for more (`AFTER`), and some calls are command lines, whose
+words are replaced likewise. It ends in an answer, or in an error of `symasym.SymasymError`'s
+family; what ends in another error (a bare one), or takes longer than `LATE` seconds of processor
+time, is printed as a line that makes the call again.
 """
 
 from __future__ import annotations
 
 import ast
+import io
 import math
 import operator
+import os
 import random
+import re
 import signal
 import sys
+import tempfile
 import time
 import traceback
 import warnings
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from decimal import Decimal
 from fractions import Fraction
+from pathlib import Path
 from typing import Any, NamedTuple
 
+import matplotlib
 import mpmath
 import numpy as np
 import sympy
+from matplotlib import pyplot
 
 import symasym as sa
+from symasym.base.errors import SymasymError
+from symasym.base.patience import limited
+from symasym.commands.main import main as run_command
 
 __all__ = ["LATE", "Outcome", "main", "outcome_of", "random_call"]
 
@@ -102,6 +114,12 @@ _TEXT = _Place(["'-x**2'", "'cos(x)'", "'-tan(x)**2'", "'x - x**3/3'", "'log(x) 
 _WEIGHT = _Place(["1", "'x**2'", "'1/x'", "'exp(x)'", "'x**100'", "('1', 'x')"])
 _ENDS = _Place(["-1", "0", "1", "'oo'", "'-oo'", "'pi'", "'1/2'"])
 
+_FREE = ["sa.friction()", "sa.friction(mu=3, alpha=1)", "sa.Drift.general()", "sa.linear()",
+         "sa.Drift('1/2 - u + b*u**3')", "sa.tanh()"]  # fmt: skip
+_QUANTITY = _Place(["'T'", "'C'", "'1 - C'", "'P'", "'1 - P'", "'density'"])
+_TARGET = _Place(["'python'", "'c'", "'numpy'", "'latex'", "'javascript'", "'mpmath'"], 0.8)
+_NAME = _Place(["'f'", "'time'"], 0.2)
+
 #: The arguments of each verb that is called.
 CALLS: dict[str, dict[str, _Place]] = {
     "escape_time": {"drift": _DRIFT, "kappa": _KAPPA, "r": _R, "start": _START, **_OPTIONS},
@@ -159,15 +177,184 @@ CALLS: dict[str, dict[str, _Place]] = {
     "sine": {"a_minus": _KAPPA, "a_plus": _KAPPA, "b": _KAPPA, "waves": _Place(["2"], 0.5)},
     "hill": {"a_minus": _KAPPA, "a_plus": _KAPPA, "K": _KAPPA, "n": _Place(["3"], 0.5)},
     "polynomial": {"c0": _KAPPA, "c3": _KAPPA},
+    "expand": {
+        "drift": _Place(["DRIFT", *_FREE]), "quantity": _QUANTITY._replace(chance=0.8),
+        "noise": _Place(["'weak'", "'strong'", "'uniform'"], 0.7),
+        "order": _Place(["0", "1", "2", "3"], 0.7), "start": _Place(["0", "'0.1'", "-0.2"], 0.2),
+        "case": _Place(["'start well barrier'", "'well'", "'start'", "'barrier well start'"], 0.2),
+    },
+    "release": {
+        "system": _Place(["sa.oscillator(3, 1)", "sa.oscillator(mu='1/2', alpha=2)",
+                          "sa.System('1 - z - u - 3*(u - u**3)', 'y - 1', '1 + u**2/2')"]),
+        "kappa": _Place(["'0.1'", "0.3", "1"]), "r": _Place(["10", "2", "'1/2'"]),
+        "eps": _Place(["'0.01'", "'0.1'", "1e-3"]),
+        "start": _Place(["(0, '-0.4')", "(0, 0)", "('0.1', -0.5)"], 0.8),
+        "method": _Place(["'march'", "'frozen'", "'first_order'", "'adiabatic'", "'simulate'"],
+                         0.7),
+        "rtol": _RTOL, "full": _FLAG, "paths": _Place(["100"]), "seed": _Place(["3"], 0.2),
+        "step": _Place(["0.01", "None"], 0.2), "tau": _Place(["0", "0.1"], 0.2),
+    },
+    "oscillator": {"mu": _KAPPA, "alpha": _KAPPA},
+    "System": {
+        "phi": _Place(["'1 - z - u'", "'u - u**3 - z*y'", "'exp(-u) - z'"]),
+        "velocity": _Place(["'y - 1'", "'-1'", "'1/(1 + z**2)'"]),
+        "noise": _Place(["'1'", "'1 + u**2'", "'2 - u'"], 0.4),
+    },
+    "plot": {
+        "quantity": _Place(["'T'", "'C'", "'1 - C'", "'P'", "'1 - P'", "'p_ss'"]),
+        "drift": _DRIFT, "kappa": _Place(["[0.1, 0.5, 1]", "np.geomspace(0.02, 2, 9)", "0.3"]),
+        "r": _Place(["2", "10", "[1, 2]"], 0.8), "start": _Place(["0", "[0, 0.1]"], 0.2),
+        "y": _Place(["0", "[0, 0.5]"], 0.2), "label": _Place(["'a'", "'$x'"], 0.1),
+        "ax": _Place(["None"], 0.1), "method": _METHODS._replace(chance=0.3),
+        "order": _Place(["0", "1", "2"], 0.1),
+    },
+    "labels": {},
+}  # fmt: skip
+_SYMBOLIC = {"latex": {}, "cases": {}, "__str__": {}, "emit": {"target": _TARGET, "name": _NAME},
+             "bind": {"mu": _KAPPA, "alpha": _KAPPA, "z0": _KAPPA},
+             "expression": None, "terms": None, "leading": None, "conditions": None}  # fmt: skip
+_INTEGRAL = {
+    "evaluate": {"lam": _Place(["10", "'1e3'", "50"]), "a": _Place(["2"], 0.1), "dps": _DPS,
+                 "full": _FLAG},
+    "latex": {}, "__str__": {}, "emit": {"target": _TARGET, "name": _NAME},
+    "expression": None, "terms": None, "conditions": None, "error": None,
+    "expression_in": {"lam": _Place(["sympy.Symbol('n')", "'n'"])},
+    "bind": {"a": _Place(["2", "'1/2'"])},
+}  # fmt: skip
+#: What an answer may be asked for: its methods with their arguments, None for attributes.
+AFTER: dict[str, dict[str, dict[str, _Place] | None]] = {
+    "expand": {**_SYMBOLIC, "evaluate": {"kappa": _KAPPA, "r": _R, "dps": _DPS, "log": _FLAG,
+                                         "full": _FLAG}},
+    "laplace_integral": _INTEGRAL,
+    "uniform_integral": _INTEGRAL,
+    "formula": {"latex": {}, "__str__": {}, "emit": {"target": _TARGET, "drift": _DRIFT}},
+    "rescale": {"__str__": {}, "drag_time": {"distance": _KAPPA, "velocity": _KAPPA}},
+    "reduce": {"__str__": {}, "drift": None, "amplitude": None},
+    "release": {"__str__": {}, "time": None, "z": None},
+    "oscillator": {"frozen": {"z": _KAPPA}, "drag_time": {"z": _KAPPA, "eps": _KAPPA},
+                   "__str__": {}},
+    "plan": {"__str__": {}},
+    "sensitivity": {"__str__": {}},
+    "weak_noise_bound": {"__str__": {}, "error": {"kappa": _KAPPA}},
+    "Drift": {"__str__": {}, "_repr_latex_": {}, "wells": {}, "barriers": {}, "potential": {},
+              "critical_points": {}, "potential_at": {"u": _KAPPA}, "region": None, "plot": {},
+              "bind": {"a": _KAPPA}},
+    "friction": {"wells": {}, "barriers": {}, "region": None, "plot": {}, "phi": {},
+                 "potential_at": {"u": _KAPPA}, "__str__": {}},
+    "tanh": {"wells": {}, "barriers": {}, "region": None, "plot": {},
+             "potential_at": {"u": _KAPPA}},
 }  # fmt: skip
 #: Verbs with an argument ``patience``.
 _PATIENT = {
     "escape_time", "exit_probability", "occupation", "stationary_density", "sensitivity", "plan",
-    "stokes_multiplier", "weak_noise_bound", "laplace_integral", "uniform_integral",
+    "stokes_multiplier", "weak_noise_bound", "laplace_integral", "uniform_integral", "release",
+    "plot",
 }  # fmt: skip
 
 
+#: Command lines: the words of each, those in capitals replaced by a number, a drift's name and
+#: parameters, an expression or a spec's path.
+_COMMANDS = [
+    "value escape-time DRIFT --kappa X --r X",
+    "value escape-time DRIFT --kappa X --r X --start X --method METHOD --json",
+    "value escape-time --expr TEXT --set b=X --kappa X --r X --dps N --log",
+    "value exit-probability DRIFT --kappa X --r X --complement --order N --method METHOD",
+    "value occupation DRIFT --kappa X --json --rtol X --method auto",
+    "value stationary-density DRIFT --kappa X --y X --dps N",
+    "show LABEL", "show LABEL --latex", "show LABEL --steps", "show --all",
+    "show expansion:T DRIFT --order N", "show expansion:T --expr TEXT --noise WORD --latex",
+    "show expansion:WORD DRIFT --start X --case WORD",
+    "emit LABEL --target WORD", "emit eq:Ttilde --target WORD DRIFT --method METHOD --order N",
+    "emit LABEL --target WORD -o OUT --header",
+    "figure", "figure FIGURE --set points=N -o OUT", "figure FIGURE --set mu=X -o OUT",
+    "figure FIGURE --set kappa=X --set alpha=X -o OUT", "figure FIGURE --set z0=X,X -o OUT",
+    "table SPEC -o OUT --workers 1", "table SPEC -o OUT --workers 1 --force",
+    "release --phi TEXT --velocity TEXT --kappa X --r X --eps X --z X --method WORD --json",
+    "release --set mu=X --set alpha=X --kappa X --r X --eps X --z X --start X --quantiles",
+    "release --kappa X --r X --eps X --z X --method simulate --paths N",
+    "derive WORD -o OUT", "derive --errata", "verify --level WORD -o OUT", "value", "--version",
+]  # fmt: skip
+_WORDS: dict[str, list[str]] = {
+    "X": ["0.1", "0.3", "1", "10", "-0.4", "1/3", "2", "0.5", "0.02"],
+    "N": ["0", "1", "2", "5", "20"],
+    "DRIFT": [
+        "--drift friction --set mu=3 --set alpha=1 --set z0=-0.4", "--drift linear --set a_minus=1 "
+        "--set a_plus=-1", "--drift tanh --set a_minus=3 --set a_plus=-1 --set steepness=X",
+        "--drift friction --set mu=X --set alpha=X --set z0=X", "--drift friction",
+        "--drift hill --set a_minus=X --set a_plus=X --set K=X", "--expr 1/2-u+u**3",
+    ],
+    "TEXT": ["1/2-u+b*u**3", "exp(-u)*cos(u)", "1 - z - u", "y - 1", "2 - u^3", "-1"],
+    "METHOD": ["exact", "laplace", "uniform", "paper", "bound", "strong_noise", "local", "auto"],
+    "LABEL": ["eq:Ttilde", "fr1", "folds", "eq:V", "eq:P", "eq:S", "endpoint-series", "eq:osc1"],
+    "WORD": ["c", "python", "numpy", "weak", "strong", "uniform", "march", "frozen", "C", "P",
+             "start well barrier", "latex"],
+    "FIGURE": ["phase", "fric1", "fric2", "fil", "stokes", "flows", "fricforce", "release",
+               "regimes"],
+    "OUT": ["a.png", "b.svg", "t.jsonl", "e.c", "a.pdf"],
+}  # fmt: skip
+_HOSTILE = [
+    "", "-", "--", "abc", "1e400", "1e-400", "1e-99999", "10**9", "0", "-1", "nan", "inf", "é",
+    "\x1b[2J", "..", "a/b/c.png", ".", "__import__('os').system('false')", "1e15", "9" * 5000,
+    "--set", "mu=3", "1000000000", "2.7e-59", "1e-139", "\udce9", "a" * 300 + ".png", "'", "*",
+    "--json", "1,2", "x=1=2", "escape_time", "/dev/null/x.png", "1_000", "0x10", "u", "lambda",
+]  # fmt: skip
+_SPEC = {
+    "drift": ["'friction'", "'linear'", "'tanh'"], "expr": ["'1/2 - u + b*u**3'"],
+    "quantities": ["['T']", "['T', 'C', '1 - C']", "['P']"], "dps": ["20", "5"],
+    "kappa": ["[0.1, 0.3]", "{from = 0.1, to = 1, points = 3}", "1",
+              "{from = 0.01, to = 1, points = 3, spacing = 'log'}"],
+    "r": ["10", "[1, 2]"], "start": ["0"],
+    "parameters": ["{mu = 3, alpha = 1, z0 = -0.4}", "{a_minus = 1, a_plus = -1}",
+                   "{a_minus = 3, a_plus = -1, steepness = [1, 5]}", "{b = '3/4'}"],
+}  # fmt: skip
+_SPOILED = [
+    "true", "[]", "{}", "'x'", "nan", "inf", "1e400", "'1e-500'", "-1", "0", "[[1]]", "'\\u0000'",
+    "{from = 0, to = 1}", "{from = 1, to = 0, step = 0.1}", "{points = 1000000000}", "1979-05-27",
+    "{from = 0.1, to = 1, points = 1000000000000}", "=", "'", "[1, 'a']", "10000", "1e15",
+    "{from = 1, to = 1e300, step = '1e-300'}", "'__import__(\"os\")'",
+]  # fmt: skip
+
+
+def command(*words: str) -> int:
+    """The exit status of a command line, run in a folder of its own, which takes `PATIENCE`."""
+    with tempfile.TemporaryDirectory() as folder, _inside(folder):
+        out, err = io.StringIO(), io.StringIO()
+        try:
+            with redirect_stdout(out), redirect_stderr(err), limited(PATIENCE):
+                status = run_command([_written(word) for word in words])
+        except SystemExit as end:
+            status = int(end.code or 0)
+    said = err.getvalue().strip().rpartition("\n")[2]
+    if status not in (0, 1, 2):
+        raise RuntimeError(f"status {status}")
+    if status == 2:
+        if "Traceback" in err.getvalue() or not said.startswith("symasym"):
+            raise RuntimeError(said)
+        raise SymasymError(said)
+    return status
+
+
+def _written(word: str) -> str:
+    """A word; a spec's path in place of its text."""
+    if word.startswith("spec:"):
+        Path("spec.toml").write_text(word[5:], encoding="utf-8", errors="surrogateescape")
+        return "spec.toml"
+    return word
+
+
+@contextmanager
+def _inside(folder: str) -> Iterator[None]:
+    """The folder as the working one."""
+    before = Path.cwd()
+    os.chdir(folder)
+    try:
+        yield
+    finally:
+        os.chdir(before)
+
+
 _NAMES: dict[str, Any] = {
+    "command": command,
     "sa": sa, "np": np, "sympy": sympy, "mpmath": mpmath, "math": math, "Fraction": Fraction,
     "Decimal": Decimal, "Mute": Mute, "Frame": Frame, "object": object, "slice": slice,
     "range": range, "iter": iter, "int": int, "NotImplemented": NotImplemented,
@@ -177,6 +364,10 @@ _OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
     ast.Div: operator.truediv,
     ast.Lt: operator.lt,
 }  # fmt: skip
+
+
+#: How an answer is shown.
+_SHOWN = {"__str__", "_repr_latex_"}
 
 
 def value_of(node: ast.expr) -> Any:
@@ -192,7 +383,7 @@ def value_of(node: ast.expr) -> Any:
             return node.value
         case ast.Name():
             return _NAMES[node.id]
-        case ast.Attribute() if not node.attr.startswith("_"):
+        case ast.Attribute() if not node.attr.startswith("_") or node.attr in _SHOWN:
             return getattr(value_of(node.value), node.attr)
         case ast.List():
             return [value_of(x) for x in node.elts]
@@ -226,15 +417,38 @@ class Outcome(NamedTuple):
     seconds: float
 
 
-def random_call(draw: random.Random) -> str:
-    """A call as a line of Python."""
-    verb = draw.choice(list(CALLS))
+def random_call(draw: random.Random, verbs: Sequence[str] = ()) -> str:
+    """A call as a line of Python, of one of the verbs or of any; ``"command"`` is one of them."""
+    verb = draw.choice(verbs or [*CALLS, *["command"] * 3])
     # Most questions are about numbers, whose verbs are few.
-    if draw.random() < 0.5:
+    if not verbs and draw.random() < 0.5:
         verb = draw.choice(list(CALLS)[:5])
     spoiled = draw.choice([0.0, 0.05, 0.15])
+    if verb == "command":
+        return f"command({', '.join(map(repr, _random_command(draw, spoiled)))})"
+    given = _arguments(draw, CALLS[verb], spoiled)
+    if verb in ("occupation", "stationary_density") and draw.random() < 0.8:
+        given["drift"] = _random_drift(draw, sliding=True)
+    if verb in _PATIENT:
+        given["patience"] = draw.choice(_WRONG) if draw.random() < 0.01 else str(PATIENCE)
+    call = f"sa.{verb}({_joined(given)})"
+    if verb in AFTER and draw.random() < 0.7:
+        name = draw.choice(list(AFTER[verb]))
+        call += f".{name}"
+        if (places := AFTER[verb][name]) is not None:
+            call += f"({_joined(_arguments(draw, places, spoiled))})"
+    return call
+
+
+def _joined(given: dict[str, str]) -> str:
+    """Arguments by name as they are written in a call."""
+    return ", ".join(f"{k}={v}" for k, v in given.items())
+
+
+def _arguments(draw: random.Random, places: dict[str, _Place], spoiled: float) -> dict[str, str]:
+    """Arguments by name, a share of which is `spoiled`."""
     given = {}
-    for name, place in CALLS[verb].items():
+    for name, place in places.items():
         if draw.random() > place.chance:
             continue
         text = draw.choice(place.sensible)
@@ -243,11 +457,36 @@ def random_call(draw: random.Random) -> str:
         if draw.random() < spoiled:
             text = draw.choice(_EXTREME if draw.random() < 0.5 else _WRONG)
         given[name] = text
-    if verb in ("occupation", "stationary_density") and draw.random() < 0.8:
-        given["drift"] = _random_drift(draw, sliding=True)
-    if verb in _PATIENT:
-        given["patience"] = draw.choice(_WRONG) if draw.random() < 0.01 else str(PATIENCE)
-    return f"sa.{verb}({', '.join(f'{k}={v}' for k, v in given.items())})"
+    return given
+
+
+def _random_command(draw: random.Random, spoiled: float) -> list[str]:
+    """The words of a command line, a share of which is `spoiled`."""
+    words = []
+    for part in draw.choice(_COMMANDS).split():
+        if part == "SPEC":
+            words.append(f"spec:{_random_spec(draw, spoiled)}")
+            continue
+        text = part
+        for kind in (*list(_WORDS)[2:], "X", "N"):
+            chosen = draw.choice(_WORDS[kind])
+            text = re.sub(rf"(?<![A-Z]){kind}(?![A-Z])", lambda _, x=chosen: x, text)
+        words += text.split() if part == "DRIFT" else [text]
+    return [draw.choice(_HOSTILE) if draw.random() < spoiled / 2 else word for word in words]
+
+
+def _random_spec(draw: random.Random, spoiled: float) -> str:
+    """The text of a table's TOML file."""
+    kind = draw.choice(["drift", "drift", "expr"])
+    keys = [kind, "quantities", "dps", "kappa", "parameters"]
+    keys += ["r"] if draw.random() < 0.9 else []
+    keys += ["start"] if draw.random() < 0.2 else []
+    lines = []
+    for key in keys:
+        value = draw.choice(_SPOILED if draw.random() < spoiled else _SPEC[key])
+        if key not in ("parameters", "expr") or draw.random() > spoiled:
+            lines.append(f"{key} = {value}")
+    return "\n".join(lines)
 
 
 def _random_drift(draw: random.Random, sliding: bool = False) -> str:
@@ -320,14 +559,18 @@ class _alarm:
 
 
 def main(
-    total: int = 60_000, seed: int = 1, report: Callable[[str], object] | None = print
+    total: int = 60_000,
+    seed: int = 1,
+    report: Callable[[str], object] | None = print,
+    verbs: Sequence[str] = (),
 ) -> Counter[str]:
     """Make `total` random calls, and count how they end."""
+    matplotlib.use("agg")
     draw, counts, seen = random.Random(seed), Counter[str](), Counter[str]()
     warnings.simplefilter("ignore")
     longest = 0.0
     for number in range(1, total + 1):
-        call = random_call(draw)
+        call = random_call(draw, verbs)
         outcome = outcome_of(call)
         counts[outcome.kind] += 1
         longest = max(longest, outcome.seconds)
@@ -338,6 +581,8 @@ def main(
             seen[place] += 1
             if seen[place] <= 3:
                 report(f"{outcome.kind} {outcome.seconds:.1f} s: {call}\n    {outcome.where}")
+        if "plot" in call:
+            pyplot.close("all")
         if report and number % 250 == 0:
             report(f"{number}: {dict(counts)}, longest {longest:.1f} s")
             sys.stdout.flush()
@@ -346,4 +591,4 @@ def main(
 
 if __name__ == "__main__":
     _total, _seed = (*map(int, sys.argv[1:3]), *(60_000, 1)[len(sys.argv) - 1 :])
-    main(_total, _seed)
+    main(_total, _seed, verbs=[verb for words in sys.argv[3:] for verb in words.split(",")])

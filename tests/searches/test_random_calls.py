@@ -22,7 +22,36 @@ def test_every_call_ends_in_an_answer_or_a_sentence(count: int) -> None:
 def test_every_verb_is_called() -> None:
     draw = random.Random(1)
     calls = [random_call(draw) for _ in range(600)]
-    assert {call.partition("(")[0] for call in calls} == {f"sa.{verb}" for verb in CALLS}
+    asked = {call.partition("(")[0] for call in calls}
+    assert asked == {"command", *(f"sa.{verb}" for verb in CALLS)}
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        "sa.rescale(eps=[0.1, 0.5], kappa=0.05, r=0.5).drag_time(distance=0.1, velocity=0.3)",
+        "sa.rescale(eps=2, kappa=1, r='1e99999').__str__()",
+        "sa.rescale(eps=1, kappa=10**5000, r=10).__str__()",
+        "sa.plot(quantity='p_ss', drift=sa.linear(1, -1), kappa=[0.1, 1], r=10)",
+        "sa.plot(quantity='p_ss', drift=sa.linear(1, -1), kappa=[0.1, 1], y=0, method='local')",
+        "sa.plot(quantity='T', drift=sa.linear(1, 1), kappa=[0.1, 1])",
+        "sa.friction(mu=10**400, alpha=2, z0=1).barriers()",
+        "sa.friction(mu='1e99999', alpha=1, z0=2).barriers()",
+        "sa.tanh(a_minus=[0.1, 0.5], a_plus='1e400', steepness=1).region",
+        "sa.release(sa.oscillator(3, 1), '0.1', 2, eps=1e-3, method='simulate', patience=1.0)",
+        "sa.release(sa.oscillator(3, 1), 1e-60, '1/2', eps='0.1', patience=1.0)",
+        "sa.release(sa.oscillator(3, 1), 1, 2, eps='0.1', full='1e400')",
+        "sa.expand(sa.sine('3', 1e308, '-1', waves=2), 'density')",
+        "sa.expand(sa.Drift.general(), 'density', case='start')",
+        "sa.expand(sa.tanh('-1e99999', '10', '0.7'), 'P', noise='strong')",
+        "sa.formula('eq:Ttilde').emit(drift=sa.friction(Fraction(1, 10**5000), '2', '1/3'))",
+        "command('figure', 'fric2', '--set', 'points=1000000000')",
+        "command('value', 'escape-time', '--drift', 'linear', '--kappa', '1e-99999')",
+    ],
+)
+def test_calls_that_ended_otherwise_once(call: str) -> None:
+    outcome = outcome_of(call)
+    assert outcome.kind not in ("bare", "late"), outcome
 
 
 @pytest.mark.parametrize(

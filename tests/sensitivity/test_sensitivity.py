@@ -103,12 +103,41 @@ def test_both_ways_agree(
         proved = sa.sensitivity(drift, kappa, **numbers)
         with monkeypatch.context() as patch:
             patch.setattr(slopes, "_by_balls", lambda *_: None)
+            digits = sa.sensitivity(drift, kappa, **numbers)
+            patch.setattr(slopes, "_by_digits", slopes._by_differences)
             differences = sa.sensitivity(drift, kappa, **numbers)
-        assert (proved.error_kind, differences.error_kind) == ("bound", "estimate")
+        assert proved.error_kind == "bound"
         with mp.workdps(60):
-            for name, value in proved.derivative.items():
-                error = proved.error[name] + differences.error[name]
-                assert abs(value - differences.derivative[name]) <= error, (quantity, name)
+            for other in (digits, differences):
+                assert other.error_kind == "estimate"
+                for name, value in proved.derivative.items():
+                    error = proved.error[name] + other.error[name]
+                    assert abs(value - other.derivative[name]) <= error, (quantity, name)
+
+
+@pytest.mark.parametrize(
+    ("drift", "kappa", "numbers"),
+    [
+        (sa.friction(3, 1, "-0.4"), "0.01", {"r": 10, "start": "-1/5", "quantity": "C"}),
+        (sa.friction(3, 1, "-0.4"), "1e-3", {"r": "1/2"}),
+        (sa.linear(3, -1), "0.01", {"quantity": "1 - P"}),
+        (sa.linear(-1, 2), "1e-3", {"r": 2, "start": "0.1"}),
+        (sa.tanh(1, "-1/2", 1), "0.05", {"r": 2}),
+    ],
+)
+def test_sweeps_that_carry_derivatives_agree_with_differences(
+    drift: sa.Drift, kappa: str, numbers: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Taylor, slow and constant panels; too many for balls.
+    monkeypatch.setattr(slopes, "_by_balls", lambda *_: None)
+    with monkeypatch.context() as patch:
+        patch.setattr(slopes, "_by_differences", None)
+        found = sa.sensitivity(drift, kappa, **numbers, dps=15)
+    monkeypatch.setattr(slopes, "_by_digits", slopes._by_differences)
+    differences = sa.sensitivity(drift, kappa, **numbers, dps=15, patience=60)
+    for name, value in found.derivative.items():
+        error = found.error[name] + differences.error[name]
+        assert abs(value - differences.derivative[name]) <= error, name
 
 
 def test_a_symmetric_scene_stands_still() -> None:
@@ -209,6 +238,7 @@ def test_bad_input(arguments: Any, told: str) -> None:
 
 def test_differences_that_do_not_settle_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(balls, "available", lambda: False)
+    monkeypatch.setattr(slopes, "_by_digits", slopes._by_differences)
     monkeypatch.setattr(slopes, "_MOST_DIGITS", 20)
     with pytest.raises(AccuracyError, match="do not settle"):
         sa.sensitivity(sa.linear(1, 1), 1, 2, dps=8)

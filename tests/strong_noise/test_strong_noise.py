@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import symasym as sa
 from symasym.asymptotics.strong_noise import arrays as strong_noise_double
-from symasym.asymptotics.strong_noise.moments import moments
+from symasym.asymptotics.strong_noise.sweep import moments
 from symasym.drift.field.float_field import field_of
 from symasym.numbers import balls
 from symasym.workshop import reference_quadrature

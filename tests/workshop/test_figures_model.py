@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 import symasym as sa
 from symasym.workshop import figures
-from symasym.workshop.figures import motion
+from symasym.workshop.figures.flows import filippov
 
 
 @pytest.fixture(scope="module")
@@ -131,7 +131,7 @@ def test_phase_has_the_regions_the_sliding_field_and_the_rest_point(
 
 @pytest.mark.parametrize(("z", "y"), [(1.2, -2.0), (-2.0, -2.0), (3.0, -0.5), (2.5, 1.5)])
 def test_orbits_against_another_integrator(z: float, y: float) -> None:
-    pieces = motion.filippov(z, y, 1.0, 12.0)
+    pieces = filippov(z, y, 1.0, 12.0)
     for piece, after in pairwise(pieces):
         np.testing.assert_allclose(piece.path[-1], after.path[0], atol=1e-12)
         if piece.kind == "stick":

@@ -18,10 +18,20 @@ import symasym as sa
 from symasym.commands.main import main
 from symasym.numbers import balls
 from symasym.workshop.problems import BY_NAME
-from symasym.workshop.report import growth, methods, pages, peers, stability, timing, write
+from symasym.workshop.report import measure, pages, peers, stability, timing
 from symasym.workshop.report.diagrams import heat_maps, work_precision
-from symasym.workshop.report.measure import MOST, Cell, Known, Point, known, point
-from symasym.workshop.report.methods import SCENES, Outcome, Run, chosen
+from symasym.workshop.report.measure import (
+    MOST,
+    SCENES,
+    Cell,
+    Outcome,
+    Point,
+    Run,
+    chosen,
+    known,
+    point,
+)
+from symasym.workshop.verify.findings import Reference
 from tests.benchmarks import __main__ as benchmarks
 
 PNG = b"\x89PNG\r\n"
@@ -51,7 +61,7 @@ def test_references_are_proved_where_they_can_be() -> None:
     truth = known(BY_NAME["friction k=0.3"])
     assert truth.proved
     wanted = sa.escape_time(sa.friction(3, 1, "-0.3"), "0.3", 10, dps=60, log=True)
-    assert abs(truth.log - wanted) < 1e-14
+    assert abs(truth.value - wanted) < 1e-14
     assert truth.radius < 1e-110
 
 
@@ -59,7 +69,7 @@ def test_points_have_true_errors_and_honest_claims() -> None:
     problem = BY_NAME["friction k=10"]
     truth = known(problem)
     found = {}
-    for run in methods.ours(problem, True):
+    for run in measure.ours(problem, True):
         p = point("strong", run, truth, 20, once=True)
         found[run.method, run.setting] = p
         assert p.error is None or not p.ours or pages.lies([p]) == []
@@ -71,7 +81,7 @@ def test_points_have_true_errors_and_honest_claims() -> None:
 
 def test_a_value_that_claims_too_much_is_a_lie() -> None:
     truth = known(BY_NAME["friction k=10"])
-    wrong = Run("exact", "wrong", lambda: Outcome(float(truth.log) + 1e-6, 1e-9, "bound"), True)
+    wrong = Run("exact", "wrong", lambda: Outcome(float(truth.value) + 1e-6, 1e-9, "bound"), True)
     p = point("strong", wrong, truth, 5, once=True)
     assert p.error == pytest.approx(1e-6, rel=1e-6)
     assert pages.lies([p]) == [p]
@@ -100,9 +110,9 @@ def test_cheapest() -> None:
 
 
 def test_a_peer_that_is_not_installed_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(methods.shutil, "which", lambda name: None)
-    assert "PARI" in methods.missing()
-    names = {run.method for run in methods.others(BY_NAME["friction"], False)}
+    monkeypatch.setattr(measure.shutil, "which", lambda name: None)
+    assert "PARI" in measure.missing()
+    names = {run.method for run in measure.others(BY_NAME["friction"], False)}
     assert "PARI" not in names
     assert "mpmath.quad" in names
 
@@ -112,9 +122,9 @@ def test_pari_is_asked_through_gp(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
     program.write_text("#!/bin/sh\ncat > /dev/null\necho 3.4224224764058850934 E-1\n")
     program.chmod(0o755)
     monkeypatch.setenv("PATH", f"{tmp_path}:/usr/bin:/bin")
-    assert "PARI" not in methods.missing()
-    runs = [r for r in methods.others(BY_NAME["friction"], True) if r.method == "PARI"]
-    spent, outcome, reason = methods.attempt(runs[0], 10)
+    assert "PARI" not in measure.missing()
+    runs = [r for r in measure.others(BY_NAME["friction"], True) if r.method == "PARI"]
+    spent, outcome, reason = measure.attempt(runs[0], 10)
     assert reason == ""
     assert outcome is not None
     # kappa = 0.1, so that lam = 200; the rest is what the exponent that was taken out adds.
@@ -147,7 +157,7 @@ def test_a_peer_that_breaks_or_takes_too_long_is_told() -> None:
     def broken() -> Outcome:
         raise OverflowError("math range error")
 
-    truth = Known(sa.escape_time(sa.linear(1, 1), 1, 5, dps=20), sa.escape_time(
+    truth = Reference(sa.escape_time(sa.linear(1, 1), 1, 5, dps=20), sa.escape_time(
         sa.linear(1, 1), 1, 5, dps=20) * 0, False)  # fmt: skip
     assert point("x", Run("Arb", "", slow, False), truth, 0.2).reason == "stopped after 0.2 s"
     assert "math range error" in point("x", Run("dblquad", "", broken, False), truth, 1).reason
@@ -158,20 +168,20 @@ def test_a_peer_that_breaks_or_takes_too_long_is_told() -> None:
 def few(problem: Any, quick: bool) -> list[Run]:
     wanted = {("exact", "float64"), ("exact", "35 digits"), ("strong_noise", "order 2"),
               ("paper", "leading order"), ("laplace", "order 2")}  # fmt: skip
-    return [r for r in methods.ours(problem, quick) if (r.method, r.setting) in wanted]
+    return [r for r in measure.ours(problem, quick) if (r.method, r.setting) in wanted]
 
 
 def test_report_writes_whole_files(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(write, "ours", few)
+    monkeypatch.setattr(pages, "ours", few)
     monkeypatch.setattr(
-        write, "others",
-        lambda problem, quick: [r for r in methods.others(problem, quick) if r.method == "dblquad"],
+        pages, "others",
+        lambda problem, quick: [r for r in measure.others(problem, quick) if r.method == "dblquad"],
     )  # fmt: skip
-    monkeypatch.setattr(growth, "digits", lambda quick: [
-        growth.Grown("digits", "exact", n, n / 1e4, n) for n in (10, 100)])  # fmt: skip
-    monkeypatch.setattr(growth, "noise", lambda quick: [])
-    monkeypatch.setattr(growth, "points", lambda quick: [
-        growth.Grown("points", "exact", n, n / 1e6, None, 12.0) for n in (100, 10000)])  # fmt: skip
+    monkeypatch.setattr(timing, "digits", lambda quick: [
+        timing.Grown("digits", "exact", n, n / 1e4, n) for n in (10, 100)])  # fmt: skip
+    monkeypatch.setattr(timing, "noise", lambda quick: [])
+    monkeypatch.setattr(timing, "points", lambda quick: [
+        timing.Grown("points", "exact", n, n / 1e6, None, 12.0) for n in (100, 10000)])  # fmt: skip
     assert main(["report", "--quick", "--scene", "strong", "-o", str(tmp_path)]) == 0
     record = json.loads((tmp_path / "points.json").read_text())
     methods_seen = {p["method"] for p in record["points"]}
@@ -179,7 +189,7 @@ def test_report_writes_whole_files(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     rows = list(csv.DictReader((tmp_path / "points.csv").read_text().splitlines()))
     assert len(rows) == len(record["points"])
     text = (tmp_path / "report.md").read_text()
-    for part in ("## Which method when", "**strong**", "Claimed error below the true one: 0 of our",
+    for part in ("## Which method when", "**strong**", "is below the true one: 0 of symasym",
                  "Exponent of the growth", "12 MiB", "mpmath computes with"):  # fmt: skip
         assert part in text
     for name in ("work-precision", "growth"):
@@ -198,14 +208,15 @@ def test_stability_over_two_scenes(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     exact = cells["k=1e8", "exact", "35 digits"]
     assert exact["claimed"] == pytest.approx(35, abs=0.01)
     assert 35 <= exact["true"] <= MOST
-    assert (
-        "Cells of ours that claim more than is true: 0." in (tmp_path / "stability.md").read_text()
-    )
+    assert "that claim more digits than are true: 0." in (tmp_path / "stability.md").read_text()
     # T is (r^2 - x^2)/kappa^2 where noise is that strong, so that both condition numbers are 2.
     (strong, _) = record["conditions"]
     assert strong["of_T"]["kappa"] == pytest.approx(2, rel=1e-6)
     assert strong["of_T"]["r"] == pytest.approx(2, rel=1e-6)
-    assert "| k=1e8 |" in (tmp_path / "stability.md").read_text()
+    # log10(2); the start, which costs no digits in any scene, has no column.
+    row = "| `k=1e8` | · / · | · / · | · / · | 0.3 / · | 0.3 / · |  |"
+    row = row.replace(" / ", "\u00a0/\u00a0")
+    assert row in (tmp_path / "stability.md").read_text()
     assert (tmp_path / "stability.png").read_bytes().startswith(PNG)
     assert main(["report", "--stability", "--scene", "weak", "-o", str(tmp_path)]) == 2
 
@@ -291,19 +302,17 @@ def test_some_parts_of_the_benchmarks_are_renewed_alone() -> None:
 
 def test_laplace_integrals_beside_a_peer(monkeypatch: pytest.MonkeyPatch) -> None:
     """Our claim holds on each; without the peer the page says so."""
-    from symasym.workshop.report import integral_peers
-
-    monkeypatch.setattr(integral_peers, "installed", lambda: None)
-    rows = integral_peers.measured()
+    monkeypatch.setattr(peers, "installed", lambda: None)
+    rows = peers.measured()
     assert {row.tool for row in rows} == {"symasym"}
     for row in rows:
         claimed = float(row.claim.rpartition(" ")[2])
         assert row.claim.startswith("bound")
         assert row.error is not None
         assert 1e-12 < row.error <= claimed
-    text = integral_peers.section()
+    text = peers.section()
     assert "`asymptotic` is not installed" in text
-    assert text.count("| symasym |") == len(integral_peers.INTEGRALS)
+    assert text.count("| symasym |") == len(peers.INTEGRALS)
 
 
 def test_tables_of_the_benchmarks_are_set_as_formulas() -> None:

@@ -52,8 +52,9 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     """
     monkeypatch.setattr(figures, "FIGURES", {name: partial(line, name) for name in REAL})
     monkeypatch.setattr(reproduce, "Z0", ("-1.50", "-0.80", "-0.05"))
-    monkeypatch.setattr(reproduce, "_source_hash", lambda: "source")
-    monkeypatch.setattr(reproduce, "_derivation_hash", lambda: "derivations")
+    monkeypatch.setattr(
+        reproduce, "_folder_hash", lambda *of: ("source", "derivations")[len(of) - 1]
+    )
     monkeypatch.setattr(reproduce, "_labels", lambda: list(LABELS))
 
 
@@ -107,11 +108,11 @@ def test_only_what_is_missing_or_stale_is_made(
     (tmp_path / ".stamps.json").write_text("{half")
     assert made(tmp_path, only=["fric1"]) == ["fric1"]
     assert made(tmp_path, dps=20) == STAGES[1:]
-    monkeypatch.setattr(reproduce, "_source_hash", lambda: "another source")
+    monkeypatch.setattr(reproduce, "_folder_hash", lambda *of: ("new", "derivations")[len(of) - 1])
     assert made(tmp_path, dps=20) == STAGES[:3]
     (tmp_path / "derivations" / "filippov.md").unlink()
     assert made(tmp_path, dps=20) == ["derivations"]
-    monkeypatch.setattr(reproduce, "_derivation_hash", lambda: "another derivation")
+    monkeypatch.setattr(reproduce, "_folder_hash", lambda *of: "new")
     assert made(tmp_path, dps=20) == ["derivations"]
     assert pages(tmp_path) == PAGES
 
@@ -189,7 +190,7 @@ def test_every_module_and_style_is_part_of_the_source(
         (tmp_path / name).parent.mkdir(exist_ok=True)
         for content in ("one", "two"):
             (tmp_path / name).write_text(content)
-            found.add(reproduce._source_hash())
+            found.add(reproduce._folder_hash(sa))
     assert len(found) == 6
 
 

@@ -29,10 +29,8 @@ from symasym.generated import mpmath_formulas, numpy_formulas
 from symasym.numbers import balls
 from symasym.workshop.verify import Verification, verify
 from symasym.workshop.verify import run as tasks_module
-from symasym.workshop.verify.findings import Finding, ratio
-from symasym.workshop.verify.pages import record, rows, table
-from symasym.workshop.verify.references import random_scene
-from symasym.workshop.verify.run import Done, Task, tasks
+from symasym.workshop.verify.findings import Finding, random_scene, ratio
+from symasym.workshop.verify.run import Done, Task, record, rows, table, tasks
 from tests.processes import started
 
 SCENE = "friction k=0.3"

@@ -36,6 +36,7 @@ def scaled_radius(d: Any) -> None:
         "scale",
         r_physical / eps,
         Identity(lambda: d.use("eq:tildexykappa", "u").subs(y, r_physical)),
+        left=r"r = u \big|_{y = r_p}",
     )
     d.conclude(r, found)
 
@@ -70,6 +71,7 @@ def survival(d: Any) -> None:
         -phi(u) * q(u) + _half * sympy.Derivative(q(u), u),
         Satisfies(lambda flux: {"its derivative": sympy.diff(flux, u) - d.use("eq:FPE", "Lq")}),
         "so that none is lost inside: -G' is what leaves through -r and r in unit time",
+        left=r"\int \mathcal{L}^* q \, du",
     )
     by_parts = d.step(
         "by parts",
@@ -83,6 +85,7 @@ def survival(d: Any) -> None:
             }
         ),
         "-G' is the density of the escape time, so that its mean is the integral of G",
+        left=r"-t G'(t) - \frac{d}{dt} \left[-t G(t)\right]",
     )
     mode = sympy.exp(-_m * t)
 
@@ -101,6 +104,7 @@ def survival(d: Any) -> None:
             }
         ),
         "G is the integral of p over |u| < r; a mode q(u) e^{-m t} has the mean 1/m times its mass",
+        left=r"T = \int_{0}^{\infty} G(t) \, dt",
     )
     d.conclude(Symbol("T"), found)
 
@@ -117,6 +121,7 @@ def integrated(d: Any) -> None:
             lambda: sympy.integrate(sympy.diff(sympy.exp(-_m * t), t), (t, 0, sympy.oo)) * q(u)
         ),
         "p is a sum of modes q(u) e^{-m t}: minus its value at the start, -delta in all (eq:BCs2)",
+        left=r"\int_{0}^{\infty} \frac{\partial}{\partial t} \left[q(u) e^{-m t}\right] dt",
     )
     operator = -sympy.Derivative(phi(u) * q(u), u) + _half * sympy.Derivative(q(u), (u, 2))
     found = d.step(
@@ -127,6 +132,7 @@ def integrated(d: Any) -> None:
             lambda: sympy.integrate(sympy.exp(-_m * t), (t, 0, sympy.oo)) * d.use("eq:FPE", "Lq")
         ),
         "time integral and operator interchange: R = q/m for this mode",
+        left=r"\int_{0}^{\infty} \mathcal{L}^* \left[q(u) e^{-m t}\right] dt",
     )
     of_R = d.step(
         "in terms of R",
@@ -135,6 +141,7 @@ def integrated(d: Any) -> None:
         Satisfies(
             lambda e: {"q = m R": (e - found.replace(q, lambda at: _m * R(at))).doit().expand()}
         ),
+        left=r"\mathcal{L}^* R",
     )
     source = d.step(
         "start at 0",
@@ -142,6 +149,7 @@ def integrated(d: Any) -> None:
         -sympy.DiracDelta(u),
         Identity(lambda: mode.replace(q, sympy.DiracDelta)),
         "the modes sum to delta(u) at the start (eq:BCs2)",
+        left=r"\mathcal{L}^* R",
     )
     d.conclude(
         Symbol("LR"),
@@ -167,6 +175,7 @@ def first_integral(d: Any) -> None:
                 ).doit()
             }
         ),
+        left="J",
     )
     found = d.step(
         "integrate once",
@@ -178,6 +187,7 @@ def first_integral(d: Any) -> None:
                 "C left of the start": flux.subs(u, -1) - C,
             }
         ),
+        left="J",
     )
     d.conclude(Symbol("J"), found, note="J is the flux of R")
 
@@ -199,6 +209,7 @@ def density(d: Any) -> None:
         lam * factor * (C - Heaviside(u)),
         Identity(derivative),
         "the derivative of e^{lam V} R: phi = -V' makes it lam e^{lam V} times the flux",
+        left=r"\frac{d}{du} \left[e^{2 V(u)/\kappa^2} R(u)\right]",
     )
     found = d.step(
         "integrate again",
@@ -211,6 +222,7 @@ def density(d: Any) -> None:
             }
         ),
         "from u to r, where R is 0",
+        left="R(u)",
     )
     d.conclude(Function("R")(u), found)
 
@@ -231,6 +243,7 @@ def constant(d: Any) -> None:
         I0 / (I0 + I1),
         Satisfies(lambda c: {"R(-r)": at_left_end(c)}),
         "I0 and I1 are the integrals of e^{lam V} over (0, r) and (-r, 0)",
+        left="C",
     )
     left_exit = d.step(
         "splitting probability",
@@ -245,6 +258,7 @@ def constant(d: Any) -> None:
             }
         ),
         "independent: the chance of leaving through -r from u",
+        left="h(u)",
     )
     right, whole = Integral(_up, (v, 0, r)), Integral(_up, (v, -r, r))
     full = d.step(
@@ -258,6 +272,7 @@ def constant(d: Any) -> None:
             }
         ),
         "the same ratio by both routes",
+        left="C = h(0)",
     )
     d.conclude(C, full)
 
@@ -290,6 +305,7 @@ def escape_time(d: Any) -> None:
         Integral(R(u), (u, -r, r)),
         Identity(over_time),
         "R(u) is p(u, t) integrated over all time",
+        left="T",
     )
     above = Integral((Heaviside(v) - C) * _up, (v, u, r))
     iterated = d.step(
@@ -297,6 +313,7 @@ def escape_time(d: Any) -> None:
         "substitute",
         Integral(lam * sympy.exp(-lam * V(u)) * above, (u, -r, r)),
         Identity(lambda: of_R.replace(R, lambda at: d.use("density-R", "R(u)").subs(u, at))),
+        left="T",
     )
 
     def same_domain(order: Any) -> dict[str, Any]:
@@ -310,6 +327,7 @@ def escape_time(d: Any) -> None:
         Integral(Integral(f(u) * g(v), (u, -r, v)), (v, -r, r)),
         Satisfies(same_domain),
         "R(u) is itself an integral over v > u",
+        left=r"\int_{-r}^{r} \int_{u}^{r} f(u) g(v) \, dv \, du",
     )
     kernel = (Heaviside(v) - C) * sympy.exp(lam * (V(v) - V(u)))
     together = iterated.function / above * above.function
@@ -319,6 +337,7 @@ def escape_time(d: Any) -> None:
         lam * Integral(Integral(kernel, (u, -r, v)), (v, -r, r)),
         Identity(lambda: lam * Integral(together / lam, *swapped.limits)),
         "f(u) g(v) is lam e^{-lam V(u)} times (H - C) e^{lam V(v)}",
+        left="T",
     )
     d.step(
         "by one-sided integrals",
@@ -327,6 +346,7 @@ def escape_time(d: Any) -> None:
         Identity(lambda: in_halves(found).subs(C, C_in_halves(d))),
         "eq:C put in: I0, I1 are integrals of e^{lam V} over (0, r), (-r, 0); J0, J1 have that of "
         "e^{-lam V} from -r up to v as a factor",
+        left="T",
     )
     d.conclude(Symbol("T"), found)
 
@@ -345,6 +365,7 @@ def backward(d: Any) -> None:
                 "c is the slope at -r where V = 0": S.subs(u, -r).doit().subs(V(-r), 0) - c,
             }
         ),
+        left="T'(u)",
     )
 
     def integral(single: Any, double: Any) -> Any:
@@ -362,6 +383,7 @@ def backward(d: Any) -> None:
         lam * (J0 + J1) / (I0 + I1),
         Satisfies(lambda found: {"T(r) - T(-r)": integral(I0 + I1, J0 + J1).subs(c, found)}),
         "J0, J1: integrals over (0, r), (-r, 0) of e^{lam V(v)} times that of e^{-lam V} up to v",
+        left="c",
     )
     at_start = d.step(
         "at the start 0",
@@ -369,6 +391,7 @@ def backward(d: Any) -> None:
         lam * J0 - lam * (J0 + J1) * I0 / (I0 + I1),
         Identity(lambda: -integral(I0, J0).subs(c, constant)),
         "T(0) is minus the integral of the slope over (0, r)",
+        left="T(0)",
     )
     d.step(
         "the same as eq:Ttilde",
@@ -376,6 +399,7 @@ def backward(d: Any) -> None:
         at_start,
         Identity(lambda: in_halves(d.use("eq:Ttilde", "T")).subs(C, C_in_halves(d))),
         "eq:Ttilde split at v = 0, with the C of eq:C",
+        left="T",
     )
     d.conclude(
         Symbol("T"),
@@ -404,6 +428,7 @@ def constant_drift(d: Any) -> None:
                 "0 at r": h.subs(u, r),
             }
         ),
+        left="h(u)",
     )
     mean = d.step(
         "mean escape time from u",
@@ -416,6 +441,7 @@ def constant_drift(d: Any) -> None:
                 "0 at r": T.subs(u, r),
             }
         ),
+        left="T(u)",
     )
 
     def integrals() -> dict[Any, Any]:
@@ -440,6 +466,7 @@ def constant_drift(d: Any) -> None:
             }
         ),
         "from the equation, and from the integrals",
+        left="T(0)",
     )
     share = d.step(
         "exit through -r, from 0",
@@ -451,5 +478,6 @@ def constant_drift(d: Any) -> None:
                 "eq:C for this drift": share - C_in_halves(d).subs(integrals()),
             }
         ),
+        left="C = h(0)",
     )
     d.conclude((Symbol("T"), C), (found, share))

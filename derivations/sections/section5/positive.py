@@ -51,6 +51,7 @@ def positive_form(d: Any) -> None:
         before * Integral(g(v), (v, -r, x)) - over((v, -r, u), (u, -r, x)),
         same(over((u, -r, v), (v, -r, x))),
         "f = e^{-lam V}, g = e^{lam V}: J1 = m I1 - K_left, a square less a triangle",
+        left=r"\int_{-r}^{x} \int_{-r}^{v} f(u) g(v) \, du \, dv",
     )
     right = d.step(
         "right of the start",
@@ -58,6 +59,7 @@ def positive_form(d: Any) -> None:
         before * Integral(g(v), (v, x, r)) + over((v, u, r), (u, x, r)),
         same(over((u, -r, v), (v, x, r))),
         "J0 = m I0 + K_right, a rectangle and a triangle; eq:Ttilde has x = 0",
+        left=r"\int_{x}^{r} \int_{-r}^{v} f(u) g(v) \, du \, dv",
     )
     named = {
         over((v, -r, u), (u, -r, x)): K_left,
@@ -74,6 +76,7 @@ def positive_form(d: Any) -> None:
             lambda: d.use("backward", "T").subs({J0: right.subs(named), J1: left.subs(named)})
         ),
         "m, the mass left of the start, drops out",
+        left="T",
     )
     # What the two sweeps carry: sigma = I/s and w = lam s K/I, s = e^{lam V} at the start.
     carried = {
@@ -87,6 +90,7 @@ def positive_form(d: Any) -> None:
         total / (1 / sigma_left + 1 / sigma_right),
         Satisfies(lambda T: {"the same T": T.subs(carried) - positive}),
         "w = w_left + w_right",
+        left="T",
     )
     share = d.step(
         "chance of leaving on the left",
@@ -94,12 +98,14 @@ def positive_form(d: Any) -> None:
         1 / (1 + sigma_left / sigma_right),
         Satisfies(lambda c: {"in sigma": c.subs(carried) - C_in_halves(d)}),
         "eq:C",
+        left="C",
     )
     d.step(
         "logarithm of C",
         "substitute",
         -sympy.log(1 + sigma_left / sigma_right),
         Satisfies(lambda c: {"C": sympy.exp(c) - share}),
+        left=r"\log C",
     )
     d.conclude(
         Symbol("T"),
@@ -134,18 +140,21 @@ def positive_density(d: Any) -> None:
             }
         ),
         "w = lam e^{lam V} times the mass of e^{-lam V} on both sides; s = e^{lam V}",
+        left="p_{ss}(u)",
     )
     share = d.step(
         "occupation",
         "substitute",
         1 / (1 + outside / inside),
         Identity(lambda: d.use("eq:P", "P").subs({N: inside, outer: outside})),
+        left="P",
     )
     d.step(
         "logarithm of the occupation",
         "substitute",
         -sympy.log(1 + outside / inside),
         Satisfies(lambda p: {"P": sympy.exp(p) - share}),
+        left=r"\log P",
     )
     d.step(
         "w beyond the layer",
@@ -158,6 +167,10 @@ def positive_density(d: Any) -> None:
             ]
         ),
         "lam e^{lam V} times the mass of each tail: V is 0 at -1 and V(1) at 1",
+        left=(
+            r"\lambda I_{\mathrm{left}}",
+            r"\lambda e^{\lambda V(1)} I_{\mathrm{right}}",
+        ),
     )
     d.conclude(
         Function("p_ss")(u), density, note="w = lam e^{lam V} times the integral of e^{-lam V}"
@@ -184,9 +197,19 @@ def constant_panel(d: Any) -> None:
         return sympy.expand(whole * (e(direction, 1) if direction > 0 else 1))
 
     first = d.step(
-        "V falls: single", "integrate", (1 - sympy.exp(-size)) / size, Identity(lambda: single(1))
+        "V falls: single",
+        "integrate",
+        (1 - sympy.exp(-size)) / size,
+        Identity(lambda: single(1)),
+        left=r"I = \int_{0}^{1} e^{-x t} \, dt",
     )
-    d.step("V rises: single", "integrate", first, Identity(lambda: single(-1)))
+    d.step(
+        "V rises: single",
+        "integrate",
+        first,
+        Identity(lambda: single(-1)),
+        left=r"I = e^{-x} \int_{0}^{1} e^{x t} \, dt",
+    )
     # From the single integral: no square of x, which may be as large as float64 allows.
     int_e = Symbol("int_e", positive=True)
     down = d.step(
@@ -194,12 +217,14 @@ def constant_panel(d: Any) -> None:
         "integrate",
         (int_e - sympy.exp(-size)) / size,
         Satisfies(lambda e: {"integral": e.subs(int_e, first) - double(1)}),
+        left=r"N_{-} = e^{-x} \int_{0}^{1} \int_{0}^{t} e^{x (t - v)} \, dv \, dt",
     )
     up = d.step(
         "V rises: double",
         "integrate",
         (1 - int_e) / size,
         Satisfies(lambda e: {"integral": e.subs(int_e, first) - double(-1)}),
+        left=r"N_{+} = \int_{0}^{1} \int_{0}^{t} e^{-x (t - v)} \, dv \, dt",
     )
     d.conclude(
         sympy.symbols("int_e nested_down nested_up"),
@@ -222,6 +247,7 @@ def panel_step(d: Any) -> None:
         # S grows by s(a) E, and s by the factor e.
         Identity(lambda: ((S + scale * E) / (scale * end)).subs(S, sigma * scale)),
         "sigma = Sigma/s, Sigma the integral of s; E is the panel's integral of e",
+        left=r"\sigma_b",
     )
 
     def spent() -> Any:
@@ -235,6 +261,7 @@ def panel_step(d: Any) -> None:
         end * (sigma * (work + rate * F) + rate * D) / (sigma + E),
         Identity(spent),
         "F, D: integrals of 1/e and of e(v)/e(u) over v < u",
+        left="w_b",
     )
     # One of both scales is 1, so that no number grows with lam.
     scaled = {E: int_e / climb, F: int_inverse / fall, D: nested / fall, end: fall / climb}
@@ -249,12 +276,20 @@ def panel_step(d: Any) -> None:
         ),
         Identity(lambda: [after.subs(scaled), later.subs(scaled)]),
         "e(b) = f/c; c E, f F and f D are the panel's integrals of docs/exact.md",
+        left=(
+            r"\sigma_b",
+            "w_b",
+        ),
     )
     begun = d.step(
         "from an absorbing end",
         "take limit",
         (int_e / fall, rate * nested / int_e),
         Identity(lambda: [sympy.limit(e, sigma, 0) for e in found]),
+        left=(
+            r"\lim_{\sigma \to 0} \sigma_b",
+            r"\lim_{\sigma \to 0} w_b",
+        ),
     )
     d.step(
         "the same panel on either side of the start",
@@ -266,6 +301,7 @@ def panel_step(d: Any) -> None:
             )
         ),
         "lam D, D the double integral over one panel: positive-form with K_left = K_right = D",
+        left="T",
     )
     d.conclude(
         sympy.symbols("sigma_b w_b"),

@@ -29,6 +29,7 @@ def fokker_planck(d: Any) -> None:
         phi(u) * sympy.diff(g, u) + _half * sympy.diff(g, u, 2),
         Identity(generator),
         "the rate at which the mean of g(u) changes",
+        left=r"\mathcal{L} g",
     )
 
     def adjoint(forward: Any) -> dict[str, Any]:
@@ -47,6 +48,7 @@ def fokker_planck(d: Any) -> None:
         forward,
         Satisfies(adjoint),
         "by parts: the density's operator is the adjoint of the one for expectations",
+        left=r"\mathcal{L}^* q",
     )
     d.conclude(
         Symbol("Lq"),
@@ -68,6 +70,15 @@ def potential(d: Any) -> None:
         Definition(
             lambda V: {"V' = -phi": sympy.diff(V, u) + phi(u), "V(-1) = 0": V.subs(u, -1).doit()}
         ),
+        left="V(u)",
+    )
+    d.step(
+        "slope and value at -1",
+        "differentiate",
+        (-phi(u), sympy.S.Zero),
+        Identity(lambda: [sympy.diff(found, u), found.subs(u, -1).doit()]),
+        "what a potential of phi is for: the drift is -V', and V is 0 at the left edge",
+        left=("V'(u)", "V(-1)"),
     )
     d.conclude(V(u), found)
 
@@ -83,13 +94,19 @@ def potential_pieces(d: Any) -> None:
         return d.use("eq:V", "V(u)").replace(phi, lambda at: drift.subs(u, at)).doit()
 
     left = d.step(
-        "u <= -1", "integrate", -a_minus * (u + 1), Identity(lambda: potential_of(0)), "a- = A(-1)"
+        "u <= -1",
+        "integrate",
+        -a_minus * (u + 1),
+        Identity(lambda: potential_of(0)),
+        "a- = A(-1)",
+        left="V(u)",
     )
     inside = d.step(
         "-1 <= u <= 1",
         "substitute",
         -sympy.Integral(A(v), (v, -1, u)),
         Identity(lambda: potential_of(1)),
+        left="V(u)",
     )
     right = d.step(
         "u >= 1",
@@ -97,6 +114,7 @@ def potential_pieces(d: Any) -> None:
         _V1 - a_plus * (u - 1),
         Identity(lambda: _V1 + potential_of(2) - potential_of(2).subs(u, 1)),
         "a+ = A(1)",
+        left="V(u)",
     )
     found = d.step(
         "together",
@@ -113,6 +131,11 @@ def potential_pieces(d: Any) -> None:
                     )
                 },
             }
+        ),
+        left=(
+            r"V \big|_{u \le -1}",
+            r"V \big|_{|u| \le 1}",
+            r"V \big|_{u \ge 1}",
         ),
     )
     d.conclude(V(u), found, cases=(r"u \le -1", r"-1 \le u \le 1", r"u \ge 1"))
@@ -143,6 +166,7 @@ def steady_state(d: Any) -> None:
         K * sympy.exp(-2 * V(u) / kappa**2),
         Satisfies(no_flux),
         "V' = -phi; V(-1) = 0 makes K the density at -1",
+        left="p_{ss}(u)",
     )
     length = Symbol("R", positive=True)
     decay = sympy.exp(-2 * a_minus * (length - 1) / kappa**2)
@@ -156,5 +180,6 @@ def steady_state(d: Any) -> None:
             )
         ),
         "finite as R grows only for a- > 0; on the right in the same way only for a+ < 0",
+        left=r"\int_{-R}^{-1} e^{-2 V(u)/\kappa^2} \, du",
     )
     d.conclude(Function("p_ss")(u), found)

@@ -61,6 +61,7 @@ def bound_on_C(d: Any) -> None:
         "integrate",
         kappa**2 / (2 * a_minus) * (sympy.exp(lam * a_minus * (r - 1)) - 1),
         Identity(lambda: sympy.integrate(sympy.exp(lam * d.use("eq:V2", "V(u)")[0]), (u, -r, -1))),
+        left=r"\int_{-r}^{-1} e^{2 V(v)/\kappa^2} \, dv",
     )
     # E = e^{lam a- r (1-Delta)} = (1+g)/Delta and r Delta = 1 + h: the conditions, as g, h > 0.
     below = d.step(
@@ -89,6 +90,7 @@ def bound_on_C(d: Any) -> None:
                 - low * sympy.powsimp(sympy.expand(below.larger.subs(meant)))
             }
         ),
+        left=r"I_1 \ge",
     )
     inside = d.step(
         "integrand on (0, 1)",
@@ -111,6 +113,7 @@ def bound_on_C(d: Any) -> None:
         kappa**2 / (2 * a_plus) * (1 - sympy.exp(-lam * a_plus * (r - 1))),
         Identity(lambda: sympy.integrate(sympy.expand(fall()), (u, 1, r))),
         "of e^{lam (V - V(1))}, V(1) being at most V_max",
+        left=r"\int_{1}^{r} e^{2 (V(v) - V(1))/\kappa^2} \, dv",
     )
     most = d.step(
         "integral over (1, r) from above",
@@ -131,6 +134,7 @@ def bound_on_C(d: Any) -> None:
                 - sympy.exp(lam * V(u)),
             }
         ),
+        left=r"I_0 \le",
     )
     ratio = C_in_halves(d).subs(I1, X + q)
     bounded = d.step(
@@ -155,9 +159,10 @@ def bound_on_C(d: Any) -> None:
         a_minus
         / (1 - Delta)
         * (1 / a_plus + 2 / kappa**2)
-        * sympy.exp(-lam * a_minus * r * (1 - Delta - V_max / (a_minus * r))),
+        * sympy.exp(-lam * (a_minus * r * (1 - Delta) - V_max)),
         Identity(lambda: dropped.larger.subs({X: low, Y: high})),
         "V_max is divided by a- r, not by r; no factor 1 + Delta",
+        left=r"C \le \frac{Y}{X} =",
     )
     exponent = d.step(
         "V_max at its limit",
@@ -200,6 +205,7 @@ def bound_on_C(d: Any) -> None:
             }
         ),
         "with the paper's 1 + 4 Delta in place of 1/(1 - Delta)",
+        left=r"C \le",
     )
     d.step(
         "constant at Delta = 1/4",
@@ -213,12 +219,14 @@ def bound_on_C(d: Any) -> None:
             )
         ),
         "1/(1 - Delta), below the paper's 2",
+        left=r"\frac{1}{1 - \Delta}",
     )
     final = d.step(
         "Delta = 1/4",
         "evaluate",
         2 * a_minus * (1 / a_plus + 2 / kappa**2) * sympy.exp(-r * a_minus / kappa**2),
         Identity(lambda: at_limit.subs(Delta, sympy.Rational(1, 4))),
+        left=r"C_{\mathrm{bound}}",
     )
     d.step(
         "what is given away at the end",
@@ -231,6 +239,7 @@ def bound_on_C(d: Any) -> None:
             }
         ),
         "2 in place of 4/3",
+        left=r"2 \big/ \tfrac{4}{3}",
     )
     d.conclude(
         Symbol("C_high"),
@@ -258,6 +267,7 @@ def without_C(d: Any) -> None:
             )
         ),
         "exactly proportional to C",
+        left="T - T_0",
     )
     high = d.use("C-bound", "C_high")
     d.step(
@@ -292,6 +302,7 @@ def without_C(d: Any) -> None:
         "substitute",
         lam * Integral(Integral(sympy.exp(lam * (V(v) - V(u))), (u, -r, v)), (v, 0, r)),
         Identity(from_the_start),
+        left="T_0",
     )
     d.conclude(Symbol("T_0"), found, "C lam (J0 + J1), exponentially small")
 
@@ -312,6 +323,7 @@ def four_pieces(d: Any) -> None:
         lam * sympy.exp(-lam * V(u)) * sympy.exp(lam * V(v)),
         Identity(lambda: d.use("eq:TtildeCzero", "T_0") / whole * whole.function),
         "lam f(u) g(v), the same in each piece",
+        left=r"\lambda f(u) g(v)",
     )
     four = d.step(
         "split",
@@ -330,6 +342,12 @@ def four_pieces(d: Any) -> None:
             }
         ),
         "kinks of V and the start become edges; r > 1",
+        left=(
+            r"\frac{T_1}{\lambda}",
+            r"\frac{T_2}{\lambda}",
+            r"\frac{T_3}{\lambda}",
+            r"\frac{T_4}{\lambda}",
+        ),
     )
     d.conclude(
         sympy.symbols("T_1:5"),
@@ -366,12 +384,14 @@ def fourth(d: Any) -> None:
         (r - 1) / a_plus - kappa**2 / (2 * a_plus**2) * (1 - sympy.exp(-lam * a_plus * (r - 1))),
         Identity(closed_form),
         "V enters by differences, so V(1) drops out",
+        left="T_4",
     )
     found = d.step(
         "r much larger than kappa^2 (r = kappa^4)",
         "expand",
         Expansion(r / a_plus, kappa**2, kappa, sympy.oo),
         Order(lambda k, ctx: strong_pieces(k, ctx)[3], STRONG, {**ENDS, r: lambda k, ctx: k**4}),
+        left="T_4",
     )
 
     def at_weak_noise(k: Any, ctx: Any) -> Any:
@@ -383,6 +403,7 @@ def fourth(d: Any) -> None:
         "expand",
         Expansion(r / a_plus, sympy.S.One, kappa),
         Order(at_weak_noise, ("1e-1", "1e-3", "1e-5"), {**ENDS, r: lambda k, ctx: 1 / k}),
+        left="T_4",
     )
     d.conclude(Symbol("T_4"), found, "O(1) + O(kappa^2), both sharp: -1/a+ - kappa^2/(2 a+^2)")
 
@@ -441,6 +462,7 @@ def first_three(d: Any) -> None:
             stated,
             Together((Leading(leading), Order(partial(_piece, place), STRONG, ENDS))),
             reason,
+            left=f"T_{place + 1}",
         )
     d.conclude(Symbol("T_3"), claims[2][1], "O(1)")
 
@@ -470,6 +492,7 @@ def large(d: Any) -> None:
             )
         ),
         "C is below any power of kappa, by its bound, and so is its share of T",
+        left=r"\lim_{\kappa \to \infty} \kappa^8 C_{\mathrm{bound}} \big|_{r = \kappa^4}",
     )
     leading = d.use("eq:fourthTerm", "T_4").leading
     found = d.step(
@@ -478,6 +501,7 @@ def large(d: Any) -> None:
         Expansion(leading, kappa**2, kappa, sympy.oo),
         Order(exact, STRONG, path),
         "the fourth piece; C included in the exact side",
+        left="T",
     )
 
     def from_pieces() -> Any:
@@ -491,6 +515,7 @@ def large(d: Any) -> None:
         kappa**2 / 2 * (1 / (a_plus * a_minus) - 1 / a_plus**2),
         Identity(from_pieces),
         "third and fourth pieces; 0 if a+ = a-",
+        left=r"T - \frac{r}{a^+} \sim",
     )
     constant = (a_minus + a_plus + V_1) / (a_minus * a_plus)
     d.step(
@@ -499,5 +524,6 @@ def large(d: Any) -> None:
         Expansion(leading + second + constant, kappa**-2, kappa, sympy.oo),
         Order(exact, STRONG, path, digits=50),
         "the constant is 0 wherever A less its linear part integrates to 0, as in friction",
+        left="T",
     )
     d.conclude(Symbol("T"), found, "O(kappa^2)")

@@ -36,6 +36,7 @@ def endpoint_series(d: Any) -> None:
         Satisfies(_by_parts),
         "-e^(lam V) h/lam and e^(-lam V) h/lam are primitives of e^(+-lam V) phi h, up to h'; "
         "g is the weight",
+        left="h",
     )
     following = d.step(
         "next term",
@@ -43,6 +44,7 @@ def endpoint_series(d: Any) -> None:
         source / drift,
         Satisfies(lambda found: _manifold(first, found)),
         "g is -h_k'; M = h_1/lam + h_2/lam^2 + ... solves M' = 1 - lam phi M, order by order",
+        left="h_{k+1}",
     )
     pair = d.step(
         "contributions to the right",
@@ -50,6 +52,10 @@ def endpoint_series(d: Any) -> None:
         (-side * term, -term),
         Satisfies(lambda found: _contributions(found, first, following)),
         "of e^(lam V) and e^(-lam V), times lam^-k; s_k is (-1)^k",
+        left=(
+            "E_k^{+}",
+            "E_k^{-}",
+        ),
     )
     change = d.step(
         "a kink's",
@@ -64,6 +70,10 @@ def endpoint_series(d: Any) -> None:
         (side * (left - right), left - right),
         Identity(lambda: [stated.subs(term, change) for stated in pair]),
         "h_k is 0 on the left of a start and on the right of an end",
+        left=(
+            "E_k^{+}",
+            "E_k^{-}",
+        ),
     )
     d.conclude(
         (Symbol("E_up"), Symbol("E_down")),
@@ -83,7 +93,7 @@ def _slope(e: Any) -> Any:
 def _by_parts(found: Any) -> dict[str, Any]:
     h = found.subs({source: g(u), drift: phi(u)})
     return {
-        f"int g e^({sign} lam V)": sympy.expand(
+        f"int g e^({'-' if sign < 0 else ''}lam V)": sympy.expand(
             _slope(-sign * power * h / lam) - power * (g(u) - sign * sympy.diff(h, u) / lam)
         )
         for sign, power in ((1, sympy.exp(lam * V(u))), (-1, sympy.exp(-lam * V(u))))
@@ -113,7 +123,7 @@ def _contributions(pair: Any, first: Any, following: Any) -> dict[str, Any]:
         terms = [stated.subs({term: c, side: (-1) ** k}) for k, c in enumerate(h, start=1)]
         total = sum(e * lam**-k for k, e in enumerate(terms, start=1))
         rest = _slope(power * total) + power - power * sympy.diff(terms[-1], u) * lam**-3
-        equations[f"e^({sign} lam V)"] = sympy.expand(rest)
+        equations[f"e^({'-' if sign < 0 else ''}lam V)"] = sympy.expand(rest)
     return equations
 
 
@@ -145,6 +155,7 @@ def regular_part(d: Any) -> None:
         ((2 * k - 1) * g(t) - t * sympy.diff(g(t), t)) / phi(t),
         Identity(lambda: _at_zero(d)),
         "h_k = t^(1 - 2k) g(t) has h_(k+1) = t^(-1 - 2k) times this, phi standing for psi",
+        left="t^{1 + 2 k} h_{k+1}",
     )
     fall = d.step(
         "-h' by powers",
@@ -158,6 +169,7 @@ def regular_part(d: Any) -> None:
             }
         ),
         "term by term: c_i is the coefficient of t^(i - p) in h",
+        left="c'_i",
     )
     primitive = d.step(
         "finite part",
@@ -172,6 +184,7 @@ def regular_part(d: Any) -> None:
         ),
         "of a term with a pole of an order above 1, nothing at t = 0 (Hadamard); a simple "
         "pole gives a logarithm",
+        left="C_i",
     )
     d.conclude(
         (Symbol("h_next"), Symbol("H")),
@@ -208,6 +221,7 @@ def saddle_recurrences(d: Any) -> None:
         2 * term / ((j + 2) * slope),
         Satisfies(lambda found: {"t^j": sympy.simplify(found - _bend())}),
         "V is a parabola times the sum of these times t^j; c_j is the coefficient of t^j in phi",
+        left=r"\alpha_j",
     )
     start = d.step(
         "first moment",
@@ -215,6 +229,7 @@ def saddle_recurrences(d: Any) -> None:
         sympy.sqrt(2 * sympy.pi),
         Identity(lambda: _unit(d)),
         "gaussian-step in units of its width",
+        left="m_0",
     )
     following = d.step(
         "next moment",
@@ -222,6 +237,7 @@ def saddle_recurrences(d: Any) -> None:
         (2 * n + 1) * moment,
         Satisfies(_next_moment),
         "by parts: what is left vanishes at both ends",
+        left="m_{n+1}",
     )
     d.step(
         "du/ds",
@@ -229,6 +245,11 @@ def saddle_recurrences(d: Any) -> None:
         (1 / sympy.sqrt(c2), *_known(d, following)),
         Identity(lambda: _perron(bend)),
         "of s^0, s^2 and s^4, by Perron's formula and by saddle-series",
+        left=(
+            r"[s^0] \frac{du}{ds}",
+            r"[s^2] \frac{du}{ds}",
+            r"[s^4] \frac{du}{ds}",
+        ),
     )
     d.conclude(
         (Symbol("alpha_j"), Symbol("m_0"), Symbol("m_next")),
@@ -304,6 +325,7 @@ def two_sides(d: Any) -> None:
         Satisfies(lambda found: {"T": found.subs(total, behind + ahead) - _from_sweeps(d)}),
         "T over lam: sigma and w of positive-form by their integrals, s(0) = 1; K_left and "
         "K_right are the double integrals of either side",
+        left=r"\frac{T}{\lambda}",
     )
     whole = {double[0]: nested[0] + own[0] * behind, double[1]: nested[1] + own[1] * ahead}
     moved = d.step(
@@ -319,12 +341,14 @@ def two_sides(d: Any) -> None:
             }
         ),
         "with the start's shares of int e^(-lam V) on both sides, T has their sum",
+        left=r"K_{\mathrm{right}}",
     )
     together = d.step(
         "the start's share",
         "substitute",
         (behind * (nested[1] + ahead * falling) + ahead * nested[0]) / total,
         Identity(lambda: apart.subs({double[0]: nested[0], double[1]: moved})),
+        left=r"\frac{T}{\lambda}",
     )
     d.conclude(
         Symbol("T") / lam,

@@ -25,12 +25,14 @@ def pair_products(d: Any) -> None:
         Z * t - t**3 / 12 - m**2 * t,
         Identity(_exponent),
         "t = s(v) - s(u) > 0, m half-way between",
+        left=r"\lambda (V(v) - V(u))",
     )
     inner = d.step(
         "over the middle",
         "integrate",
         sympy.sqrt(sympy.pi / t) * sympy.exp(Z * t - t**3 / 12),
         Identity(lambda: _over_middle(exponent)),
+        left=r"\int_{-\infty}^{\infty} e^{t Z - t^3/12 - m^2 t} \, dm",
     )
     d.step(
         "what is left is a derivative",
@@ -51,6 +53,11 @@ def pair_products(d: Any) -> None:
         tuple(_moment(n) for n in range(3)),
         Identity(lambda: [_integral(inner, n) for n in range(3)]),
         "J, J' and J''",
+        left=(
+            "J(0)",
+            "J'(0)",
+            "J''(0)",
+        ),
     )
     both = d.step(
         "J",
@@ -58,6 +65,7 @@ def pair_products(d: Any) -> None:
         sympy.pi**2 * (ai**2 + bi**2),
         Satisfies(lambda found: _solves(found, start)),
         "DLMF 9.11.4",
+        left="J(Z)",
     )
     three = d.step(
         "with s(v), and with s(u) s(v)",
@@ -70,6 +78,11 @@ def pair_products(d: Any) -> None:
         Identity(lambda: _weighted(both)),
         "J' has s(v) - s(u), whose parts are opposite by symmetry; J'' has its square, of which "
         "s^2 is Z besides what belongs to the outer part",
+        left=(
+            "J",
+            "J_1",
+            "J_2",
+        ),
     )
     d.conclude(
         (Symbol("J"), Symbol("J_1"), Symbol("J_2")),

@@ -39,6 +39,7 @@ def saddle_series(d: Any) -> None:
         c3 * s**3 * e / 6 + c4 * s**4 * e**2 / 24 + c5 * s**5 * e**3 / 120 + c6 * s**6 * e**4 / 720,
         Identity(_rest),
         "u = u1 + e s with e = lam^(-1/2), c_j = V^(j)(u1)",
+        left=r"\lambda (V(u) - V(u_1)) - \tfrac{1}{2} c_2 s^2 \sim",
     )
     first = c3**2 * s**6 / 72 - c4 * s**4 / 24
     second = (
@@ -54,6 +55,10 @@ def saddle_series(d: Any) -> None:
         (first, second),
         Identity(lambda: _even(rest)),
         "odd powers of e are odd in s, and their integrals vanish",
+        left=(
+            "[e^2]",
+            "[e^4]",
+        ),
     )
     whole = d.step(
         "Gaussian",
@@ -68,6 +73,7 @@ def saddle_series(d: Any) -> None:
             )
         ),
         "gaussian-step over ds = du/e, kappa = sqrt(2) e",
+        left=r"\int_{-\infty}^{\infty} e^{-c_2 s^2/2} \, ds",
     )
     moments = d.step(
         "Gaussian moments",
@@ -75,12 +81,20 @@ def saddle_series(d: Any) -> None:
         (3 / c2**2, 15 / c2**3, 105 / c2**4, 945 / c2**5, 10395 / c2**6),
         Identity(lambda: _moments(whole)),
         "of s^4, s^6, ..., s^12",
+        left=(
+            r"\langle s^{4} \rangle",
+            r"\langle s^{6} \rangle",
+            r"\langle s^{8} \rangle",
+            r"\langle s^{10} \rangle",
+            r"\langle s^{12} \rangle",
+        ),
     )
     one = d.step(
         "first correction",
         "evaluate",
         5 * c3**2 / (24 * c2**3) - c4 / (8 * c2**2),
         Identity(lambda: _mean(first, moments)),
+        left="Q_1",
     )
     two = d.step(
         "second correction",
@@ -91,6 +105,7 @@ def saddle_series(d: Any) -> None:
         + 7 * c3 * c5 / (48 * c2**4)
         - c6 / (48 * c2**3),
         Identity(lambda: _mean(second, moments)),
+        left="Q_2",
     )
     c = (c2, c3, c4, c5, c6)
     values: dict[Any, Any] = {
@@ -106,6 +121,7 @@ def saddle_series(d: Any) -> None:
             "expand",
             Expansion(kept, lam**-order, lam, sympy.oo),
             Order(_share, LARGE, values, digits=60),
+            left="Q",
         )
     d.conclude(
         Symbol("S"),

@@ -50,12 +50,14 @@ def tail_integrals(d: Any) -> None:
         "integrate",
         kappa**2 / (2 * a_minus),
         Identity(lambda: sympy.integrate(weight(0), (u, -sympy.oo, -1))),
+        left=r"I_{\mathrm{left}} = \int_{-\infty}^{-1} e^{-2 V(u)/\kappa^2} \, du",
     )
     right = d.step(
         "right",
         "integrate",
         -(kappa**2) / (2 * a_plus) * sympy.exp(-lam * V_1),
         Identity(lambda: sympy.integrate(weight(2), (u, 1, sympy.oo))),
+        left=r"I_{\mathrm{right}} = \int_{1}^{\infty} e^{-2 V(u)/\kappa^2} \, du",
     )
     d.conclude((Symbol("I_left"), Symbol("I_right")), (left, right))
 
@@ -76,6 +78,10 @@ def probability(d: Any) -> None:
         (K * N, K * outer),
         Identity(masses),
         "N, M: integrals of e^{-2V/kappa^2} inside and outside the layer",
+        left=(
+            r"\int_{|u| < 1} p_{ss} \, du",
+            r"\int_{|u| > 1} p_{ss} \, du",
+        ),
     )
     constant = d.step(
         "normalise",
@@ -83,12 +89,14 @@ def probability(d: Any) -> None:
         1 / (N + outer),
         Satisfies(lambda value: {"mass 1": (inside + outside).subs(K, value) - 1}),
         "K, so that the whole mass is 1",
+        left="K",
     )
     found = d.step(
         "mass inside, normalised",
         "substitute",
         N / (N + outer),
         Identity(lambda: inside.subs(K, constant)),
+        left="P = K N",
     )
     d.conclude(
         Symbol("P"),
@@ -100,6 +108,14 @@ def probability(d: Any) -> None:
 @derives("eq:P2", "The occupation probability with the tails put in", ("eq:P", "tails"))
 def probability_closed(d: Any) -> None:
     tails = kappa**2 / (2 * a_minus) - kappa**2 / (2 * a_plus) * sympy.exp(-lam * V_1)
+    d.step(
+        "mass outside the layer",
+        "substitute",
+        tails,
+        Identity(lambda: sum(d.use("tails", "I_left", "I_right"))),
+        "the integrals over both tails",
+        left=r"M = I_{\mathrm{left}} + I_{\mathrm{right}}",
+    )
     found = d.step(
         "divide through",
         "substitute",
@@ -109,11 +125,12 @@ def probability_closed(d: Any) -> None:
                 Symbol("M", positive=True), sum(d.use("tails", "I_left", "I_right"))
             )
         ),
+        left=r"P = \frac{1}{1 + M/N}",
     )
     d.conclude(
         Symbol("P"),
         found,
-        note="N, M are the integrals of e^{-2V/kappa^2} inside and outside the layer",
+        note="N is the integral of e^{-2V/kappa^2} over the layer",
     )
 
 
@@ -128,13 +145,18 @@ def strong(d: Any) -> None:
 
     d.suppose("kappa >> 1")
     coefficient = d.step(
-        "coefficient of 2/kappa^2", "take limit", 2 / (1 / a_minus - 1 / a_plus), Identity(series)
+        "coefficient of 2/kappa^2",
+        "take limit",
+        2 / (1 / a_minus - 1 / a_plus),
+        Identity(series),
+        left=r"\lim_{\kappa \to \infty} \frac{\kappa^2}{2} P",
     )
     found = d.step(
         "remainder",
         "expand",
         Expansion(coefficient * lam, kappa**-4, kappa, sympy.oo),
         Order(occupation, ("1e1", "1e2", "1e3", "1e4"), ENDS),
+        left="P",
     )
     d.conclude(Symbol("P"), found, "O(kappa^-4), kappa large")
 
@@ -149,6 +171,7 @@ def lower_bound(d: Any) -> None:
         -a_plus,
         Identity(lambda: sympy.diff(d.use("eq:V2", "V(u)")[2], u).subs(crossing, a_plus)),
         "so V < V(1) on some (1 - L, 1), whatever the sign of V(1)",
+        left="V'(1)",
     )
     d.suppose("V'(1) > 0", "checked", "from a+ < 0", lambda: bool(slope.is_positive))
     below = d.step(
@@ -171,12 +194,14 @@ def lower_bound(d: Any) -> None:
                 - sympy.exp(-lam * V(u)),
             }
         ),
+        left=r"\int_{1 - L}^{1} e^{-2 V(1)/\kappa^2} \, du",
     )
     low = d.step(
         "put the floor in",
         "substitute",
         1 / (1 + kappa**2 / (2 * L) * (sympy.exp(lam * V_1) / a_minus - 1 / a_plus)),
         Identity(lambda: d.use("eq:P2", "P").subs(N, floor)),
+        left=r"P_{\mathrm{bound}}",
     )
     whole = d.use("eq:P2", "P")
     tails = sympy.expand(N / whole - N)
@@ -199,7 +224,7 @@ def lower_bound(d: Any) -> None:
 def weak(d: Any) -> None:
     V_m = Symbol("V_m", real=True)
     curvature = Symbol("K_m", positive=True)
-    d.suppose("kappa << 1 and one lowest well inside the layer, V'' = K_m > 0 there")
+    d.suppose("kappa << 1 and one lowest well inside the layer, of curvature V''(u_m) > 0")
     L = Symbol("L", positive=True)
     bracket = kappa**2 / (2 * L) * (sympy.exp(lam * V_1) / a_minus - 1 / a_plus)
     d.step(
@@ -222,6 +247,7 @@ def weak(d: Any) -> None:
                 * sympy.integrate(sympy.exp(-curvature * u**2 / kappa**2), (u, -sympy.oo, sympy.oo))
             )
         ),
+        left=r"N \sim",
     )
     leading = d.step(
         "tails over N",
@@ -232,6 +258,7 @@ def weak(d: Any) -> None:
         * (sympy.exp(lam * V_m) / a_minus - sympy.exp(lam * (V_m - V_1)) / a_plus),
         Identity(lambda: (1 / d.use("eq:P2", "P") - 1).subs(N, width)),
         "1/P - 1, which is 1 - P to this order",
+        left=r"\frac{1}{P} - 1 = \frac{M}{N} \sim",
     )
 
     def measured(scene: Scene) -> Order:
@@ -252,6 +279,7 @@ def weak(d: Any) -> None:
         Expansion(leading, leading * kappa**2, kappa),
         Together((measured(SCENE), measured(LEVEL))),
         "on two scenes: one tail leading, and both of one weight",
+        left="1 - P",
     )
     d.conclude(
         1 - Symbol("P"),

@@ -43,6 +43,7 @@ def stokes(d: Any) -> None:
             digits=40,
         ),
         "for the linear A = 2/3 + u/2; the O(1) is the integral of 1/A over (0, 1) less 1/a+",
+        left="T",
     )
     V_0 = Symbol("V_0", real=True)
     behind = Scene((Fraction(8, 25), Fraction(18, 5), Fraction(4)))
@@ -60,6 +61,7 @@ def stokes(d: Any) -> None:
         Order(lambda k, ctx: _start_behind(ctx, behind, k), WEAK, values, digits=60),
         "a well exists, S = 0 by the paper's condition, and yet T is exponentially large "
         "if V(0) > V(u1)",
+        left="T",
     )
     at_top = Scene((Fraction(0), Fraction(3, 2), Fraction(27, 8), Fraction(3, 8)))
     half = well_term / 2
@@ -69,6 +71,7 @@ def stokes(d: Any) -> None:
         Expansion(half, half * kappa, kappa),
         Order(lambda k, ctx: well_integral(ctx, at_top, k), WEAK, at_scene(at_top), digits=60),
         "half the well's term, now with an O(kappa) correction: no jump from 0 to 1",
+        left="T",
     )
     across = Symbol("vhat", real=True)
 
@@ -86,6 +89,7 @@ def stokes(d: Any) -> None:
         (1 + sympy.erf(sympy.sqrt(A2) * u2 / kappa)) / 2,
         Identity(beyond_start),
         "the substituted integral begins at -u2/kappa",
+        left="S",
     )
     some, ahead = Symbol("s", positive=True), Symbol("x", positive=True)
     cases = d.step(
@@ -99,6 +103,11 @@ def stokes(d: Any) -> None:
             ]
         ),
         "as kappa -> 0",
+        left=(
+            "S",
+            "S",
+            "S",
+        ),
     )
     Z = Symbol("Z", real=True)
 
@@ -113,12 +122,10 @@ def stokes(d: Any) -> None:
         products[0] / sum(products),
         Identity(of_the_pair),
         "J(Z) of 'pair-products' over J(Z) + J(-Z), which is even in Z",
+        left="S(Z)",
     )
     d.step(
-        "on the fold",
-        "evaluate",
-        sympy.S.Half,
-        Identity(lambda: at_fold.subs(Z, 0)),
+        "on the fold", "evaluate", sympy.S.Half, Identity(lambda: at_fold.subs(Z, 0)), left="S(0)"
     )
     far = Symbol("Z", positive=True)
     d.step(
@@ -127,6 +134,7 @@ def stokes(d: Any) -> None:
         Expansion(sympy.S.One, sympy.exp(-4 * far ** sympy.Rational(3, 2) / 3), far, sympy.oo),
         Order(_switched_on, ("4", "9", "16", "25"), digits=120),
         "1 with a well, and 0 before the fold, where Z < 0",
+        left="S(Z)",
     )
     found = (cases[0], cases[1], cases[2], cases[2], at_start, at_fold)
     d.conclude(
@@ -181,6 +189,7 @@ def unscaled(d: Any) -> None:
                 "inverse of the scaling": d.use("eq:tildexykappa", "t_s").subs(t, real) - time
             }
         ),
+        left="T_p",
     )
     rho, c = Symbol("rho", positive=True), Symbol("c", positive=True)
 
@@ -194,6 +203,7 @@ def unscaled(d: Any) -> None:
         -c * rho,
         Identity(relative),
         "a relative error c rho of a+ is a relative error -c rho of r/a+ (strong noise)",
+        left=r"\frac{a^+}{a^+ (1 + c \rho)} - 1 \sim",
     )
     d.suppose(
         "kappa >= O(1)",

@@ -3,7 +3,7 @@
 What `symasym.asymptotics.uniform.order_zero_forms` evaluates: the canonical Airy form of a well and
 a barrier that may meet (Chester, Friedman and Ursell), and the Gaussian that is cut off by an end
 (Bleistein), both to leading order; and the recurrence and the products by which
-`symasym.special.airy_products` has the first to every order.
+`symasym.special.airy` has the first to every order.
 """
 
 from __future__ import annotations
@@ -53,6 +53,10 @@ def airy_form(d: Any) -> None:
         (1 / (slope * (even + odd * root)), 1 / (slope * (even - odd * root))),
         Identity(_slopes),
         "of phi du = (s^2 - zeta) ds at s = +-R/c, y along s",
+        left=(
+            r"u'^2 \big|_{y = R}",
+            r"u'^2 \big|_{y = -R}",
+        ),
     )
     product = d.step(
         "psi at both zeros",
@@ -60,6 +64,7 @@ def airy_form(d: Any) -> None:
         even**2 - odd**2 * square,
         Identity(lambda: _at_both(even + odd * y)),
         "their product N",
+        left=r"N = \psi(R) \psi(-R)",
     )
     front = sympy.sqrt((even + sympy.sqrt(norm)) / (2 * slope * norm))
     d.step(
@@ -68,6 +73,10 @@ def airy_form(d: Any) -> None:
         (front, -odd / (2 * norm * front)),
         Satisfies(lambda found: _linear(found, slopes, product)),
         "u' = a + b s at both zeros; D may have either sign",
+        left=(
+            "a",
+            "b",
+        ),
     )
     d.step(
         "share of 1/phi",
@@ -75,6 +84,10 @@ def airy_form(d: Any) -> None:
         (side * even / norm, -side * odd / norm),
         Satisfies(lambda found: _residues(found, product)),
         "(alpha + beta y)/(y^2 - D) has the residues of 1/phi, phi = sigma (y^2 - D) psi(y)",
+        left=(
+            r"\alpha",
+            r"\beta",
+        ),
     )
     exponential = sympy.exp(s**3 / 3 - Z * s)
     integrand = d.step(
@@ -90,6 +103,10 @@ def airy_form(d: Any) -> None:
         tuple(_at_zero(n) for n in range(2)),
         Identity(lambda: [_rays(n, integrand) for n in range(2)]),
         "I and I' over the rays from 0 to -oo and to oo e^(+-i pi/3), the mean of both",
+        left=(
+            "I(0)",
+            "I'(0)",
+        ),
     )
     one = d.step(
         "I",
@@ -97,6 +114,7 @@ def airy_form(d: Any) -> None:
         sympy.pi * bi,
         Satisfies(lambda found: _solves(found, start, integrand)),
         "DLMF 9.5.5",
+        left="I(Z)",
     )
     single = d.step(
         "with the weight u'",
@@ -104,6 +122,10 @@ def airy_form(d: Any) -> None:
         _single_pair(bi, sympy.diff(bi, Z)),
         Identity(lambda: _weighted(one)),
         "of exp(lam V) and of exp(-lam V), the height left out; V = -+ (s^3/3 - zeta s) along s",
+        left=(
+            "I_{+}",
+            "I_{-}",
+        ),
     )
     both = d.step(
         "both",
@@ -111,18 +133,24 @@ def airy_form(d: Any) -> None:
         _double_pair(known[SQUARES], known[SLOPES]),
         Identity(lambda: _double(*d.use("pair-products", "J", "J_1", "J_2"))),
         "s(u) and s(v) have opposite shares, whose sum has the factor a b",
+        left="I_{+-}",
     )
     d.step(
         "single integrals from Bi and Bi'",
         "evaluate",
         _single_pair(BI, BI_SLOPE),
         Satisfies(lambda found: _as_numbers(found, single)),
+        left=(
+            "I_{+}",
+            "I_{-}",
+        ),
     )
     d.step(
         "both from products",
         "evaluate",
         _double_pair(SQUARES, SLOPES),
         Satisfies(lambda found: _as_numbers([found], [both])),
+        left="I_{+-}",
     )
     lower = d.step(
         "one order lower",
@@ -181,7 +209,7 @@ def _linear(found: Any, slopes: Any, product: Any) -> dict[str, Any]:
     q = Symbol("q", positive=True)
     under = product.subs(square, root**2)
     equations = {}
-    for name, at, wanted in (("R", root, slopes[0]), ("-R", -root, slopes[1])):
+    for name, at, wanted in (("at y = R", root, slopes[0]), ("at y = -R", -root, slopes[1])):
         gap_to = sympy.expand((found[0] + found[1] * at / slope) ** 2) - wanted
         top = sympy.numer(sympy.together(gap_to.subs(norm, q**2)))
         equations[name] = sympy.rem(sympy.expand(top), q**2 - under, q)
@@ -194,7 +222,7 @@ def _residues(found: Any, product: Any) -> dict[str, Any]:
     alpha, beta = (e.subs(norm, product.subs(square, root**2)) for e in found)
     return {
         name: sympy.together((alpha + beta * at) * (even + odd * at) - side)
-        for name, at in (("R", root), ("-R", -root))
+        for name, at in (("residue at y = R", root), ("residue at y = -R", -root))
     }
 
 
@@ -319,6 +347,7 @@ def truncated_gaussian(d: Any) -> None:
             )
         ),
         "a is the integral of y psi(g y) over (0, 1)",
+        left="t",
     )
     width = d.step(
         "du/dt at the barrier",
@@ -331,6 +360,7 @@ def truncated_gaussian(d: Any) -> None:
             }
         ),
         "phi = psi(0) u and u = p t beside it, p being this",
+        left=r"p = \frac{du}{dt} \big|_{t = 0}",
     )
     d.step(
         "mean of psi",
@@ -338,6 +368,7 @@ def truncated_gaussian(d: Any) -> None:
         sympy.sqrt(2 * area * bottom),
         Satisfies(lambda found: {"t/peak over g": found - distance / (width * gap)}),
         "phi(g) is g psi(g), and p/t is 1/g over this",
+        left=r"\bar\psi",
     )
     beside = d.step(
         "1/phi less the peak's share",
@@ -345,6 +376,7 @@ def truncated_gaussian(d: Any) -> None:
         (first * bottom - 2 * bottom * second - gap * second**2) / (value * mean * (value + mean)),
         Satisfies(_cancelled),
         "psi(g) = psi(0) + g psi_2, 2 a = psi(0) + g psi_1: nothing cancels",
+        left=r"\frac{1}{\phi(g)} - \frac{p}{t}",
     )
     d.step(
         "close to the barrier",
@@ -352,6 +384,10 @@ def truncated_gaussian(d: Any) -> None:
         (-2 * second / (3 * bottom**2), 5 * second**2 / (6 * bottom ** sympy.Rational(7, 2))),
         Satisfies(lambda found: _next_slopes(found, width, beside)),
         "rho(0) and rho'(0) of u' = p + t rho(t), where psi is a straight line and the end near",
+        left=(
+            r"\rho(0)",
+            r"\rho'(0)",
+        ),
     )
     parts = d.step(
         "by parts",
@@ -359,7 +395,7 @@ def truncated_gaussian(d: Any) -> None:
         tuple(sign * _exponential(sign) * beyond(t) / lam for sign in (-1, 1)),
         Satisfies(
             lambda found: {
-                f"rho' over lam is left of e^({sign} lam t^2/2)": sympy.diff(e, t)
+                f"rho' over lam is left of e^({'-' if sign < 0 else ''}lam t^2/2)": sympy.diff(e, t)
                 - (t * beyond(t) + sign * sympy.diff(beyond(t), t) / lam) * _exponential(sign)
                 for sign, e in zip((-1, 1), found, strict=True)
             }
@@ -372,6 +408,10 @@ def truncated_gaussian(d: Any) -> None:
         (-(peak * tail + rest / lam), peak * falling + rest / lam),
         Satisfies(lambda found: _single(found, parts)),
         "in units of e^(-+lam t^2/2), q = rho(t) at the end; what is left is rho' over lam",
+        left=(
+            "I_{+}",
+            "I_{-}",
+        ),
     )
     both = d.step(
         "both",
@@ -379,6 +419,7 @@ def truncated_gaussian(d: Any) -> None:
         peak**2 * (integral - sympy.log(t)) / lam - peak * falling * rest / lam,
         Satisfies(_nested),
         "L is lam int D, from 0 on; the regular part is that of 1/phi over lam",
+        left="I_{+-}",
     )
     d.conclude(
         (Symbol("I_up"), Symbol("I_down"), Symbol("I_both")),
@@ -429,7 +470,7 @@ def _changed(e: Any) -> Any:
 def _single(found: Any, parts: Any) -> dict[str, Any]:
     """The peak's integral and what by parts gives, each divided by the Gaussian."""
     return {
-        f"e^({sign} lam t^2/2)": sympy.expand(
+        f"e^({'-' if sign < 0 else ''}lam t^2/2)": sympy.expand(
             _changed(e) + sign * lam * t * _along(e)
             - peak - sympy.diff(part, t) / _exponential(sign)
         )

@@ -54,6 +54,13 @@ def substitution(d: Any) -> None:
         "substitute",
         (kappa**2, -u2 / kappa, (1 - u2) / kappa, (-1 - u1) / kappa, b + (u2 - u1) / kappa),
         Identity(transformed),
+        left=(
+            r"\frac{\partial(u, v)}{\partial(\hat u, \hat v)}",
+            r"\hat v \big|_{v = 0}",
+            r"\hat v \big|_{v = 1}",
+            r"\hat u \big|_{u = -1}",
+            r"\hat u \big|_{u = v}",
+        ),
     )
     c = sympy.symbols("c2:6", real=True)
     h = Symbol("h", real=True)
@@ -68,6 +75,7 @@ def substitution(d: Any) -> None:
         V_1 + c[0] * kappa**2 * a**2 / 2,
         Identity(taylor),
         "V'(u1) = 0; the rest is O(kappa^3), odd at that order",
+        left=r"V(u) \sim",
     )
     d.conclude(V(u), found, "O(kappa^3)", note="u = u1 + kappa uhat, c_2 = V''(u1)")
 
@@ -92,6 +100,7 @@ def gaussian(d: Any) -> None:
         kappa * sympy.sqrt(sympy.pi / S1),
         Identity(one_side),
         "s1 = V''(u1), lam kappa^2 = 2",
+        left=r"\kappa \int_{-\infty}^{\infty} e^{-s_1 \hat u^2} \, d\hat u",
     )
 
     def both() -> Any:
@@ -111,19 +120,21 @@ def gaussian(d: Any) -> None:
             }
         ),
         "s2 = -V''(u2); what the finite limits cut off is exponentially small",
+        left="G",
     )
     bend = d.step(
         "V'' = -A'",
         "differentiate",
         -sympy.Derivative(phi(u), u),
         Identity(lambda: sympy.diff(d.use("eq:V", "V(u)"), u, 2)),
+        left="V''(u)",
     )
 
     def in_slopes() -> Any:
         curvatures = [bend.replace(sympy.Derivative, lambda *_, A=A: A) for A in (A1, A2)]
         return whole.subs({S1: curvatures[0], S2: -curvatures[1]})
 
-    found = d.step("in terms of A'", "substitute", prefactor, Identity(in_slopes))
+    found = d.step("in terms of A'", "substitute", prefactor, Identity(in_slopes), left="G")
     d.conclude(Symbol("G"), found)
 
 
@@ -139,6 +150,7 @@ def second(d: Any) -> None:
         "substitute",
         prefactor * sympy.exp(2 * D / kappa**2),
         Identity(lambda: d.use("gaussian-step", "G") * sympy.exp(lam * D)),
+        left=r"T_2 \sim",
     )
     depth = Symbol("s", positive=True)
     d.step(
@@ -151,6 +163,7 @@ def second(d: Any) -> None:
             )
         ),
         "finite where the term itself overflows",
+        left=r"\log T_2 \sim",
     )
     found = d.step(
         "sharp order",
@@ -158,6 +171,7 @@ def second(d: Any) -> None:
         Expansion(leading, leading * kappa**2, kappa),
         Order(lambda k, ctx: well_integral(ctx, SCENE, k), WEAK, at_scene(SCENE), digits=60),
         "the odd order cancels: O(kappa^2), where the paper has O(kappa)",
+        left="T_2",
     )
     c2, c3, c4 = Symbol("c_2", positive=True), Symbol("c_3", real=True), Symbol("c_4", real=True)
     q2, q3, q4 = Symbol("q_2", positive=True), Symbol("q_3", real=True), Symbol("q_4", real=True)
@@ -167,6 +181,7 @@ def second(d: Any) -> None:
         kappa**2 / 2 * (5 * c3**2 / (24 * c2**3) - c4 / (8 * c2**2)),
         Identity(lambda: d.use("saddle-series", step="first correction") / lam),
         "c_j = V^(j)(u1), and q_j = -V^(j)(u2) at the barrier",
+        left=r"\frac{Q_1}{\lambda}",
     )
     barrier = well.subs({c2: q2, c3: q3, c4: q4})
     values: dict[Any, Any] = at_scene(SCENE)
@@ -178,6 +193,7 @@ def second(d: Any) -> None:
         "expand",
         Expansion(leading * (1 + well + barrier), leading * kappa**4, kappa),
         Order(lambda k, ctx: well_integral(ctx, SCENE, k), WEAK, values, digits=60),
+        left="T_2",
     )
     d.conclude(
         Symbol("T_2"),
@@ -194,12 +210,23 @@ def fourth_weak(d: Any) -> None:
         closed = d.use("eq:fourthTerm", step="closed form").subs(r, 1 + width)
         return sympy.limit(closed, kappa, 0).subs(width, r - 1)
 
+    width = r - 1
+    beyond = kappa**2 / (2 * a_plus**2) * (1 - sympy.exp(-2 * a_plus * width / kappa**2))
+    d.step(
+        "closed form",
+        "substitute",
+        width / a_plus - beyond,
+        Identity(lambda: d.use("eq:fourthTerm", step="closed form")),
+        "as it was integrated for eq:fourthTerm",
+        left="T_4",
+    )
     found = d.step(
         "as kappa -> 0",
         "take limit",
         r / a_plus - 1 / a_plus,
         Identity(limit),
         "the exponential in the closed form is below any power of kappa",
+        left=r"\lim_{\kappa \to 0} T_4",
     )
     d.conclude(Symbol("T_4"), found, "O(kappa^2)")
 
@@ -243,6 +270,7 @@ def others(d: Any) -> None:
         Expansion(left, left * kappa**2, kappa),
         Together((Leading(first), Order(_first, WEAK, values, digits=60))),
         "the way in from -r, times a Gaussian at the barrier",
+        left="T_1",
     )
     after = d.step(
         "third piece",
@@ -250,6 +278,7 @@ def others(d: Any) -> None:
         Expansion(right, right * kappa**2, kappa),
         Together((Leading(third), Order(_third, WEAK, values, digits=60))),
         "a Gaussian at the well, times the way out to r",
+        left="T_3",
     )
     d.step(
         "against the well's term",
@@ -268,6 +297,10 @@ def others(d: Any) -> None:
             ]
         ),
         "exponentially small where V(u1) < 0 and V(1) < V(u2)",
+        left=(
+            r"\frac{T_1}{T_2} \sim",
+            r"\frac{T_3}{T_2} \sim",
+        ),
     )
     d.suppose(
         "V(u1) < V(-1) = 0 and V(1) < V(u2)",
@@ -343,6 +376,7 @@ def small(d: Any) -> None:
             )
         ),
         "the second and the fourth piece, the latter for large r",
+        left=r"T \sim",
     )
     deep, high = Symbol("depth", positive=True), Symbol("height", positive=True)
     top = Symbol("V_top", real=True)
@@ -358,6 +392,11 @@ def small(d: Any) -> None:
         (sympy.S.Zero, sympy.S.Zero, sympy.S.Zero),
         Identity(smaller),
         "first and third piece over the well's term, and C by its bound: below any power of kappa",
+        left=(
+            r"\lim_{\kappa \to 0} \frac{T_1}{\kappa^8 T_2}",
+            r"\lim_{\kappa \to 0} \frac{T_3}{\kappa^8 T_2}",
+            r"\lim_{\kappa \to 0} \frac{C_{\mathrm{bound}}}{\kappa^8}",
+        ),
     )
     found = d.step(
         "order, where both terms are of one size",
@@ -367,6 +406,7 @@ def small(d: Any) -> None:
             _whole, ("1e-1", "3e-2", "1e-2", "3e-3"), {**at_scene(SCENE), r: _comparable}, digits=60
         ),
         "r = e^{2D/kappa^2}; relative O(kappa^2) for the first term, O(1) for the second",
+        left="T",
     )
     d.conclude(
         Symbol("T"),

@@ -81,7 +81,7 @@ function toAddress() {
 function sliderValues() {
   const drift = form.elements.drift.value;
   const found = { drift };
-  form.elements.axis.options[0].textContent = drift === "friction" ? "z0" : "a⁺";
+  form.elements.axis.options[0].textContent = drift === "friction" ? "z₀" : "a⁺";
   for (const range of RANGES) {
     const place = range.parentElement;
     place.hidden = place.dataset.for !== undefined && !place.dataset.for.split(" ").includes(drift);
@@ -154,12 +154,12 @@ function rows(n) {
     "r, scaled: r/ε": short(n.r),
     // Sums of multiples of 1/100, without their rounding.
     "a⁻, a⁺": [n.aMinus, n.aPlus].map((a) => short(Number(a.toFixed(9)))).join(", "),
-    "folds z0⁽⁺⁾, z0⁽⁻⁾": n.folds ? n.folds.map((z) => short(z)).join(", ") : NONE,
+    "folds z₀⁽⁺⁾, z₀⁽⁻⁾": n.folds ? n.folds.map((z) => short(z)).join(", ") : NONE,
     "height of the barrier": short(height),
     "Stokes multiplier, and as a step": `${short(n.smooth)}, ${short(n.step)}`,
     "T, scaled, z frozen": fromLog(n.logExact),
     "relative error of T itself, at most about": fromLog(n.logOwnError),
-    "until the belt has z at the fold z0⁽⁺⁾": dragged(n),
+    "until the belt has z at the fold z₀⁽⁺⁾": dragged(n),
     "T, physical: ε times that": fromLog(physical),
     "T, scaled, by the paper’s formula": fromLog(n.logTime),
     "relative error of the paper’s formula": relative(n.logTime, n.logExact),
@@ -171,7 +171,7 @@ function rows(n) {
   };
 }
 
-const AXIS_NAMES = { z0: "z0", aplus: "a⁺", kappa: "log₁₀ κ" };
+const AXIS_NAMES = { z0: "z₀", aplus: "a⁺", kappa: "log₁₀ κ" };
 
 /** The axis of the lower plots, with the folds and what is shown now. */
 function axisPlot(sliders, n) {

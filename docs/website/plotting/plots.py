@@ -15,6 +15,8 @@ from symasym.workshop.figures import encode
 Curve = Callable[[Any], Any]
 # An error that is nowhere larger is that of rounding, stated and not drawn.
 _ROUNDING = 1e-9
+# Below this a relative error of float64 is noise.
+_NOISE = 1e-14
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,7 @@ def draw(plot: Plot | Picture) -> str:
         if exact:
             above.set(xlabel=f"{plot.axis}\nboth agree to rounding, {np.max(error):.0e}")
         else:
-            below[0].semilogy(plot.x, np.where(error > 0, error, np.nan), "k-")
+            below[0].semilogy(plot.x, np.where(error > _NOISE, error, np.nan), "k-")
             over = "relative error" if plot.logs else "error, over the largest value"
             below[0].set(xlabel=plot.axis, ylabel=over)
         return encode(figure, "svg").decode()

@@ -31,8 +31,7 @@ from typing import TYPE_CHECKING, Any
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError
 from symasym.base.patience import step
-from symasym.numbers.polynomials import shifted
-from symasym.series.power_series import composed, power, product, quotient, reciprocal
+from symasym.numbers.polynomials import composed, power, product, quotient, reciprocal, shifted
 from symasym.series.quadratic_factor import (
     Pair,
     mean_of_psi,

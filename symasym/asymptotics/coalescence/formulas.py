@@ -14,22 +14,22 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from symasym.asymptotics.coalescence.cubic_map import both_saddles, slope_by_square
-from symasym.asymptotics.coalescence.endpoints import beyond_erfc, end_series, saddle_rows
 from symasym.asymptotics.coalescence.iterated import end_products
+from symasym.asymptotics.coalescence.parts import beyond_erfc, end_series, saddle_rows
 from symasym.asymptotics.laplace.kinks import number
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError
+from symasym.numbers.polynomials import product
 from symasym.series.coefficient_fields import ExpressionField, sampled_parameters
-from symasym.series.power_series import product
 from symasym.series.taylor_series import NotAnalytic, taylor
-from symasym.special.airy_products import by_parts, product_rows
+from symasym.special.airy import by_parts, product_rows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from sympy import Expr, Symbol
 
-    from symasym.special.airy_products import Rows
+    from symasym.special.airy import Rows
 
 #: Terms beyond this one are too long to be of use as formulas.
 MOST_TERMS = 3

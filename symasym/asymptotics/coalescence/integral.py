@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from symasym.asymptotics.coalescence.endpoints import BestOf, EndPart, SaddlePart, SumPart
 from symasym.asymptotics.coalescence.iterated import iterated_parts
+from symasym.asymptotics.coalescence.parts import BestOf, EndPart, PairPart, SaddlePart, SumPart
 from symasym.asymptotics.coalescence.reading import (
     closest_pair,
     far_end,
@@ -23,7 +23,6 @@ from symasym.asymptotics.coalescence.reading import (
     require_smooth,
 )
 from symasym.asymptotics.coalescence.result import UniformExpansion
-from symasym.asymptotics.coalescence.saddle_pair import PairPart
 from symasym.asymptotics.laplace.integral import require_known
 from symasym.asymptotics.laplace.kinks import WORK, Piece, at, cut, number
 from symasym.asymptotics.laplace.maxima import peaks, vanishes_identically

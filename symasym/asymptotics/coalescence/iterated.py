@@ -4,7 +4,7 @@ The inner integral up to v has a part without exponential, and a constant times 
 the lower end, and from the minimum of f where v has passed it. Integrated over v the first is the
 regular part (`symasym.asymptotics.coalescence.iterated_regular`); the second brings the maximum
 and the upper end. Minimum and maximum are taken together, in canonical Airy form (Chester, Friedman
-and Ursell 1957; DLMF 9.11.4, `symasym.special.airy_products`), so that
+and Ursell 1957; DLMF 9.11.4, `symasym.special.airy`), so that
 
     I = nested + regular + (end a) (max) + (min) (end b) + (end a) (end b) + (end a)²,
 
@@ -22,16 +22,15 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from symasym.asymptotics.coalescence.cubic_map import map_coefficients, truncation
-from symasym.asymptotics.coalescence.endpoints import end_coefficients, kept, series_of
 from symasym.asymptotics.coalescence.iterated_regular import RegularPart
+from symasym.asymptotics.coalescence.parts import end_coefficients, kept, nearby_pair, series_of
 from symasym.asymptotics.coalescence.reading import closest_pair, require_alone, require_no_pole
-from symasym.asymptotics.coalescence.saddle_pair import nearby_pair
 from symasym.asymptotics.laplace.kinks import Piece, at, number
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError
+from symasym.numbers.polynomials import product
 from symasym.series.coefficient_fields import RealField
-from symasym.series.power_series import product
-from symasym.special.airy_products import Rows, Term, by_parts, pair_terms, product_rows
+from symasym.special.airy import Rows, Term, by_parts, pair_terms, product_rows
 
 if TYPE_CHECKING:
     from mpmath import mpf

@@ -20,12 +20,10 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from symasym.asymptotics.coalescence.endpoints import series_of
-from symasym.asymptotics.coalescence.saddle_pair import Nearby, root_test
+from symasym.asymptotics.coalescence.parts import Nearby, root_test, series_of
 from symasym.base.errors import AccuracyError
-from symasym.numbers.polynomials import poly, shifted
+from symasym.numbers.polynomials import laurent, poly, residues, shifted
 from symasym.series.coefficient_fields import RealField
-from symasym.series.power_series import laurent, residues
 
 if TYPE_CHECKING:
     from mpmath import mpc, mpf

@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from symasym.asymptotics.coalescence.endpoints import BEYOND, SumPart
 from symasym.asymptotics.coalescence.iterated import IteratedPart
-from symasym.asymptotics.coalescence.saddle_pair import PairPart
+from symasym.asymptotics.coalescence.parts import BEYOND, PairPart, SumPart
 from symasym.asymptotics.laplace.kinks import number
 from symasym.asymptotics.laplace.result import IntegralExpansion
 from symasym.base.contexts import mpf_of, own_context, to_mpf

@@ -9,7 +9,6 @@ logarithms are finite where the value overflows. Its error is a proved bound or 
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -36,7 +35,8 @@ from symasym.base.inputs import (
     positive,
 )
 from symasym.base.patience import patient
-from symasym.numbers.double_double import two_product
+from symasym.derivation.printing import tex
+from symasym.numbers.float_arrays import two_product
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -211,7 +211,7 @@ class IntegralExpansion:
 
     def latex(self, lam: str = "lambda") -> str:
         """The sum in LaTeX."""
-        return named_functions(sympy.latex(self.expression_in(lam)))
+        return tex(self.expression_in(lam))
 
     def emit(self, target: str = "numpy", name: str = "f") -> Any:
         """Source code of the sum, a function of lam and the parameters (`symasym.emit`).
@@ -408,7 +408,7 @@ class LaplaceExpansion(IntegralExpansion):
         """The expansion with its O term, in LaTeX."""
         symbol = sympy.Symbol(lam, positive=True)
         size = sympy.exp(symbol * _sympy(self.height)) * symbol**-self.omitted
-        return f"{super().latex(lam)} + O\\left({sympy.latex(size)}\\right)"
+        return f"{super().latex(lam)} + O\\left({tex(size)}\\right)"
 
     @property
     def error(self) -> str:
@@ -452,11 +452,6 @@ def _sympy(value: Real) -> Expr:
     return (
         sympy.Float(value._mpf_, _SHOWN_DIGITS) if hasattr(value, "_mpf_") else sympy.sympify(value)
     )
-
-
-def named_functions(latex: str) -> str:
-    """LaTeX with Airy's functions upright, as authors print them."""
-    return re.sub(r"(?<![A-Za-z])([AB]i)(?![A-Za-z])", r"\\operatorname{\1}", latex)
 
 
 def _split(value: Real) -> tuple[float, float]:

@@ -34,7 +34,7 @@ import numpy as np
 from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, Number, digits, exact
-from symasym.series.power_series import dot, power
+from symasym.numbers.polynomials import dot, power
 
 if TYPE_CHECKING:
     from symasym.numbers.arithmetic import Number as Element

@@ -16,7 +16,7 @@ import sympy
 
 from symasym.asymptotics.laplace.cauchy_disk import Disk, disk
 from symasym.asymptotics.laplace.kinks import Piece
-from symasym.asymptotics.proofs.panels import LinePanel
+from symasym.asymptotics.proofs.layer_bounds import LinePanel
 from symasym.asymptotics.weak_noise.critical_points import simple_zeros
 from symasym.base import patience
 from symasym.base.contexts import own_context

@@ -29,7 +29,7 @@ from symasym.asymptotics.proofs.cells import (
     stationary,
     steepness,
 )
-from symasym.asymptotics.proofs.panels import Bounds, between_lines
+from symasym.asymptotics.proofs.layer_bounds import Bounds, between_lines
 from symasym.drift.drift import Drift
 from symasym.exact.ball_panels import Outer
 from symasym.numbers.balls import exact_ball, flint_module, precision

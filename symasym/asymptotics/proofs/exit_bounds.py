@@ -15,8 +15,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.proofs.layer_bounds import Barrier, Edge, Layer, Segment, layer_of
-from symasym.asymptotics.proofs.panels import Bounds, between_lines
+from symasym.asymptotics.proofs.layer_bounds import (
+    Barrier,
+    Bounds,
+    Edge,
+    Layer,
+    Segment,
+    between_lines,
+    layer_of,
+)
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import IntArray, exact, is_array
 from symasym.drift.drift import Drift
@@ -29,8 +36,7 @@ from symasym.numbers.balls import (
     to_mpf,
 )
 from symasym.numbers.float_intervals import Compensated, Intervals, log_sum, stacked
-from symasym.scenes.answers import Answer, Answers, Request
-from symasym.scenes.scene import Scene, Scenes, by_drift, scene_at
+from symasym.scenes import Answer, Answers, Request, Scene, Scenes, by_drift, scene_at
 from symasym.special.exponentials import ball_quotient
 
 if TYPE_CHECKING:
@@ -52,8 +58,11 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     bits = int(digits * 3.33) + 80 + 2 * exponent.bit_length()
     flint_module()
     with precision(bits):
-        left = _side(drift, True, values["r"], -values["start"], lam)
-        right = _side(drift, False, values["r"], values["start"], lam)
+        r, x = values["r"], values["start"]
+        left, right = (
+            _OneSide(drift, mirrored, r, start).in_balls(r, start, lam)
+            for mirrored, start in ((True, -x), (False, x))
+        )
         wanted, other = (left, right) if request.complement else (right, left)
         low, high = _probability(wanted[0], other[1]), _probability(wanted[1], other[0])
         if not high < _MOST_RATIO * low:
@@ -83,43 +92,72 @@ def _too_far(kappa: str) -> AccuracyError:
     )
 
 
-# -- one scene, in balls ---------------------------------------------------------------------------
+# -- one side of the start -------------------------------------------------------------------------
 
 
-def _side(
-    drift: Drift,
-    mirrored: bool,
-    r: Fraction,
-    x: Fraction,
-    lam: Fraction,
-    layer: Layer | None = None,
-) -> tuple[Any, Any]:
-    """Lower and upper bound of int_x^r e^{lam (V - V(x))}; `layer` is found if it is not given."""
-    profile = profile_of(drift)
-    profile = profile.mirrored() if mirrored else profile
-    one, factor = Fraction(1), exact_ball(lam)
-    height = low = high = exact_ball(Fraction(0))
+class _OneSide:
+    """What lies right of a start x, or in the mirror left of it: for every lam, and r > 1."""
 
-    def straight(side: int, length: Fraction) -> Any:
-        """The integral over a stretch of constant drift, and what it adds."""
-        fall = -profile.value(Fraction(side)) * exact_ball(length)
-        first = ball_quotient(factor * fall, 1)
-        return (factor * height).exp() * exact_ball(length) * first, height + fall
+    def __init__(self, drift: Drift, mirrored: bool, r: Fraction, x: Fraction) -> None:
+        one, profile = Fraction(1), profile_of(drift)
+        profile = profile.mirrored() if mirrored else profile
+        self.slopes = [profile.value(side) for side in (-one, one)]
+        #: Whether parts of u < -1, of the layer and of u > 1 lie ahead of the start.
+        self.before, self.inside, self.after = x <= -1, x < 1, r >= 1
+        self.layer: Layer | None = None
+        if self.inside:
+            self.layer = layer_of(drift, mirrored, max(x, -one), min(r, one))
 
-    if x < -1:
-        part, height = straight(-1, -one - x if r > 1 else r - x)
-        low, high = low + part, high + part
-    if x < 1:
-        layer = layer or layer_of(drift, mirrored, max(x, -one), min(r, one))
-        scale = (factor * height).exp()
-        for segment in layer.segments:
-            below, above = _of_segment(segment, lam)
-            low, high = low + scale * below, high + scale * above
-        height = height + layer.end
-    if r > 1:
-        part, height = straight(1, r - max(x, one))
-        low, high = low + part, high + part
-    return low, high
+    def in_balls(self, r: Fraction, x: Fraction, lam: Fraction) -> tuple[Any, Any]:
+        """Lower and upper bound of int_x^r e^{lam (V - V(x))}; r < 1 and |x| < 1 are as before."""
+        one, factor = Fraction(1), exact_ball(lam)
+        height = low = high = exact_ball(Fraction(0))
+
+        def straight(slope: arb, length: Fraction) -> Any:
+            """The integral over a stretch of constant drift, and what it adds."""
+            fall = -slope * exact_ball(length)
+            first = ball_quotient(factor * fall, 1)
+            return (factor * height).exp() * exact_ball(length) * first, height + fall
+
+        if x < -1:
+            part, height = straight(self.slopes[0], -one - x)
+            low, high = low + part, high + part
+        if self.layer is not None:
+            scale = (factor * height).exp()
+            for segment in self.layer.segments:
+                below, above = _of_segment(segment, lam)
+                low, high = low + scale * below, high + scale * above
+            height = height + self.layer.end
+        if r > 1:
+            part, height = straight(self.slopes[1], r - max(x, one))
+            low, high = low + part, high + part
+        return low, high
+
+    def in_floats(self, r: Compensated, x: Compensated, lam: Intervals) -> _LogIntegral:
+        """The logarithm of the same for many r, x and lam."""
+        height = Compensated.of(0.0)
+        parts: list[_LogIntegral] = []
+
+        def straight(slope: arb, length: Compensated) -> None:
+            """The integral over a stretch of constant drift, and what it adds."""
+            nonlocal height
+            fall = Compensated.of(slope) * length
+            falls = fall.head >= 0
+            # From the higher of its two ends.
+            size = fall.where(falls, -fall).interval()
+            log = length.interval().log() + (lam * size).log_mean_decay()
+            parts.append(_LogIntegral(height.where(falls, height - fall), log))
+            height = height - fall
+
+        if self.before:
+            straight(self.slopes[0], -x - 1.0)
+        if self.layer is not None:
+            layer = _float_layer(self.layer, lam)
+            parts.append(_LogIntegral(height + layer.height, layer.log))
+            height = height + self.layer.end
+        if self.after:
+            straight(self.slopes[1], r - (1.0 if self.inside else x))
+        return _added(parts, lam)
 
 
 def _of_segment(segment: Segment, exactly: Fraction) -> Bounds:
@@ -173,12 +211,16 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     logs, errors = np.empty(len(r)), np.empty(len(r))
     for one, rows in by_drift(scenes, *ends):
         with np.errstate(all="ignore"), precision(_FLOAT_BITS):
-            sides = [_OneSide(scenes, rows[0], one, mirrored) for mirrored in (True, False)]
+            numbers = scene_at(scenes, rows[0]).numbers
+            sides = [
+                _OneSide(one, mirrored, numbers["r"], x)
+                for mirrored, x in ((True, -numbers["start"]), (False, numbers["start"]))
+            ]
             for some in np.split(rows, range(_SCENES_AT_ONCE, len(rows), _SCENES_AT_ONCE)):
                 if len(some) > _FEW:
                     log = _float_log(sides, scenes, some, request.complement)
                 else:
-                    log = _ball_logs(sides, scenes, some, one, request.complement)
+                    log = _ball_logs(sides, scenes, some, request.complement)
                 logs[some] = (log.low + log.high) / 2
                 errors[some] = (log - logs[some]).magnitude()
     bad = np.flatnonzero(~(errors < np.log(_MOST_RATIO) / 2))
@@ -188,7 +230,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
 
 
 def _ball_logs(
-    sides: list[_OneSide], scenes: Scenes, rows: IntArray, drift: Drift, complement: bool
+    sides: list[_OneSide], scenes: Scenes, rows: IntArray, complement: bool
 ) -> Intervals:
     """The same as `_float_log`, scene by scene in balls: quicker for a few."""
     logs = []
@@ -196,8 +238,7 @@ def _ball_logs(
         scene = scene_at(scenes, row)
         r, x = scene.numbers["r"], scene.numbers["start"]
         left, right = (
-            _side(drift, mirrored, r, -x if mirrored else x, scene.lam, side.layer)
-            for mirrored, side in zip((True, False), sides, strict=True)
+            side.in_balls(r, at, scene.lam) for side, at in zip(sides, (-x, x), strict=True)
         )
         wanted, other = (left, right) if complement else (right, left)
         logs.append(_log(wanted[0], other[1]).union(_log(wanted[1], other[0])))
@@ -212,7 +253,7 @@ def _float_log(
     kappa, r, start = (_read(scenes, name, rows) for name in ("kappa", "r", "start"))
     lam = 2 / kappa.interval() ** 2
     left, right = (
-        _float_side(side, r, x, lam) for side, x in zip(sides, (-start, start), strict=True)
+        side.in_floats(r, x, lam) for side, x in zip(sides, (-start, start), strict=True)
     )
     wanted, other = (left, right) if complement else (right, left)
     # Heights are subtracted before lam multiplies them: most of them may cancel.
@@ -226,49 +267,6 @@ def _read(scenes: Scenes, name: str, rows: IntArray) -> Compensated:
     if is_array(given):
         return Compensated.of(scenes.numbers[name][rows])
     return Compensated.of(exact(name, given))
-
-
-class _OneSide:
-    """What the scenes of one group share: the slopes outside, and the layer from the start on."""
-
-    def __init__(self, scenes: Scenes, row: int, drift: Drift, mirrored: bool) -> None:
-        numbers = scene_at(scenes, row).numbers
-        one, x = Fraction(1), -numbers["start"] if mirrored else numbers["start"]
-        profile = profile_of(drift)
-        profile = profile.mirrored() if mirrored else profile
-        self.slopes = [Compensated.of(profile.value(side)) for side in (-one, one)]
-        #: Whether parts of u < -1, of the layer and of u > 1 lie ahead of the start.
-        self.before, self.inside, self.after = x <= -1, x < 1, numbers["r"] >= 1
-        self.layer: Layer | None = None
-        if self.inside:
-            self.layer = layer_of(drift, mirrored, max(x, -one), min(numbers["r"], one))
-
-
-def _float_side(stretch: _OneSide, r: Compensated, x: Compensated, lam: Intervals) -> _LogIntegral:
-    """int_x^r e^{lam (V - V(x))}; r < 1 and x inside the layer are those of the stretch."""
-    height = Compensated.of(0.0)
-    parts: list[_LogIntegral] = []
-
-    def straight(slope: Compensated, length: Compensated) -> None:
-        """The integral over a stretch of constant drift, and what it adds."""
-        nonlocal height
-        fall = slope * length
-        falls = fall.head >= 0
-        # From the higher of its two ends.
-        size = fall.where(falls, -fall).interval()
-        log = length.interval().log() + (lam * size).log_mean_decay()
-        parts.append(_LogIntegral(height.where(falls, height - fall), log))
-        height = height - fall
-
-    if stretch.before:
-        straight(stretch.slopes[0], -x - 1.0)
-    if stretch.layer is not None:
-        layer = _float_layer(stretch.layer, lam)
-        parts.append(_LogIntegral(height + layer.height, layer.log))
-        height = height + stretch.layer.end
-    if stretch.after:
-        straight(stretch.slopes[1], r - (1.0 if stretch.inside else x))
-    return _added(parts, lam)
 
 
 def _added(parts: list[_LogIntegral], lam: Intervals) -> _LogIntegral:

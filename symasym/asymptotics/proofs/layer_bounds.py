@@ -1,10 +1,12 @@
 """Two-sided bounds of int e^{lam V} over a stretch of the layer, for every lam at once.
 
-The stretch is cut into segments. On each panel of a segment V lies between two
-parallel lines, and the integral between two closed forms; that is tight while
-lam V'' width^2 is small. Where V has its largest values (at an end from which it
-falls, at a barrier) a window carries bounds by Laplace's method besides, whose
-ratio is 1 + O(1/lam); the better of the two counts. See docs/bounds.md.
+The stretch is cut into segments. On each panel of a segment V lies between two parallel lines: with
+|V - (h + s t)| <= b for 0 <= t <= w, the integral of e^{lam V} is within a factor e^{lam b} of w
+phi_1(lam s w) e^{lam h}, phi_1(x) = (e^x - 1)/x; and where V is monotone it is at most the width,
+or 1/(lam |V'|), times the larger of the two ends' values. That is tight while lam V'' width^2 is
+small. Where V has its largest values (at an end from which it falls, at a barrier) a window carries
+bounds by Laplace's method besides, whose ratio is 1 + O(1/lam); the better of the two counts. See
+docs/bounds.md.
 
 All constants are proved in ball arithmetic; finding the windows is not, and need
 not be: a peak that is missed costs tightness only.
@@ -12,18 +14,18 @@ not be: a peak that is missed costs tightness only.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.proofs.panels import LinePanel
 from symasym.base import patience
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.numbers.balls import BallOps, exact_ball, flint_module, precision, profile_of
+from symasym.special.exponentials import ball_quotient
 
 if TYPE_CHECKING:
     from flint import arb
@@ -299,19 +301,17 @@ def _barrier_window(field: _Drift, near: Fraction, room: Fraction) -> Any:
 
 
 def _rises(floats: Callable[[Any], Any], a: Fraction, b: Fraction) -> list[Fraction]:
-    """Zeros of A in (a, b) where it rises, by bisection in float64."""
+    """Zeros of A in (a, b) where it rises, by 64-section in float64."""
     u = np.linspace(float(a), float(b), _SAMPLES)
     values = floats(u)
     crossings = np.flatnonzero((values[:-1] < 0) & (values[1:] >= 0))
     zeros = []
     for k in crossings:
         lo, hi = u[k], u[k + 1]
-        for _ in range(60):
-            middle = (lo + hi) / 2
-            if floats(np.asarray([middle]))[0] < 0:
-                lo = middle
-            else:
-                hi = middle
+        for _ in range(10):
+            inner = np.linspace(lo, hi, 65)
+            first = int(np.argmax(floats(inner) >= 0))
+            lo, hi = inner[first - 1], inner[first]
         ball = Fraction(float((lo + hi) / 2))
         if a < ball < b:
             zeros.append(ball)
@@ -333,3 +333,54 @@ def _root(field: _Drift, near: Fraction) -> tuple[Fraction, Fraction] | None:
     if field.profile.value(x - gap) < 0 and field.profile.value(x + gap) > 0:
         return x, gap
     return None
+
+
+# -- panels ----------------------------------------------------------------------------------------
+
+
+class Bounds(NamedTuple):
+    """A positive number lies between these two."""
+
+    low: Any
+    high: Any
+
+    def __add__(self, other: Bounds) -> Bounds:  # type: ignore[override]
+        return Bounds((self.low + other.low).lower(), (self.high + other.high).upper())
+
+
+class LinePanel(NamedTuple):
+    """V within `bend` of the line from `height` with `slope`, on a stretch of this width.
+
+    `ends` are V there; `steep` is a lower bound of |V'|, at least 0.
+    """
+
+    width: Any
+    height: Any
+    slope: Any
+    bend: Any
+    ends: tuple[Any, Any]
+    steep: Any
+
+    def span(self) -> tuple[Any, Any]:
+        """V's lower and upper bound."""
+        if self.steep > 0:
+            return self.ends[0].min(self.ends[1]), self.ends[0].max(self.ends[1])
+        far = self.height + self.slope * self.width
+        return self.height.min(far) - self.bend, self.height.max(far) + self.bend
+
+
+def between_lines(panels: Sequence[LinePanel], lam: Fraction, sign: int) -> Bounds:
+    """Bounds of int e^{sign lam V} over the panels; a ratio of e^{2 lam bend} on each."""
+    number, size = exact_ball(sign * lam), exact_ball(lam)
+    low = high = flint_module().arb(0)
+    for p in panels:
+        line = p.width * ball_quotient(number * p.slope * p.width, 1) * (number * p.height).exp()
+        bend = (size * p.bend).exp()
+        least, most = line / bend, line * bend
+        if p.steep > 0 and not size * p.bend < 1:
+            # Monotone: between the values at its ends.
+            first, last = (number * v for v in p.ends)
+            least = least.max(p.width * first.min(last).exp())
+            most = most.min(p.width.min(1 / (size * p.steep)) * first.max(last).exp())
+        low, high = low + least, high + most
+    return Bounds(low.lower().max(flint_module().arb(0)), high.upper())

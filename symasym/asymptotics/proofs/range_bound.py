@@ -12,8 +12,7 @@ from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import Number, exact, float_text, positive
 from symasym.base.patience import patient
 from symasym.drift.drift import Drift
-from symasym.scenes.answers import read_order
-from symasym.scenes.scene import exact_scene, require_drift
+from symasym.scenes import exact_scene, read_order, require_drift
 
 if TYPE_CHECKING:
     from symasym.asymptotics.proofs.all_noise import Proof

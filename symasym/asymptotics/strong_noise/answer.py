@@ -18,8 +18,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.asymptotics.strong_noise.moments import moments
-from symasym.asymptotics.strong_noise.sweep import layer_record, odds_outside, odds_right, sides
+from symasym.asymptotics.strong_noise.sweep import (
+    layer_record,
+    moments,
+    odds_outside,
+    odds_right,
+    sides,
+)
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
@@ -28,8 +33,7 @@ from symasym.exact.sweep import Record, Swept, carried, escape_time, first
 from symasym.numbers import balls
 from symasym.numbers.balls import exact_ball, flint_module, precision, profile_of, to_mpf
 from symasym.numbers.extended_intervals import ExtendedInterval, Undefined
-from symasym.scenes.answers import Answer, Answers, Request
-from symasym.scenes.scene import Scene, Scenes, input_rounding
+from symasym.scenes import Answer, Answers, Request, Scene, Scenes, input_rounding
 
 if TYPE_CHECKING:
     from flint import arb

@@ -11,15 +11,21 @@ from typing import Any
 
 import numpy as np
 
-from symasym.asymptotics.strong_noise.moments import Moments, moments_of
-from symasym.asymptotics.strong_noise.sweep import layer_record, odds_outside, odds_right, sides
+from symasym.asymptotics.strong_noise.sweep import (
+    Moments,
+    layer_record,
+    moments_of,
+    odds_outside,
+    odds_right,
+    sides,
+)
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.base.patience import step
 from symasym.drift.field.float_field import Field, IntArray, field_of
 from symasym.exact.sweep import Record, Swept, carried, escape_time
-from symasym.numbers.log_positive import LogPositive
-from symasym.scenes.scene import Scenes
+from symasym.numbers.float_arrays import LogPositive
+from symasym.scenes import Scenes
 from symasym.special.exponentials import log_quotient, mean_place
 
 # Of a logarithm to begin with: that of lam, of a few products, of the function itself; of a

@@ -7,87 +7,117 @@ the start and with the ends of the layer (`.truncated_gaussian`: Bleistein). The
 below the sum, in the places and in the regular part; the singular terms cancel there, for which
 digits are added beforehand, so that nothing is lost beside a coalescence. Order 0 of polynomial A
 has closed forms in which nothing cancels (`.order_zero`), for arrays and for any number of digits.
+
+At one lam critical points, pairs, truncations and the regular part are added up by `sides_at` and
+`whole_at`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.coalescence.cubic_map import truncation
+from symasym.asymptotics.coalescence.cubic_map import truncation as cut_off
 from symasym.asymptotics.uniform.coalescing_pair import (
+    Airy,
     CanonicalPair,
     LayerPart,
     OneSide,
+    airy,
     coalescing_pairs,
     lost_digits,
     parabola,
+    place_at,
     seen,
+    zeros_of,
 )
-from symasym.asymptotics.uniform.one_drift import ClosedForm, closed_form
-from symasym.asymptotics.uniform.order_zero import SAFETY
+from symasym.asymptotics.uniform.order_zero import SAFETY, closed_form
 from symasym.asymptotics.uniform.order_zero import escape_time as in_float
 from symasym.asymptotics.uniform.pairing_arrays import paired_of
-from symasym.asymptotics.uniform.sums import corrected, time_at, whole_at
 from symasym.asymptotics.uniform.truncated_gaussian import (
+    Corrections,
+    Truncation,
     Truncations,
+    corrections,
     truncations_at,
     truncations_of,
 )
 from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes, rounding_of_places
+from symasym.asymptotics.weak_noise.compose import (
+    Leaf,
+    Nodes,
+    Side,
+    Sides,
+    mean_time,
+    regular_part,
+    rising_of,
+)
 from symasym.asymptotics.weak_noise.critical_points import barriers, whole
-from symasym.asymptotics.weak_noise.evaluation import DROPPED, require_resolved
-from symasym.asymptotics.weak_noise.series import BEYOND
+from symasym.asymptotics.weak_noise.evaluation import DROPPED, plain, require_resolved
+from symasym.asymptotics.weak_noise.one_sided import CriticalPoint
+from symasym.asymptotics.weak_noise.series import BEYOND, Point, terms
 from symasym.base.contexts import kept, mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import FloatArray, float_text, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.field.float_field import IntArray
 from symasym.drift.field.taylor_field import ExactField
-from symasym.scenes.answers import Answer, Answers, Request
-from symasym.scenes.scene import Scene, Scenes, by_drift, rows_of, working_digits
+from symasym.numbers.arithmetic import Digits
+from symasym.scenes import (
+    Answer,
+    Answers,
+    Request,
+    Scene,
+    Scenes,
+    by_drift,
+    rows_of,
+    working_digits,
+)
 
-__all__ = ["of_scene", "of_scenes"]
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+
+__all__ = ["Member", "corrected", "of_scene", "of_scenes", "sides_at", "whole_at"]
 
 # Of lam, where the next terms are looked at.
 _BESIDE = (1, 0.8, 0.64)
-_TERMS = ("wells, barriers, start, ends, kinks and the part between",)
+_TERMS = ("wells, barriers, start, ends, kinks and the regular part",)
 
 
 def of_scene(asked: Scene, request: Request) -> Answer:
     """T, or 1 - P and P; by the method ``"local"`` with the fold's own Airy functions."""
     if request.name[-1] == "P":
         return _occupation(asked, request)
-    local, order, lam = request.method == "local", request.order, asked.lam
-    if order == 0 and not local:
-        answer = _closed(asked, request)
-        if answer is not None:
-            return answer
-    scene = _analysed(asked.drift, asked.r, asked.start, lam, order, request.digits, local)
-    value, size = _estimate(scene, lam, order, asked.noise)
-    return _handed(request, value, size, _names(scene.sides, scene.context), scene.context)
+    known = _times(asked.drift, asked.r, asked.start, [asked.numbers["kappa"]], request)
+    return _handed(request, *next(known))
 
 
-def _closed(asked: Scene, request: Request) -> Answer | None:
-    """Order 0 by closed forms; None where they don't tell."""
-    with _closed_form(asked.drift, asked.r, asked.start, asked.lam, request.digits) as form:
-        time = form and form.time(form.arithmetic.number(asked.lam))
-        if form is None or time is None:
-            return None
-        return _handed(request, *time, (*form.names, *_TERMS), form.arithmetic.context)
+def _times(
+    drift: Drift, r: Fraction, x: Fraction, kappas: list[Fraction], request: Request
+) -> Iterator[tuple[Any, Any, tuple[str, ...], Any]]:
+    """T, its error, what it is made of and the context, for each kappa; one analysis for all.
 
-
-@contextmanager
-def _closed_form(
-    drift: Drift, r: Fraction, x: Fraction, lam: Fraction, digits: int
-) -> Iterator[ClosedForm | None]:
-    """For any lam up to this one."""
-    with own_context(working_digits(digits, lam, r) + 10) as context:
-        yield closed_form(drift, r, x, context)
+    By closed forms at order 0, where these tell.
+    """
+    local, order = request.method == "local", request.order
+    lam, form, scene = 2 / min(kappas) ** 2, None, None
+    with own_context(working_digits(request.digits, lam, r) + 10) as context:
+        if order == 0 and not local:
+            form = closed_form(drift, r, x, context)
+        for kappa in kappas:
+            time = form and form.time(mpf_of(2 / kappa**2, context))
+            if form is not None and time is not None:
+                yield *time, (*form.names, *_TERMS), context
+                continue
+            if scene is None:
+                scene = _analysed(drift, r, x, lam, order, request.digits, local)
+            value, size = _estimate(scene, 2 / kappa**2, order, float_text(kappa))
+            yield value, size, _names(scene.sides, scene.context), scene.context
 
 
 def _handed(
@@ -149,8 +179,8 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
         raise InputError(
             "arrays have no uniform 1 - P; give one scene at a time, or use method='laplace'."
         )
-    drift, local = scenes.drift, request.method == "local"
-    if request.order == 0 and not local:
+    drift = scenes.drift
+    if request.order == 0 and request.method != "local":
         shapes = own_shapes(drift, scenes.given, scenes)
         logs, errors = logs_of(
             drift, scenes, shapes, (0,), in_float, None, request.full, paired_of, smooth=True
@@ -159,39 +189,24 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
         logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
     rest = np.flatnonzero(~(errors < np.inf))
     if rest.size:
-        logs[rest], errors[rest] = _one_by_one(drift, scenes, rest, request, local)
+        logs[rest], errors[rest] = _one_by_one(drift, scenes, rest, request)
     return Answers(logs, errors, "estimate", _TERMS, DROPPED)
 
 
 def _one_by_one(
-    drift: Drift, scenes: Scenes, rest: IntArray, request: Request, local: bool
+    drift: Drift, scenes: Scenes, rest: IntArray, request: Request
 ) -> tuple[FloatArray, FloatArray]:
     """One analysis for each drift, radius and start; each kappa is then a few sums."""
     given = {name: x[rest] if is_array(x) else x for name, x in scenes.parameters.items()}
     some = rows_of(scenes, rest)._replace(parameters=given)
     logs, errors = np.empty(len(rest)), np.empty(len(rest))
     for one, rows in by_drift(some, some.numbers["r"], some.numbers["start"]):
-        lam = 2 / Fraction(float(some.numbers["kappa"][rows].min())) ** 2
         r, x = (Fraction(float(some.numbers[name][rows[0]])) for name in ("r", "start"))
-        kappas = {row: Fraction(float(some.numbers["kappa"][row])) for row in rows.tolist()}
-
-        def keep(row: int, value: Any, size: Any, context: Any) -> None:
+        kappas = [Fraction(float(kappa)) for kappa in some.numbers["kappa"][rows]]
+        times = _times(one, r, x, kappas, request)
+        for row, (value, size, _, context) in zip(rows, times, strict=True):
             logs[row] = float(context.log(value))
             errors[row] = float(_log_error(value, size, context))
-
-        if request.order == 0 and not local:
-            with _closed_form(one, r, x, lam, request.digits) as closed:
-                for row in rows.tolist():
-                    time = closed and closed.time(closed.arithmetic.number(2 / kappas[row] ** 2))
-                    if closed is not None and time is not None:
-                        keep(row, time[0], time[1], closed.arithmetic.context)
-                        del kappas[row]
-        if not kappas:
-            continue
-        scene = _analysed(one, r, x, lam, request.order, request.digits, local)
-        for row, kappa in kappas.items():
-            value, size = _estimate(scene, 2 / kappa**2, request.order, float_text(kappa))
-            keep(row, value, size, scene.context)
     rounding = np.broadcast_to(rounding_of_places(drift, scenes), scenes.lam.shape)
     errors += 4e-16 * (1 + np.abs(logs)) + rounding[rest]
     return logs, errors
@@ -207,7 +222,9 @@ class _TwoSides(NamedTuple):
     local: bool
 
     def time(self, lam: Any, order: int) -> Any:
-        return time_at(self.sides, self.truncations, self.radius, lam, order, self.context)
+        """T at one lam, a number of the context."""
+        args = self.truncations, self.radius, lam, order, self.context
+        return lam * mean_time(sides_at(self.sides, *args))
 
 
 def _analysed(
@@ -262,8 +279,9 @@ def _estimate(scene: _TwoSides, lam: Fraction, order: int, kappa: str) -> tuple[
     if not size < value:
         raise _too_strong(kappa, order)
     if scene.local:
-        straight = scene._replace(sides=[_straightened(side, context) for side in scene.sides])
-        local = straight.time(number, 0)
+        # phi taken as a parabola about each pair: Airy's argument is linear in its height there.
+        sides = [s._replace(pairs=[parabola(p, context) for p in s.pairs]) for s in scene.sides]
+        local = scene._replace(sides=sides).time(number, 0)
         # Away from the fold that may be off by more than itself.
         return local, size + abs(local - value)
     return value, size
@@ -273,7 +291,7 @@ def _apart(
     canonical_pairs: list[CanonicalPair], lam: Any, context: Any
 ) -> tuple[list[CanonicalPair], Any]:
     """Without complex pairs that the start or an end cuts through, and what either way costs."""
-    cut = [truncation(one.pair.zeta, one.gap, lam, context) for one in canonical_pairs]
+    cut = [cut_off(one.pair.zeta, one.gap, lam, context) for one in canonical_pairs]
     taken = [one for one, (_, out) in zip(canonical_pairs, cut, strict=True) if not out]
     return taken, max((cost for cost, _ in cut), default=context.zero)
 
@@ -316,11 +334,6 @@ def _log_error(value: Any, size: Any, context: Any) -> Any:
     return -context.log1p(-size / value) if size < value else context.inf
 
 
-def _straightened(side: OneSide, context: Any) -> OneSide:
-    """phi taken as a parabola about each pair: Airy's argument is linear in its height there."""
-    return side._replace(pairs=[parabola(canonical, context) for canonical in side.pairs])
-
-
 def _names(sides: list[OneSide], context: Any) -> tuple[str, ...]:
     found = []
     for sign, side in zip((-1, 1), sides, strict=True):
@@ -328,3 +341,242 @@ def _names(sides: list[OneSide], context: Any) -> tuple[str, ...]:
             at = sign * mpf_of(canonical.point, context)
             found.append(f"well and barrier about u = {context.nstr(at, 6)}")
     return (*found, *_TERMS)
+
+
+# -- the sums at one lam ---------------------------------------------------------------------------
+
+
+@dataclass
+class _Contribution:
+    """A contribution at one lam; `u` is None for the end at r, `point` for what has no series."""
+
+    u: Any
+    value: Any
+    onward: Any
+    point: CriticalPoint | None
+
+
+class _SideSum:
+    """One side of the start at one lam: its contributions, and what is known of their pairs."""
+
+    def __init__(self, side: OneSide, r: mpf, at: Point) -> None:
+        self.half, none = side.half, 0 * at.lam
+
+        def value(height: mpf, series: Any) -> Any:
+            return plain(Leaf(height, series), at)[0] + none if terms(series) else none
+
+        rising = [p for p, _ in rising_of(side.half, r, Nodes())]
+        self.rising = [
+            _Contribution(p.u, value(p.height, p.series), value(p.height, p.onward), p)
+            for p in rising
+        ]
+        self.falling = [
+            _Contribution(p.u, value(p.height, p.series), none, p) for p in side.half.falling
+        ]
+        self.nested = plain(regular_part(side.half, r, Nodes()), at)[0] + none
+        starts = side.half.rising_start, side.half.falling_start
+        self.starts = [value(0.0, series) for series in starts]
+
+    def all(self) -> list[_Contribution]:
+        """The contributions to both integrals."""
+        return self.rising + self.falling
+
+    def ends(self) -> list[Any]:
+        """Those of the layer that are seen."""
+        kinks = [x.u for x in self.rising if x.point and x.point.kind in ("end", "kink")]
+        return sorted(u for u in kinks if u is not None)
+
+    def nearest(self) -> _Contribution | None:
+        """The well or barrier next to the start."""
+        zeros = [x for x in self.all() if x.point and x.point.kind in ("well", "barrier")]
+        return min(zeros, key=lambda x: x.u, default=None)
+
+    def correct(self, near: Corrections, start: Corrections, far: Corrections, sign: int) -> None:
+        """Corrections at the start and at the ends of the layer; `sign` is -1 in the mirror."""
+        ends = self.ends()
+        if not ends:
+            return
+        self.starts[0] += sign * start.rising
+        self.starts[1] -= sign * start.falling
+        # From a start beyond the layer both of its ends are seen.
+        at_ends = [(ends[0], near, 1), (ends[-1], far, -1)][-len(ends) :]
+        self.nested += far.regular - (start.regular if len(ends) == 1 else near.regular)
+        for u, change, after in at_ends:
+            for up in self.rising:
+                if up.u == u and up.point is not None:
+                    up.value += sign * after * change.rising
+                    if after > 0:
+                        up.onward += sign * change.rising
+            for down in self.falling:
+                if down.u == u:
+                    down.value -= sign * after * change.falling
+
+    def side(self) -> Side:
+        """S and D of this side, the products of pairs added up."""
+        for down in self.falling:
+            for up in self.rising:
+                if up.u is None or up.u > down.u:
+                    self.nested += down.value * up.value
+                elif up.u == down.u:
+                    self.nested += down.value * up.onward
+        scale = sum((up.value for up in self.rising), 0 * self.nested)
+        return Side(scale, self.nested, *self.starts)
+
+
+def sides_at(
+    sides: list[OneSide],
+    truncations: Truncations,
+    r: mpf,
+    lam: mpf,
+    order: int,
+    context: MPContext,
+    local: Callable[..., Airy] | None = None,
+    correction: Callable[..., Corrections] | None = None,
+) -> Sides:
+    """Both sides of the start at one lam.
+
+    `local` and `correction` are what stands for `airy` and `corrected` where lam is a symbol
+    (`symasym.expansions`).
+    """
+    at = Point(lam, order, False, None, Digits(context))
+    sums = [_SideSum(one, r, at) for one in sides]
+    members: list[Member] = []
+    for k, one in enumerate(sides):
+        for canonical in one.pairs:
+            parts = (local or airy)(canonical, lam, order, context)
+            members += _meet(canonical, parts, k, sums, lam, order, context)
+    beside = truncations.start
+    if not beside:
+        beside = truncations.left if sums[1].ends() else truncations.right
+    members = [m for one in members for m in _weighed(one, beside, context)]
+    left, start, right = (
+        (correction or corrected)(rows, members, lam, order, context) for rows in truncations
+    )
+    sums[0].correct(right, start, left, -1)
+    sums[1].correct(left, start, right, 1)
+    low, high = (part.side() for part in sums)
+    rising, falling = low.rising + high.rising, low.falling + high.falling
+    return Sides(low, high, rising, falling, sides[0].half.corner)
+
+
+class Member(NamedTuple):
+    """A well or barrier of a pair, the share that the sums take for it, and what of that counts.
+
+    The share changes sides as the start passes, and then its truncation is to be of the same size,
+    also that of a kink which the start reaches. Any other is of the point's own series, which is
+    better where a pair comes to the end.
+    """
+
+    u: Any
+    value: Any
+    weight: Any
+
+
+def _weighed(member: Member, beside: list[Truncation], context: MPContext) -> list[Member]:
+    """With its weight where it is next to the start."""
+    return [
+        member._replace(weight=truncation.keep)
+        for truncation in beside
+        if _same(member, truncation, context)
+    ]
+
+
+def _same(member: Member, truncation: Truncation, context: MPContext) -> bool:
+    """True where the member is the zero of the truncation."""
+    return bool(abs(member.u - truncation.zero) <= context.eps**0.75)
+
+
+def _meet(
+    canonical: CanonicalPair,
+    local: Airy,
+    k: int,
+    sums: list[_SideSum],
+    lam: mpf,
+    order: int,
+    context: MPContext,
+) -> list[Member]:
+    """Take the pair, seen from side k, together; returns its members."""
+    height, own = context.exp(lam * canonical.height), sums[k]
+    for n, share in enumerate(canonical.share[: order + 1]):
+        own.nested -= share * lam ** -(n + 1)
+    if canonical.pair.zeta < 0:
+        middle = mpf_of(canonical.point, context)
+        own.rising.append(_Contribution(middle, local.rising * height, context.zero, None))
+        own.falling.append(_Contribution(middle, local.falling / height, context.zero, None))
+        own.nested += local.both if canonical.onward else context.zero
+        return []
+    low, high = (_found(u, k, sums) for u in zeros_of(canonical, context))
+    (well_side, well), (barrier_side, barrier) = (low, high) if canonical.onward else (high, low)
+    barrier.value, well.value = local.rising * height, local.falling / height
+    gain = local.both - barrier.value * well.value
+    if well_side != barrier_side:
+        sums[barrier_side].nested += gain * _beyond(well, barrier, lam, context)
+    elif barrier.u > well.u:
+        behind, part = sums[1 - well_side].nearest(), context.one
+        if sums[well_side].nearest() is well:
+            part -= _beyond(well, behind, lam, context)
+        sums[well_side].nested += gain * part
+    members = ((well_side, well), (barrier_side, barrier))
+    return [Member(x.u if side else -x.u, x.value, 0) for side, x in members]
+
+
+def _found(u: mpf, k: int, sums: list[_SideSum]) -> tuple[int, _Contribution]:
+    """The share of the well or barrier at `u` seen from side k, and the side where it is."""
+    for side, at in ((k, u), (1 - k, -u)):
+        point = place_at(at, [x.point for x in sums[side].all() if x.point is not None])
+        if point is not None:
+            return side, next(x for x in sums[side].all() if x.point is point)
+    raise AssertionError
+
+
+def _beyond(well: _Contribution, top: _Contribution | None, lam: mpf, context: MPContext) -> Any:
+    """The part of a well's Gaussian at the other side of the start, next to it.
+
+    What a pair has beyond the product of its members is lost as the start passes the well, and
+    all of it when the start reaches the barrier behind, `top`.
+    """
+    assert well.point is not None
+    depth = max(well.point.height, context.zero)
+    if top is not None and top.point is not None:
+        way = abs(top.point.height)
+        depth *= (way + depth) / way
+    return context.erfc(context.sqrt(lam * depth)) / 2
+
+
+def corrected(
+    truncations: list[Truncation], members: list[Member], lam: mpf, order: int, context: MPContext
+) -> Corrections:
+    """The corrections of all zeros whose Gaussians one point truncates."""
+    shares = [Corrections(*[context.zero] * 3)]
+    for truncation in truncations:
+        share = None
+        for one in members:
+            if _same(one, truncation, context):
+                sign = -1 if truncation.barrier else 1
+                # V is 0 at the start.
+                weight = one.weight * context.exp(-((lam * truncation.height) ** 2))
+                share = one.value * context.exp(sign * lam * truncation.rise), weight
+        shares.append(corrections(truncation, share, lam, order, context))
+    return Corrections(*(sum(parts, context.zero) for parts in zip(*shares, strict=True)))
+
+
+def whole_at(
+    points: list[CriticalPoint],
+    canonical_pairs: list[CanonicalPair],
+    lam: mpf,
+    order: int,
+    context: MPContext,
+    local: Callable[..., Airy] | None = None,
+) -> Any:
+    """int e^{-lam V} over all u, with Laplace's series at the kinks; `local` as in `sides_at`."""
+    at, left_out = Point(lam, order, False, None, Digits(context)), []
+    total = context.zero
+    for canonical in canonical_pairs:
+        parts = (local or airy)(canonical, lam, order, context)
+        total += parts.falling * context.exp(-lam * canonical.height)
+        if canonical.pair.zeta > 0:
+            left_out += [p for u in zeros_of(canonical, context) if (p := place_at(u, points))]
+    for point in points:
+        if not any(point is p for p in left_out):
+            total += plain(Leaf(point.height, point.series), at)[0]
+    return total

@@ -6,7 +6,7 @@ Laplace's series of each is singular where they coalesce; here the integrals ove
 known in closed form to every order. With phi du = (s² - zeta) ds
 (`symasym.asymptotics.coalescence.cubic_map`) u'(s) is the weight of both integrals, Bi and Bi'
 stand in the single ones, and Ai² + Bi² and its kin in the double one
-(`symasym.special.airy_products`). What is left over by the integrations by parts has no
+(`symasym.special.airy`). What is left over by the integrations by parts has no
 exponential, and is the regular part.
 
 Pairs are found for both sides of the start (`symasym.asymptotics.weak_noise.critical_points`); one
@@ -29,11 +29,9 @@ from symasym.base.errors import AccuracyError, SymasymError
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
-from symasym.numbers.polynomials import shifted
-from symasym.series.power_series import residues
+from symasym.numbers.polynomials import residues, shifted
 from symasym.series.quadratic_factor import Pair, split_pair
-from symasym.special.airy import AiryProducts, airy_products
-from symasym.special.airy_products import by_parts, pair_terms
+from symasym.special.airy import AiryProducts, airy_products, by_parts, pair_terms
 
 if TYPE_CHECKING:
     from mpmath import mpf

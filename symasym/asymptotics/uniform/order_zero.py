@@ -8,10 +8,14 @@ many drifts, `.structure` for one); `OrderZero` is what follows from it, once fo
 digits, zeros, differences of the potential, Airy functions and Dawson's integral have all of them.
 The error of order 0 is that of the next terms (sizes from `order_zero_forms`) times `SAFETY`, and
 what the start or an end cuts off a pair (`with_left_out`).
+
+To any number of digits (`closed_form`) Newton's steps take a zero, and a pair as a factor, to all
+of them; the error is the size of order 1 of each part, found in float64.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
@@ -28,6 +32,7 @@ from symasym.asymptotics.uniform.order_zero_forms import (
     regular_share,
     truncated_gaussian,
 )
+from symasym.asymptotics.uniform.structure import _structure
 from symasym.asymptotics.weak_noise import evaluation
 from symasym.asymptotics.weak_noise.compose import Composed
 from symasym.asymptotics.weak_noise.one_sided import (
@@ -37,11 +42,13 @@ from symasym.asymptotics.weak_noise.one_sided import (
     OneSided,
     first,
 )
-from symasym.asymptotics.weak_noise.series import Point, Series
+from symasym.asymptotics.weak_noise.series import BEYOND, Point, Series
+from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
-from symasym.numbers.polynomials import divided, poly, shifted
-from symasym.series.quadratic_factor import Pair as Local
-from symasym.series.quadratic_factor import seen_from
+from symasym.drift.drift import Drift
+from symasym.numbers.arithmetic import Digits
+from symasym.numbers.polynomials import divided, poly, refined, shifted
+from symasym.series.quadratic_factor import Pair, seen_from, split_pair
 
 _EPS = 2.3e-16
 # The error of the composite where pair and end come together is in no next term.
@@ -76,21 +83,13 @@ class Together(NamedTuple):
     """
 
     form: AiryForm
-    pair: Local
+    pair: Pair
     point: Any
     side: int
     onward: bool
     members: tuple[int, ...]
     height: Any
     drop: Any
-
-
-class Apart(NamedTuple):
-    """A complex pair that is not taken together: its factor and middle, and its rounding."""
-
-    pair: Local
-    middle: Any
-    rough: Any
 
 
 class _BeforeEnd(NamedTuple):
@@ -104,12 +103,12 @@ class _BeforeEnd(NamedTuple):
 class OrderZero(Builder):
     """Scenes of one structure to order 0, or one with any digits, and the size of order 1.
 
-    `together` and `apart` are the pairs of zeros; e^{-lam slack} is what leaving complex ones out
-    costs.
+    `together` and `apart` are the pairs of zeros, these complex and each with its rounding bound;
+    e^{-lam slack} is what leaving complex ones out costs.
     """
 
     together: list[Together]
-    apart: list[Apart]
+    apart: list[tuple[Pair, Any]]
     slack: Any
     #: Where numbers have any digits: the same in float64, for the sizes of order 1.
     in_float: Builder | None = None
@@ -128,7 +127,7 @@ class OrderZero(Builder):
         """True if a zero of A lies uphill from a start in the layer: the nearest is a barrier.
 
         The start truncates its Gaussian, and a well behind the start has no canonical Airy form
-        with it. Both are in the series of `.truncated_gaussian` and `.sums` alone.
+        with it. Both are in the series of `.truncated_gaussian` alone.
         """
         start = first(self.start)
         if abs(start) > 1:
@@ -138,11 +137,11 @@ class OrderZero(Builder):
     def sure(self) -> Any:
         """True for the drifts whose rounding is small."""
         worst = np.zeros_like(self.start)
-        for rough in [
+        for rounding in [
             *(self.zero_rounding[k] for k in self.single),
-            *(pair.rough for pair in self.apart),
+            *(rounding for _, rounding in self.apart),
         ]:
-            worst = np.maximum(worst, rough)
+            worst = np.maximum(worst, rounding)
         return worst < _ROUGHEST
 
     def inside(self, sign: int) -> list[int]:
@@ -177,15 +176,15 @@ class OrderZero(Builder):
     def of_pair(
         self,
         key: int,
-        pair: Local,
+        pair: Pair,
         point: Any,
         side: int,
         members: tuple[int, ...],
     ) -> Together:
         """A pair that is taken together, from its factor about `point`."""
         exact = self.in_float is not None
-        rough = self.arithmetic.zero if exact else _EPS * poly(self.c_size, abs(point))
-        form = airy_form(key, pair, rough, self.arithmetic)
+        rounding = self.arithmetic.zero if exact else _EPS * poly(self.c_size, abs(point))
+        form = airy_form(key, pair, rounding, self.arithmetic)
         height = self.potential(point) - pair.level
         onward, c = bool(first(pair.sign) > 0), self.arithmetic
         zeta = c.maximum(form.zeta, c.zero)
@@ -304,11 +303,11 @@ class OrderZero(Builder):
         total = [0 * u for u in self.edges]
         size = list(total)
 
-        def add(at: int, rough: Any, *parts: Any) -> None:
+        def add(at: int, rounding: Any, *parts: Any) -> None:
             for part in parts:
                 total[at] = total[at] + part
                 if self.in_float is None:
-                    size[at] = size[at] + abs(part) * rough
+                    size[at] = size[at] + abs(part) * rounding
 
         gaps = {(1 + s, b.barrier): b.gap for s, b in self.before_end.items() if b is not None}
         for k in self.single:
@@ -316,16 +315,16 @@ class OrderZero(Builder):
             for at in edges:
                 distance = gaps.get((at, k), self.edges[at] - self.lines[k])
                 add(at, 6 * self.zero_rounding[k], c.log(abs(distance)) / slope)
-        for one in self.apart:
-            share = regular_share(one.pair, False, c)
+        for pair, rounding in self.apart:
+            share = regular_share(pair, False, c)
             for at in edges:
-                add(at, 6 * one.rough, *share(self.edges[at] - one.middle, None))
-        for pair in self.together:
-            share = regular_share(pair.pair, True, c)
+                add(at, 6 * rounding, *share(self.edges[at] - pair.middle, None))
+        for one in self.together:
+            share = regular_share(one.pair, True, c)
             for at in edges:
-                gap = next((gaps[at, k] for k in pair.members if (at, k) in gaps), None)
-                y = pair.side * self.edges[at] - pair.point - pair.pair.middle
-                gap = gap if at == 1 + pair.side else None
+                gap = next((gaps[at, k] for k in one.members if (at, k) in gaps), None)
+                y = one.side * self.edges[at] - one.point - one.pair.middle
+                gap = gap if at == 1 + one.side else None
                 add(at, 64 * _EPS, *share(y, gap))
         # Order 1 is the derivative of -1/(2 phi²), of which start and end may cancel by chance.
         sizes = self if self.in_float is None else self.in_float
@@ -341,14 +340,16 @@ class OrderZero(Builder):
 def _with_first(series: Series, first_one: Any) -> Series:
     """The series with its first coefficient known to more digits."""
     (part,) = series.parts
-    return Series([part._replace(coefficients=[first_one, *part.coefficients[1:]])])
+    parts = [part._replace(coefficients=[first_one, *part.coefficients[1:]])]
+    return Series(parts, majorants=series.majorants)
 
 
-def factor_pair(c: Sequence[Any], middle: Any, square: Any) -> Local:
-    """(u - middle)² - square as a factor of A, with what is left of A about the middle."""
+def factor_pair(c: Sequence[Any], z: Any) -> Pair:
+    """The complex pair of A's zero z as a factor, and what is left of A about its middle."""
+    middle, square = z.real, -(z.imag**2)
     psi = shifted(divided(list(c), -2 * middle, middle * middle - square)[0], middle)
     zero = 0 * square
-    return Local(zero, square, psi, 1, square, zero, zero)
+    return Pair(middle, square, psi, 1, square, zero, zero)
 
 
 # -- many scenes in float64 ------------------------------------------------------------------------
@@ -381,3 +382,161 @@ def escape_time(composed: Composed, at: Point) -> tuple[FloatArray, Any]:
 def with_left_out(error: Any, left_out: Any) -> Any:
     """The relative error, with what the start or an end cuts off a complex pair."""
     return SAFETY * error + 20 * left_out
+
+
+# -- one drift, to any number of digits ------------------------------------------------------------
+
+
+_MOST_DEGREE = 12
+# Coefficients beyond these are left to the general path, so that float64 has their powers.
+_LARGEST = 1e20
+# |A| at an edge beside its largest term, below which float64 doesn't tell on which side a zero is.
+_NEAREST, _NEAREST_END = 1e-7, 1e-11
+_MOST_STEPS = 12
+# A relative error beyond which nothing is said.
+_MOST = 0.4
+
+
+class ClosedForm(NamedTuple):
+    """T of a drift, start and radius, ready for any lam."""
+
+    arithmetic: Digits
+    composed: Composed
+    names: list[str]
+
+    def time(self, lam: Any) -> tuple[Any, Any] | None:
+        """T and its error at this lam; None where these forms do not serve."""
+        c, composed = self.arithmetic, self.composed
+        at = UniformPoint(Point(lam, 0, True, None, c), composed.r)
+        # Sizes of order 1 may be infinite; then they claim nothing.
+        with np.errstate(all="ignore"):
+            known = evaluation.with_digits(evaluation.escape_time, composed, at)
+        relative = known.error / known.value if known.sure else c.inf
+        if not relative < _MOST:
+            return None
+        left_out = c.exp(-lam * composed.slack) if composed.slack < math.inf else c.zero
+        error = with_left_out(relative / (1 - relative), left_out)
+        return (known.value, error * known.value) if error < 1 else None
+
+
+def closed_form(drift: Drift, r: Fraction, x: Fraction, context: Any) -> ClosedForm | None:
+    """None where A is no polynomial, or float64 doesn't tell in which order its zeros are.
+
+    None as well for a start beside a barrier.
+    """
+    exact = drift.exact_coefficients()
+    if exact is None or len(exact) > _MOST_DEGREE + 1:
+        return None
+    try:
+        near, start = [float(a) for a in exact], float(x)
+        if not 1 / _LARGEST < max(map(abs, near)) < _LARGEST or abs(start) > _LARGEST:
+            return None
+        arithmetic = Digits(context)
+        # Sizes of order 1 may be infinite; then they claim nothing.
+        with np.errstate(all="ignore"):
+            one = _of_drift(near, start, exact, x, r, arithmetic)
+            if one is None or one.beside_a_barrier():
+                return None
+            composed = Composed(one.both_sides(), arithmetic.number(r), 0.0)
+            return ClosedForm(arithmetic, composed, _names(one))
+    except (ArithmeticError, ValueError, AccuracyError):
+        # Multiple zeros, and what overflows.
+        return None
+
+
+def _of_drift(
+    near: list[float],
+    start: float,
+    exact: list[Fraction],
+    x: Fraction,
+    r: Fraction,
+    arithmetic: Digits,
+) -> OrderZero | None:
+    """The structure of one drift, all its numbers with the context's digits.
+
+    `near` and `start` are the coefficients and x in float64.
+    """
+    radius = float(r) if r < 2 else 2.0
+    size, reach = [abs(a) for a in near], min(radius, 1.0)
+    start = min(max(start, -reach), reach)
+    for u in (-reach, start, reach):
+        nearest = _NEAREST_END if abs(u) == 1 else _NEAREST
+        if not abs(poly(near, u)) > nearest * poly(size, abs(u)):
+            return None
+    if not near[-1]:
+        return None
+    n = len(near)
+    lines, rows, psi, x_above, y_above, slack = ([0.0] * k for k in (13, 208, 169, 13, 13, 1))
+    owner, counts = [0] * 13, [0, 0]
+    count = _structure(
+        near, n, start, radius, lines, owner, rows, psi, x_above, y_above, counts, slack
+    )
+    if count < 0:
+        return None
+    context, zero = arithmetic.context, arithmetic.zero
+    one = _without_zeros([arithmetic.number(a) for a in exact], x, r, arithmetic)
+    one.slack = slack[0]
+    real = [
+        (refined(one.c, arithmetic.number(z), context), -1)
+        for z, own in zip(lines[:count], owner, strict=False)
+        if own < 0
+    ]
+    pairs: list[tuple[int, Pair, Any, int]] = []
+    for k in range(counts[0]):
+        row = rows[16 * k : 16 * k + 16]
+        if row[9] > 0:
+            # About its middle in float64, from where two steps have all digits.
+            point, side = arithmetic.number(row[6] + row[7] * row[0]), int(row[7])
+            taylor = seen_from(shifted(one.c, point), side)
+            pair = split_pair(taylor, context, square=row[1])
+            pairs.append((k, pair, point, side))
+            if row[8] >= 0:
+                half = arithmetic.sqrt(max(pair.square, zero))
+                middle = point + side * pair.middle
+                real += [(middle - half, k), (middle + half, k)]
+    above = [
+        refined(one.c, context.mpc(re, im), context)
+        for re, im in list(zip(x_above, y_above, strict=True))[: counts[1]]
+    ]
+    if any(u is None for u, _ in real) or None in above:
+        return None
+    real.sort(key=lambda zero: zero[0])
+    one.lines, one.zero_rounding = [u for u, _ in real], [0.0] * len(real)
+    one.in_float = _in_float(one)
+    one.apart = [(factor_pair(one.c, z), zero) for z in above]
+    one.together = []
+    for key, (k, pair, point, side) in enumerate(pairs, start=2):
+        members = tuple(j for j, (_, own) in enumerate(real) if own == k)
+        one.together.append(one.of_pair(key, pair, point, side, members))
+    return one.prepared()
+
+
+def _without_zeros(c: list[Any], x: Fraction, r: Fraction, arithmetic: Digits) -> OrderZero:
+    """The scene with these coefficients of A, its zeros left open."""
+    one, self = arithmetic.one, OrderZero.__new__(OrderZero)
+    self.eps = self.least = 0.0
+    self.arithmetic, self.count, self.c, self.degree = arithmetic, 1 + BEYOND, c, len(c) - 1
+    self.a_minus, self.a_plus = poly(c, -one), poly(c, one)
+    self.start, self.beyond = arithmetic.number(x), r > 1
+    reach = min(arithmetic.number(r), one)
+    self.edges = [-reach, min(max(self.start, -reach), reach), reach]
+    self.v, self.height_size = [-a / k for k, a in enumerate(c, start=1)], arithmetic.zero
+    return self
+
+
+def _in_float(one: OrderZero) -> Builder:
+    """The float64 series from which the sizes of order 1 are taken."""
+    self = Builder.__new__(Builder)
+    self.count, self.degree, self.zero_rounding = one.count, one.degree, one.zero_rounding
+    self.c, self.lines, self.edges = (
+        [float(x) for x in row] for row in (one.c, one.lines, one.edges)
+    )
+    self.c_size = [abs(x) for x in self.c]
+    return self
+
+
+def _names(one: OrderZero) -> list[str]:
+    """The names of the pairs and ends that are taken together."""
+    names = [f"well and barrier about u = {float(p.side * p.point):.6g}" for p in one.together]
+    ends = [sign for sign, barrier in one.before_end.items() if barrier is not None]
+    return names + [f"barrier before u = {sign}" for sign in ends]

@@ -8,7 +8,7 @@ up to their heights,
     int int e^{lam (V(v) - V(u))}
         = pi² (a² (Ai² + Bi²)(Z) lam^(-2/3) - b² (Ai'² + Bi'²)(Z) lam^(-4/3))
 
-(`symasym.special.airy_products`; DLMF 9.11.4), and the regular part is a finite part past both.
+(`symasym.special.airy`; DLMF 9.11.4), and the regular part is a finite part past both.
 
 **The truncated Gaussian** (Bleistein). phi = x psi(x) from a barrier on, with an end at x = g. With
 t²/2 = V(0) - V(g), peak = psi(0)^(-1/2), rest = 1/phi(g) - peak/t, the integrals from the end on
@@ -152,7 +152,7 @@ EMITTED = (
 class AiryForm(NamedTuple):
     """A well and a barrier, u' = a + b s + ..., with the sizes of order 1 of a and b.
 
-    `rough` is the rounding of `zeta`, which is as large beside the coalescence as anywhere.
+    `rounding` is the rounding of `zeta`, which is as large beside the coalescence as anywhere.
     """
 
     key: int
@@ -161,7 +161,7 @@ class AiryForm(NamedTuple):
     b: Number
     next_a: Number
     next_b: Number
-    rough: Number
+    rounding: Number
 
 
 class Truncated(NamedTuple):
@@ -186,12 +186,12 @@ class Truncated(NamedTuple):
     slope: Number | None
 
 
-def airy_form(key: int, pair: Pair, rough: Number, arithmetic: Arithmetic) -> AiryForm:
-    """The canonical form of a pair; `rough` is the rounding of A there."""
+def airy_form(key: int, pair: Pair, rounding: Number, arithmetic: Arithmetic) -> AiryForm:
+    """The canonical form of a pair; `rounding` is the rounding of A there."""
     even, odd = _sums(pair)
     norm = pair_norm(arithmetic, even, odd, pair.square)
     a, b = canonical(arithmetic, pair.slope, even, pair.sign * odd, norm)
-    moved = rough / (pair.psi[0] * pair.slope**2)
+    moved = rounding / (pair.psi[0] * pair.slope**2)
     return AiryForm(key, pair.zeta, a, b, *_next_terms(arithmetic, pair), moved)
 
 
@@ -341,7 +341,7 @@ def _single(f: AiryForm, point: Any) -> dict[str, tuple[Number, Number]]:
     # Off the real line a pair leaves both integrals to the start and the ends, the further the
     # more; but those have it in no order of their series.
     size = abs(f.a) * c.sqrt(airy.squares) + abs(f.b) * small * c.sqrt(airy.slopes)
-    lost = third * third * f.rough * (1 + c.sqrt(abs(z)))
+    lost = third * third * f.rounding * (1 + c.sqrt(abs(z)))
     wrong = wrong + c.pi * small * size * (lost - c.expm1(c.minimum(z, c.zero)))
     return {"rising": (up, wrong), "falling": (down, wrong)}
 
@@ -364,7 +364,7 @@ def _double(f: AiryForm, point: Any) -> dict[str, tuple[Number, Number]]:
     missed = missed + next_a * next_a * squares + next_b * next_b * slopes
     # log(Ai² + Bi²) has a slope of 2 sqrt(Z) above, and of 1/(2 Z) below.
     slope = c.where(z > 0, 2 * c.sqrt(c.maximum(z, c.zero)) + 1, 1 / (1 + abs(z)))
-    lost = third * third * f.rough * slope
+    lost = third * third * f.rounding * slope
     return {"both": (both, unit * missed + lost * size)}
 
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.uniform.order_zero import Apart, OrderZero, factor_pair
+from symasym.asymptotics.uniform.order_zero import OrderZero, factor_pair
 from symasym.asymptotics.weak_noise.arrays import (
     ExpandedScenes,
     clear_of_zero,
@@ -99,8 +99,8 @@ def _of_columns(
         one.together.append(one.of_pair(key, p.pair, p.point, side, members))
     taken = {int(p.above[0]) for p in good}
     one.apart = [
-        Apart(factor_pair(one.c, z.real, -(z.imag**2)), z.real, one.pair_rounding[j])
-        for j, z in enumerate(one.pairs)
+        (factor_pair(one.c, z), rounding)
+        for j, (z, rounding) in enumerate(zip(one.pairs, one.pair_rounding, strict=True))
         if j not in taken
     ]
     return one.prepared()

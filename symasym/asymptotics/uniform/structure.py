@@ -1,7 +1,7 @@
 """Zeros of one polynomial drift in doubles: simple ones, and pairs that may coalesce as factors.
 
 What is alone and what is taken together is decided here for one drift: the library runs these
-functions as they stand (`symasym.asymptotics.uniform.one_drift`), and `symasym.emit` writes them
+functions as they stand (`symasym.asymptotics.uniform.order_zero`), and `symasym.emit` writes them
 into a file, as they are or, through `symasym.emit.kernels.transcribe`, in another language. So they
 hold floats, whole numbers and lists of fixed length only, and what stands under `_PAIRS` (the drift
 may have a pair of zeros) or `_MANY` (two pairs of complex ones) is left out where a drift does not
@@ -223,7 +223,7 @@ def _complex(
     return found if 2 * found == left - 1 else -1
 
 
-def _rough(
+def _zero_rounding(
     c: list[float], n: int, lines: list[float], real: int, owner: list[int], rows: list[float],
     count: int, x: list[float], y: list[float], above: int,
 ) -> float:  # fmt: skip
@@ -455,5 +455,5 @@ def _structure(
             return -1
     counts[0] = count
     counts[1] = above
-    rough = _rough(c, n, lines, real, owner, rows, count, x, y, above)
-    return real if rough < 1e-10 else -1
+    rounding = _zero_rounding(c, n, lines, real, owner, rows, count, x, y, above)
+    return real if rounding < 1e-10 else -1

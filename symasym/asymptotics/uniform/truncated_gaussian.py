@@ -40,7 +40,7 @@ from symasym.asymptotics.weak_noise.series import BEYOND
 from symasym.base.contexts import mpf_of
 from symasym.drift.field.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
-from symasym.series.power_series import product
+from symasym.numbers.polynomials import product
 from symasym.special.dawson import dawson, erfcx_area, gaussians
 
 if TYPE_CHECKING:

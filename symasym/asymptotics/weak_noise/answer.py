@@ -1,4 +1,4 @@
-"""Weak noise: T, C and P as sums over wells, barriers, ends and the part between, by Laplace.
+"""Weak noise: T, C and P as sums over wells, barriers, ends and the regular part, by Laplace.
 
 With S_R = int_x^r e^{lam V}, D_R = int_x^r e^{lam V(v)} int_x^v e^{-lam V(u)} du dv
 and their mirror images S_L, D_L,
@@ -46,8 +46,16 @@ from symasym.base.inputs import FloatArray, IntArray, exact, float_text, is_arra
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField
 from symasym.numbers.arithmetic import FLOATS, Digits
-from symasym.scenes.answers import FLOAT_DIGITS, Answer, Answers, Request
-from symasym.scenes.scene import Scene, Scenes, float_scenes, working_digits
+from symasym.scenes import (
+    FLOAT_DIGITS,
+    Answer,
+    Answers,
+    Request,
+    Scene,
+    Scenes,
+    float_scenes,
+    working_digits,
+)
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -58,7 +66,7 @@ Prove = Callable[[int], Any]
 
 # The whole line, of which P is asked, as an interval with a start.
 _LINE = {"r": Fraction(3), "start": Fraction(-2)}
-_TIME = "start, ends, kinks and the part between"
+_TIME = "start, ends, kinks and the regular part"
 
 
 class Quantity(NamedTuple):
@@ -208,7 +216,7 @@ def _items(
             name = f"{chance}{_named(low, sign, r)} with {_named(high, sign, r)}"
             items.append((name, front * value, front * error))
         value, error = plain(regular_part(one, r, nodes), at)
-        where = f"{chance}the part between, {'right' if k else 'left'}"
+        where = f"{chance}the regular part, {'right' if k else 'left'}"
         items.append((where, front * value, front * error))
     rest -= sum(value for _, value, _ in items)
     items.append(("the start's own share", rest, 0 * rest))

@@ -21,9 +21,9 @@ from symasym.asymptotics.weak_noise.one_sided import Builder, OneSided, Polynomi
 from symasym.asymptotics.weak_noise.series import Point, Sizes
 from symasym.base.inputs import FloatArray, IntArray, is_array
 from symasym.drift.drift import Drift
-from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
+from symasym.numbers.float_arrays import DoubleDouble, DoubleDoubleOps, shift
 from symasym.numbers.polynomials import Zeros, poly, zeros_of
-from symasym.scenes.scene import Scenes, by_drift, grouped, input_rounding, rows_of
+from symasym.scenes import Scenes, by_drift, grouped, input_rounding, rows_of
 
 # Scenes at once: the work arrays of one step, about twenty with errors and ten without, stay in
 # the second-level cache, and below what the C library gives back to the system at every step.

@@ -35,8 +35,7 @@ from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.field.taylor_field import ExactField, to_fraction
 from symasym.numbers.arithmetic import Digits
-from symasym.numbers.polynomials import bracketed_zero
-from symasym.series.power_series import laurent, power
+from symasym.numbers.polynomials import bracketed_zero, laurent, power
 
 if TYPE_CHECKING:
     from mpmath import mpf

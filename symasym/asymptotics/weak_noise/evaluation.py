@@ -31,7 +31,7 @@ from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray, is_array
 from symasym.drift.drift import Drift
 from symasym.numbers.arithmetic import Arithmetic, Number
-from symasym.scenes.scene import Scenes
+from symasym.scenes import Scenes
 
 if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext

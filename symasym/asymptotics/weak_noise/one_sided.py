@@ -48,8 +48,7 @@ from symasym.generated.plain_formulas import (
     next_moment,
 )
 from symasym.numbers.arithmetic import FLOATS, Arithmetic, Number
-from symasym.numbers.polynomials import Zeros, poly, poly_slope, shifted
-from symasym.series.power_series import laurent, power
+from symasym.numbers.polynomials import Zeros, laurent, poly, poly_slope, power, shifted
 
 _EPS = 2.3e-16
 # A's first derivatives beside the later ones, below which they are taken to vanish.

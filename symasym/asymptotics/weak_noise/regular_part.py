@@ -25,8 +25,7 @@ from symasym.base.patience import step
 from symasym.drift.field.taylor_field import ExactField, to_fraction
 from symasym.generated.plain_formulas import finite_part
 from symasym.numbers.arithmetic import Number
-from symasym.numbers.polynomials import refined, shifted
-from symasym.series.power_series import laurent, product, reciprocal
+from symasym.numbers.polynomials import laurent, product, reciprocal, refined, shifted
 from symasym.series.quadratic_factor import split_pair
 
 if TYPE_CHECKING:

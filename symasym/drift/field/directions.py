@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symasym.base.inputs import FloatArray, IntArray, floats
-from symasym.numbers.dual_arrays import DualArray
+from symasym.numbers.float_arrays import DualArray
 
 if TYPE_CHECKING:
     from symasym.drift.drift import Drift

@@ -19,7 +19,7 @@ from symasym.base.inputs import FloatArray
 from symasym.base.patience import step
 from symasym.drift.drift import Drift
 from symasym.numbers.complex_balls import ComplexBall, tame
-from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, ends_of, shift
+from symasym.numbers.float_arrays import DoubleDouble, DoubleDoubleOps, ends_of, shift
 from symasym.numbers.polynomials import poly, real_parts
 
 if TYPE_CHECKING:

@@ -1,6 +1,7 @@
 """The paper's figures, computed from the model; each function gives a matplotlib Figure.
 
-A figure's caption is its label, ``figure.get_label()``, and stands in every file of it.
+A figure's caption is its label, ``figure.get_label()``, and stands in every file of it. A parameter
+out of its range is refused by an InputError.
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ from symasym.workshop.figures.escape_times import (
     curve,
     fric1,
     fric2,
+    stokes,
 )
 from symasym.workshop.figures.flows import fil, flows, phase
 from symasym.workshop.figures.release import regimes, release
 from symasym.workshop.figures.shapes import fricforce, friction_osc, potential_sketch
-from symasym.workshop.figures.stokes import stokes
 from symasym.workshop.figures.style import KINDS, encode
 
 if TYPE_CHECKING:

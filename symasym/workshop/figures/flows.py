@@ -1,7 +1,14 @@
-"""Orbits across the switch: Filippov's (fil), smoothed (flows), and the whole plane (phase)."""
+"""Orbits across the switch: Filippov's (fil), smoothed (flows), and the whole plane (phase).
+
+The block's extension is z and its velocity relative to the belt y, with z' = y - 1 and
+y' = 1 - z - y - F(y) (eq:osc2); F is alpha sgn(y) (eq:forcePWC) or smoothed over |y| <= eps
+(eq:forcePerturbed). Orbits of Filippov's system are in closed form. Everything is in float64 and
+physical units.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +17,7 @@ import numpy as np
 import symasym as sa
 from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, Number, exact, float_text, positive
-from symasym.workshop.figures import motion
+from symasym.drift.drift import Drift
 from symasym.workshop.figures.style import (
     FAINT,
     INK,
@@ -20,6 +27,7 @@ from symasym.workshop.figures.style import (
     layer_band,
     new_figure,
     number_text,
+    signed,
     style,
     vector,
 )
@@ -29,6 +37,132 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from symasym.drift.ready_made.friction import Friction
+
+
+_OMEGA = np.sqrt(0.75)
+# Between two samples the velocity turns by less than a percent of a period.
+_SAMPLE = 0.01
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A stretch of an orbit of Filippov's system.
+
+    Attributes
+    ----------
+    kind : str
+        ``"slip"`` off the surface y = 0, ``"stick"`` (sliding) on it.
+    path : ndarray, shape (n, 2)
+        Points (z, y).
+    """
+
+    kind: str
+    path: FloatArray
+
+
+def slip(side: int, z: float, y: float, alpha: float, time: FloatArray) -> FloatArray:
+    """Points (z, y) after each of these times where F stays alpha (side 1) or -alpha (-1).
+
+    The damped oscillation about the rest point (-side alpha, 1), in closed form.
+    """
+    x, v = z + side * alpha, y - 1.0
+    decay = np.exp(-time / 2)
+    cosine, sine = np.cos(_OMEGA * time), np.sin(_OMEGA * time)
+    position = decay * (x * cosine + (v + x / 2) / _OMEGA * sine)
+    speed = decay * (v * cosine - (x + v / 2) / _OMEGA * sine)
+    return np.column_stack([position - side * alpha, speed + 1.0])
+
+
+def filippov(z: float, y: float, alpha: float, duration: float) -> list[Piece]:
+    """The orbit of (z, y) under Coulomb friction by Filippov's convention.
+
+    It crosses the surface y = 0 where both fields point the same way, and
+    slides along it at z' = -1 where they oppose each other, up to 1 - alpha.
+    """
+    pieces: list[Piece] = []
+    left = duration
+    while left > 1e-9:
+        below, above = 1 - z + alpha, 1 - z - alpha
+        # At the end of sliding the upper field is tangent, and turns upwards beyond it.
+        if y == 0 and below > 0 > above and z > 1 - alpha + 1e-9:
+            spent = min(left, z - (1 - alpha))
+            pieces.append(Piece("stick", np.array([[z, 0.0], [z - spent, 0.0]])))
+            z -= spent
+        else:
+            side = int(np.sign(y)) or (1 if below > 0 else -1)
+            path, spent, landed = _until_surface(side, z, y, alpha, left)
+            pieces.append(Piece("slip", path))
+            z, y = float(path[-1, 0]), 0.0 if landed else float(path[-1, 1])
+        left -= spent
+    return pieces
+
+
+def _until_surface(
+    side: int, z: float, y: float, alpha: float, left: float
+) -> tuple[FloatArray, float, bool]:
+    """The path on one side, the time it took, and whether it came to the surface."""
+    time = np.linspace(0.0, left, max(2, int(left / _SAMPLE) + 1))
+    path = slip(side, z, y, alpha, time)
+    over = np.flatnonzero(side * path[1:, 1] < 0) + 1
+    # An orbit that leaves the surface starts on it.
+    over = over[over > 1] if y == 0 else over
+    if not over.size:
+        return path, left, False
+    low, high = float(time[over[0] - 1]), float(time[over[0]])
+    for _ in range(60):
+        middle = (low + high) / 2
+        inside = side * slip(side, z, y, alpha, np.array([middle]))[0, 1] > 0
+        low, high = (middle, high) if inside else (low, middle)
+    end = slip(side, z, y, alpha, np.array([high]))
+    end[0, 1] = 0.0
+    return np.concatenate([path[: over[0]], end]), high, True
+
+
+def steps_of(eps: float, stiffness: float, duration: float) -> int:
+    """The number of steps of `smoothed`: stable on the slow curve, and smooth to the eye off it."""
+    return int(np.ceil(duration / eps * max(6 * stiffness, 40)))
+
+
+def smoothed(drift: Drift, starts: FloatArray, eps: float, steps: int, h: float) -> FloatArray:
+    """Orbits of the smoothed oscillator by Runge and Kutta's method of order 4.
+
+    Parameters
+    ----------
+    drift : Drift
+        The friction drift at z0 = 0; at another extension z it is less by z.
+    starts : ndarray, shape (m, 2)
+        Points (z, u), u = y/eps.
+    eps : float
+    steps : int
+    h : float
+        Time of a step, see `steps_of`.
+
+    Returns
+    -------
+    ndarray, shape (n, m, 2)
+        Points (z, u).
+    """
+    values = drift.float_values()
+
+    def field(points: FloatArray) -> FloatArray:
+        """The velocity (z', u') of the smoothed oscillator in scaled variables."""
+        z, u = points[:, 0], points[:, 1]
+        across = drift.evaluate_float(np.minimum(np.maximum(u, -1.0), 1.0), values) - z
+        return np.column_stack([eps * u - 1.0, across / eps - u])
+
+    points = np.empty((steps + 1, *starts.shape))
+    points[0] = now = starts
+    for k in range(steps):
+        first = field(now)
+        second = field(now + h / 2 * first)
+        third = field(now + h / 2 * second)
+        fourth = field(now + h * third)
+        points[k + 1] = now = now + h / 6 * (first + 2 * (second + third) + fourth)
+    return points
+
+
+# -- figures ---------------------------------------------------------------------------------------
+
 
 #: Half-widths of the layer that flows can show: thinner ones are too stiff to see an orbit bend.
 _THINNEST, _THICKEST = 0.005, 0.5
@@ -50,11 +184,6 @@ def fil(alpha: Number = 1) -> Figure:
         Panel (i) is about the middle of the sliding region of the friction
         oscillator, with the construction of the sliding vector; panel (ii) is
         in its crossing region.
-
-    Raises
-    ------
-    InputError
-        If alpha is not greater than 0.
 
     Examples
     --------
@@ -110,11 +239,6 @@ def flows(mu: Number = 3, alpha: Number = 1, eps: Number = "1/10") -> Figure:
         Orbits in (z, u), u = y/eps, and the slow manifold, an orbit itself (Fenichel):
         its attracting branch (solid) and its repelling one (dashed).
 
-    Raises
-    ------
-    InputError
-        If a parameter is out of its range, or the layer too thin for the force.
-
     Examples
     --------
     >>> from symasym.workshop.figures import flows
@@ -138,8 +262,8 @@ def flows(mu: Number = 3, alpha: Number = 1, eps: Number = "1/10") -> Figure:
         "(i) Sliding region: orbits settle on the attracting one. (ii.a) Crossing "
         "region, linear smoothing: nothing stops them. (ii.b) The same region with "
         f"mu = {number_text(shape)}: orbits from below stay in the layer until the manifold "
-        f"ends at the fold, z = {_short(fold)} (dot); those that begin on the repelling branch "
-        "leave it either way."
+        f"ends at the fold, z = {signed(f'{fold:.3g}')} (dot); those that begin on the repelling "
+        "branch leave it either way."
     )
     edge = 1 - a
     left = min(edge - 1.2 * a, fold - 0.4 * a)
@@ -189,11 +313,6 @@ def phase(alpha: Number = 1) -> Figure:
         Orbits by Filippov's convention in (z, y); on y = 0 the crossing
         regions are dashed, and the sliding region is solid with its field.
 
-    Raises
-    ------
-    InputError
-        If alpha is not greater than 0.
-
     Examples
     --------
     >>> from symasym.workshop.figures import phase
@@ -231,11 +350,6 @@ def phase(alpha: Number = 1) -> Figure:
         axes.set_yticks([0, 1])
         _phase_key(figure)
         return figure
-
-
-def _short(number: float) -> str:
-    """Three digits of a number, with a minus sign of its own."""
-    return f"{number:.3g}".replace("-", "\N{MINUS SIGN}")
 
 
 def require_overshoot(mu: Fraction) -> None:
@@ -283,7 +397,7 @@ def _filippov_orbit(
 ) -> None:
     """Draw an orbit by Filippov's convention, with an arrow on each of its pieces."""
     hues = {1: colors()[0], -1: colors()[1]}
-    for piece in motion.filippov(z, y, alpha, duration):
+    for piece in filippov(z, y, alpha, duration):
         if piece.kind == "stick":
             continue  # The surface is drawn already.
         side = 1 if piece.path[:, 1].sum() > 0 else -1
@@ -335,7 +449,7 @@ def _smoothed_orbits(axes: Axes, drift: Friction, eps: float, repelling: FloatAr
             z, u = repelling[int(share * (len(repelling) - 1))]
             starts.append((z, u + (1e-3 if k % 2 else -1e-3)))
     steps = _steps(drift, eps, span)
-    paths = motion.smoothed(drift, np.array(starts), eps, steps, 1.5 * span / steps)
+    paths = smoothed(drift, np.array(starts), eps, steps, 1.5 * span / steps)
     for k, (_, u) in enumerate(starts):
         path = paths[:, k]
         outside = np.flatnonzero((path[1:, 0] < low) | (np.abs(path[1:, 1]) > 3.0 + 1e-9))
@@ -365,14 +479,14 @@ def _slow_manifold(drift: Friction, eps: float, low: float, high: float) -> dict
     begin = min(high + 0.4 * span, float(z.max()) - 1e-3)
     if float(z.min()) < high and begin > max(low, fold):
         start = [begin, float(np.interp(-begin, -z, u))]
-        path = motion.smoothed(drift, np.array([start]), eps, steps, step)[:, 0]
+        path = smoothed(drift, np.array([start]), eps, steps, step)[:, 0]
         seen = (path[:, 0] <= high) & (path[:, 0] >= max(low, fold))
         branches["attracting"] = path[seen]
     if folded:
         u = np.linspace(turn, 1.0, 401)
         z = drift(u)
         start = [fold + 1e-3, float(np.interp(fold + 1e-3, z, u))]
-        path = motion.smoothed(drift, np.array([start]), eps, steps, -step)[:, 0]
+        path = smoothed(drift, np.array([start]), eps, steps, -step)[:, 0]
         branches["repelling"] = path[(path[:, 0] <= high) & (path[:, 1] <= 1)]
     return branches
 
@@ -380,7 +494,7 @@ def _slow_manifold(drift: Friction, eps: float, low: float, high: float) -> dict
 def _steps(drift: Friction, eps: float, span: float) -> int:
     """The number of steps of orbits through a window of this width; refused where too many."""
     alpha, mu = (float(drift.scalars()[name]) for name in ("alpha", "mu"))
-    steps = motion.steps_of(eps, alpha * max(1 + mu, 2 * mu - 1), 1.5 * span)
+    steps = steps_of(eps, alpha * max(1 + mu, 2 * mu - 1), 1.5 * span)
     if steps > _MOST_STEPS:
         least = eps * steps / _MOST_STEPS
         raise InputError(

@@ -17,6 +17,8 @@ from symasym.workshop.figures.style import (
     INK,
     colors,
     dark,
+    fold_of,
+    given_text,
     new_figure,
     number_text,
     several,
@@ -35,9 +37,7 @@ _STEP = 0.01
 
 def _fold(mu: Number, alpha: Number, z0: Number) -> float:
     """The fold that the block is taken to; refused where z0 has no well to stick in."""
-    fold, edge = float(sa.friction(mu=mu, alpha=alpha).folds().z0[0]), 1 - float(exact("a", alpha))
-    if np.isnan(fold):
-        raise InputError(f"mu is {mu}; this figure is about the fold, which needs mu > 1/2.")
+    fold, edge = fold_of(mu, alpha), 1 - float(exact("a", alpha))
     if not fold < float(exact("z0", z0)) < edge:
         raise InputError(
             f"z0 is {z0}; give it between the fold, {fold:.4g}, and {edge:.4g}, where a switch "
@@ -70,15 +70,6 @@ def release(
     eps, r : number
         Physical half-width of the layer; scaled radius.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    InputError
-        If a parameter is out of its range.
-
     Examples
     --------
     >>> from symasym.workshop.figures import release
@@ -90,8 +81,7 @@ def release(
     amplitudes = several("kappa", kappa)
     fold = _fold(mu, alpha, z0)
     block = sa.oscillator(mu=mu, alpha=alpha)
-    shown = {"mu": mu, "alpha": alpha, "z0": z0, "eps": eps, "r": r}
-    text = ", ".join(f"{name} = {number_text(exact(name, x))}" for name, x in shown.items())
+    text = given_text(mu=mu, alpha=alpha, z0=z0, eps=eps, r=r)
     caption = (
         f"The block of the oscillator that begins to stick at z0 ({text}): (a) paths in the layer, "
         "taken along the wells (dots: barriers) to the left by the belt; (b) density of z at "
@@ -216,15 +206,6 @@ def regimes(
     r : number
         Scaled radius.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    InputError
-        If a parameter is out of its range.
-
     Examples
     --------
     >>> from symasym.workshop.figures import regimes
@@ -248,8 +229,7 @@ def regimes(
     here = np.asarray(sa.escape_time(family.bind(z0=start), noise, radius, log=True))
     free = float(np.interp(-np.log(2.0 * flight), -here, noise))
     eps = np.geomspace(1e-5, 0.05, 200)
-    shown = {"mu": mu, "alpha": alpha, "z0": z0, "r": r}
-    text = ", ".join(f"{name} = {number_text(exact(name, x))}" for name, x in shown.items())
+    text = given_text(mu=mu, alpha=alpha, z0=z0, r=r)
     caption = (
         f"What becomes of a block that begins to stick at z0 ({text}, r scaled), over eps and the "
         "physical kappa. It is held to the fold with probability 1/2 on the solid curve, by the "

@@ -20,6 +20,7 @@ from symasym.workshop.figures.style import (
     number_text,
     several,
     shape_colors,
+    signed,
     style,
     vector,
 )
@@ -57,11 +58,6 @@ def potential_sketch(
     -------
     matplotlib.figure.Figure
         V(u) of eq:V, the well u1 as a full dot and the barrier u2 as an open one.
-
-    Raises
-    ------
-    InputError
-        If a parameter is out of its range or an extension is not in its region.
 
     Examples
     --------
@@ -171,11 +167,6 @@ def fricforce(mu: Numbers = ("0", "1/2", "3"), alpha: Number = 1) -> Figure:
     matplotlib.figure.Figure
         Where mu > 1/2, the turning points are marked, and beta and y_s written.
 
-    Raises
-    ------
-    InputError
-        If mu is negative, alpha is not positive, or there are more than four shapes.
-
     Examples
     --------
     >>> from symasym.workshop.figures import fricforce
@@ -250,11 +241,6 @@ def friction_osc(z: Number = "2/5", mu: Number = 3, alpha: Number = 1) -> Figure
     -------
     matplotlib.figure.Figure
         The arrows of spring, damper and friction are to one scale and add up to 0.
-
-    Raises
-    ------
-    InputError
-        If a parameter is out of its range or the block would slip.
 
     Examples
     --------
@@ -346,7 +332,7 @@ def _forces(axes: Axes, forces: dict[str, float]) -> None:
         axes.text(
             middle + 0.12 * side,
             height,
-            f"{name} {size:+.3g}".replace("-", "\N{MINUS SIGN}"),
+            signed(f"{name} {size:+.3g}"),
             color=dark(color, 0.8),
             ha="right" if side < 0 else "left",
             va="center",

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+import symasym as sa
 from symasym.base.errors import InputError
-from symasym.base.inputs import FloatArray, float_text, is_array
+from symasym.base.inputs import FloatArray, Number, exact, float_text, is_array
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -111,9 +112,25 @@ def several(name: str, values: Any) -> tuple[Any, ...]:
 
 def number_text(value: Fraction) -> str:
     """A number as it stands in a label: 1/2, −0.4, 3."""
-    if value.denominator in (1, 2, 3, 4):
-        return str(value).replace("-", "\N{MINUS SIGN}")
-    return float_text(value).replace("-", "\N{MINUS SIGN}")
+    return signed(str(value) if value.denominator in (1, 2, 3, 4) else float_text(value))
+
+
+def signed(number: str) -> str:
+    """A number's text with a minus sign of its own."""
+    return number.replace("-", "\N{MINUS SIGN}")
+
+
+def given_text(**given: Number) -> str:
+    """Parameters and their values, for a caption."""
+    return ", ".join(f"{name} = {number_text(exact(name, x))}" for name, x in given.items())
+
+
+def fold_of(mu: Number, alpha: Number) -> float:
+    """The friction oscillator's fold; refused where it has none."""
+    fold = float(sa.friction(mu=mu, alpha=alpha).folds().z0[0])
+    if np.isnan(fold):
+        raise InputError(f"mu is {mu}; this figure is about the fold, which needs mu > 1/2.")
+    return fold
 
 
 def arrow(axes: Axes, path: FloatArray, color: str, share: float = 0.5, gid: str = "") -> None:

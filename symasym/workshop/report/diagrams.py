@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from symasym.workshop.figures.style import style
-from symasym.workshop.report.growth import Grown
 from symasym.workshop.report.measure import MOST, Cell, Point, columns
+from symasym.workshop.report.timing import Grown, in_tex
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -109,7 +109,7 @@ def growth(grown: list[Grown]) -> Figure:
             for mark, name in zip(marks, dict.fromkeys(g.method for g in own), strict=False):
                 part = [g for g in own if g.method == name]
                 axes.plot([g.at for g in part], [g.seconds for g in part], marker=mark,
-                          markersize=4, label=name)  # fmt: skip
+                          markersize=4, label=in_tex(name))  # fmt: skip
             axes.set(xscale="log", yscale="log", xlabel=labels[axis], ylabel="seconds")
             low, high = (math.log10(y) for y in axes.get_ylim())
             # Whole decades, and room for the names above the curves.

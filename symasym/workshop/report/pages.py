@@ -1,16 +1,31 @@
-"""The report as Markdown, which method when, growth, and the machine beside it; and its files."""
+"""The report as Markdown: which method when, growth, the machine beside it; and its files."""
 
 from __future__ import annotations
 
+import csv
+import io
+import re
 from collections.abc import Iterable
+from dataclasses import asdict, fields
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from symasym.base import progress
 from symasym.base.files import versions, write_bytes, write_json
-from symasym.workshop.report.growth import Grown, exponent
-from symasym.workshop.report.measure import Point
-from symasym.workshop.report.methods import missing
+from symasym.workshop.figures.style import encode
+from symasym.workshop.report import diagrams, peers, timing
+from symasym.workshop.report.measure import (
+    Point,
+    chosen,
+    described,
+    known,
+    missing,
+    others,
+    ours,
+    point,
+)
+from symasym.workshop.report.timing import Grown, exponent, in_tex, load, measured_on
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,6 +53,21 @@ def time_text(x: float) -> str:
     return f"{x * 1e6:.3g} µs"
 
 
+def typeset(text: str) -> str:
+    """`text` with every number such as 1e-6 as a formula, but in code."""
+    parts = text.split("`")
+    parts[::2] = [re.sub(r"\b(\d[\d.]*)e([-+]?\d+)\b", _power, part) for part in parts[::2]]
+    return "`".join(parts)
+
+
+def _power(number: re.Match[str]) -> str:
+    """A number as a formula, or as it is where the power would be 1 or 10."""
+    if 0 <= int(number[2]) <= 1:
+        return f"{float(number[0]):g}"
+    factor = "" if float(number[1]) == 1 else rf"{number[1]} \times "
+    return f"${factor}10^{{{int(number[2])}}}$"
+
+
 def table(names: list[str], rows: list[list[str]]) -> str:
     """A Markdown table."""
     lines = [names, ["---"] * len(names), *rows]
@@ -55,7 +85,7 @@ def head(title: str, command: str, machine: str, missing: list[str]) -> list[str
 
 
 def when(points: list[Point]) -> str:
-    """The table of the cheapest of ours for each error, and the fastest peer below it."""
+    """The table of symasym's cheapest for each error, and the fastest peer below it."""
     rows = []
     for scene in dict.fromkeys(p.scene for p in points):
         own = [p for p in points if p.scene == scene]
@@ -65,7 +95,7 @@ def when(points: list[Point]) -> str:
                 best = cheapest(own, allowed, mine)
                 cells.append("–" if best is None else _cell(best))
             rows.append(cells)
-    return table(["scene", *(f"error ≤ {x}" for x in THRESHOLDS)], rows)
+    return typeset(table(["scene", *(f"error ≤ {x}" for x in THRESHOLDS)], rows))
 
 
 def _cell(best: Point) -> str:
@@ -98,32 +128,48 @@ def _error_cell(best: Point) -> str:
 
 def refusals(points: list[Point]) -> str:
     """A table of the methods that gave no value, with the reasons."""
-    rows = [[p.scene, p.method, p.setting, cause(p.reason)] for p in points if p.reason]
-    return table(["scene", "method", "setting", "why there is no value"], rows) if rows else ""
+    settings: dict[tuple[str, str, str], list[str]] = {}
+    for p in points:
+        if p.reason:
+            settings.setdefault((p.scene, p.method, cause(p.reason)), []).append(p.setting)
+    rows = [
+        [*key[:2], ", ".join(own).replace(", order ", ", "), key[2]]
+        for key, own in settings.items()
+    ]
+    return table(["scene", "method", "settings", "why there is no value"], rows) if rows else ""
+
+
+# What the other columns of the table say already, and symbols -> as a cell has them.
+_IN_CELLS = {
+    r"kappa is [^,]+, where ": "",
+    r" with order=\w+": "",
+    r"\d+ terms? in 2/kappa\^2 leaves? an": r"the terms in $2/\\kappa^2$ leave an",
+    r"\ba([-+]) = (-?[\d.]+)": r"$a^\1 = \2$",
+    r"\bu = (-?[\d.]+)": r"$u = \1$",
+    r"\bA (?=varies)": "$A$ ",
+    r"\|": r"\\|",
+}
 
 
 def cause(reason: str) -> str:
     """A reason as a cell; what to do about it is of no use there."""
-    return reason.split(";")[0].replace("|", "\\|")
+    text = reason.split(";")[0]
+    for said, written in _IN_CELLS.items():
+        text = re.sub(said, written, text)
+    return text
 
 
 def lies(points: list[Point]) -> list[Point]:
     """Points whose claimed error is below the true one."""
-    return [p for p in points if _lies(p)]
-
-
-def _lies(p: Point) -> bool:
-    """A sentence on the claims that are not true."""
-    if p.error is None or p.claimed is None or p.below_reference:
-        return False
+    told = (p for p in points if not p.below_reference)
     # log T is a float64 where it was asked in float64: its last digit is no claim.
-    return p.error > p.claimed * (1 + 1e-9)
+    return [p for p in told if p.error and p.claimed and p.error > p.claimed * (1 + 1e-9)]
 
 
 def growth(grown: list[Grown]) -> str:
     """A table for each axis."""
     parts = []
-    titles = {"digits": "With the digits", "lam": "With λ", "points": "With the number of points"}
+    titles = {"digits": "digits", "lam": r"$\lambda$", "points": "number of points"}
     for axis, items in groupby(grown, key=lambda g: g.along):
         every = list(items)
         names = list(dict.fromkeys(g.method for g in every))
@@ -139,9 +185,10 @@ def growth(grown: list[Grown]) -> str:
         for name in names:
             own = [g for g in every if g.method == name]
             if len(own) > 1:
-                last.append(f"{name} {exponent(own):.2f}")
-        parts += [f"### {titles[axis]}", table([axis, *names], rows)]
-        parts.append(f"Exponent of the growth between the last two: {', '.join(last)}.")
+                last.append(f"{in_tex(name)} {exponent(own):.2f}")
+        heads = [titles[axis], *map(in_tex, names)]
+        parts += [f"### With the {titles[axis]}".replace("the $", "$"), table(heads, rows)]
+        parts.append(f"Exponent of the growth between the last two rows: {'; '.join(last)}.")
     return "\n\n".join(parts)
 
 
@@ -160,30 +207,37 @@ def page(
     listed = ", ".join(f"{p.method} {p.setting} ({p.scene})" for p in others)
     blocks = [
         *head("Error against run time, measured", command, machine, missing),
-        "Errors are relative ones of T (absolute ones of log T), against a reference of 120 "
-        "digits. Times are the least of several runs, in processor time.",
-        table(["scene", "what", "reference"], [[n, *t.split(" | ")] for n, t in scenes.items()]),
+        "Errors are relative errors of $T$ (absolute errors of $\\log T$), against a reference of "
+        "120 digits. A time is the least processor time of several runs.",
+        table(["scene", "what", "reference"], [_scene(n, t) for n, t in scenes.items()]),
         "## Which method when",
-        "The fastest of ours whose true error is at most that at the head of the column, and in "
-        "the line below it the fastest peer.",
+        "symasym's fastest method whose true error is at most that at the head of the column, and "
+        "in the row below it the fastest peer.",
         when(points),
         "![error against time](work-precision.svg)",
         "A full mark claims an error, a hollow one claims none; a mark with a caret on its left "
-        "has an error below what the reference, or the axis, can tell.",
+        "has an error below the radius of the reference, or left of the axis.",
         "## What each expansion reaches",
-        "Its smallest true error, whatever the time, and the setting that reaches it. A dash: "
-        "every setting was refused, or stopped.",
+        "The smallest true error of each expansion, whatever the time, and the setting that "
+        "reaches it. A dash: every setting was refused, or stopped.",
         reached(points),
         "## Honesty",
-        f"Claimed error below the true one: {len(ours)} of our points"
-        + (f"; of the peers' {len(others)}: {listed}." if others else "; of the peers' none."),
+        f"Points whose claimed error is below the true one: {len(ours)} of symasym"
+        + (f", {len(others)} of the peers: {listed}." if others else ", none of the peers."),
         "## Growth",
         growth(grown),
         "![growth](growth.svg)",
         "## No value",
         refusals(points) or "Every method gave a value everywhere.",
     ]
-    return "\n\n".join(blocks) + "\n"
+    return typeset("\n\n".join(blocks)) + "\n"
+
+
+def _scene(name: str, text: str) -> list[str]:
+    """A row of the table of scenes: its drift as code, its numbers as formulas."""
+    what, reference = text.split(" | ")
+    drift, kappa, r = re.split(r", (?:kappa|r) = ", what)
+    return [name, f"`{drift}`, $\\kappa$ = {kappa}, $r$ = {r}", reference]
 
 
 _LIBRARIES = ("numpy", "mpmath", "gmpy2", "python-flint", "scipy", "sympy", "matplotlib")
@@ -195,20 +249,10 @@ def publish(
     figures: dict[str, Figure],
     record: tuple[str, str, str, dict[str, Any]],
 ) -> list[Path]:
-    """The paths of what was written.
+    """The paths of what was written: texts and figures by name, each figure as PNG and SVG.
 
-    Parameters
-    ----------
-    folder : path
-    texts : dict
-        File name -> content.
-    figures : dict
-        Name without ending -> figure, drawn as PNG and SVG.
-    record : tuple
-        File name, command, machine and what was measured, of the JSON file.
+    `record` is the file name, the command, the machine and what was measured, of the JSON file.
     """
-    from symasym.workshop.figures.style import encode
-
     files = texts | {
         f"{name}.{kind}": encode(figure, kind)
         for name, figure in figures.items()
@@ -220,3 +264,71 @@ def publish(
     about = {"command": command, "machine": where, "versions": versions(*_LIBRARIES)}
     write_json(folder / last, {**about, "missing peers": missing(), **measured})
     return [folder / name for name in (*files, last)]
+
+
+# -- the report of error against run time ---------------------------------------------------------
+
+#: Seconds after which a method is stopped.
+LIMITS = {True: 10.0, False: 120.0}
+
+
+def measured(
+    names: list[str] | None, quick: bool
+) -> tuple[list[Point], list[Grown], dict[str, str]]:
+    """The points of all scenes, the growth, and what each scene is."""
+    scenes = chosen(names)
+    runs = {
+        name: [*ours(problem, quick), *others(problem, quick)] for name, problem in scenes.items()
+    }
+    points, about = [], {}
+    with progress.stage("report", sum(map(len, runs.values()))) as step:
+        for name, problem in scenes.items():
+            truth = known(problem)
+            kind = "proved (ball arithmetic)" if truth.proved else "two precisions agree"
+            about[name] = f"{described(problem)} | {kind}"
+            for run in runs[name]:
+                points.append(point(name, run, truth, LIMITS[quick]))
+                step()
+    grown: list[Grown] = []
+    stages = (timing.digits, timing.noise, timing.points)
+    with progress.stage("growth", len(stages)) as step:
+        for stage in stages:
+            grown += stage(quick)
+            step()
+    return points, grown, about
+
+
+def report(
+    folder: str | Path, names: list[str] | None = None, quick: bool = False
+) -> tuple[list[Point], list[Path]]:
+    """The points and the files: points (JSON, CSV), diagrams (PNG, SVG) and the page.
+
+    The scenes are those of these `names`, all when left out; `quick` has fewer orders and peers.
+    """
+    before = load()
+    points, grown, about = measured(names, quick)
+    where = measured_on(before)
+    command = "symasym report" + (" --quick" if quick else "")
+    command += "".join(f" --scene {name}" for name in names or ())
+    text = page(points, grown, about, missing(), where, command) + peers.section()
+    record = {
+        "scenes": about,
+        "points": [asdict(p) for p in points],
+        "growth": [asdict(g) for g in grown],
+    }
+    paths = publish(
+        Path(folder),
+        {"report.md": text.encode(), "points.csv": _csv(points)},
+        {"work-precision": diagrams.work_precision(points), "growth": diagrams.growth(grown)},
+        ("points.json", command, where, record),
+    )
+    return points, paths
+
+
+def _csv(points: list[Point]) -> bytes:
+    """The points as a CSV file."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, [f.name for f in fields(Point)], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(asdict(p) for p in points)
+    return text.getvalue().encode()

@@ -11,9 +11,20 @@ import symasym as sa
 from symasym.base import progress
 from symasym.workshop.problems import PROBLEMS, Problem
 from symasym.workshop.report.diagrams import heat_maps
-from symasym.workshop.report.measure import MOST, OURS, Cell, Point, columns, known, point
-from symasym.workshop.report.methods import Run, missing, others, ours
-from symasym.workshop.report.pages import cause, head, lies, publish, table
+from symasym.workshop.report.measure import (
+    MOST,
+    OURS,
+    Cell,
+    Point,
+    Run,
+    columns,
+    known,
+    missing,
+    others,
+    ours,
+    point,
+)
+from symasym.workshop.report.pages import cause, head, lies, publish, table, typeset
 from symasym.workshop.report.timing import capped, load, measured_on
 
 if TYPE_CHECKING:
@@ -36,7 +47,7 @@ def cells(quick: bool) -> tuple[list[Cell], list[Point]]:
     with progress.stage("stability", len(asked)) as step:
         for problem in asked:
             truth = known(problem)
-            size = max(1.0, abs(float(truth.log)))
+            size = max(1.0, abs(float(truth.value)))
             for run in _runs(problem, quick):
                 p = point(problem.name, run, truth, _LIMITS[quick], once=True)
                 points.append(p)
@@ -111,15 +122,8 @@ def _digits(error: float | None, size: float) -> float | None:
 
 
 def report(folder: str | Path, quick: bool = False) -> tuple[list[Point], list[Path]]:
-    """Write the cells (JSON), the heat maps (PNG, SVG) and the page.
-
-    Returns
-    -------
-    wrong : list of Point
-        Points of ours that claim more than is true.
-    paths : list of Path
-        The files.
-    """
+    """Points of ours that claim more than is true, and the files: the cells (JSON), the heat maps
+    (PNG, SVG) and the page."""
     before = load()
     judged, points = cells(quick)
     numbers = conditions(quick)
@@ -144,7 +148,7 @@ def summary(judged: list[Cell]) -> str:
     for method, setting in columns(judged):
         own = [c for c in judged if (c.method, c.setting) == (method, setting)]
         values = [c for c in own if c.true is not None]
-        wrong = [c.scene for c in own if c.wrong]
+        wrong = [f"`{c.scene}`" for c in own if c.wrong]
         least = min((c.true for c in values if c.true is not None), default=None)
         cell = "–" if least is None else f"{max(least, 0.0):.1f}"
         row = [method, setting, str(len(values)), str(len(own) - len(values)), cell]
@@ -164,23 +168,43 @@ def page(
         "the extreme scenes of the table of problems. A quadrature claims the digits it "
         "was asked for. References are proved, or two precisions of 120 and 160 digits "
         "agree.",
-        f"Cells of ours that claim more than is true: {ours_wrong}.",
+        f"Values of symasym that claim more digits than are true: {ours_wrong}.",
         "![digits claimed and true](stability.svg)",
         summary(judged),
         "## Condition numbers",
-        "Of $T$ and, behind the slash, of $\\log T$: the relative change of the value over that "
-        "of the parameter, from exact derivatives (`sa.sensitivity`). Digits lost with a "
-        "rounded parameter are the problem's; digits lost beyond them are a method's.",
+        "The decimal logarithm of the condition number of $T$ and, behind the slash, of $\\log T$, "
+        "from exact derivatives (`sa.sensitivity`): so many digits of the value are lost if the "
+        "parameter is rounded, by any method. A dot stands for a condition number of at most 1, a "
+        "dash for no such parameter.",
         _condition_table(numbers),
     ]
-    return "\n\n".join(blocks) + "\n"
+    return typeset("\n\n".join(blocks)) + "\n"
 
 
 def _condition_table(numbers: list[Condition]) -> str:
-    """The table of condition numbers."""
+    """The table of condition numbers, as digits that a rounded parameter costs."""
+    # A parameter whose rounding costs no digit anywhere has no column.
     names = list(dict.fromkeys(name for c in numbers for name in c.of_T))
+    names = [n for n in names if any(c.of_T.get(n, 0) > 1 for c in numbers)]
     rows = []
     for c in numbers:
-        cells = [f"{c.of_T[n]:.2g} / {c.of_log_T[n]:.2g}" if n in c.of_T else "–" for n in names]
-        rows.append([c.scene, *cells, cause(c.reason)])
-    return table(["scene", *names, "why there are none"], rows)
+        pairs = [(c.of_T[n], c.of_log_T[n]) if n in c.of_T else () for n in names]
+        cells = ["\u00a0/\u00a0".join(map(_lost, pair)) or "–" for pair in pairs]
+        rows.append([f"`{c.scene}`", *cells, cause(c.reason)])
+    return table(["scene", *(_SYMBOLS.get(n, n) for n in names), "why there are none"], rows)
+
+
+_SYMBOLS = {
+    "mu": r"$\mu$",
+    "alpha": r"$\alpha$",
+    "z0": "$z_0$",
+    "kappa": r"$\kappa$",
+    "r": "$r$",
+    "a_minus": "$a^-$",
+    "a_plus": "$a^+$",
+}
+
+
+def _lost(condition: float) -> str:
+    """Digits that are lost at a condition number."""
+    return f"{math.log10(condition):.1f}" if condition > 1 else "·"

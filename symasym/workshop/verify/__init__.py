@@ -1,9 +1,8 @@
 """Every formula and every evaluator against quadrature, balls and identities.
 
-The layers, each importing only those before it: `findings` (what a check says), `references`
-(scenes and what they are compared with); `exact_checks`, `claims`, `orders`, `formulas` (the checks
-themselves); `run` (which of them at which level, in processes); `pages` (the table and the JSON
-record).
+The layers, each importing only those before it: `findings` (what a check says, scenes and what they
+are compared with); `exact_checks`, `claims`, `orders`, `formulas` (the checks themselves); `run`
+(which of them at which level, in processes; the table and the JSON record).
 """
 
 from symasym.workshop.verify.findings import Finding

@@ -12,8 +12,16 @@ import numpy as np
 
 import symasym as sa
 from symasym.workshop.problems import Problem
-from symasym.workshop.verify.findings import LABELS, Finding, compared, distance, failed, logarithm
-from symasym.workshop.verify.references import Reference, reference
+from symasym.workshop.verify.findings import (
+    LABELS,
+    Finding,
+    Reference,
+    compared,
+    distance,
+    failed,
+    logarithm,
+    reference,
+)
 
 if TYPE_CHECKING:
     from symasym.base.estimate import Estimate

@@ -22,14 +22,17 @@ from symasym.workshop.problems import Problem, question
 from symasym.workshop.verify.findings import (
     Field,
     Finding,
+    Reference,
+    asked_of,
     compared,
     distance,
     failed,
     label,
     logarithm,
+    provable,
+    reference,
     relative,
 )
-from symasym.workshop.verify.references import Reference, asked_of, provable, reference
 
 if TYPE_CHECKING:
     from mpmath import mpf

@@ -1,14 +1,22 @@
-"""The statement of a check, distances between numbers, and a drift by evaluation and quadrature."""
+"""What a check says, and what it compares with: scenes and their reference values."""
 
 from __future__ import annotations
 
+import random
+from dataclasses import replace
 from fractions import Fraction
+from functools import cache, partial
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mpmath
 
 import symasym as sa
+from symasym.base.contexts import own_context
+from symasym.exact import ball_sweep
+from symasym.numbers import balls
 from symasym.numbers.trees import MpmathOps
+from symasym.workshop.problems import BY_NAME, Problem
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -25,22 +33,11 @@ def label(quantity: str) -> str:
 
 
 class Finding(NamedTuple):
-    """One comparison.
+    """One comparison: a formula by its label, which of its evaluators, which check.
 
-    Attributes
-    ----------
-    formula : str
-        Label of the paper, or name of the derivation.
-    evaluator : str
-        Which of its evaluators.
-    check : str
-    size : float or None
-        What was found over what is allowed, so that it passes up to 1; None where the
-        evaluator refused to answer and may.
-    where : str
-        Scene and options.
-    detail : str
-        The numbers, where it fails.
+    `size` is what was found over what is allowed, so that it passes up to 1; None where the
+    evaluator refused to answer and may. `where` is the scene and options, `detail` has the numbers
+    where it fails.
     """
 
     formula: str
@@ -148,3 +145,154 @@ class Field:
     def zero(self, near: mpf | Fraction | float) -> Any:
         """The zero of A beside `near`."""
         return self.mp.findroot(self.A, self.mp.convert(near))
+
+
+# -- scenes and reference values -------------------------------------------------------------------
+
+
+_KINDS = ("friction", "polynomial", "linear", "sine", "tanh", "hill", "expression")
+_SHAPES = ("exp(-X**2)", "tanh(X)", "1/(1 + X**2)", "X*exp(-X**2)", "sin(X)")
+
+
+def random_scene(seed: int, index: int) -> Problem:
+    """Scene number `index` of a seed, the same in every process.
+
+    A third of them is mild enough for plain quadrature and tagged so.
+    """
+    draw = random.Random(f"symasym {seed} {index}")
+    kind = _KINDS[index % len(_KINDS)]
+    mild = index % 3 == 0
+    kappa = _power(draw, -0.3, 1) if mild else _power(draw, -1.5, 4)
+    r = _power(draw, -0.5, 1) if mild else _power(draw, -0.5, 4)
+    start = draw.choice((Fraction(0), r * _rational(draw, -0.99, 0.99)))
+    arguments = _arguments(kind, draw)
+    a_minus, a_plus = _make(kind, arguments).ends
+    tags = {kind, _region(a_minus, a_plus), *({"quadrature", "moderate"} if mild else ())}
+    return Problem(
+        f"random {index} of seed {seed}",
+        lambda: _make(kind, arguments),
+        str(kappa),
+        str(r),
+        str(start),
+        frozenset(tags),
+    )
+
+
+def _region(a_minus: Fraction, a_plus: Fraction) -> str:
+    """The tag of the region of two ends."""
+    if a_minus * a_plus == 0:
+        return "tangency"
+    if a_minus > 0:
+        return "up" if a_plus > 0 else "sliding"
+    return "repelling" if a_plus > 0 else "down"
+
+
+def _rational(draw: random.Random, low: float, high: float) -> Fraction:
+    """A rational of three decimals between two ends."""
+    return Fraction(draw.randint(int(low * 1000), int(high * 1000)), 1000)
+
+
+def _power(draw: random.Random, low: float, high: float) -> Fraction:
+    """A power of ten between two exponents, of six digits."""
+    # Six digits, so that the scene is a short rational and still anywhere.
+    return Fraction(f"{10 ** draw.uniform(low, high):.5e}")
+
+
+def _arguments(kind: str, draw: random.Random) -> tuple[Any, ...]:
+    """Parameters of a kind of drift."""
+    ends = (_rational(draw, -3, 3), _rational(draw, -3, 3))
+    if kind == "friction":
+        return (_rational(draw, 0, 8), _rational(draw, 0.1, 4), _rational(draw, -4, 6))
+    if kind == "polynomial":
+        return tuple(_rational(draw, -3, 3) for _ in range(draw.randint(1, 7)))
+    if kind == "sine":
+        return (*ends, _rational(draw, -4, 4), draw.randint(1, 4))
+    if kind == "tanh":
+        return (*ends, _rational(draw, 0.1, 20))
+    if kind == "hill":
+        return (*ends, _rational(draw, 0.1, 2), draw.randint(1, 8))
+    if kind == "expression":
+        width, centre = _power(draw, -1, 0.5), _rational(draw, -1.1, 1.1)
+        feature = draw.choice(_SHAPES).replace("X", f"((u - ({centre}))/({width}))")
+        return (f"{ends[0]} + ({ends[1]})*u + ({_rational(draw, -3, 3)})*{feature}",)
+    return ends
+
+
+def _make(kind: str, arguments: tuple[Any, ...]) -> sa.Drift:
+    """The drift of a kind with these parameters."""
+    if kind == "sine":
+        return sa.sine(*arguments[:3], waves=arguments[3])
+    if kind == "hill":
+        a_minus, a_plus, K, n = arguments
+        return sa.hill(a_minus, a_plus, K=K, n=n)
+    made: sa.Drift = (sa.Drift if kind == "expression" else getattr(sa, kind))(*arguments)
+    return made
+
+
+#: ("table", name) or ("random", seed, index): what a scene is called between processes.
+Key = tuple[str, ...]
+
+_DPS = 45
+_known: dict[tuple[str, str], Reference] = {}
+
+
+class Reference(NamedTuple):
+    """`value` is within `radius` of the truth; `proved` where ball arithmetic says so."""
+
+    value: Any
+    radius: Any
+    proved: bool
+
+
+@cache
+def scene(key: Key) -> Problem:
+    """The scene of a key; its drift is made once, and keeps what has been analysed of it."""
+    problem = BY_NAME[key[1]] if key[0] == "table" else random_scene(int(key[1]), int(key[2]))
+    return replace(problem, make=cache(problem.make))
+
+
+def asked_of(engine: ModuleType, problem: Problem, quantity: str) -> Any:
+    """A quantity of one of the engines that answer digits, as a function of dps."""
+    if quantity == "1-C":
+        numbers = (Fraction(x) for x in (problem.kappa, problem.r, problem.start))
+        return partial(engine.exit_probability, problem.make(), *numbers, complement=True)
+    return problem.engine_questions(engine)[quantity]
+
+
+def provable(problem: Problem) -> bool:
+    """True if a proof takes well below a second: not too weak noise, nothing narrow."""
+    hard = {"slow", "narrow", "extreme", "stiff", "refused"}
+    return (
+        balls.available()
+        and Fraction(problem.kappa) >= Fraction(1, 10)
+        and not (problem.tags & hard)
+    )
+
+
+def reference(problem: Problem, quantity: str) -> Reference:
+    """A proved ball where one is had in time, else the value to 60 digits."""
+    known = _known.get((problem.name, quantity))
+    if known is None:
+        known = _fresh(problem, quantity)
+        _known[problem.name, quantity] = known
+    return known
+
+
+def forget() -> None:
+    """Ask again from now on."""
+    _known.clear()
+    scene.cache_clear()
+
+
+def _fresh(problem: Problem, quantity: str) -> Reference:
+    """The reference, worked out anew."""
+    if provable(problem):
+        try:
+            enclosure = asked_of(ball_sweep, problem, quantity)(_DPS)
+            return Reference(*balls.to_mpf(enclosure, _DPS + 15), True)
+        except sa.AccuracyError:
+            pass
+    value = problem.questions()[quantity](dps=_DPS + 15)
+    with own_context(_DPS) as context:
+        radius = abs(context.make_mpf(value._mpf_)) * context.mpf(10) ** -(_DPS + 10)
+    return Reference(value, radius, False)

@@ -1,1 +1,0 @@
-"""Scenes as all methods read them (`scene`), and answers as all hand them back (`answers`)."""
