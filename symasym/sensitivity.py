@@ -420,6 +420,7 @@ def _gathered(
     }
     with own_context(dps + 10) as context:
         for scene in each:
+            log = abs(context.convert(scene.log))
             for name, slope in scene.slopes.items():
                 value = context.convert(slope.value)
                 if shape is not None and not abs(value) < _LARGEST:
@@ -428,7 +429,6 @@ def _gathered(
                     )
                 x = scene.values[name]
                 condition = abs(value * x.numerator / x.denominator)
-                log = abs(context.convert(scene.log))
                 relative = condition and (condition / log if log else context.inf)
                 rounded = _plain(value, shape, dps)
                 # Rounding the value is part of its error, and the error itself is rounded, too.

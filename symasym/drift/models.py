@@ -82,9 +82,9 @@ class Friction(Model):
     not_negative = ("mu",)
 
     def coefficients(self, p: Values, ops: Operations) -> list[Any]:
-        """The cubic's coefficients (eq:phifric0), of one type and shape."""
-        # A coefficient that is the number 0 becomes one of the others' type and shape.
-        return [c + 0 * p["z0"] for c in friction_coefficients(p["mu"], p["alpha"], p["z0"])]
+        """The cubic's coefficients (eq:phifric0), of one type."""
+        found = friction_coefficients(p["mu"], p["alpha"], p["z0"])
+        return [0 * p["z0"] if isinstance(c, int) else c for c in found]
 
 
 @dataclass(frozen=True)

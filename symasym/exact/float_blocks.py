@@ -252,7 +252,8 @@ class Plan(NamedTuple):
 def series_of(
     field: Field, lam_h: FloatArray, blocks: Blocks, anchors: Anchors
 ) -> FloatArray | None:
-    """Taylor coefficients of lam phi h about the middles, in half widths; None without a series."""
+    """Taylor coefficients of lam phi h about the middles, in half widths, a column for each block;
+    None without a series."""
     known = field.series(blocks.scene)
     taken_about = blocks.anchor >= 0
     if taken_about.any():
@@ -265,22 +266,30 @@ def series_of(
             known = about
     if known is None:
         return None
-    c = np.array(shifted(list(known), (blocks.t0 + blocks.t1) / 2))
-    half, scale = (blocks.t1 - blocks.t0) / 2, lam_h
-    for k in range(len(c)):
-        c[k] *= scale
+    return centred(known, blocks.t0, blocks.t1, lam_h)
+
+
+def centred(
+    coefficients: FloatArray, low: FloatArray | float, high: FloatArray | float, scale: FloatArray
+) -> FloatArray:
+    """The polynomials of these ascending coefficients, a column each, times `scale`, about the
+    middles of [low, high] in half widths."""
+    c = np.array(shifted(list(coefficients), np.asarray((low + high) / 2)))
+    half = (high - low) / 2
+    for row in c:
+        row *= scale
         scale = scale * half
-    return c.T
+    return c
 
 
 def at_nodes(
     field: Field, blocks: Blocks, anchors: Anchors, series: FloatArray | None, lam_h: FloatArray
 ) -> FloatArray:
-    """lam phi h at the Lobatto nodes of each block."""
+    """lam phi h at the Lobatto nodes, a column for each block."""
     if series is None:
-        return lam_h[:, None] * phi_at(field, blocks, anchors, float_panels.lobatto().nodes)
-    x: FloatArray = float_panels.product(series, float_panels.lobatto_powers(series.shape[1]).T)
-    return x
+        phi = phi_at(field, blocks, anchors, float_panels.lobatto().nodes)
+        return np.ascontiguousarray(phi.T) * lam_h
+    return float_panels.by_columns(float_panels.lobatto_powers(len(series)), series)
 
 
 def planned(
@@ -290,9 +299,8 @@ def planned(
     h = blocks.t1 - blocks.t0
     lam_h = lam[blocks.scene] * h
     series = series_of(field, lam_h, blocks, anchors)
-    rows = at_nodes(field, blocks, anchors, series, lam_h)
     # NumPy reduces a long last axis fast and a short one slowly: nodes go first.
-    x = np.ascontiguousarray(rows.T)
+    x = at_nodes(field, blocks, anchors, series, lam_h)
     low, high = x.min(axis=0), x.max(axis=0)
     steep = np.maximum(np.abs(low), np.abs(high))
     # Slopes are sampled with more to spare: the errors of both are held against one number.
@@ -301,10 +309,10 @@ def planned(
     place = np.searchsorted(counts, steep / reach)
     count = counts[np.minimum(place, len(counts) - 1)]
     few = place < len(counts)
-    slowly = is_slow(low, high, rows)
+    slowly = is_slow(low, high, x)
     if series is None:
         # The n-th Chebyshev coefficient shrinks by count^n when the block is cut into panels.
-        few &= _tail(rows) / count**8 <= 4e-14 * count
+        few &= _tail(x) / count**8 <= 4e-14 * count
     size = steep / lam_h
     field.reaches(blocks.scene, size)
     phi = x[float_panels.NODES // 2] / lam_h
@@ -382,26 +390,27 @@ def _rounding(field: Field, blocks: Blocks, anchors: Anchors, ready: np.ndarray)
 
 
 def is_slow(low: FloatArray, high: FloatArray, x: FloatArray) -> np.ndarray:
-    """Blocks on which the slow series holds to rounding; low <= x = lam phi h <= high at nodes."""
+    """Blocks on which the slow series holds to rounding; low <= x = lam phi h <= high at nodes, a
+    column each."""
     smallest = np.maximum(low, -high)
     # The mean of phi'/(lam phi^2) is at most its largest value.
     spread = 1.0 - smallest / np.maximum(high, -low)
     candidate = (smallest > 40.0) & (spread * SLOWNESS < smallest)
     if not candidate.any():
         return candidate
-    chosen, smallest = x[candidate], smallest[candidate]
+    chosen, smallest = x[:, candidate], smallest[candidate]
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         # lam phi^2/|phi'|, kept from overflowing
-        slope = float_panels.product(chosen, float_panels.lobatto().differentiate.T)
-        steepness = np.abs(np.ascontiguousarray((slope / chosen / chosen).T)).max(axis=0)
-        tail = _tail(smallest[:, None] / chosen)
+        slope = float_panels.by_columns(float_panels.lobatto().differentiate, chosen)
+        steepness = np.abs(slope / chosen / chosen).max(axis=0)
+        tail = _tail(smallest / chosen)
         # A term of the slow series is a derivative of the one before, and differentiating at
         # an end multiplies what the nodes miss of 1/phi by up to 2 NODES^2 a width.
         growth = 2 * float_panels.NODES**2 / smallest
         # `rise` integrates phi itself, which may have poles where 1/phi is smooth. It is as
         # large as lam, so what the nodes miss is held against an ulp of the largest value, to
         # which phi is known; not against the sum of all, which lets 17 times more pass.
-        resolved = _tail(chosen) <= 1e-14 * np.abs(chosen).max(axis=1)
+        resolved = _tail(chosen) <= 1e-14 * np.abs(chosen).max(axis=0)
         resolved &= (tail < 1e-10) & (tail * growth * (1 + growth) < 6e-14)
         candidate[candidate] = (steepness * SLOWNESS < 1) & resolved
     return candidate
@@ -419,6 +428,7 @@ def tail_of() -> FloatArray:
 
 
 def _tail(values: FloatArray) -> FloatArray:
-    """Size of the last two Chebyshev coefficients of each row."""
-    last: FloatArray = np.abs(float_panels.product(values, tail_of()))
-    return np.maximum(last[:, 0], last[:, 1])
+    """Size of the last two Chebyshev coefficients of each column."""
+    last = np.abs(float_panels.by_columns(tail_of().T, values))
+    larger: FloatArray = np.maximum(last[0], last[1])
+    return larger

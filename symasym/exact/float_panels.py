@@ -20,6 +20,8 @@ arrays that carry their derivatives (`symasym.numbers.float_arrays`).
 
 from __future__ import annotations
 
+import math
+import threading
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -47,8 +49,24 @@ REACH_DOWN = 11.0
 #: Largest relative truncation error of a sampled panel.
 RESOLUTION = 2e-13
 _SLOW_TERMS = 9
-#: Rows of a product of matrices at once, below the size at which BLAS starts threads.
+#: Numbers of memory that `sampled` takes a panel.
+WORK = 2 * NODES + 6
+#: Panels at once, which stay in the cache.
+AT_ONCE = 2048
+#: Rows of a product of matrices at once, below the size at which BLAS starts threads; and columns.
 _ROWS = 400
+COLUMNS = 800
+
+
+_kept = threading.local()
+
+
+def memory() -> list[FloatArray]:
+    """Memory for the exponents of `AT_ONCE` panels, and for `sampled`; of each thread the same."""
+    if not hasattr(_kept, "parts"):
+        _kept.parts = [np.empty(AT_ONCE * n) for n in (NODES, WORK)]
+    parts: list[FloatArray] = _kept.parts
+    return parts
 
 
 class Moments(NamedTuple):
@@ -103,10 +121,10 @@ def lobatto() -> Rule:
 
 
 @cache
-def _running_powers(count: int, terms: int) -> tuple[FloatArray, FloatArray]:
+def running_powers(count: int, terms: int) -> tuple[FloatArray, FloatArray]:
     """Half the integrals of t^k from the left end of each of `count` equal panels of [-1, 1].
 
-    To the panel's Gauss nodes, shape (count, terms, NODES), and to its right end (count, terms).
+    To the panel's Gauss nodes, shape (count, NODES, terms), and to its right end (count, terms).
     """
     rule = gauss()
     ends = np.append(rule.nodes, 1.0)
@@ -114,7 +132,8 @@ def _running_powers(count: int, terms: int) -> tuple[FloatArray, FloatArray]:
     t = left + 2 / count * np.outer(ends, rule.nodes)
     powers = t[:, None] ** np.arange(terms)[:, None, None]
     whole = powers @ rule.weights * (ends / count)
-    return np.ascontiguousarray(whole[..., :-1]), np.ascontiguousarray(whole[..., -1])
+    to_nodes = np.ascontiguousarray(whole[..., :-1].swapaxes(1, 2))
+    return to_nodes, np.ascontiguousarray(whole[..., -1])
 
 
 @cache
@@ -131,30 +150,30 @@ def exponents_of_series(
 
     Parameters
     ----------
-    series : array of shape (blocks, terms)
+    series : array of shape (terms, blocks)
         Taylor coefficients of lam phi h about the middle of a block of width h, in half widths.
     count : int
-    out : array of shape (count, blocks, NODES), optional
+    out : array of shape (count, NODES, blocks), optional
         Where the exponents are put.
 
     Returns
     -------
-    exponents : array of shape (count, blocks, NODES)
+    exponents : array of shape (count, NODES, blocks)
         lam int phi from the left end of each panel to its Gauss nodes.
     rise : array of shape (count, blocks)
     """
-    to_nodes, whole = _running_powers(count, series.shape[1])
-    return np.matmul(series, to_nodes, out=out), -(whole @ series.T)
+    to_nodes, whole = running_powers(count, len(series))
+    return np.matmul(to_nodes, series, out=out), -(whole @ series)
 
 
 def exponents_of_values(values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The same from lam phi times a panel's width at the Gauss nodes of each."""
+    """The same from lam phi times a panel's width at the Gauss nodes, shape (…, NODES, blocks)."""
     rule = gauss()
-    return product(values, rule.integrate.T), -(values @ rule.weights)
+    return rule.integrate @ values, -(rule.weights @ values)
 
 
 @cache
-def _last_coefficients() -> FloatArray:
+def last_coefficients() -> FloatArray:
     """Matrix from values at the Gauss nodes to the mean and the last two Legendre coefficients."""
     x, w = np.polynomial.legendre.leggauss(NODES)
     k = np.array([0, NODES - 2, NODES - 1])
@@ -162,22 +181,34 @@ def _last_coefficients() -> FloatArray:
     return np.ascontiguousarray((p * w[:, None] * (k + 0.5)).T)
 
 
-def product(x: Any, matrix: FloatArray, out: FloatArray | None = None) -> Any:
+@cache
+def _running_and_last() -> FloatArray:
+    """`Rule.integrate` of Gauss-Legendre and, below it, `last_coefficients`."""
+    return np.vstack((gauss().integrate, last_coefficients()))
+
+
+def by_columns(matrix: FloatArray, x: FloatArray) -> FloatArray:
+    """matrix @ x in pieces of columns: threads of BLAS cost more than they save."""
+    number = COLUMNS * NODES**2 // matrix.size
+    if x.shape[1] <= number:
+        return matrix @ x
+    result = np.empty((len(matrix), x.shape[1]))
+    for low in range(0, x.shape[1], number):
+        some = slice(low, low + number)
+        result[:, some] = matrix @ x[:, some]
+    return result
+
+
+def product(x: Any, matrix: FloatArray) -> Any:
     """x @ matrix in pieces of `_ROWS`: threads of BLAS cost more than they save on short rows."""
     whole = len(x) // _ROWS * _ROWS if isinstance(x, np.ndarray) else 0
     if whole <= _ROWS:
-        return x @ matrix if out is None else np.matmul(x, matrix, out=out)
-    result = np.empty((len(x), *matrix.shape[1:])) if out is None else out
+        return x @ matrix
+    result = np.empty((len(x), *matrix.shape[1:]))
     pieces, places = (y[:whole].reshape(-1, _ROWS, *y.shape[1:]) for y in (x, result))
     np.matmul(pieces, matrix, out=places)
     np.matmul(x[whole:], matrix, out=result[whole:])
     return result
-
-
-def sums(values: Any) -> tuple[Any, FloatArray]:
-    """The integral of each row, positive, and the size of its last two Legendre coefficients."""
-    sums = np.abs(product(values, _last_coefficients().T).T)
-    return sums[0], value_of(sums[1] + sums[2])
 
 
 def sampled(
@@ -191,31 +222,35 @@ def sampled(
 
     Parameters
     ----------
-    exponents, rise : arrays of shape (panels, blocks, NODES) and (panels, blocks)
+    exponents, rise : arrays of shape (panels, NODES, blocks) and (panels, blocks)
         See `exponents_of_series`. A block's exponents must stay within the range of float64.
     h : array of shape (blocks,)
         The widths of the blocks.
-    work : array of shape (2, samples or more), optional
+    work : array of `WORK` times as many numbers as there are panels, optional
         Memory to be used beside that of plain `exponents`, which are overwritten then: getting it
         anew takes as long as filling it.
     """
-    rule, shape = gauss(), rise.shape
-    inverse_e: Any = exponents.reshape(-1, NODES)
-    places: Any = (None, None, None)
+    shape = rise.shape
+    places: Any = [None] * 4
     if work is not None:
-        places = inverse_e, *work[:, : exponents.size].reshape(2, -1, NODES)
-    inverse_e = np.exp(inverse_e, out=places[0])  # 1/e at the nodes
+        places = [exponents, *arrays_in(work, (NODES, NODES + 3, 3), shape)]
+    inverse_e: Any = np.exp(exponents, out=places[0])  # 1/e at the nodes
     e = np.divide(1.0, inverse_e, out=places[1])  # costs less than a second exponential
-    (int_e, of_e), (int_inverse, of_inverse) = sums(e), sums(inverse_e)
-    inner = product(e, rule.integrate.T, places[2])
+    # One product of matrices for each: the running integral, the mean, the last coefficients.
+    inner: Any = np.matmul(_running_and_last(), e, out=places[2])
+    last: Any = np.matmul(last_coefficients(), inverse_e, out=places[3])
+    int_e, int_inverse = inner[:, NODES], last[:, 0]
+    of_e, of_inverse = (
+        np.abs(value_of(x[:, k])) + np.abs(value_of(x[:, k + 1]))
+        for x, k in ((inner, NODES + 1), (last, 1))
+    )
+    inner = inner[:, :NODES]
     inner *= inverse_e
-    # A product with a vector is several times faster than a sum over so short an axis.
-    nested = product(inner, rule.weights)
+    nested = gauss().weights @ inner
     single = np.maximum(of_e / value_of(int_e), of_inverse / value_of(int_inverse))
     missed = 2e-4 * of_e * of_inverse / value_of(nested) + 6e-4 * single * single
-    missed = missed.reshape(shape).max(axis=0)
-    nested = nested.reshape(shape).sum(axis=0)
-    int_e, int_inverse = int_e.reshape(shape), int_inverse.reshape(shape)
+    missed = missed.max(axis=0)
+    nested = nested.sum(axis=0)
     if shape[0] > 1:
         # As they stand at the left end of the block: neighbours differ by one exponential only.
         ahead = np.multiply.accumulate(np.exp(rise[:-1]))
@@ -225,10 +260,22 @@ def sampled(
     h = h / shape[0]
     rise = rise.sum(axis=0)
     up = rise > 0
-    end = np.exp(-np.abs(rise))
+    end = np.exp(np.where(up, -rise, rise))
     up_end, down_end = np.where(up, end, 1.0) * h, np.where(up, 1.0, end) * h
     int_e, int_inverse = int_e.sum(axis=0), int_inverse.sum(axis=0)
     return Moments(rise, int_e * up_end, int_inverse * down_end, nested * h * down_end), missed
+
+
+def arrays_in(
+    memory: FloatArray, rows: tuple[int, ...], shape: tuple[int, ...]
+) -> list[FloatArray]:
+    """Arrays with these numbers of rows between the axes of `shape`, one after the other."""
+    result, low = [], 0
+    for n in rows:
+        high = low + n * math.prod(shape)
+        result.append(memory[low:high].reshape(shape[0], n, *shape[1:]))
+        low = high
+    return result
 
 
 def slow_terms(x: FloatArray) -> list[FloatArray]:

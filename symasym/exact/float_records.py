@@ -7,7 +7,6 @@ where the field has directions.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -36,9 +35,10 @@ from symasym.exact.float_blocks import (
 from symasym.exact.float_panels import REACH, RESOLUTION, Moments
 from symasym.numbers.float_arrays import DualArray
 
-_PANELS_AT_ONCE = 2048  # stays in cache
 _PLANNED_AT_ONCE = 2048
 _SCENES_AT_ONCE = 128
+#: So few panels cost less than another group of blocks, or bisecting: all have one step more.
+_FEW = 64
 _DEEPEST = 90  # bisections
 _OPEN = 1e-9  # of log T, roughly: what unresolved blocks may leave open
 #: Blocks of one scene waiting for bisection: more of them means that bisecting does not help.
@@ -223,14 +223,19 @@ def _moments(
         arrays: Any = map(DualArray, (shift, local, *moments), slopes)
         shift, local, *arrays = arrays
         moments = Moments(*arrays)
-    order = np.argsort(plan.panels, kind="stable")
     counts = np.append(0, panel_counts(field))
-    ends = np.searchsorted(plan.panels[order], counts, side="right")
-    work = np.empty((3, _PANELS_AT_ONCE * float_panels.NODES))
+    panels, place = plan.panels, np.searchsorted(counts, plan.panels.max(initial=0))
+    more = counts[min(place + 1, len(counts) - 1)]
+    if n * more <= _FEW:
+        panels = np.where(panels > 0, more, 0)
+    order = np.argsort(panels, kind="stable")
+    ends = np.searchsorted(panels[order], counts, side="right")
+    place, memory = float_panels.memory()
     low = 0
     for count, end in zip(counts.tolist(), ends.tolist(), strict=True):
-        for begin in range(low, end, _PANELS_AT_ONCE // max(count, 1)):
-            index = order[begin : min(end, begin + _PANELS_AT_ONCE // max(count, 1))]
+        at_once = min(float_panels.AT_ONCE // max(count, 1), float_panels.COLUMNS)
+        for begin in range(low, end, at_once):
+            index = order[begin : min(end, begin + at_once)]
             part = blocks.take(index)
             h: Any = part.t1 - part.t0
             lam_h = lam[part.scene] * h
@@ -238,16 +243,17 @@ def _moments(
             if field.directions:
                 h = field.directions.stretched(h, part.scene)
             if count == 0:
-                x: Any = at_nodes(field, part, anchors, series, lam_h)
+                x: Any = np.ascontiguousarray(at_nodes(field, part, anchors, series, lam_h).T)
                 if field.directions:
                     x, *off = _slow_slopes(field, lam_h, part, anchors, x, plan.shift[index])
                 some = float_panels.slow(x, h)
             else:
-                sampled: Any = _exponents(field, lam_h, part, anchors, series, count, work[0])
+                sampled: Any = _exponents(field, lam_h, part, anchors, series, count, place)
                 if field.directions:
                     *sampled, reach, gap = _sampled_slopes(field, lam_h, part, anchors, *sampled)
-                memory = None if field.directions else work[1:]
-                some, missed[index] = float_panels.sampled(sampled[0], sampled[1], h, memory)
+                some, missed[index] = float_panels.sampled(
+                    sampled[0], sampled[1], h, None if field.directions else memory
+                )
                 if field.directions:
                     rounded = plan.shift[index] / np.maximum(plan.steep[index], 1e-300)
                     gap += (_SLOPE_ROUNDING + 4 * rounded) * reach
@@ -270,12 +276,12 @@ def _exponents(
     work: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Exponents and rises of `count` panels of each block (`float_panels.exponents_of_series`)."""
-    shape = count, len(lam_h), float_panels.NODES
+    nodes = float_panels.NODES
     if series is not None:
-        place = work[: math.prod(shape)].reshape(shape)
+        (place,) = float_panels.arrays_in(work, (nodes,), (count, len(lam_h)))
         return float_panels.exponents_of_series(series, count, place)
     phi = phi_at(field, blocks, anchors, _gauss_nodes(count)) * (lam_h / count)[:, None]
-    values = np.ascontiguousarray(phi.reshape(len(lam_h), *shape[::2]).swapaxes(0, 1))
+    values = np.ascontiguousarray(phi.reshape(len(lam_h), count, nodes).transpose(1, 2, 0))
     return float_panels.exponents_of_values(values)
 
 
@@ -337,10 +343,11 @@ def _slope_nodes(blocks: Blocks, anchors: Anchors, nodes: FloatArray) -> FloatAr
 
 
 def _dual(field: Field, of_drift: FloatArray, scene: IntArray, y: FloatArray) -> DualArray:
-    """Numbers linear in lam phi h, one row for each of `scene`, from their slopes by the drift."""
+    """Numbers linear in lam phi h, those of `scene` along the last axis, from their slopes by the
+    drift."""
     assert field.directions
     slopes = field.directions.rows(of_drift, y)
-    slopes[-1] += (field.directions.stretch[scene] * y.T).T
+    slopes[-1] += field.directions.stretch[scene] * y
     return DualArray(y, slopes)
 
 
@@ -356,9 +363,8 @@ def _slow_slopes(
     those of `rise` and those of the other moments' logarithms."""
     assert field.directions
     u = _slope_nodes(blocks, anchors, float_panels.lobatto().nodes)
-    dual = _dual(
-        field, lam_h[:, None] * field.directions.of_drift(blocks.scene, u), blocks.scene, x
-    )
+    of_drift = lam_h[:, None] * field.directions.of_drift(blocks.scene, u)
+    dual = _dual(field, of_drift.swapaxes(1, 2), blocks.scene, x.T).T
     least = np.abs(x).min(axis=1)
     off = (_SLOPE_ROUNDING + 4 * shift / least) * np.abs(dual.slopes).max(axis=2)
     off += np.abs(dual.slopes @ tail_of()).max(axis=2)
@@ -381,22 +387,19 @@ def _sampled_slopes(
     count, nodes = len(rise), float_panels.NODES
     u = _slope_nodes(blocks, anchors, _gauss_nodes(count))
     of_drift = (lam_h / count)[:, None] * field.directions.of_drift(blocks.scene, u)
-    flat = of_drift.reshape(-1, len(lam_h), count, nodes).swapaxes(1, 2).reshape(-1, nodes)
-    scene, shape = np.tile(blocks.scene, count), (len(of_drift), rise.size)
+    values = of_drift.reshape(-1, len(lam_h), count, nodes).transpose(0, 2, 3, 1)
     both = [
-        _dual(field, integral.reshape(*shape, *y.shape[1:]), scene, y)
+        _dual(field, integral, blocks.scene, y)
         for integral, y in zip(
-            float_panels.exponents_of_values(flat),
-            (exponents.reshape(-1, nodes), rise.ravel()),
-            strict=True,
+            float_panels.exponents_of_values(values), (exponents, rise), strict=True
         )
     ]
-    nothing = np.zeros(rise.size)
+    nothing = np.zeros_like(rise)
     # What the last coefficients leave to those beyond is less than four times as much.
+    last = np.abs(float_panels.last_coefficients()[1:] @ values).sum(axis=2)
     reach, missed = (
-        field.directions.rows(x.reshape(shape), nothing)
-        for x in (np.abs(flat).max(axis=1, initial=0.0), 4 * float_panels.sums(flat)[1])
+        field.directions.rows(x, nothing)
+        for x in (np.abs(values).max(axis=2, initial=0.0), 4 * last)
     )
     reach = np.maximum(reach, np.abs(both[0].slopes).max(axis=2))
-    reach, missed = (x.reshape(len(x), *rise.shape).sum(axis=1) for x in (reach, missed))
-    return both[0].reshape(exponents.shape), both[1].reshape(rise.shape), reach, missed
+    return both[0], both[1], reach.sum(axis=1), missed.sum(axis=1)

@@ -16,7 +16,7 @@ import numpy as np
 from symasym.base.inputs import FloatArray
 from symasym.base.patience import step
 from symasym.drift.field.float_field import Field, IntArray
-from symasym.exact import float_panels, sweep
+from symasym.exact import float_panels, float_sides, sweep
 from symasym.exact.float_blocks import MILD, partition
 from symasym.exact.float_records import Records, merged, records_of
 from symasym.exact.sweep import InLayer, Record, Swept
@@ -159,14 +159,22 @@ def _from_both_ends(
 ) -> tuple[Swept, Swept]:
     """sigma and w at the start from the left and from the right."""
     n, rates = len(lam), np.tile(lam, 2)
-    panels = _panels(field, rates, -np.tile(r, 2), np.concatenate((start, -start)))
-    unknown = LogPositive.of(np.full(2 * n, np.nan))
-    sigma, w = panels.through(
-        lambda state, p, lam: sweep.carried(Swept(*state), p, lam),
-        (unknown, unknown),
-        _rates(field, rates),
-        sweep.first,
-    )
+    end, r = np.concatenate((start, -start)), np.tile(r, 2)
+    mild, known = float_sides.swept(field, rates, r, end)
+    sigma, w = known
+    if len(mild) < 2 * n:
+        # A side that is known has no panels: both of its ends are -1.
+        low, high = -r, end.copy()
+        low[mild] = high[mild] = -1.0
+        unknown = LogPositive.of(np.full(2 * n, np.nan))
+        sigma, w = _panels(field, rates, low, high).through(
+            lambda state, p, lam: sweep.carried(Swept(*state), p, lam),
+            (unknown, unknown),
+            _rates(field, rates),
+            sweep.first,
+        )
+        for whole, some in zip((sigma, w), known, strict=True):
+            whole.log[mild], whole.error[mild] = some.log, some.error
     return Swept(sigma[:n], w[:n]), Swept(sigma[n:], w[n:])
 
 
@@ -215,8 +223,10 @@ def _panels(field: Field, lam: FloatArray, start: FloatArray, end: FloatArray) -
     ahead[left] = np.log(int_e) + np.maximum(-rise, 0.0)
     inside = records_of(field, lam, blocks, anchors, ahead)
     right = np.flatnonzero(end > 1.0)
-    beyond = _outer(field, lam, right, 1, end[right] - np.maximum(1.0, start[right]))
-    records = merged(Records.joined([before, inside, beyond]).sorted())
+    parts = [before, inside]
+    if right.size:
+        parts.append(_outer(field, lam, right, 1, end[right] - np.maximum(1.0, start[right])))
+    records = merged(Records.joined(parts).sorted())
     count = np.bincount(records.scene, minlength=len(lam))
     # A panel is good to about 20 ulp, and to the rounding of phi in its exponent where phi
     # is not taken about a nearby centre.

@@ -50,7 +50,7 @@ class DoubleDouble:
     def __init__(self, hi: FloatArray, lo: FloatArray | float = 0.0) -> None:
         self.hi = hi
         low: Any = lo
-        self.lo = low if np.shape(lo) == np.shape(hi) else np.broadcast_to(low, np.shape(hi))
+        self.lo = low if np.shape(lo) == np.shape(hi) else np.full(np.shape(hi), low)
 
     @classmethod
     def of(cls, value: DoubleDouble | Fraction | Floats) -> DoubleDouble:
@@ -150,6 +150,16 @@ def shift(coefficients: list[DoubleDouble], centre: FloatArray) -> list[FloatArr
     """
     about = shifted(coefficients, DoubleDouble.of(centre))
     return [np.broadcast_to(c.hi + c.lo, np.shape(centre)) for c in about]
+
+
+def ends_of(coefficients: list[DoubleDouble], count: int) -> FloatArray:
+    """Values at -1 and at 1 of `count` polynomials with these ascending coefficients, rounded."""
+    whole, rest = np.zeros((2, 2, count))
+    for k, c in enumerate(coefficients):
+        sign = np.array([[-1.0 if k % 2 else 1.0], [1.0]])
+        whole, error = two_sum(whole, sign * c.hi)
+        rest += error + sign * c.lo
+    return whole + rest
 
 
 def two_sum(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -518,7 +528,10 @@ def _slopes(x: LogPositive | int) -> tuple[Any, Any]:
 
 def with_log(log: FloatArray | DualArray, error: FloatArray | DualArray | float) -> LogPositive:
     """The numbers of these logarithms; of a dual `error`, the slopes are the errors of slopes."""
-    plain = LogPositive(value_of(log), np.broadcast_to(value_of(error), value_of(log).shape))
+    value, known = value_of(log), value_of(error)
+    if np.shape(known) != value.shape:
+        known = np.full(value.shape, known)
+    plain = LogPositive(value, known)
     if not isinstance(log, DualArray):
         return plain
     return LogSlopes(plain, log.slopes, slopes_of(error) + np.zeros_like(log.slopes))

@@ -34,7 +34,8 @@ def quotients(x: Number, numbers: Arithmetic) -> tuple[Any, Any]:
     if numbers.any(small):
         y = numbers.where(small, x, numbers.zero)
         for k in range(_terms(numbers.eps), 0, -1):
-            first, second = (1 + y * first) / k, (1 + y * second) / (k + 1)
+            second = (1 + y * second) / (k + 1)
+        first = 1 + y * second
     if not numbers.all(small):
         z = numbers.where(small, numbers.one, x)
         rise = numbers.expm1(z)

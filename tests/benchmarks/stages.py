@@ -19,7 +19,9 @@ _PACKAGE = str(Path(symasym.__file__).parent)
 
 #: What the functions of `symasym.exact` do; anything else is "the rest".
 STAGES = {
-    "samples of the exponential and their sums": ("sampled", "exponents_of_series", "sums"),
+    "samples of the exponential and their sums": (
+        *("sampled", "exponents_of_series", "_single", "_nested"),
+    ),
     "drift on blocks: Taylor shifts, values": ("series_of", "shifted", "phi_at", "phi", "series"),
     "planning blocks: slow, sampled or cut": ("planned", "is_slow", "_tail", "_pieces", "hidden"),
     "what counts and what does not": ("counting", "placed", "up_to", "_coarse"),

@@ -57,7 +57,7 @@ def printed_moments(mp: Any, primitive: Callable[[Any], Any], h: Any) -> list[An
 def cut(coefficients: list[float], h: float, count: int) -> tuple[Moments, np.ndarray]:
     """A block with lam phi = sum of coefficients[k] x^k, sampled in `count` equal panels."""
     middle = np.polynomial.Polynomial(coefficients)(np.polynomial.Polynomial([h / 2, h / 2]))
-    series = np.pad(middle.coef, (0, len(coefficients) - len(middle.coef)))[None, :] * h
+    series = np.pad(middle.coef, (0, len(coefficients) - len(middle.coef)))[:, None] * h
     exponents = float_panels.exponents_of_series(series, count)
     return float_panels.sampled(*exponents, np.array([h]))
 
@@ -100,8 +100,8 @@ def test_the_reach_of_sampled_panels_is_what_it_says() -> None:
 def test_series_and_values_give_the_same_exponents(count: int) -> None:
     c = np.array([[1.5, -2.0, 0.7, 3.0], [0.1, 0.0, 0.0, -1.0]])
     nodes = (np.arange(count)[:, None] + float_panels.gauss().nodes) / count
-    values = np.polynomial.polynomial.polyval(2 * nodes - 1, c.T).swapaxes(0, 1) / count
-    first = float_panels.exponents_of_series(c, count)
+    values = np.polynomial.polynomial.polyval(2 * nodes - 1, c.T).transpose(1, 2, 0) / count
+    first = float_panels.exponents_of_series(c.T, count)
     for x, y in zip(first, float_panels.exponents_of_values(values), strict=True):
         assert np.allclose(x, y, rtol=1e-14, atol=1e-15)
 
@@ -149,7 +149,7 @@ def test_slow_panels_see_the_poles_of_the_drift() -> None:
         u, h = reach * (2 * rule.nodes - 1), np.array([2 * reach])
         phi = 1 / (1 + u**2)[None, :]
         x = lam * phi * h
-        accepted.append(bool(is_slow(x.min(axis=1), x.max(axis=1), x)[0]))
+        accepted.append(bool(is_slow(x.min(axis=1), x.max(axis=1), x.T)[0]))
         if accepted[-1]:
             rise = float_panels.slow(x, h).rise[0]
             assert rise == pytest.approx(-2 * lam[0] * np.arctan(reach), rel=1e-15)
@@ -345,7 +345,7 @@ def test_bisection_gives_up_where_it_does_not_help(monkeypatch: pytest.MonkeyPat
         assert np.isinf(double.occupation(field, 2 * one, False).error).all()
 
 
-@pytest.mark.parametrize("kappa", [0.1, 0.03])
+@pytest.mark.parametrize("kappa", [0.05, 0.03])
 def test_blocks_that_do_not_count_are_claimed(
     kappa: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -379,16 +379,16 @@ def test_dyadic_numbers_are_short_and_near() -> None:
         assert near.denominator <= 2**20
 
 
-@pytest.mark.parametrize("rows", [1, 399, 400, 800, 1500, 2048])
+@pytest.mark.parametrize("rows", [1, 399, 400, 800, 1500, 2048, 9000])
 @pytest.mark.parametrize("shape", [(17, 3), (17,)])
 def test_products_in_pieces_are_products(rows: int, shape: tuple[int, ...]) -> None:
     random = np.random.default_rng(rows)
     x, matrix = random.normal(size=(rows, 17)), random.normal(size=shape)
     wanted = np.einsum("ij,j...->i...", x, matrix)
-    out = np.empty((rows, *shape[1:]))
     assert np.allclose(float_panels.product(x, matrix), wanted, rtol=1e-13, atol=1e-13)
-    assert np.allclose(float_panels.product(x, matrix, out), wanted, rtol=1e-13, atol=1e-13)
-    assert np.array_equal(out, float_panels.product(x, matrix))
+    if len(shape) > 1:
+        found = float_panels.by_columns(matrix.T, x.T)
+        assert np.allclose(found, wanted.T, rtol=1e-13, atol=1e-13)
 
 
 def test_arrays_leave_other_cores_alone() -> None:

@@ -38,7 +38,7 @@ def test_rules_of_panels(sign: float) -> None:
     def exponents(p: float) -> Any:
         rates = sign * np.array([[[1.0 + p], [2.0 - p]], [[1.5], [p - 0.5]]])
         x = rates * (lambda x: x + p * x**2)(np.append(NODES, 1.0)) * 3
-        return x[..., :-1], -x[..., -1]
+        return x[..., :-1].swapaxes(1, 2), -x[..., -1]
 
     def values(p: float) -> Any:
         x = float_panels.lobatto().nodes

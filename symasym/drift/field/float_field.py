@@ -19,7 +19,7 @@ from symasym.base.inputs import FloatArray
 from symasym.base.patience import step
 from symasym.drift.drift import Drift
 from symasym.numbers.complex_balls import ComplexBall, tame
-from symasym.numbers.float_arrays import DoubleDouble, DoubleDoubleOps, shift
+from symasym.numbers.float_arrays import DoubleDouble, DoubleDoubleOps, ends_of, shift
 from symasym.numbers.polynomials import poly, real_parts
 
 if TYPE_CHECKING:
@@ -114,15 +114,15 @@ class PolynomialField:
         self, coefficients: list[DoubleDouble], count: int, directions: Directions | None = None
     ) -> None:
         self.directions = directions
-        self._pairs = [c.broadcast_to((count,)) for c in coefficients]
-        # Mirror images are -A(-u).
-        mirrored = [1.0 if k % 2 else -1.0 for k in range(len(coefficients))]
-        c = np.array([pair.hi for pair in self._pairs])
-        self._c = np.concatenate((c, np.array(mirrored)[:, None] * c), axis=1)
+        self._count, self._pairs = count, coefficients
+        self._c = np.empty((len(coefficients), 2 * count))
+        for k, pair in enumerate(coefficients):
+            self._c[k, :count] = pair.hi
+            # Mirror images are -A(-u).
+            self._c[k, count:] = pair.hi if k % 2 else -pair.hi
         self.sign = np.repeat((1.0, -1.0), count)
-        even, odd = (sum(coefficients[k::2], start=DoubleDouble.of(0)) for k in (0, 1))
-        low, high = np.empty((2, count))
-        low[:], high[:] = (even - odd).hi, (even + odd).hi
+        self._size: FloatArray = np.abs(self._c).sum(axis=0)
+        low, high = ends_of(coefficients, count)
         self.a_minus, self.a_plus = np.concatenate((low, -high)), np.concatenate((high, -low))
 
     def phi(self, scene: IntArray, u: FloatArray) -> FloatArray:
@@ -138,8 +138,7 @@ class PolynomialField:
 
     def size(self) -> FloatArray:
         """Sum of the moduli of the coefficients of A."""
-        result: FloatArray = np.abs(self._c).sum(axis=0)
-        return result
+        return self._size
 
     def reaches(self, scene: IntArray, size: FloatArray) -> None:
         pass  # the coefficients say it all
@@ -161,11 +160,12 @@ class PolynomialField:
 
     def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Taylor coefficients in double-doubles, right at any distance."""
-        sign, original = self.sign[scene], scene % len(self._pairs[0].hi)
+        sign, original = self.sign[scene], scene % self._count
         signs = [sign if k % 2 == 0 else np.ones(len(scene)) for k in range(len(self._pairs))]
         pairs = [
             DoubleDouble(s * c.hi[original], s * c.lo[original])
-            for c, s in zip(self._pairs, signs, strict=True)
+            for pair, s in zip(self._pairs, signs, strict=True)
+            for c in (pair.broadcast_to((self._count,)),)
         ]
         local = shift(pairs, centre)
         return np.array(local).T, np.full(len(scene), np.inf)

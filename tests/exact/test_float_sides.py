@@ -1,0 +1,94 @@
+"""Sides of mild scenes in float64 against the integrals that define sigma and w."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import symasym as sa
+from symasym.base.contexts import own_context
+from symasym.drift.field.float_field import field_of
+from symasym.exact import float_sides
+
+#: Coefficients of A, lam, r, end, and the rule that takes the side.
+SIDES = [
+    ([-1.0, 0.5, 0.2], 12.0, 2.0, 0.3, "_nested"),
+    ([0.3, -2.0, 0.0, 1.5], 20.0, 1.25, 0.0, "_nested"),  # a well and a barrier
+    ([1.0, 0.5], 8.0, 1.25, -0.4, "_nested"),
+    ([0.0, 0.0, 0.0], 2.0, 3.0, 1.0, "_nested"),
+    ([2.0, -0.5, 0.25], 8.0, 10.0, 0.25, "_single"),
+    ([2.0, -0.5, 0.25], 80.0, 4.0, 0.75, "_single"),  # of which the end alone counts
+    ([1.0, -3.0, 0.5], 12.0, 6.0, 0.9, "_single"),  # a well inside
+]
+
+
+def by_definition(mp: Any, a: list[float], lam: float, r: float, end: float) -> tuple[Any, Any]:
+    """log sigma and log w at the end of [-r, end]."""
+    at = mp.mpf(-1)
+    ends = [at, *(-1 + (1 + mp.mpf(end)) * j / 12 for j in range(1, 13))]
+    rate = lam * sum(c * at**k for k, c in enumerate(a))
+    start = -mp.mpf(r)
+
+    def height(u: Any) -> Any:
+        """lam V."""
+        if u < -1:
+            return -rate * (u + 1)
+        return -lam * sum(c * (u ** (k + 1) - at ** (k + 1)) / (k + 1) for k, c in enumerate(a))
+
+    def quad(f: Any, over: list[Any]) -> Any:
+        return mp.quad(f, over, method="gauss-legendre", maxdegree=4)
+
+    top = max(height(u) for u in [start, *ends])
+    known = [
+        mp.exp(height(start) - top) * (-mp.expm1(rate * (start + 1)) / rate if rate else r - 1)
+    ]
+    for u, v in zip(ends, ends[1:], strict=False):
+        known.append(known[-1] + quad(lambda x: mp.exp(height(x) - top), [u, v]))
+
+    def scale(u: Any) -> Any:
+        """The integral of e^{lam V - top} from -r."""
+        if u < -1:
+            gone = mp.expm1(-rate * (u - start)) / -rate if rate else u - start
+            return mp.exp(height(start) - top) * gone
+        j = sum(x <= u for x in ends) - 1
+        return known[j] + quad(lambda x: mp.exp(height(x) - top), [ends[j], u])
+
+    pieces = [*mp.linspace(start, at, 24)[:-1], *ends]
+    w = lam * quad(lambda u: mp.exp(height(ends[-1]) - height(u)) * scale(u) / known[-1], pieces)
+    return mp.log(known[-1]) + top - height(ends[-1]), mp.log(w)
+
+
+@pytest.mark.parametrize(("a", "lam", "r", "end", "rule"), SIDES)
+def test_sides_are_the_integrals(
+    a: list[float], lam: float, r: float, end: float, rule: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    taken = []
+    for name in ("_nested", "_single"):
+        found = getattr(float_sides, name)
+        monkeypatch.setattr(
+            float_sides, name, lambda s, name=name, found=found: (taken.append(name), found(s))[1]
+        )
+    monkeypatch.setattr(float_sides, "_FEW", 1)
+    one, drift = np.ones(2), sa.polynomial(*a)
+    field = field_of(drift, drift.values, 1)
+    # A side, and the mirror image of the drift, which is another one.
+    index, swept = float_sides.swept(field, lam * one, r * one, np.array([end, -1.0]))
+    assert index.tolist() == [0]
+    assert taken == [rule]
+    with own_context(20) as mp:
+        exact = by_definition(mp, a, lam, r, end)
+    for number, wanted in zip(swept, exact, strict=True):
+        assert abs(number.log[0] - wanted) <= number.error[0] < 4e-13 * max(1, abs(wanted) / 50)
+
+
+@pytest.mark.parametrize("lam", [2.0, 60.0])
+def test_sides_alone_and_together_are_the_same(lam: float) -> None:
+    z0 = np.linspace(-1.0, 0.5, 700)
+    drift = sa.friction(mu=2.0, alpha=1.0, z0=z0)
+    kappa = np.sqrt(2 / lam)
+    together = sa.escape_time(drift, kappa, 2.0, start=0.3, log=True, full=True)
+    for j in (0, 350, 699):
+        alone = sa.escape_time(drift.bind(z0=z0[[j]]), kappa, 2.0, start=0.3, log=True, full=True)
+        assert abs(alone.value[0] - together.value[j]) <= alone.error[0] + together.error[j]
