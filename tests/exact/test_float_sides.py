@@ -10,7 +10,7 @@ import pytest
 import symasym as sa
 from symasym.base.contexts import own_context
 from symasym.drift.field.float_field import field_of
-from symasym.exact import float_sides
+from symasym.exact import float_panels, float_sides
 
 #: Coefficients of A, lam, r, end, and the rule that takes the side.
 SIDES = [
@@ -81,6 +81,30 @@ def test_sides_are_the_integrals(
         exact = by_definition(mp, a, lam, r, end)
     for number, wanted in zip(swept, exact, strict=True):
         assert abs(number.log[0] - wanted) <= number.error[0] < 4e-13 * max(1, abs(wanted) / 50)
+
+
+def test_too_few_panels_are_claimed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Panels far too long: what Legendre coefficients say of them covers what they miss."""
+    monkeypatch.setattr(float_sides, "RESOLUTION", np.inf)
+    monkeypatch.setattr(float_sides, "_FEW", 1)
+    missed = dict.fromkeys(("_nested", "_single"), 0)
+    float_sides._to_end.cache_clear()
+    for factor in (2, 4, 8):
+        for name in ("REACH", "REACH_DOWN"):
+            monkeypatch.setattr(float_sides, name, getattr(float_panels, name) * factor)
+        monkeypatch.setattr(float_sides, "_GRADED", np.array([10.0, 28.0, 50.0, 76.0]) * factor)
+        for a, lam, r, end, rule in SIDES:
+            drift, one = sa.polynomial(*a), np.ones(2)
+            field = field_of(drift, drift.values, 1)
+            _, swept = float_sides.swept(field, lam * one, r * one, np.array([end, -1.0]))
+            with own_context(20) as mp:
+                exact = by_definition(mp, a, lam, r, end)
+            for number, wanted in zip(swept, exact, strict=True):
+                wrong = abs(number.log[0] - wanted)
+                assert wrong <= number.error[0]
+                missed[rule] += wrong > 1e-12
+    float_sides._to_end.cache_clear()
+    assert all(missed.values()), missed
 
 
 @pytest.mark.parametrize("lam", [2.0, 60.0])
