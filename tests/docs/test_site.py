@@ -234,6 +234,17 @@ def test_labels_on_the_errata_lead_to_their_formulas(records: formulas.Records) 
     assert text == "(39) [`eq:Ttildesmall`](formulas/eq-Ttildesmall.md), `eq:osc1`"
 
 
+def test_each_number_of_an_erratum_leads_to_its_details(records: formulas.Records) -> None:
+    page = (ROOT / "docs" / "errata.md").read_text("utf-8")
+    there = set(re.findall(r'<details id="(erratum-\d+)">', page))
+    assert len(there) == len(formulas.ERRATA) == page.count("\n### ")
+    assert set(re.findall(r'href="#(erratum-\d+)"', page)) == there
+    boxes = [formulas.page(label, records) for label in records]
+    linked = {name for box in boxes for name in re.findall(r"errata\.html#([\w-]+)", box)}
+    assert len(linked) > 20
+    assert linked <= there
+
+
 def test_arrows_of_the_graph_lead_to_the_right() -> None:
     rests = {label: list(entry.rests_on) for label, entry in _ordered().items()}
     at = graph.positions(rests)
