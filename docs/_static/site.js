@@ -137,8 +137,7 @@
 
   // What a link to an erratum leads to, its details or their heading, is open.
   const open = () => {
-    const name = decodeURIComponent(location.hash.slice(1));
-    const place = name && document.getElementById(name);
+    const place = document.getElementById(decodeURIComponent(location.hash.slice(1)));
     const details = place && (place.matches("details") ? place : place.querySelector(":scope > details"));
     if (details?.id.startsWith("erratum-")) {
       details.open = true;

@@ -434,7 +434,7 @@ def graph_page(records: Records) -> str:
         '<option value="">all formulas</option>',
         *chosen,
         "</select></label></p>",
-        '<p id="graph-hint" hidden>Scroll →</p>',
+        '<p id="graph-hint" hidden>Scroll ↔</p>',
         graph.svg(
             {label: record["rests_on"] for label, record in records.items()},
             {label: heading(record["title"]) for label, record in records.items()},
