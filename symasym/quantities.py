@@ -48,8 +48,9 @@ def escape_time(
     """Mean escape time T from ``|u| < r`` (eq:Ttilde with eq:C; any region).
 
     T belongs to the scalar equation du = phi(u) dt + kappa dW: the slow variables of a system that
-    was reduced to it are frozen where it starts. A block of the friction oscillator that sticks is
-    taken to the fold by the belt, and is released there however large T is (docs/limits.md).
+    was reduced to it are frozen where it starts. It is the whole system's time only where they
+    change it little meanwhile (docs/limits.md): a block of the friction oscillator that sticks is
+    taken to the fold by the belt, and is released there however large T is.
 
     Parameters
     ----------
@@ -89,8 +90,8 @@ def escape_time(
         Seconds of processor time that it may take, 10 if left out.
     drag_time : number, optional
         With `full`: the scaled time in which the frozen variables move by as much as the wells can
-        bear, from `Reduction.drag_time` or `System.drag_time`. A T of a tenth of it or more gets a
-        note.
+        bear, from `Reduction.drag_time` or `System.drag_time`. A note is given where T is a tenth
+        of it or more.
 
     Returns
     -------
