@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import nullcontext
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -76,9 +77,15 @@ def steps(record: dict[str, Any], level: int) -> list[str]:
         if step["reason"]:
             lines += [f"Why: {words(step['reason'])}.", ""]
         how = "" if step["how"] in explained else f"{words(step['how'])}. "
-        explained.add(step["how"])
-        found = _sentence(step["detail"])
-        lines += [*display(step["latex"]), f"Check ({step['kind']}): {how}{found}.", ""]
+        checked = f"Check ({step['kind']}): {how}{_sentence(step['detail'])}."
+        if re.fullmatch(r"(difference is exactly 0 \([^()]*\)(; )?)+", step["detail"]):
+            # How it was checked is shown when the words are pointed at.
+            way = escape(f"{step['how']}: {step['detail']}")
+            sides = "the leading parts" if "leading part" in step["how"] else "both sides"
+            checked = f'<span title="{way}">Checked symbolically</span>: {sides} agree.'
+        else:
+            explained.add(step["how"])
+        lines += [*display(step["latex"]), checked, ""]
     return lines
 
 

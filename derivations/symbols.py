@@ -56,10 +56,10 @@ MEANINGS: dict[str, Meaning] = {
     "t": Meaning("time", "unscaled"),
     "t_s": Meaning("time", _SCALED_TIME, _S),
     "epsilon": Meaning("half the width of the smoothed layer", "unscaled"),
-    "kappa": Meaning("noise amplitude", "scaled: kappa/sqrt(eps)", _S),
+    "kappa": Meaning("noise amplitude", "scaled: kappa_p/sqrt(eps)", _S),
     "kappa_phys": Meaning("noise amplitude", "unscaled"),
     "lam": Meaning("the large parameter 2/kappa^2", "scaled", _S),
-    "r": Meaning("radius of escape", "scaled: r/eps", _S),
+    "r": Meaning("radius of escape", "scaled: r_p/eps", _S),
     "r_phys": Meaning("radius of escape", "unscaled"),
     # The drift.
     "phi": Meaning("drift", _DRIFT, _A),
@@ -112,7 +112,7 @@ MEANINGS: dict[str, Meaning] = {
     "J": Meaning("flux of R", _PURE, _C),
     "kappa_c": Meaning("noise below which escape is exponentially slow", "unscaled", _T),
     "kappa_e": Meaning(
-        "noise at which the well outlasts the way to r", "scaled: kappa/sqrt(eps)", _T
+        "noise at which the well outlasts the way to r", "scaled: kappa_p/sqrt(eps)", _T
     ),
     "ell": Meaning("-log(eps)", _PURE),
     # Steady state.
@@ -327,6 +327,33 @@ LOCAL: dict[str, dict[str, Meaning]] = {
     },
     "friction-well": {"omega": Meaning("a third of arccos((1 - z0)/beta)", "an angle", _A)},
     "eq:forcePWC": {"alpha": Meaning("Coulomb friction force", "unscaled")},
+}
+
+_ZETA = Meaning("square of the zeros' place in s", "lam^(-2/3) times Z")
+_S_OF_U = Meaning("the variable of the cubic, phi du = (s^2 - zeta) ds", "lam^(-1/3)")
+#: Label -> TeX of symbols of its error, note, conditions and steps alone.
+IN_WORDS: dict[str, dict[str, Meaning]] = {
+    "eq:Tlarge": {
+        r"\kappa_p": MEANINGS["kappa_phys"],
+        r"\varepsilon": MEANINGS["epsilon"],
+        r"\phi": MEANINGS["phi"],
+    },
+    "eq:Ttildesmall": {"S": MEANINGS["S"]},
+    "eq:S": {"A": MEANINGS["A"], r"\zeta": _ZETA},
+    "C-bound": {
+        r"V_{\max}": Meaning("largest value of the potential on 0 <= u <= 1", _POTENTIAL),
+        r"\Delta": Meaning("any number between 0 and 1, in the end 1/4", _PURE),
+    },
+    "pair-products": {r"\zeta": _ZETA, "s": _S_OF_U},
+    "airy-form": {
+        "y": Meaning("position from half-way between the zeros", "scaled: y/eps"),
+        r"\psi": Meaning("what is left of the drift, phi = +-(y^2 - D) psi(y)", "scaled"),
+        "D": Meaning("square of half the zeros' distance, negative for a complex pair", "scaled"),
+        "R": Meaning("sqrt(D), half the zeros' distance", "scaled: y/eps"),
+        r"\zeta": _ZETA,
+        "s": _S_OF_U,
+        "c": Meaning("R/sqrt(zeta): the zeros are s = -R/c and s = R/c", "scaled"),
+    },
 }
 
 

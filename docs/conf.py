@@ -28,8 +28,8 @@ exclude_patterns: list[str] = []
 suppress_warnings = ["ref.python"]
 # A single backtick in a docstring is a name or a value.
 default_role = "code"
-# V'' is a second derivative.
-smartquotes = False
+# Dashes alone: V'' is a second derivative.
+smartquotes_action = "D"
 
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"

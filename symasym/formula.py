@@ -71,7 +71,7 @@ def formula(label: str) -> Formula:
     --------
     >>> from symasym.formula import formula
     >>> formula("eq:Tlarge").error
-    'O(r_phys^2), for kappa_phys >= sqrt(eps)'
+    'O(r_phys^2), for sqrt(eps) <= kappa_phys < r_phys, so that eps < r_phys^2'
     >>> formula("folds").rests_on
     ('cubic', 'turning-points', 'beta')
     """

@@ -48,26 +48,31 @@ def escape_time(
     """Mean escape time T from ``|u| < r`` (eq:Ttilde with eq:C; any region).
 
     T belongs to the scalar equation du = phi(u) dt + kappa dW: the slow variables of a system that
-    was reduced to it are frozen where it starts. A block of the friction oscillator that sticks is
-    taken to the fold by the belt, and is released there however large T is (docs/limits.md).
+    was reduced to it are frozen where it starts. It is the whole system's time only where they
+    change it little meanwhile (docs/limits.md): a block of the friction oscillator that sticks is
+    taken to the fold by the belt, and is released there however large T is.
 
     Parameters
     ----------
     drift : Drift
         Bound; its parameters may be arrays.
-    kappa, r : number or array_like
-        Scaled noise amplitude and radius, greater than 0.
+    kappa : number or array_like
+        Scaled noise amplitude, kappa_p/sqrt(eps), greater than 0.
+    r : number or array_like
+        Scaled radius, r_p/eps, greater than 0.
     start : number or array_like, optional
         Scaled starting point, inside (-r, r).
     method : {"exact", "paper", "laplace", "local", "uniform", "strong_noise", "auto"}
-        ``"exact"``: the integral with nothing dropped. ``"paper"``: the leading
-        order, eq:Ttildesmall with its step Stokes multiplier (eq:Ttildelarge
-        where there is no well); only for start 0. ``"laplace"``: weak noise, in
-        kappa^2/2; ``"uniform"``: the same, and where a well and a barrier, or
-        one of them and the start or u = 1 or -1, are near each other or coalesce; ``"local"``: its
-        leading order with Airy's argument linear in the distance to a fold. ``"strong_noise"``: in
-        2/kappa^2. ``"auto"``: the cheapest whose stated relative error is at most `rtol`
-        (see `plan`).
+
+        - ``"exact"``: the integral with nothing dropped.
+        - ``"laplace"``: weak noise, in kappa^2/2.
+        - ``"uniform"``: the same, and where a well and a barrier, or one of them and the start or
+          u = 1 or -1, are near each other or coalesce.
+        - ``"local"``: its leading order with Airy's argument linear in the distance to a fold.
+        - ``"strong_noise"``: in 2/kappa^2.
+        - ``"paper"``: the leading order, eq:Ttildesmall with its step Stokes multiplier
+          (eq:Ttildelarge where there is no well); only for start 0.
+        - ``"auto"``: the cheapest whose stated relative error is at most `rtol` (see `plan`).
     order : int or "optimal", optional
         Of an expansion: the highest power that is kept, 2 if left out. ``"optimal"``
         (of ``"laplace"``): where the stated error is smallest.
@@ -89,8 +94,8 @@ def escape_time(
         Seconds of processor time that it may take, 10 if left out.
     drag_time : number, optional
         With `full`: the scaled time in which the frozen variables move by as much as the wells can
-        bear, from `Reduction.drag_time` or `System.drag_time`. A T of a tenth of it or more gets a
-        note.
+        bear, from `Reduction.drag_time` or `System.drag_time`. A note is given where T is a tenth
+        of it or more.
 
     Returns
     -------
@@ -103,6 +108,8 @@ def escape_time(
         For a value outside its range, a free parameter, shapes that do not broadcast.
     RangeError
         If the value does not fit float64 and `log` is False.
+    AccuracyError
+        If the expansion does not hold there, or nothing reaches `rtol`.
     TimeLimitError
         If it would take longer than `patience`.
 
@@ -151,15 +158,15 @@ def exit_probability(
 ) -> Answer:
     """Probability C of leaving ``|u| < r`` through -r (eq:C).
 
+    All other parameters are those of `escape_time`.
+
     Parameters
     ----------
-    drift, kappa, r, start, order, dps, log, full, rtol, errors, workers, patience
-        As in `escape_time`.
     complement : bool
         The probability 1 - C of leaving through +r, with its own relative precision.
     method : {"exact", "paper", "laplace", "strong_noise", "bound", "auto"}
         ``"bound"``: the middle of two proved bounds, half their distance the error.
-        ``"laplace"``: weak noise. ``"paper"``: an upper bound (see docs/bounds.md).
+        ``"paper"``: an upper bound (see docs/bounds.md).
 
     Returns
     -------
@@ -167,8 +174,8 @@ def exit_probability(
 
     Raises
     ------
-    InputError, RangeError
-        As in `escape_time`.
+    InputError, RangeError, AccuracyError, TimeLimitError
+        As `escape_time` does.
 
     Examples
     --------
@@ -200,10 +207,10 @@ def occupation(
 ) -> Answer:
     """Stationary probability P of ``|u| <= 1`` (eq:P); the region must be sliding.
 
+    All other parameters are those of `escape_time`.
+
     Parameters
     ----------
-    drift, kappa, order, dps, log, full, rtol, errors, workers, patience
-        As in `escape_time`.
     complement : bool
         1 - P instead, with its own relative precision.
     method : {"exact", "paper", "laplace", "uniform", "strong_noise", "auto"}
@@ -218,6 +225,8 @@ def occupation(
     ------
     RegionError
         Outside a sliding region, where no stationary density exists.
+    InputError, RangeError, AccuracyError, TimeLimitError
+        As `escape_time` does.
 
     Examples
     --------
@@ -246,10 +255,10 @@ def stationary_density(
 ) -> Answer:
     """Stationary density p_ss at the scaled position y (eq:pss); the region must be sliding.
 
+    All other parameters are those of `escape_time`.
+
     Parameters
     ----------
-    drift, kappa, dps, log, full, errors, workers, patience
-        As in `escape_time`.
     y : number or array_like
         Scaled position, anywhere.
 
@@ -262,6 +271,8 @@ def stationary_density(
     ------
     RegionError
         Outside a sliding region.
+    InputError, RangeError, TimeLimitError
+        As `escape_time` does.
 
     Examples
     --------

@@ -211,8 +211,8 @@ ERRATA: tuple[Erratum, ...] = (
         "wrong",
         r"$T = r/a^+ + O(r^2)$, unscaled, also for $\kappa_p \ll \sqrt\varepsilon$ and a positive "
         r"drift (point 4); scaled $T \to r/a^+$ (section 6.2)",
-        r"$T = r/a^+ + O(\varepsilon) + O(r^2)$: the scaled difference tends to a constant, not "
-        r"to 0",
+        r"in weak noise $T = r/a^+ + O(\varepsilon) + O(r^2)$: the scaled difference tends to a "
+        r"constant, not to 0",
         r"none",
         "eq:S",
         evidence.smooth_crossing,

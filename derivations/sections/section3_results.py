@@ -140,7 +140,7 @@ def p_small(d: Any) -> None:
 )
 def t_large(d: Any) -> None:
     s = Symbol("s", positive=True)
-    d.suppose("crossing to the right, kappa_phys >= sqrt(eps)")
+    d.suppose("crossing to the right, sqrt(eps) <= kappa_phys < r_phys")
 
     def unscaled() -> list[Any]:
         expansion = d.use("eq:Ttildelarge", "T")
@@ -167,7 +167,12 @@ def t_large(d: Any) -> None:
         Bound(difference=2 * _k * s + s**2, on="kappa_phys < r_phys = kappa_phys + s"),
         "with the O(r_phys) of the coefficients this is the paper's O(r_phys^2)",
     )
-    d.conclude(Symbol("T"), scaled[0], "O(r_phys^2), for kappa_phys >= sqrt(eps)")
+    d.conclude(
+        Symbol("T"),
+        scaled[0],
+        "O(r_phys^2), for sqrt(eps) <= kappa_phys < r_phys, so that eps < r_phys^2",
+        note="in weak noise, with phi > 0, the error is O(eps) + O(r_phys^2), by eq:S",
+    )
 
 
 @derives("eq:Tsmall", "Where the well outlasts the way to r", ("eq:Ttildesmall",))

@@ -421,4 +421,5 @@ def regions(d: Any) -> None:
             r"a^- > 0 > a^+ \text{: attracting sliding}",
             r"a^- > 0, \ a^+ > 0 \text{: crossing to the right}",
         ),
+        note="a- or a+ is 0 at a tangency, between these regions",
     )

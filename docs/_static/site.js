@@ -145,20 +145,8 @@
     }
   };
 
-  // A formula's BibTeX entry gets the address under which the page is served.
-  const address = () => {
-    if (!location.protocol.startsWith("http")) return;
-    const page = location.pathname.split("/").slice(-2).join("/");
-    for (const part of document.querySelectorAll(".highlight-bibtex span")) {
-      if (!part.children.length) {
-        part.textContent = part.textContent.replace(page, location.href.split("#")[0]);
-      }
-    }
-  };
-
   document.addEventListener("DOMContentLoaded", () => {
     buttons();
-    address();
     enlarge();
     const select = document.querySelector("#graph-focus");
     if (select) {

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import inspect
+import re
 from importlib import import_module
+from typing import get_args
 
 import symasym as sa
+from symasym import quantities
 
 #: The pages in their order, the functions that answer a question first.
 TITLES = {
@@ -53,6 +56,18 @@ MODULES = {
     "symasym.emit.source": "Emitted source code",
 }
 
+#: The types in signatures that are no classes, with what they are.
+TYPES = {
+    "Number": "int, float, str, Fraction or Decimal; text is taken exactly.",
+    "Numbers": "A number, or an array or nested list of them.",
+    "Answer": "A float, or an array where an argument is one; with ``dps`` an mpf, or an array of "
+    "them; with ``full=True`` an :class:`Estimate`.",
+    **{
+        name: ", ".join(f'``"{word}"``' for word in get_args(getattr(quantities, name))) + "."
+        for name in ("TimeMethod", "ExitMethod", "OccupationMethod", "Errors")
+    },
+}
+
 
 def pages() -> dict[str, str]:
     """File name -> reStructuredText."""
@@ -65,12 +80,21 @@ def pages() -> dict[str, str]:
         for place, names in grouped.items()
         if names
     }
+    types = "\n".join(f".. py:type:: {name}\n\n   {text}\n" for name, text in TYPES.items())
+    made["api/quantities.rst"] += f"\nTypes in signatures\n-------------------\n\n{types}"
     for module, title in MODULES.items():
         names = list(import_module(module).__all__)
         made[f"api/{module.rpartition('.')[2]}.rst"] = _page(title, module, names)
-    listed = [name.removeprefix("api/").removesuffix(".rst") for name in made]
-    tree = ["", ".. toctree::", "", *(f"   {name}" for name in listed), ""]
-    made["api/index.rst"] = "\n".join([*_heading("API reference"), _INTRODUCTION, *tree])
+    listed = {
+        name.removeprefix("api/").removesuffix(".rst"): re.findall(r"auto\w+:: (\w+)", text)
+        for name, text in made.items()
+    }
+    lines = [
+        f"- :doc:`{page}`: {', '.join(f'``{name}``' for name in names)}"
+        for page, names in listed.items()
+    ]
+    tree = ["", ".. toctree::", "   :hidden:", "", *(f"   {page}" for page in listed), ""]
+    made["api/index.rst"] = "\n".join([*_heading("API reference"), _INTRODUCTION, *lines, *tree])
     return made
 
 

@@ -21,7 +21,7 @@ from derivations.errata.entries import ERRATA
 from derivations.labels import NUMBERS, numbered
 from derivations.registry import entries
 from derivations.runner import slug
-from derivations.symbols import MEANINGS, QUANTITIES, quantities, symbols
+from derivations.symbols import IN_WORDS, MEANINGS, QUANTITIES, quantities, symbols
 from symasym import friction
 from symasym.base.errors import InputError
 from symasym.emit import emit
@@ -163,30 +163,32 @@ def _section(label: str) -> str:
     return sections()[entries()[label].module].partition(":")[0]
 
 
-def _tools(label: str, record: Mapping[str, Any]) -> list[str]:
-    """Permalink, TeX to copy, a BibTeX entry to cite.
-
-    The entry's address is the page's own, which the page completes where it is served.
-    """
-    number = f", equation ({NUMBERS[label]})" if label in NUMBERS else ""
+def _cite(label: str = "") -> list[str]:
+    """BibTeX of the paper and of symasym, folded; of a formula's label with its place in both."""
+    number = f"Equation ({NUMBERS[label]})" if label in NUMBERS else ""
     entry = [
-        "@article{JeffreySimpson,",
+        "@misc{JeffreySimpson,",
         "  author = {Jeffrey, M. R. and Simpson, D. J. W.},",
         "  title = {Non-{F}ilippov dynamics arising from the smoothing of nonsmooth systems, and",
         "           its robustness to noise},",
         "  eprint = {1310.8328},",
-        f"  archiveprefix = {{arXiv}}{number and ','}",
-        *([f"  note = {{{number.removeprefix(', ').capitalize()}}}"] if number else []),
+        "  archiveprefix = {arXiv},",
+        f"  year = {{2013}}{number and ','}",
+        *([f"  note = {{{number}}}"] if number else []),
         "}",
         "@software{symasym,",
         "  author = {{The symasym developers}},",
         "  title = {symasym: escape times and {Laplace}-type integrals of smoothed switches",
         "           with noise},",
-        f"  version = {{{VERSION}}},",
-        f"  url = {{formulas/{slug(label)}.html}},",
-        f"  note = {{Formula {label}}}",
+        f"  version = {{{VERSION}}}{label and ','}",
+        *([f"  note = {{Formula {label}}}"] if label else []),
         "}",
     ]
+    return folded("Cite", ["```bibtex", *entry, "```", ""])
+
+
+def _tools(label: str, record: Mapping[str, Any]) -> list[str]:
+    """Permalink, TeX to copy, a BibTeX entry to cite."""
     return [
         "```{raw} html",
         '<div class="formula-tools">',
@@ -195,7 +197,7 @@ def _tools(label: str, record: Mapping[str, Any]) -> list[str]:
         "</div>",
         "```",
         "",
-        *folded("Cite", ["```bibtex", *entry, "```", ""]),
+        *_cite(label),
     ]
 
 
@@ -226,6 +228,10 @@ def _symbols(label: str, record: Mapping[str, Any]) -> list[str]:
         f"| ${sign}$ | {report.words(MEANINGS[name].text)} | {report.words(MEANINGS[name].scale)} |"
         for sign, name in _BESIDE.items()
         if _stands(sign, shown) and not any(row.startswith(f"| ${sign}$") for row in rows)
+    ]
+    rows += [
+        f"| ${sign}$ | {report.words(meaning.text)} | {report.words(meaning.scale)} |"
+        for sign, meaning in IN_WORDS.get(label, {}).items()
     ]
     if r"\mathbf{1}" in record["latex"]:
         rows.append(_INDICATOR)
@@ -276,6 +282,8 @@ def _evaluation(label: str) -> list[str]:
 
 def _emitted(found: Formula) -> list[str]:
     """One fold with the code for each target, or why there is none."""
+    if not found.expression.free_symbols:
+        return []
     lines: list[str] = []
     names = []
     refused = ""
@@ -311,6 +319,9 @@ def about(plot: Plot | Picture) -> list[str]:
         seen = (
             f"the formula {plot.label} and the exact value, and below them the error of the formula"
         )
+        if formula(plot.label).error == "exact":
+            title = "Computed in two ways"
+            seen = f"{plot.label} by its formula and in another way, which agree to rounding"
     lines = [f"## {title}", "", f"![{seen}]({slug(plot.label)}.svg)", ""]
     if isinstance(plot, Picture):
         lines += [f"{report.plain(seen[:1].upper() + seen[1:])}.", ""]
@@ -340,13 +351,17 @@ def _rows(labels: Iterable[str], records: Records) -> list[str]:
     lines: list[str] = []
     for label in labels:
         record = records[label]
-        number = f" ({NUMBERS[label]})" if label in NUMBERS else ""
         lines += [
-            f"**{_link(label)}**, `{label}`{number}; error: {report.words(record['error'])}.",
+            f"**{_link(label)}**, {_named(label)}; error: {report.words(record['error'])}.",
             "",
             *report.display(record["latex"]),
         ]
     return lines
+
+
+def _named(label: str) -> str:
+    """A label, and the number of its equation in the paper if it has one."""
+    return f"`{label}` ({NUMBERS[label]})" if label in NUMBERS else f"`{label}`"
 
 
 def _of_module(records: Records, module: str) -> list[str]:
@@ -355,13 +370,18 @@ def _of_module(records: Records, module: str) -> list[str]:
 
 
 def _modules(number: str) -> list[tuple[str, str, str]]:
-    """Section modules of a section: module, place in the paper, what is derived there."""
+    """Section modules of a section, in the paper's order: module, its place, what is derived."""
     chosen = [
         (module, *title.partition(": ")[::2])
         for module, title in sections().items()
         if report.section(module) == number
     ]
-    return sorted(chosen, key=lambda item: (item[1] + "~", item[0]))
+    first: dict[str, int] = {}
+    for label, entry in entries().items():
+        if label in NUMBERS:
+            first[entry.module] = min(first.get(entry.module, NUMBERS[label]), NUMBERS[label])
+    # What the paper has no equation of comes last.
+    return sorted(chosen, key=lambda item: (first.get(item[0], len(NUMBERS) * 2), item[1]))
 
 
 def section(number: str, records: Records) -> str:
@@ -384,9 +404,10 @@ def index(records: Records) -> str:
     """The sections with the titles of their formulas, and the definitions."""
     listed = []
     for number, title in report.SECTIONS.items():
-        listed += [f"## {title}", "", f"[With the formulas](section-{number}.md).", ""]
+        name = title.partition(":")[0]
+        listed += [f"## {title}", "", f"[{name} with its formulas](section-{number}.md).", ""]
         for module, place, what in _modules(number):
-            titles = [_link(label) for label in _of_module(records, module)]
+            titles = [f"{_link(label)}, {_named(label)}" for label in _of_module(records, module)]
             listed += [f"- {place}, {heading(what)}: {'; '.join(titles)}."]
         listed += [""]
     steps = sum(len(record["steps"]) for record in records.values())
@@ -397,8 +418,10 @@ def index(records: Records) -> str:
             f"{len(records)} results, derived in {steps} checked steps, by section of the paper; "
             "[by quantity](quantities.md), and as [a graph](graph.md) of which rests on which. "
             "[All of them in one file](formulas.json), for programs: label, TeX, SymPy expression, "
-            "assumptions, error, number of checks of each kind.",
+            "assumptions, error, number of checks of each kind. After a title stand its label "
+            "and, in brackets, the number of its equation in the paper.",
             "",
+            *_cite(),
             *listed,
             "## Definitions, with nothing to derive",
             "",
@@ -410,7 +433,14 @@ def index(records: Records) -> str:
 
 def by_quantity(records: Records) -> str:
     """The formulas by the quantity on their left side."""
-    lines = ["# Formulas by quantity", ""]
+    lines = [
+        "# Formulas by quantity",
+        "",
+        "Each formula under the quantity on its left side, with its label, the number of its "
+        "equation in the paper where it has one, and its error. "
+        "[By section of the paper](index.md) they are listed by title.",
+        "",
+    ]
     for quantity in QUANTITIES:
         chosen = [label for label in records if quantity in quantities(label)]
         lines += [f"## {quantity}", "", *_rows(chosen, records)]

@@ -303,6 +303,10 @@ def test_a_page_and_a_snippet_per_label(records):
         assert page.startswith(f"# {label}: ")
         # With a capital letter, where a sentence begins.
         assert all(report.words(step["name"])[1:] in page for step in record["steps"])
+        equal = [s for s in record["steps"] if s["detail"].startswith("difference is exactly 0")]
+        assert page.count("Checked symbolically") == len(
+            [step for step in equal if step["kind"] == "symbolic identity"]
+        )
         snippet = (out / f"{runner.slug(label)}.tex").read_text(encoding="utf-8")
         # A formula a step and one for the conclusion; cases stand apart.
         assert (

@@ -25,7 +25,7 @@ from derivations import report
 from derivations.registry import build, closure, entries
 from derivations.report import plain
 from derivations.runner import describe, slug
-from derivations.symbols import MEANINGS, QUANTITIES, quantities, symbols
+from derivations.symbols import IN_WORDS, MEANINGS, QUANTITIES, quantities, symbols
 from symasym.formula import formula
 
 ROOT = Path(__file__).parents[2]
@@ -70,7 +70,7 @@ EXACT = {
     "eq:eekappar", "eq:TtildetoT", "eq:phifric0", "eq:forcePerturbed", "eq:forcePWC", "cubic",
     "fr1", "eq:osc2", "fr2", "eq:odeR", "first-integral", "density-R", "eq:FPE", "backward",
     "positive-form", "positive-density", "panel-step", "eq:V2", "eq:fourPieces", "tails",
-    "gaussian-step", "pair-products", "airy-form", "truncated-gaussian",
+    "gaussian-step", "pair-products", "truncated-gaussian",
     "endpoint-series", "regular-part", "saddle-recurrences", "two-sides",
 }  # fmt: skip
 BOUNDS = {"C-bound": 1, "L-bound": -1}
@@ -187,6 +187,24 @@ def test_a_page_says_what_where_and_under_which_conditions(records: formulas.Rec
     for label in records:
         title = formulas.page(label, records).splitlines()[0]
         assert not re.search(r"eq:|\$|\bkappa\b", title), title
+
+
+def test_symbols_of_the_words_stand_in_them(records: formulas.Records) -> None:
+    for label, signs in IN_WORDS.items():
+        page = formulas.page(label, records)
+        rows = [line for line in page.splitlines() if line.startswith("| $")]
+        said = "\n".join(line for line in page.splitlines() if line not in rows)
+        for sign in signs:
+            assert formulas._stands(sign, " ".join(re.findall(r"\$(.*?)\$", said))), (label, sign)
+            assert sum(row.startswith(f"| ${sign}$ |") for row in rows) == 1, (label, sign)
+
+
+def test_the_index_follows_the_paper_and_names_each_formula(records: formulas.Records) -> None:
+    text = formulas.index(records)
+    order = [text.index(f"`{label}` ({n})") for label, n in (
+        ("eq:Ttildelarge", 36), ("eq:Ttildesmall", 39), ("eq:S", 40), ("fr1", 53)
+    )]  # fmt: skip
+    assert order == sorted(order)
 
 
 def test_indexes_show_the_formulas(records: formulas.Records) -> None:

@@ -142,16 +142,16 @@ def stokes(d: Any) -> None:
         found,
         "leading order in kappa",
         cases=(
-            r"0 < u_2 < 1",
-            r"u_2 = 0",
-            r"u_2 < 0",
-            r"A > 0",
-            r"u_2 = O(\kappa)",
-            r"Z = O(1)",
+            r"\kappa \to 0, \ 0 < u_2 < 1",
+            r"\kappa \to 0, \ u_2 = 0",
+            r"\kappa \to 0, \ u_2 < 0",
+            r"\kappa \to 0, \ A > 0",
+            r"u_2 = O(\kappa) \text{: uniform through } u_2 = 0",
+            r"Z = O(1) \text{: uniform through the fold}",
         ),
-        note="A > 0 is no well; Z = lam^(2/3) zeta as in pair-products, near the fold; the "
-        "multiplier belongs to the well's term of eq:Ttildesmall, and for u2 < 0 another term may "
-        "be large",
+        note="A > 0 on the layer means that there is no well; Z = lam^(2/3) zeta, with zeta of "
+        "'pair-products'; the multiplier belongs to the well's term of eq:Ttildesmall, and for "
+        "u2 < 0 another term may be large",
     )
 
 

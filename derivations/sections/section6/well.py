@@ -412,7 +412,8 @@ def small(d: Any) -> None:
         Symbol("T"),
         found,
         "relative O(kappa^2) in the exponential term, O(1) in the other",
-        note="D = V(u2) - V(u1), the height of the barrier",
+        note="D = V(u2) - V(u1), the height of the barrier; the exponential term is that of a well "
+        "with 0 < u2 < 1; the paper has S of eq:S before it, 0 without such a well",
     )
 
 

@@ -251,8 +251,8 @@ def _integrals() -> list[Plot]:
              lambda k: np.log(left(kappa=k, a_minus=1.5))),
         Plot("pair-products", "J", "weights 1; exact: over t = s(v) - s(u) alone, by quadrature",
              np.linspace(-6, 4, 121), _pair_by_distance, _pair, "Z", log_x=False),
-        Plot("airy-form", "∫ e^(λV)", "u' = 1 + s/2, λ = 8; exact: by quadrature along rays",
-             np.linspace(-1, 5, 121), _past_pair, _airy_form, "Z", log_x=False),
+        Plot("airy-form", "∫ e^(λV)", "u' = 1 + s/2 + s³/4, ζ = 1/4; exact: quadrature along rays",
+             np.logspace(0, 2.5, 60), _past_pair, _airy_form, "λ"),
         Plot("truncated-gaussian", "∫ e^(-λV)", "t = 1, u' = 1 + t/2; exact: by quadrature",
              np.logspace(0, 2, 40), _up_to_end, _truncated, "λ"),
         Plot("gaussian-step", "both integrals", "V″ at the barrier: -1", np.logspace(-1, 2, 60),
@@ -315,18 +315,22 @@ def _pair(Z: Any) -> Any:
     return np.log([float(J(Z=z)) for z in Z])
 
 
-def _airy_form(Z: Any) -> Any:
+def _airy_form(lam: Any) -> Any:
+    """At ζ = 1/4, where u' = 1 + s/2 + s³/4 is 1 + (1/2 + ζ/4) s at both zeros."""
     up = value("airy-form", **_AIRY)
-    return np.log([float(up(Z=z, a=1.0, b=0.5, small=0.5)) for z in Z])
+    return np.log(
+        [float(up(Z=z ** (2 / 3) / 4, a=1.0, b=0.5625, small=z ** (-1 / 3))) for z in lam]
+    )
 
 
-def _past_pair(Z: Any) -> Any:
-    """Of e^(Z s - s³/3) (1 + s/4)/2: from oo to 0 and on to the mean of both other ends."""
+def _past_pair(lam: Any) -> Any:
+    """Of e^(λ (ζ s - s³/3)) u' in units of λ^(-1/3): to 0 and on to the mean of both other ends."""
     x, w = (one.ravel() for one in pieces.nodes(0.0, 9.0, 30))
-    turn = np.exp(1j * np.pi / 3)
+    turn, unit = np.exp(1j * np.pi / 3), lam[:, None] ** (-1 / 3)
     found = 0.0
     for s, slope in ((-x + 0j, 1), (x * turn, turn)):
-        found = found + np.exp(s**3 / 3 - Z[:, None] * s) * (1 - s / 4) / 2 * slope @ w
+        weight = unit * (1 - unit * s / 2 - (unit * s) ** 3 / 4)
+        found = found + (np.exp(s**3 / 3 - s / (4 * unit**2)) * weight * slope) @ w
     return np.log(found.real)
 
 

@@ -17,6 +17,8 @@ Curve = Callable[[Any], Any]
 _ROUNDING = 1e-9
 # Below this a relative error of float64 is noise.
 _NOISE = 1e-14
+# Where a relative error is larger, the logarithm of the quotient is drawn in its place.
+_FAR = 1e3
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,11 @@ def draw(plot: Plot | Picture) -> str:
         if exact:
             above.set(xlabel=f"{plot.axis}\nboth agree to rounding, {np.max(error):.0e}")
         else:
-            below[0].semilogy(plot.x, np.where(error > _NOISE, error, np.nan), "k-")
-            over = "relative error" if plot.logs else "error, over the largest value"
+            if plot.logs and np.max(error) > _FAR:
+                below[0].plot(plot.x, (formula - values) / unit, "k-")
+                over = "log₁₀ of formula over exact"
+            else:
+                below[0].semilogy(plot.x, np.where(error > _NOISE, error, np.nan), "k-")
+                over = "relative error" if plot.logs else "error, over the largest value"
             below[0].set(xlabel=plot.axis, ylabel=over)
         return encode(figure, "svg").decode()

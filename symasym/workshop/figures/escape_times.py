@@ -163,11 +163,11 @@ def fric1(
     setting = {"alpha": alpha, "eps": eps, "r": r}
     low = _lowest(shapes, alpha)
     panels = [[_curve(m, k, points, low, setting) for k in amplitudes] for m in shapes]
-    labels = [rf"$\kappa = {number_text(exact('kappa', k))}$" for k in amplitudes]
+    labels = [rf"$\kappa_p = {number_text(exact('kappa', k))}$" for k in amplitudes]
     caption = (
         "Logarithm of the mean escape time with the spring extension frozen at z0, "
         f"{given_text(**setting)}: the exact integral (solid) and the paper's leading-order "
-        "formula (dotted), for the kappa beside the curves."
+        "formula (dotted), for the physical amplitude kappa_p beside the curves."
     )
     if any(curves[0].fold is not None for curves in panels):
         caption += (
@@ -232,7 +232,7 @@ def fric2(
     noise = number_text(exact("kappa", kappa))
     caption = (
         "Logarithm of the mean escape time with the spring extension frozen at z0, "
-        f"kappa = {noise}, {given_text(**setting)}, for the mu beside the curves: the "
+        f"kappa_p = {noise}, {given_text(**setting)}, for the mu beside the curves: the "
         "exact integral (solid) and the paper's leading-order formula (dotted). The numbers are "
         "the folds, at which the formula jumps: its Stokes discontinuities."
     )
@@ -242,7 +242,7 @@ def fric2(
         _limits(axes, curves, 0.03)
         labels = [rf"$\mu = {number_text(exact('mu', m))}$" for m in shapes]
         hues = shape_colors([exact("mu", m) for m in shapes])
-        _panel(axes, curves, labels, rf"$\kappa = {noise}$", hues)
+        _panel(axes, curves, labels, rf"$\kappa_p = {noise}$", hues)
         _mark_folds(axes, curves, hues)
         axes.legend(handles=_key(), loc="upper left")
         return figure
@@ -276,7 +276,7 @@ def _panel(axes: Axes, curves: list[Curve], labels: list[str], title: str, hues:
     """Draw all curves of one panel, with their names."""
     for color, drawn in zip(hues, curves, strict=False):
         _draw(axes, drawn, color, gid="")
-    axes.set(title=title, xlabel="$z_0$", ylabel=r"$\log\,\tilde{T}$")
+    axes.set(title=title, xlabel="$z_0$", ylabel=r"$\log T$")
     _label_ends(axes, [float(drawn.exact[-1]) for drawn in curves], labels, hues)
 
 

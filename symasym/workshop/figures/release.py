@@ -231,7 +231,7 @@ def regimes(
     text = given_text(mu=mu, alpha=alpha, z0=z0, r=r)
     caption = (
         f"What becomes of a block that begins to stick at z0 ({text}, r scaled), over eps and the "
-        "physical kappa. It is held to the fold with probability 1/2 on the solid curve, by the "
+        "physical kappa_p. It is held to the fold with probability 1/2 on the solid curve, by the "
         "adiabatic law; above the dashed one T is less than twice the time of the ideal switch. "
         "Scenes that were marched are squares where it is held to the fold, rings where noise "
         "frees it before, and crosses where its mean time is less than twice that of the ideal "
@@ -286,7 +286,7 @@ def regimes(
             xscale="log",
             yscale="log",
             xlabel=r"$\varepsilon$",
-            ylabel=r"$\kappa$",
+            ylabel=r"$\kappa_p$",
             xlim=(1e-5, 0.05),
             ylim=(1e-4, 1.0),
         )

@@ -212,11 +212,13 @@ def page(
         table(["scene", "what", "reference"], [_scene(n, t) for n, t in scenes.items()]),
         "## Which method when",
         "symasym's fastest method whose true error is at most that at the head of the column, and "
-        "in the row below it the fastest peer.",
+        "in the row below it the fastest peer. An epsrel is what dblquad was asked for, not the "
+        "error that it reached.",
         when(points),
         "![error against time](work-precision.svg)",
-        "A full mark claims an error, a hollow one claims none; a mark with a caret on its left "
-        "has an error below the radius of the reference, or left of the axis.",
+        "A full mark claims an error, a hollow one claims none; a small triangle left of a mark "
+        "says that the error is smaller than drawn: below that of the reference, or left of the "
+        "axis.",
         "## What each expansion reaches",
         "The smallest true error of each expansion, whatever the time, and the setting that "
         "reaches it. A dash: every setting was refused, or stopped.",
