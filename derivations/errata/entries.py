@@ -292,7 +292,7 @@ ERRATA: tuple[Erratum, ...] = (
     ),
     Erratum(
         "7.1, after eq:osc1",
-        "eq:osc1",
+        "",
         "wrong",
         r"$z$ is the block's displacement relative to the belt",
         r"relative to the frame: the extension of the spring, as figure 4 has it. Relative to the "

@@ -104,6 +104,11 @@ def _place(row: dict[str, Any]) -> str:
     return place[0].upper() + place[1:]
 
 
+def _heading(row: dict[str, Any]) -> str:
+    """The place without the label in code, which a list of headings has no room for."""
+    return re.sub(r"(?<=\)) `[\w:]+`", "", _place(row))
+
+
 def _short(number: str) -> str:
     """Four digits of a number, in TeX; a dash for what the paper does not give."""
     if number == "nan":
@@ -142,7 +147,7 @@ def markdown() -> str:
     ]
     for number, row in enumerate(table(), 1):
         told = (row["printed"], row["right"], row["kind"], row["consequence"], _evidence(row))
-        cells = [f"[{number}](#erratum-{number})", _place(row), *map(numbered, told)]
+        cells = [f'<a href="#erratum-{number}">{number}</a>', _place(row), *map(numbered, told)]
         lines.append(f"| {' | '.join(cells)} |")
     lines += [
         "",
@@ -156,10 +161,11 @@ def markdown() -> str:
         "",
     ]
     for number, row in enumerate(table(), 1):
+        decides = f"{row['kind']}, derived in {row['derivation']}"
         lines += [
-            f"### Erratum {number}",
+            f"### {number}. {_heading(row)}",
             "",
-            f"<details><summary>{row['kind']}, derived in {row['derivation']}</summary>",
+            f'<details id="erratum-{number}"><summary>{decides}</summary>',
             "",
             f"{_place(row)}.",
             "",

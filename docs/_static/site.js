@@ -1,6 +1,6 @@
 "use strict";
-// Copy buttons beside code and for the TeX of a formula; one node of the graph with what it rests
-// on, and what rests on it.
+// Copy buttons beside code and for the TeX of a formula; the erratum that a link leads to; one node
+// of the graph with what it rests on, and what rests on it.
 (() => {
   const copied = async (button, text) => {
     const before = button.textContent;
@@ -41,6 +41,21 @@
     }
   };
 
+  // As docs/website/graph.py draws: boxes of this size, rows this far apart.
+  const [WIDTH, HEIGHT, ROW] = [138, 22, 34];
+
+  // An arrow's path (M x y, C x y x y x y, H x) with its heights changed.
+  const moved = (path, change) => {
+    let [command, k] = ["", 0];
+    return path.split(" ").map((part) => {
+      if (/[A-Z]/.test(part)) {
+        [command, k] = [part, 0];
+        return part;
+      }
+      return command !== "H" && k++ % 2 ? change(Number(part)) : part;
+    }).join(" ");
+  };
+
   const focus = () => {
     const graph = document.querySelector(".graph[data-focus]");
     if (!graph) return;
@@ -67,21 +82,42 @@
       const kept = (below.has(from) && below.has(to)) || (above.has(from) && above.has(to));
       edge.classList.toggle("aside", known && !kept);
     }
-    // Cut to what is kept, at its own size.
+    // Cut to what is kept, at its own size, without the rows that are empty now.
     const svg = graph.querySelector("svg");
     svg.dataset.whole ||= svg.getAttribute("viewBox");
     let [x, y, width, height] = svg.dataset.whole.split(" ").map(Number);
+    const nodes = [...svg.querySelectorAll("a")];
+    const middle = (a) => a.querySelector("rect").y.baseVal.value + HEIGHT / 2;
+    for (const edge of edges) edge.dataset.d ||= edge.getAttribute("d");
+    const places = new Map();
     if (known) {
-      const boxes = [...svg.querySelectorAll("a:not(.aside), path:not(.aside)")].map((e) => e.getBBox());
-      x = Math.min(...boxes.map((b) => b.x)) - 8;
-      y = Math.min(...boxes.map((b) => b.y)) - 8;
-      width = Math.max(...boxes.map((b) => b.x + b.width)) + 8 - x;
-      height = Math.max(...boxes.map((b) => b.y + b.height)) + 8 - y;
+      const kept = nodes.filter((a) => !a.classList.contains("aside"));
+      const heights = new Set(kept.map(middle));
+      for (const edge of edges) {
+        if (!edge.classList.contains("aside")) moved(edge.dataset.d, (v) => heights.add(v) && v);
+      }
+      const from = [...heights].sort((a, b) => a - b);
+      for (const [k, v] of from.entries()) {
+        places.set(v, k ? places.get(from[k - 1]) + Math.min(ROW, v - from[k - 1]) : v);
+      }
+      const boxes = kept.map((a) => a.querySelector("rect").x.baseVal.value);
+      x = Math.min(...boxes) - 8;
+      y = from[0] - HEIGHT / 2 - 8;
+      width = Math.max(...boxes) + WIDTH + 8 - x;
+      height = places.get(from.at(-1)) + HEIGHT / 2 + 8 - y;
     }
+    const place = (v) => places.get(v) ?? v;
+    for (const a of nodes) {
+      a.setAttribute("transform", `translate(0 ${place(middle(a)) - middle(a)})`);
+    }
+    for (const edge of edges) edge.setAttribute("d", moved(edge.dataset.d, place));
     svg.setAttribute("viewBox", `${x} ${y} ${width} ${height}`);
     svg.setAttribute("width", width);
     svg.setAttribute("height", height);
-    if (known) graph.querySelector("a.chosen").scrollIntoView({ block: "nearest", inline: "center" });
+    graph.scrollLeft = 0;
+    if (known) graph.querySelector("a.chosen").scrollIntoView({ block: "nearest", inline: "nearest" });
+    const hint = document.querySelector("#graph-hint");
+    if (hint) hint.hidden = graph.scrollWidth <= graph.clientWidth;
     const select = document.querySelector("#graph-focus");
     if (select) select.value = known ? name : "";
   };
@@ -99,6 +135,16 @@
     }
   };
 
+  // What a link to an erratum leads to, its details or their heading, is open.
+  const open = () => {
+    const place = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    const details = place && (place.matches("details") ? place : place.querySelector(":scope > details"));
+    if (details?.id.startsWith("erratum-")) {
+      details.open = true;
+      details.closest("section").scrollIntoView();
+    }
+  };
+
   document.addEventListener("DOMContentLoaded", () => {
     buttons();
     enlarge();
@@ -109,7 +155,9 @@
         focus();
       });
     }
-    addEventListener("hashchange", focus);
-    focus();
+    for (const shown of [focus, open]) {
+      addEventListener("hashchange", shown);
+      shown();
+    }
   });
 })();

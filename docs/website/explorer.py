@@ -10,7 +10,8 @@ import symasym as sa
 from symasym.emit import Source
 
 DOCS = Path(__file__).parent.parent
-MARK = "<!-- the explorer -->"
+#: What the explorer takes the place of: a sentence for who reads docs/explorer.md, and the mark.
+MARK = "The sliders and five plots are on the built site.\n<!-- the explorer -->"
 #: Drifts beside it, of which the page has phi and V.
 OTHERS = {"tanh": sa.tanh(), "hill": sa.hill(), "sine": sa.sine()}
 #: Formulas that hold a drift, with the friction oscillator's in them, and those of its own.
@@ -25,7 +26,7 @@ def pages() -> dict[str, str]:
     """File name -> text: what is written in docs/explorer.md, and the explorer in it."""
     text = (DOCS / "explorer.md").read_text("utf-8")
     if MARK not in text:
-        raise ValueError(f"docs/explorer.md has no line {MARK}, where the explorer is to be")
+        raise ValueError(f"docs/explorer.md has no lines {MARK!r}, where the explorer is to be")
     controls = (Path(__file__).parent / "explorer.html").read_text("utf-8")
     # The formulas before the scripts that call them.
     script = f"<script>\n{formulas()}</script>\n"

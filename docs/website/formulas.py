@@ -258,7 +258,8 @@ def _errata(label: str) -> list[str]:
                 "",
                 f"Correct: {right}.",
                 "",
-                f"Number {number} of the [errata](../errata.md).",
+                # In HTML: what it leads to is no heading, which a link in Markdown looks for.
+                f'<a href="../errata.html#erratum-{number}">Number {number} of the errata</a>.',
                 ":::",
                 "",
             ]
@@ -463,6 +464,7 @@ def graph_page(records: Records) -> str:
         '<option value="">all formulas</option>',
         *chosen,
         "</select></label></p>",
+        '<p id="graph-hint" hidden>Scroll ↔</p>',
         graph.svg(
             {label: record["rests_on"] for label, record in records.items()},
             {label: heading(record["title"]) for label, record in records.items()},

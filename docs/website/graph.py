@@ -85,11 +85,15 @@ def svg(rests: Rests, titles: Mapping[str, str]) -> str:
     lines = [
         f'<div class="graph" data-focus=""><svg viewBox="0 0 {right} {bottom}" width="{right}" '
         f'height="{bottom:g}" role="img" aria-label="Which formula rests on which">'
+        '<defs><marker id="arrowhead" viewBox="0 0 8 8" refX="8" refY="4" markerWidth="8" '
+        'markerHeight="8" markerUnits="userSpaceOnUse" orient="auto">'
+        '<polygon points="0 0 8 4 0 8"/></marker></defs>'
     ]
     for node, below in rests.items():
         for b in below:
             ends = f'data-from="{slug(b)}" data-to="{slug(node)}"'
-            lines.append(f'<path {ends} d="{_curve(_way(b, node, level), at)}"/>')
+            d = _curve(_way(b, node, level), at)
+            lines.append(f'<path {ends} d="{d}" marker-end="url(#arrowhead)"/>')
     for node in rests:
         if node in at:
             x, y = at[node]

@@ -116,6 +116,8 @@ def test_numbers_are_those_of_python(shown, position) -> None:
     assert found["folds"] == (None if np.isnan(known[0]) else pytest.approx(known, rel=1e-14))
     exact = sa.escape_time(drift, kappa, r, log=True)
     assert found["logExact"] == pytest.approx(exact, rel=1e-12, abs=1e-12)
+    left = sa.exit_probability(drift, kappa, r, log=True)
+    assert found["logExit"] == pytest.approx(left, rel=1e-12, abs=1e-12)
     if position[2] == "1.00":  # the start is at a zero of the drift, which is not emitted
         assert found["logUniform"] is None
     elif (uniform := _uniform(drift, kappa, r)) is not None:
@@ -275,11 +277,15 @@ _OTHERS = [
     ("tanh", {"aminus": -2, "aplus": 1.5, "steepness": 2}, 0.01, 0.01, 0.1),
     ("hill", {"aminus": 1, "aplus": -0.5, "K": 0.5}, 0.1, 0.02, 0.2),
     ("hill", {"aminus": 0, "aplus": 1, "K": 1}, 0.02, 0.02, 1.0),
+    ("sine", {"aminus": -1, "aplus": 1, "b": 2}, 0.03, 0.01, 0.1),
+    # C is 10^-577, T's panels on a side are an odd number if they may be.
+    ("tanh", {"aminus": 1, "aplus": 0.5, "steepness": 5}, 0.004, 0.01, 0.1),
 ]
 _PASSAGE = """
 const asked = JSON.parse(require("fs").readFileSync(0));
 console.log(JSON.stringify(asked.map((s) => ({
   ...numbers(s), ...passage(scaled(s)), against: [...exactAgainstAxis(s, "kappa")].pop(),
+  ends: s.drift && s.kappa > 0.02 ? [...exactAgainstAxis(s, "aplus")].pop() : null,
 }))));
 """
 
@@ -310,15 +316,35 @@ def test_other_drifts_and_the_time_spent_are_those_of_python(tmp_path) -> None:
         own = abs(seen["logT"] - log)
         assert own < 1e-5, (s, seen["logT"], log)
         assert own < np.exp(seen["logError"]), s
-        left = np.exp(sa.exit_probability(drift, kappa, r, log=True))
-        assert seen["exit"] == pytest.approx(left, rel=1e-4, abs=1e-12)
+        assert np.exp(seen["logError"]) < 1e-3, s
+        left = sa.exit_probability(drift, kappa, r, log=True)
+        assert seen["logExit"] == pytest.approx(left, rel=1e-5, abs=1e-4)
         u, share = np.array(seen["share"]).T
         assert (np.diff(u) >= 0).all()
         assert (share >= 0).all()
         if s.get("drift"):
-            assert [p["kind"] for p in seen["points"]] == [p.kind for p in drift.critical_points()]
+            points = drift.critical_points()
+            assert [p["kind"] for p in seen["points"]] == [p.kind for p in points]
+            u = [float(p.u) for p in points]
+            assert [p["u"] for p in seen["points"]] == pytest.approx(u, rel=1e-13, abs=1e-25)
             assert seen["logExact"] == seen["logT"]
+        if seen["ends"]:
+            # No corner is seen: between two points a line is off by less than its width.
+            x, time, exit_ = np.array(seen["ends"][0]).T
+            assert 41 < len(x) < 200
+            shape = {**s, "aplus": (x[1:] + x[:-1]) / 2}
+            for sign in (-1, 1):
+                here = sign * shape["aplus"] > 0.01
+                between = getattr(sa, s["drift"])(
+                    *(shape[k][here] if k == "aplus" else s[k] for k in list(s)[1:-3])
+                )
+                true = sa.escape_time(between, kappa, r, log=True) / np.log(10)
+                lines = (time[1:] + time[:-1])[here] / 2
+                assert lines == pytest.approx(true, abs=np.ptp(time) / 100)
+                true = np.exp(sa.exit_probability(between, kappa, r, log=True))
+                assert (exit_[1:] + exit_[:-1])[here] / 2 == pytest.approx(true, abs=0.01)
         x, curve = np.array([point[:2] for point in seen["against"][0]]).T
+        assert (np.diff(x) > 0).all()
         noise = 10 ** x[::10] / s["eps"] ** 0.5
         exact = sa.escape_time(drift, noise, r, log=True)
         assert curve[::10] * np.log(10) == pytest.approx(np.asarray(exact), rel=1e-5, abs=1e-5)

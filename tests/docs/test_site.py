@@ -252,6 +252,17 @@ def test_labels_on_the_errata_lead_to_their_formulas(records: formulas.Records) 
     assert text == "(39) [`eq:Ttildesmall`](formulas/eq-Ttildesmall.md), `eq:osc1`"
 
 
+def test_each_number_of_an_erratum_leads_to_its_details(records: formulas.Records) -> None:
+    page = (ROOT / "docs" / "errata.md").read_text("utf-8")
+    there = set(re.findall(r'<details id="(erratum-\d+)">', page))
+    assert len(there) == len(formulas.ERRATA) == page.count("\n### ")
+    assert set(re.findall(r'href="#(erratum-\d+)"', page)) == there
+    boxes = [formulas.page(label, records) for label in records]
+    linked = {name for box in boxes for name in re.findall(r"errata\.html#([\w-]+)", box)}
+    assert len(linked) > 20
+    assert linked <= there
+
+
 def test_arrows_of_the_graph_lead_to_the_right() -> None:
     rests = {label: list(entry.rests_on) for label, entry in _ordered().items()}
     at = graph.positions(rests)
@@ -510,9 +521,9 @@ SLIDERS = {
     "mu": "μ shape",
     "alpha": "α friction",
     "z0": "z₀ spring",
-    "kappa": "κ noise",
+    "kappa": "κₚ noise",
     "eps": "ε half-width",
-    "r": "r radius",
+    "r": "rₚ radius",
 }
 _DRAWN = """async () => {
   // What an event asks for is drawn before the next frame.
@@ -574,7 +585,7 @@ def test_the_explorer_answers_to_every_slider_by_key(site: Path, browser) -> Non
     box = slider.bounding_box()
     assert box is not None
     assert 0 < box["y"] < PHONE[1] / 3
-    tab.get_by_role("button", name="Back to the start").press("Enter")
+    tab.get_by_role("button", name="Reset").press("Enter")
     tab.wait_for_timeout(100)
     assert tab.evaluate(_DRAWN) == start
     tab.close()
@@ -637,6 +648,18 @@ def test_the_explorer_takes_typed_numbers_other_drifts_and_an_axis_of_noise(site
         time = sa.escape_time(drift, scales.kappa, scales.r)
         assert float(found["values"]["T, scaled, z frozen"]) == pytest.approx(time, rel=1e-3)
         assert all("<path" in plot for plot in found["plots"])
+    # Noise so weak that C is less than a double may be.
+    import mpmath
+
+    tab.get_by_label("κₚ noise, typed").fill("0.004")
+    tab.get_by_label("κₚ noise, typed").press("Enter")
+    found = tab.evaluate(_DRAWN)["values"]
+    assert "NaN" not in str(found)
+    log = sa.exit_probability(drift, "0.04", 10, log=True)
+    digits, power = found["C, chance of leaving through −r"].replace("−", "-").split(" × 10")
+    assert int(power) < -308
+    seen = float(mpmath.log(mpmath.mpf(digits)) + int(power) * mpmath.log(10))
+    assert seen == pytest.approx(float(log), abs=1e-3)
     tab.close()
 
 

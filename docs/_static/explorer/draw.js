@@ -3,11 +3,11 @@
 
 const MARGIN = { left: 46, right: 16, top: 10, bottom: 38 };
 
-/** Round numbers in [low, high], about `count` of them, and how many decimals they need. */
-function ticks(low, high, count) {
-  const rough = (high - low) / count;
-  const power = Math.floor(Math.log10(rough));
-  const step = [1, 2, 5, 10].find((s) => s * 10 ** power >= rough) * 10 ** power;
+/** Round numbers in [low, high], three at least and at most seven. */
+function ticks(low, high) {
+  const power = Math.floor(Math.log10((high - low) / 2));
+  const count = (step) => Math.floor(high / step + 1e-9) - Math.ceil(low / step - 1e-9) + 1;
+  const step = [5, 2, 1, 0.5, 0.2].map((s) => s * 10 ** power).find((s) => count(s) >= 3);
   const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
   const found = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) {
@@ -54,11 +54,11 @@ function drawn(plot, width, height) {
   }
   const size = `width="${right - MARGIN.left}" height="${bottom - MARGIN.top}"`;
   parts.push(`<rect class="frame" x="${MARGIN.left}" y="${MARGIN.top}" ${size}/>`);
-  for (const t of ticks(...plot.x, 6)) {
+  for (const t of ticks(...plot.x)) {
     const place = `x="${px(x(position(t)))}" y="${bottom + 15}"`;
     parts.push(`<text text-anchor="middle" ${place}>${t}</text>`);
   }
-  for (const t of ticks(...plot.y, 5)) {
+  for (const t of ticks(...plot.y)) {
     const place = `x="${MARGIN.left - 5}" y="${px(y(position(t)) + 4)}"`;
     parts.push(`<text text-anchor="end" ${place}>${t}</text>`);
   }

@@ -125,8 +125,8 @@ function numbers(sliders) {
     const { aMinus, aPlus, name } = regionOf(s.aminus, s.aplus);
     const none = { folds: null, wayToFold: null, step: null, smooth: null };
     const unknown = { logTime: null, logUniform: null, occupation: null, logOutside: null };
-    const { logT, logError, exit, share } = passage(s);
-    const found = { logExact: logT, logOwnError: logError, exit, share, points: zeros(s) };
+    const { logT, logError, logExit, share } = passage(s);
+    const found = { logExact: logT, logOwnError: logError, logExit, share, points: zeros(s) };
     return { kappa, r, time, region: name, aMinus, aPlus, ...none, ...unknown, ...found };
   }
   const found = region(s.alpha, s.z0);
@@ -149,7 +149,7 @@ function numbers(sliders) {
     // The emitted exact time has log T to 1e-12 of it, or to 1e-12 where that is small.
     logOwnError: logExact === null ? null : Math.log(1e-12 * Math.max(1, Math.abs(logExact))),
     logUniform: logUniform(s, s.z0),
-    exit: logOf(s, "eq:C", "exit_probability"),
+    logExit: logOf(s, "eq:C", "log_exit_probability"),
     occupation: slides ? emitted["eq:P"].occupation(s.kappa, s.mu, s.alpha, s.z0) : null,
     logOutside: slides ? emitted["eq:P"].log_complement(s.kappa, s.mu, s.alpha, s.z0) : null,
   };
@@ -182,7 +182,9 @@ function zeros(s) {
       if (phi(middle) > 0 === rises) high = middle;
       else low = middle;
     }
-    found.push({ u: high, kind: rises ? "barrier" : "well", V: V(high) });
+    // Bisection never moves a zero that is a place of the grid itself.
+    const u0 = phi(low) === 0 ? low : high;
+    found.push({ u: u0, kind: rises ? "barrier" : "well", V: V(u0) });
   }
   return found;
 }
@@ -207,7 +209,7 @@ function outside(g, a) {
 }
 
 /**
- * log T, the chance of leaving through -r, and the share of time spent at u, of any drift.
+ * log T, log C (C the chance of leaving through -r), and the share of time spent at u, of any drift.
  *
  * With sigma(u) the integral of e^(lam (V(v) - V(u))) between u and the end on its side of the
  * start, Green's function gives lam (C sigma) on the left and lam ((1 - C) sigma) on the right as
@@ -220,8 +222,9 @@ function passage(s, panels = null) {
   const [phi, V] = [along("phi", s), along("V", s)];
   if (panels === null) {
     const steepest = Math.max(...even(-1, 1, 401).map((u) => Math.abs(phi(u))));
-    const count = 4 * Math.ceil(Math.max(100, 2 * lam * steepest));
-    if (count > 200000) return { logT: null, logError: null, exit: null, share: null };
+    // A multiple of 8: Simpson's rule takes an even number of panels on each side, and of half as many.
+    const count = 8 * Math.ceil(Math.max(50, lam * steepest));
+    if (count > 200000) return { logT: null, logError: null, logExit: null, share: null };
     const [fine, rough] = [passage(s, count), passage(s, count / 2)];
     const apart = Math.abs(fine.logT - rough.logT) + 1e-12 * Math.max(1, Math.abs(fine.logT));
     return { ...fine, logError: Math.log(apart) };
@@ -243,7 +246,7 @@ function passage(s, panels = null) {
     }
     share.push(...(side < 0 ? mine : mine.reverse()));
   }
-  return { logT, exit: Math.exp(chances[0]), share };
+  return { logT, logExit: chances[0], share };
 }
 
 /** log sigma from the end on one side to the start, and of its integral. */
@@ -378,6 +381,7 @@ function againstSpring(sliders) {
 /**
  * [x, log10 T, C], exact, against the axis: curves that grow by one point a step, so that the page
  * can draw between. Of friction against z0 at every third of the places of the formula: nothing jumps here.
+ * Elsewhere at 41 places, and between them where a curve bends by more than a line's width.
  */
 function* exactAgainstAxis(sliders, axis) {
   const spring = isFriction(sliders) && axis === "z0";
@@ -390,14 +394,48 @@ function* exactAgainstAxis(sliders, axis) {
     const curve = [];
     curves.push(curve);
     for (const [x, at] of stretch) {
-      const known = isFriction(at)
-        ? { logT: logOf(at, "eq:Ttilde", "log_escape_time"), exit: null }
-        : passage(at);
-      if (known.logT !== null) curve.push([x, known.logT / Math.LN10, known.exit]);
+      const point = exactPoint(x, at);
+      if (point) curve.push(point);
       yield curves;
+    }
+    for (let turn = 0; turn < 6 && !spring; turn++) {
+      for (const x of bends(curve)) {
+        const value = axis === "kappa" ? 10 ** x : x;
+        const point = exactPoint(x, scaled({ ...sliders, [axis]: value }));
+        if (point) curve.push(point);
+        yield curves;
+      }
+      curve.sort((a, b) => a[0] - b[0]);
     }
   }
   return curves;
+}
+
+/** [x, log10 T, C] at scaled variables, C null of friction; null where there is no T. */
+function exactPoint(x, s) {
+  const { logT, logExit } = isFriction(s)
+    ? { logT: logOf(s, "eq:Ttilde", "log_escape_time"), logExit: null }
+    : passage(s);
+  return logT === null ? null : [x, logT / Math.LN10, logExit === null ? null : Math.exp(logExit)];
+}
+
+/**
+ * Middles of the stretches on either side of a point that lies off the line through its neighbours by
+ * more than 1/300 of its plot's height, in log10 T or in C.
+ */
+function bends(curve) {
+  const middles = new Set();
+  for (const at of [1, 2]) {
+    const y = curve.map((point) => point[at]);
+    const height = at === 2 ? 1 : Math.max(...y) - Math.min(...y);
+    for (let k = 1; k + 1 < curve.length; k++) {
+      const [a, b, c] = [k - 1, k, k + 1].map((n) => curve[n][0]);
+      const line = y[k - 1] + ((y[k + 1] - y[k - 1]) * (b - a)) / (c - a);
+      if (!(Math.abs(y[k] - line) > height / 300)) continue;
+      middles.add((a + b) / 2).add((b + c) / 2);
+    }
+  }
+  return middles;
 }
 
 /** C of the friction drift against the axis: what there is to see where no well can be born. */

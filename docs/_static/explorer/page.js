@@ -150,8 +150,8 @@ function rows(n) {
   const height = n.points.length === 2 ? Math.abs(n.points[1].V - n.points[0].V) : null;
   const physical = n.logExact === null ? null : n.logExact + Math.log(n.time);
   return {
-    "κ, scaled: κ/√ε": short(n.kappa),
-    "r, scaled: r/ε": short(n.r),
+    "κ, scaled: κₚ/√ε": short(n.kappa),
+    "r, scaled: rₚ/ε": short(n.r),
     // Sums of multiples of 1/100, without their rounding.
     "a⁻, a⁺": [n.aMinus, n.aPlus].map((a) => short(Number(a.toFixed(9)))).join(", "),
     "folds z₀⁽⁺⁾, z₀⁽⁻⁾": n.folds ? n.folds.map((z) => short(z)).join(", ") : NONE,
@@ -165,13 +165,13 @@ function rows(n) {
     "relative error of the paper’s formula": relative(n.logTime, n.logExact),
     "T, scaled, by the uniform formula": fromLog(n.logUniform),
     "relative error of the uniform formula": relative(n.logUniform, n.logExact),
-    "C, chance of leaving through −r": n.exit === null ? NONE : fromLog(Math.log(n.exit)),
+    "C, chance of leaving through −r": fromLog(n.logExit),
     "P, share of time in the layer": n.occupation?.toPrecision(4) ?? NONE,
     "1 − P": fromLog(n.logOutside),
   };
 }
 
-const AXIS_NAMES = { z0: "z₀", aplus: "a⁺", kappa: "log₁₀ κ" };
+const AXIS_NAMES = { z0: "z₀", aplus: "a⁺", kappa: "log₁₀ κₚ" };
 
 /** The axis of the lower plots, with the folds and what is shown now. */
 function axisPlot(sliders, n) {
@@ -198,7 +198,7 @@ function timePlot(sliders, n, { time: paper, uniform, belt }, exact) {
     ? ""
     : ", uniform (dotted), the paper’s formula (dashed)";
   const grey = belt.length
-    ? "; grey: the belt’s time to the fold, and a T above it is not the block’s time"
+    ? "; grey: the belt’s time to the fold, and a T above it is not the block’s time, and below it T may still differ"
     : "";
   return {
     ...axis,
@@ -232,7 +232,7 @@ function multiplierPlot(sliders, n, { step, smooth }, exact) {
     const caption = `Stokes multiplier against ${axis.xlabel}: smooth (solid), the paper’s step (dashed)`;
     return { ...axis, curves: smooth, dashed: step, y, points, caption };
   }
-  const points = n.exit === null ? [] : [[axis.here, n.exit, "dot"]];
+  const points = n.logExit === null ? [] : [[axis.here, Math.exp(n.logExit), "dot"]];
   const caption = `C, the chance of leaving through −r, against ${axis.xlabel}`;
   const curves = isFriction(sliders)
     ? exitAgainstAxis(sliders, axisOf(sliders))
