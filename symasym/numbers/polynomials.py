@@ -27,7 +27,7 @@ import numpy as np
 
 from symasym.base.inputs import FloatArray
 from symasym.base.patience import step
-from symasym.generated.plain_formulas import fall_by_powers, manifold_term
+from symasym.generated.formulas import fall_by_powers, manifold_term
 from symasym.numbers.arithmetic import Number
 
 if TYPE_CHECKING:

@@ -29,8 +29,7 @@ import numpy as np
 from mpmath import libmp
 
 from symasym.base.inputs import FloatArray
-from symasym.generated.arithmetic_formulas import over_pair, pair_units
-from symasym.generated.plain_formulas import next_weight, pair_factors
+from symasym.generated.formulas import next_weight, over_pair, pair_factors, pair_units
 from symasym.numbers.arithmetic import BITS, GUARD, Arithmetic, Digits, Number, from_fixed
 from symasym.numbers.polynomials import Truncated
 from symasym.special.tables import Exact, Table, table_of

@@ -33,7 +33,7 @@ from symasym.base.errors import AccuracyError
 from symasym.base.patience import step
 from symasym.drift.drift import Drift
 from symasym.exact.sweep import InLayer, Record, Swept, carried_in_layer, layer_times
-from symasym.generated.plain_formulas import tail_left
+from symasym.generated.formulas import tail_left
 from symasym.numbers.arithmetic import Number
 from symasym.numbers.balls import BallOps, exact_ball, flint_module, profile_of
 

@@ -41,7 +41,7 @@ from symasym.asymptotics.weak_noise.series import (
     plus,
     terms,
 )
-from symasym.generated.plain_formulas import on_the_right, share_of_side, time_of_doubles
+from symasym.generated.formulas import on_the_right, share_of_side, time_of_doubles
 
 #: Rounding of lam, of a product with it, and of an exponential.
 ULP = 1.2e-15

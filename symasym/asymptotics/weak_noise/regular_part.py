@@ -23,7 +23,7 @@ from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError, SymasymError
 from symasym.base.patience import step
 from symasym.drift.field.taylor_field import ExactField, to_fraction
-from symasym.generated.plain_formulas import finite_part
+from symasym.generated.formulas import finite_part
 from symasym.numbers.arithmetic import Number
 from symasym.numbers.polynomials import laurent, product, reciprocal, refined, shifted
 from symasym.series.quadratic_factor import split_pair
