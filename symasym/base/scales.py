@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from symasym.base.contexts import mpf_of, own_context, to_mpf
+from symasym.base.call_context import mpf_of, own_context, to_mpf
 from symasym.base.inputs import (
     Floats,
     Number,

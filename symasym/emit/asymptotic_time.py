@@ -27,7 +27,7 @@ from symasym.asymptotics.weak_noise.evaluation import (
 )
 from symasym.asymptotics.weak_noise.one_sided import OneSided
 from symasym.asymptotics.weak_noise.series import Point, added
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.base.contexts import mpf_of, own_context, to_mpf
+from symasym.base.call_context import expect, mpf_of, own_context, step, to_mpf
 from symasym.base.errors import AccuracyError
-from symasym.base.patience import expect, step
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField, dyadic, places
 from symasym.exact import sweep

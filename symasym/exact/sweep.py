@@ -25,7 +25,7 @@ from collections.abc import Callable, Iterable
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from symasym.base.patience import step
+from symasym.base.call_context import step
 from symasym.generated import formulas
 from symasym.numbers.arithmetic import Number
 

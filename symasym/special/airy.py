@@ -241,7 +241,7 @@ def _at_zero(context: MPContext) -> tuple[Any, Any, Any]:
 @lru_cache(maxsize=8)
 def _at_zero_to(prec: int) -> tuple[Any, ...]:
     """sqrt(3), Ai(0) and -Ai'(0) to `prec` bits (DLMF 9.2.3, 9.2.4)."""
-    from symasym.base.contexts import own_context
+    from symasym.base.call_context import own_context
 
     with own_context(15) as c:
         c.prec = prec + 16

@@ -19,7 +19,7 @@ import symasym
 import symasym as sa
 from symasym import friction, rescale
 from symasym.asymptotics.weak_noise import answer as weak_noise
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.exact import ball_panels, float_panels, sweep
 from symasym.exact.digit_panels import constant_moments
 from symasym.exact.sweep import Deferred, Record

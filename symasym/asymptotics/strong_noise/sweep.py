@@ -29,8 +29,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
+from symasym.base.call_context import step
 from symasym.base.errors import AccuracyError
-from symasym.base.patience import step
 from symasym.drift.drift import Drift
 from symasym.exact.sweep import InLayer, Record, Swept, carried_in_layer, layer_times
 from symasym.generated.formulas import tail_left

@@ -60,7 +60,7 @@ from symasym.asymptotics.weak_noise.critical_points import barriers, whole
 from symasym.asymptotics.weak_noise.evaluation import DROPPED, plain, require_resolved
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint
 from symasym.asymptotics.weak_noise.series import BEYOND, Point, terms
-from symasym.base.contexts import kept, mpf_of, own_context
+from symasym.base.call_context import kept, mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import FloatArray, float_text, is_array
 from symasym.drift.drift import Drift

@@ -47,7 +47,7 @@ from symasym.asymptotics.weak_noise.evaluation import (
 )
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.asymptotics.weak_noise.series import Point, Series
-from symasym.base.contexts import kept, mpf_of, own_context
+from symasym.base.call_context import kept, mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import FloatArray, IntArray, exact, float_text, is_array
 from symasym.drift.drift import Drift

@@ -19,9 +19,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from symasym.asymptotics.weak_noise.series import counts
-from symasym.base.contexts import mpf_of
+from symasym.base.call_context import mpf_of, step
 from symasym.base.errors import AccuracyError, InputError, SymasymError
-from symasym.base.patience import step
 from symasym.drift.field.taylor_field import ExactField, to_fraction
 from symasym.generated.formulas import finite_part
 from symasym.numbers.arithmetic import Number
