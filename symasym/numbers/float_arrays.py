@@ -546,11 +546,11 @@ def _positive(x: LogPositive | int) -> LogPositive:
     return LogPositive(np.asarray(0.0 if x else _NONE), np.asarray(0.0))
 
 
-# -- positive numbers in range ----------------------------------------------------------------------
+# -- positive numbers in range ---------------------------------------------------------------------
 
 
 class Positive:
-    """Positive numbers with bounds on their relative errors, to first order; plain operands are exact.
+    """Positive numbers with bounds on their relative errors, to first order; plain ones are exact.
 
     A sum has the mean of the errors, by shares. The rounding of the operations themselves is left
     to the caller, who knows how many there are.
