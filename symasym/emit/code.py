@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from symasym.base.call_context import patient
 from symasym.base.errors import InputError
 from symasym.base.inputs import exact, is_name, shown
 from symasym.emit.forms import quotients
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["emit"]
 
 
+@patient
 def emit(
     what: Record | Any,
     target: str = "numpy",
@@ -32,6 +34,7 @@ def emit(
     method: str | None = None,
     order: int | None = None,
     name: str = "f",
+    patience: float | None = None,
 ) -> Source:
     """Source code of a formula or an expression.
 
@@ -57,6 +60,8 @@ def emit(
         Of the expansion, 0 to 20; 2 where it is left out. The uniform formula has order 0.
     name : str
         What to call the function of an expression.
+    patience : float, optional
+        Seconds of processor time that it may take, 10 if left out.
 
     Returns
     -------
