@@ -23,6 +23,10 @@ window.MathJax = {
       // Cases shrink to the width of the page: a line break would part a value from its condition.
       MathJax.startup.input[0].postFilters.add(({ data }) => {
         data.root.walkTree((node) => {
+          // Between two formulas, and not inside one.
+          if (node.isKind("mspace") && node.attributes.get("width") === "2em") {
+            node.attributes.set("linebreak", "goodbreak");
+          }
           if (node.isKind("mtable")) data.root.attributes.set("overflow", "scale");
         });
       });

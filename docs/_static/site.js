@@ -1,5 +1,5 @@
 "use strict";
-// Copy buttons beside code and for the TeX of a formula; the erratum that a link leads to; one node
+// Copy buttons beside code and for the TeX of a formula; brackets that stay with theirs; the erratum that a link leads to; one node
 // of the graph with what it rests on, and what rests on it.
 (() => {
   const copied = async (button, text) => {
@@ -31,7 +31,7 @@
         const typed = text.split("\n").filter((line) => /^(>>>|\.\.\.|\$) /.test(line));
         copied(button, typed.length ? typed.map((l) => l.replace(/^\S+ /, "")).join("\n") : text);
       });
-      block.append(button);
+      block.prepend(button);
     }
     for (const button of document.querySelectorAll("button[data-copy]")) {
       button.addEventListener("click", () => copied(button, button.dataset.copy));
@@ -122,6 +122,24 @@
     if (select) select.value = known ? name : "";
   };
 
+  // No line ends between a bracket and the formula in it, nor at a hyphen of a short piece of code,
+  // where browsers break it.
+  const joined = () => {
+    for (const code of document.querySelectorAll("span.pre")) {
+      code.classList.toggle("whole", code.textContent.length <= 16);
+    }
+    for (const formula of document.querySelectorAll("span.math")) {
+      const before = formula.previousSibling;
+      if (before?.nodeType !== Node.TEXT_NODE || !/[(\[]$/.test(before.data)) continue;
+      const [whole, inside] = [document.createElement("span"), document.createElement("span")];
+      [whole.className, inside.className] = ["joined", "inside"];
+      whole.append(before.data.slice(-1), inside);
+      before.data = before.data.slice(0, -1);
+      formula.replaceWith(whole);
+      inside.append(formula);
+    }
+  };
+
   // A figure leads to its file, which the browser shows as large as it is.
   const enlarge = () => {
     for (const image of document.querySelectorAll(".content img")) {
@@ -147,6 +165,7 @@
 
   document.addEventListener("DOMContentLoaded", () => {
     buttons();
+    joined();
     enlarge();
     const select = document.querySelector("#graph-focus");
     if (select) {
