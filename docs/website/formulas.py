@@ -456,8 +456,8 @@ def graph_page(records: Records) -> str:
     lines = [
         "# Which formula rests on which",
         "",
-        "An arrow leads from a result to one that uses it. Results that rest on definitions only "
-        "are on the left. Each name leads to its page.",
+        "An arrow leads down from a result to one that uses it. Results that rest on definitions "
+        "only are at the top. Each name leads to its page.",
         "",
         "```{raw} html",
         '<p><label>Only what one formula rests on, and what rests on it: <select id="graph-focus">'
