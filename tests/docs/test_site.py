@@ -245,7 +245,7 @@ def test_what_a_page_links_in_the_graph_is_there(records: formulas.Records) -> N
     ]
     assert len(linked) > 60
     assert all(f'id="{name}"' in drawn for name in linked)
-    assert len(re.findall('<option value=.[^"]', drawn)) == len(records)
+    assert len(re.findall('<option value=.[^"]', drawn)) == drawn.count("data-node=") > 60
 
 
 def test_labels_on_the_errata_lead_to_their_formulas(records: formulas.Records) -> None:
