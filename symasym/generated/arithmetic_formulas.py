@@ -14,6 +14,26 @@ if TYPE_CHECKING:
     from symasym.numbers.arithmetic import Arithmetic, Number
 
 
+def even_share(c: Arithmetic, alpha: Number, root: Number, y: Number, gap: Number) -> Any:
+    """Primitive of alpha/(y^2 - root^2), y > 0; `gap` is y - root (pair-primitives)."""
+    return -alpha*c.log1p(4*y*root/gap**2)/(4*root)
+
+
+def even_share_on_line(c: Arithmetic, alpha: Number, root: Number, y: Number) -> Any:
+    """Primitive of alpha/(y^2 + root^2) along the real line (pair-primitives)."""
+    return -alpha*c.atan2(root, y)/root
+
+
+def odd_share(c: Arithmetic, beta: Number, product: Number) -> Any:
+    """Primitive of beta y/(y^2 - square); `product` is |y^2 - square| (pair-primitives)."""
+    return beta*c.log(product)/2
+
+
+def share_of_line(c: Arithmetic, root: Number) -> Any:
+    """The integral of 1/(y^2 + root^2) over the line (pair-primitives)."""
+    return c.pi/root
+
+
 def first_moment(c: Arithmetic) -> Any:
     """int e^(-s^2/2) ds (saddle-recurrences)."""
     return c.sqrt(2*c.pi)

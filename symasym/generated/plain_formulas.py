@@ -126,6 +126,26 @@ def finite_part(power: Field, term: Field) -> Any:
     return term/(1 - power)
 
 
+def next_share_of_line(n: Field, share: Field, square: Field) -> Any:
+    """int (y^2 - square)^(-n - 1) over the line from that of the power -n (pair-primitives)."""
+    return share*(1 - 2*n)/(2*square*n)
+
+
+def next_binomial(n: Ratios, i: Ratios, term: Ratios) -> Any:
+    """Coefficient i + 1 of (1 - x)^-n from coefficient i (pair-primitives)."""
+    return term*(i + n)/(1 + i)
+
+
+def two_powers_more(lower: Ratios, same: Ratios, square: Ratios) -> Any:
+    """int y^(j + 2) W^-n from y^j W^(1 - n) and y^j W^-n, W = y^2 - square (pair-primitives)."""
+    return lower + same*square
+
+
+def fall_beside_pair(index: Field, power: Field, before: Field, after: Field, square: Field) -> Any:
+    """-h' of a sum of c_i y^i over (y^2 - square)^power, its coefficient (pair-primitives)."""
+    return before*(1 - index + 2*power) + after*square*(1 + index)
+
+
 def bend_of_saddle(j: Ratios, term: Ratios, slope: Ratios) -> Any:
     """alpha_j of V - V(z) = -slope t^2/2 (1 + alpha_1 t + ...) (saddle-recurrences)."""
     return 2*term/(slope*(2 + j))
