@@ -34,22 +34,14 @@ _KNOWN = {
     **{name: name for name in ("exp", "log", "tanh", "sin", "cos", "asin", "acos", "atan")},
     **{
         name: name
-        for name in (
-            "atan2",
-            "sinh",
-            "cosh",
-            "expm1",
-            "log1p",
-            "logaddexp",
-            "larger",
-            "log_modulus",
-        )
+        for name in ("sinh", "cosh", "expm1", "log1p", "logaddexp", "larger", "log_modulus")
     },
     # Quotients with a removable singularity at 0; each file that needs one holds it.
     **{name: name for name in ("exprel", "exprel2", "tanhc", "sinc")},
     # Functions that each file holds where it calls them (`symasym.emit.forms.LOCAL`).
     **{name: name for name in LOCAL},
     "Abs": "abs",
+    "atan2": "atan2",
     "_Root": "sqrt",
 }
 
@@ -77,13 +69,7 @@ _OWN = {name: f"_{name}" for name in _REMOVABLE}
 DIALECTS = {
     "numpy": Dialect(
         "np.",
-        {
-            "asin": "arcsin",
-            "acos": "arccos",
-            "atan": "arctan",
-            "atan2": "arctan2",
-            "larger": "maximum",
-        },
+        {"larger": "maximum", **{a: f"arc{a[1:]}" for a in ("asin", "acos", "atan", "atan2")}},
         {**_OWN, "log_modulus": "_log_modulus", **{name: f"_each_{name}" for name in LOCAL}},
     ),
     "mpmath": Dialect(

@@ -23,8 +23,8 @@ end come together.
 All is derived (`airy-form`, `pair-primitives`, `truncated-gaussian`), and what is imported here is
 what the derivations emitted. What is singular at a coalescence is combined beforehand, so nothing
 is subtracted there and one text serves float64 arrays and any number of digits. Each value comes
-with the size of order 1. The functions of `EMITTED` are also what `symasym.emit` writes, in doubles and
-in other languages: they hold numbers alone.
+with the size of order 1. The functions of `EMITTED` are also what `symasym.emit` writes, in doubles
+and in other languages: they hold numbers alone.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.generated.arithmetic_formulas import (
+from symasym.generated.formulas import (
     canonical,
     end_distance,
     end_mean,
