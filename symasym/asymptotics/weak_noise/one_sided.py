@@ -277,7 +277,7 @@ def majorants(taylor: list[Numbers], count: int, arithmetic: Arithmetic, odd: in
     """
     slope = abs(taylor[1])
     a = slope / 2
-    alpha = [2 * abs(c) / ((j + 2) * slope) for j, c in enumerate(taylor[2:], start=1)]
+    alpha = [bend_of_saddle(j, abs(c), slope) for j, c in enumerate(taylor[2:], start=1)]
     negative = [1, *(-x for x in alpha)]
     full, later, inverse = [], [], 1 / a
     front = a / 2 / a if odd else a**-0.5 * a

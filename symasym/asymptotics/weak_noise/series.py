@@ -115,8 +115,9 @@ def added(a: Series, b: Series) -> Series:
         rows = [row + [0.0] * (width - len(row)) for row in (mine, part.coefficients)]
         keys[part.offset, part.logs] = [x + y for x, y in zip(*rows, strict=True)]
     rounding = higher(a.rounding, b.rounding)
-    rows = {key: trimmed(values) for key, values in keys.items()}
-    parts = [Part(*key, row, known.get(key)) for key, row in rows.items() if row]
+    parts = [
+        Part(*key, row, known.get(key)) for key, values in keys.items() if (row := trimmed(values))
+    ]
     return Series(parts, rounding, a.size if a.size is not None else b.size)
 
 
