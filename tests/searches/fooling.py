@@ -267,11 +267,8 @@ SEARCHES: dict[str, Draw] = {
     "T, regular part": _regular,
     "T, start on a well": partial(_on_zero, "T", 1, 0),
     "T, start on a barrier": partial(_on_zero, "T", -1, 0),
-    **{
-        f"{quantity}, start on a {kind}, odd terms": partial(_on_zero, quantity, sign, 1)
-        for quantity in ("T", "C")
-        for kind, sign in (("well", 1), ("barrier", -1))
-    },
+    "T, start on a barrier, odd terms": partial(_on_zero, "T", -1, 1),
+    "C, start on a barrier, odd terms": partial(_on_zero, "C", -1, 1),
 }
 
 
