@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 POINTS = 25
 _RTOL = 1e-3
-_PATHS = 6
+_PATHS = 3
 _STEP = 0.01
 
 
@@ -93,7 +93,7 @@ def release(
         for k in noise
     ]
     with style():
-        figure = new_figure(7.2, 6.2, caption)
+        figure = new_figure(7.2, 5.4, caption)
         panels = figure.subplot_mosaic([["paths", "paths"], ["density", "times"]])
         plane, law, times = (panels[name] for name in ("paths", "density", "times"))
         _wells(plane, mu, alpha, fold, scenes[0].z)
@@ -138,7 +138,7 @@ def _paths(axes: Axes, scene: Scene, color: str) -> None:
         z = np.where(stays, z + _STEP * eps * system.velocity_at(u, z, eps), z)
         u = np.where(stays, moved, u)
         rows.append((z, u))
-    every = slice(None, None, max(1, len(rows) // 2000))
+    every = slice(None, None, max(1, len(rows) // 1200))
     for k in range(_PATHS):
         line = np.array([(a[k], b[k]) for a, b in rows[every]])
         axes.plot(line[:, 0], line[:, 1], color=color, linewidth=0.35, alpha=0.8)

@@ -264,7 +264,10 @@ def _scene(name: str, text: str) -> list[str]:
     """A row of the table of scenes: its drift as code, its numbers as formulas."""
     what, reference = text.split(" | ")
     drift, kappa, r = re.split(r", (?:kappa|r) = ", what)
-    return [name, f"`{drift}`, $\\kappa$ = {kappa}, $r$ = {r}", reference]
+    numbers = [
+        f"${symbol} = {typeset(x).strip('$')}$" for symbol, x in (("\\kappa", kappa), ("r", r))
+    ]
+    return [name, ", ".join([f"`{drift}`", *numbers]), reference]
 
 
 _LIBRARIES = ("numpy", "mpmath", "gmpy2", "python-flint", "scipy", "sympy", "matplotlib")
