@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -16,6 +17,7 @@ import sympy
 import symasym as sa
 from symasym.commands.main import main
 from symasym.drift import grammar
+from symasym.numbers.trees import FUNCTIONS
 
 U, A = sympy.symbols("u a")
 
@@ -223,6 +225,31 @@ def test_hostile_text_is_answered_in_a_sentence(entry, tmp_path, monkeypatch, ca
         with seconds(20), pytest.raises((sa.SymasymError, SystemExit)):
             ENTRIES[entry](text)
     assert {p.name for p in tmp_path.iterdir()} <= {"t.toml"}
+
+
+def test_the_page_describes_the_grammar() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "safety.md").read_text(encoding="utf-8")
+    page = page.partition("## How an expression is written")[2].partition("## ")[0]
+    rows = dict(re.findall(r"\| ([a-z ]+) \| (.*) \|", page))
+    for about, arity in {"functions of one argument": (1, 1), "of two": (2, 2),
+                         "of one to eight": (1, 8)}.items():  # fmt: skip
+        named = re.findall(r"`(.*?)`", rows[about])[0].split()
+        assert set(named) == {n for n, k in grammar.FUNCTIONS.items() if k == arity}
+    assert set(re.findall(r"`(\w+)`", rows["names"])) == {"_", "u", *grammar.CONSTANTS}
+    taken = re.findall(r"`([a-z ]+)`\.", page)[-1].split()
+    assert taken == FUNCTIONS
+    # Each limit that it states: just below it is read, beyond it is not.
+    for text, beyond in (
+        ("1" * 4_000, "1" * 4_001), ("2**(2000*u)", "2**(2001*u)"),
+        ("gamma(u + 10000)", "gamma(u + 10001)"), ("besselj(10000, u)", "besselj(10001, u)"),
+        ("10**99999", "10**120500"), ("sqrt(10**2000*u)", "sqrt(10**2500*u)"),
+        ("Max(1, 2, 3, 4, 5, 6, 7, u)", "Max(1, 2, 3, 4, 5, 6, 7, 8, u)"),
+        ("2^3^2 - -u^2", "2 u"), (".5*u + 1.5e-3", "1_0*u"),
+    ):  # fmt: skip
+        grammar.read("A", text)
+        with pytest.raises(sa.InputError):
+            grammar.read("A", beyond)
+    assert grammar.read("A", "2^3^2 + -u^2") == 512 - U**2
 
 
 @pytest.mark.parametrize("text", [*CODE, *HUGE, *WRONG])
