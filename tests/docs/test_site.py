@@ -30,7 +30,7 @@ from symasym.formula import formula
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "docs"))
-from website import api, calls, docstrings, formulas, glossary, graph, pages, stage  # noqa: E402
+from website import api, calls, formulas, glossary, graph, stage  # noqa: E402
 from website.plotting import definitions, expansions, plots  # noqa: E402
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -79,12 +79,12 @@ BOUNDS = {"C-bound": 1, "L-bound": -1}
 @pytest.fixture(scope="module")
 def coarse() -> dict[str, plots.Plot]:
     """The plots, with fewer points."""
-    compared = (p for p in pages.all_plots() if isinstance(p, plots.Plot))
+    compared = (p for p in stage.all_plots() if isinstance(p, plots.Plot))
     return {plot.label: replace(plot, x=plot.x[:: len(plot.x) // 5]) for plot in compared}
 
 
 def test_every_formula_is_plotted_or_it_is_said_why_not() -> None:
-    drawn, nothing = pages.all_plots(), definitions.NOTHING
+    drawn, nothing = stage.all_plots(), definitions.NOTHING
     assert sorted([*(plot.label for plot in drawn), *nothing]) == sorted(entries())
     assert len(nothing) < 4
     for plot in drawn:
@@ -338,14 +338,14 @@ def test_formulas_of_docstrings_are_typeset() -> None:
         ":type kappa: int",
         ":param r: kappa^2/2 of a float64 array",
     ]
-    assert docstrings.typeset(lines) == [
+    assert api.typeset(lines) == [
         r"With :math:`e^{\lambda V}` on :math:`[-1, 1]` and ``order=2``, "
         r":math:`\lvert T\rvert \le 10^{-3}` (e.g. A. Erdelyi), :math:`f`'s a",
         *lines[1:4],
         r":param r: :math:`\kappa^{2}/2` of a float64 array",
     ]
     for value in map(sa.__dict__.get, sa.__all__):
-        text = "\n".join(docstrings.typeset((inspect.getdoc(value) or "").splitlines()))
+        text = "\n".join(api.typeset((inspect.getdoc(value) or "").splitlines()))
         text = re.sub(r"^\s*>>>.*?(\n\s*\n|\Z)", "", text, flags=re.DOTALL | re.MULTILINE)
         text = re.sub(r":\w+:`.*?`|``.*?``|`.*?`|^[\w, *]+ : .*", "", text, flags=re.MULTILINE)
         assert not re.findall(r"\b(?:lam|sqrt|exp)\b|\^|<<|>>", text), (value, text)
