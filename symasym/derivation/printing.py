@@ -7,8 +7,8 @@ first, a polynomial in :math:`u` or in a whole number and a series in :math:`1/\
 powers; an exponent and a fraction within a fraction are written on one line:
 :math:`\frac{2 \pi}{\sqrt{- A'(u_1) A'(u_2)}} e^{2 D/\kappa^2}`. Nothing is simplified: roots are
 joined only where their arguments have no negative factor left alone
-(:math:`\sqrt a \sqrt b = \sqrt{a b}` for :math:`a, b \ge 0`), and a factor's sign is taken out of it
-only where most of its terms have it (:math:`-(1 + u)/\kappa`).
+(:math:`\sqrt a \sqrt b = \sqrt{a b}` for :math:`a, b \ge 0`), and a factor's sign is taken
+out of it only where most of its terms have it (:math:`-(1 + u)/\kappa`).
 """
 
 from __future__ import annotations
@@ -147,7 +147,7 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         below: list[Any] = []
         roots: list[Any] = []
         divisors: list[Any] = []
-        behind: list[tuple[int, Any]] = []
+        behind: list[tuple[float, Any]] = []
         # sqrt(a) sqrt(b) is sqrt(a b) where one of them may be negative, but not both.
         doubtful = None
         for factor in sympy.Mul.make_args(rest):
@@ -252,7 +252,7 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
             row.append(rf"\, {factor}" if word else factor)
         return " ".join(row)
 
-    def _place(self, factor: Any) -> tuple[int, str]:
+    def _place(self, factor: Any) -> tuple[float, str]:
         """Order in a row: numbers, constants, symbols, u and values of functions, sums, roots."""
         if isinstance(factor, _Root):
             return (1 if all(f.is_Integer for f in factor.factors) else 5), ""
@@ -272,7 +272,8 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         )
         # a^- a^+, as they stand on the line.
         letters = letters.replace("^-", "^!").replace("_minus", "^!").replace("_plus", "^+")
-        return (3 if late else 2), letters
+        # A derivative, d_z T, behind all that it does not act on.
+        return (3.5 if named.startswith(r"\partial") else 3 if late else 2), letters
 
     def _parenthesised(self, shown: str) -> str:
         return rf"\left({shown}\right)" if r"\frac" in shown else f"({shown})"
@@ -394,7 +395,9 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
 
     def _print_Subs(self, expr: Any) -> str:
         inner, old, new = expr.args
-        at = ", ".join(f"{self._print(a)} = {self._print(b)}" for a, b in zip(old, new, strict=True))
+        at = ", ".join(
+            f"{self._print(a)} = {self._print(b)}" for a, b in zip(old, new, strict=True)
+        )
         return rf"{self._print(inner)} \Big|_{{{at}}}"
 
     def _print_Derivative(self, expr: Any) -> str:
@@ -507,7 +510,7 @@ def _positive_quotient(base: Any) -> tuple[Any, Any]:
     return (over, under) if over.is_nonnegative and under.is_positive else (base, sympy.S.One)
 
 
-def _is_long(rank: int, shown: str) -> bool:
+def _is_long(rank: float, shown: str) -> bool:
     """True for a sum that is a series of many terms."""
     return rank == _SUM and len(shown) > _LONG
 
@@ -563,8 +566,9 @@ def _asymptotic(terms: list[Any]) -> dict[Any, Any]:
 
 
 def _alphabetical(factor: Any) -> tuple[str, Any]:
-    """Functions without a definition by their names, phi(u) R(u); all else as SymPy has it."""
+    """Functions without a definition by their names, the drift first; all else as SymPy has it."""
     name = factor.func.__name__.casefold() if isinstance(factor, AppliedUndef) else ""
+    name = "" if name == "phi" else name
     return name, sympy.default_sort_key(factor)
 
 

@@ -1,4 +1,4 @@
-"""Section 6.2, weak noise: the double integral over a well and a barrier that may meet."""
+"""Section 6.2, weak noise: the double integral over a well and a barrier that may coalesce."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Z = Symbol("Z", real=True)
 ai, bi = sympy.airyai(Z), sympy.airybi(Z)
 
 
-@derives("pair-products", "Double integrals over a well and a barrier that may meet")
+@derives("pair-products", "Double integrals over a well and a barrier that may coalesce")
 def pair_products(d: Any) -> None:
     d.suppose("lam (V(v) - V(u)) = (s^3/3 - Z s) at u less the same at v, the well first")
     exponent = d.step(
@@ -35,7 +35,7 @@ def pair_products(d: Any) -> None:
         left=r"\int_{-\infty}^{\infty} e^{t Z - t^3/12 - m^2 t} \, dm",
     )
     d.step(
-        "what is left is a derivative",
+        "the integrand is a derivative",
         "integrate",
         -4 * sympy.sqrt(sympy.pi * t) * sympy.exp(Z * t - t**3 / 12),
         Satisfies(
@@ -77,7 +77,7 @@ def pair_products(d: Any) -> None:
         ),
         Identity(lambda: _weighted(both)),
         "J' has s(v) - s(u), whose parts are opposite by symmetry; J'' has its square, of which "
-        "s^2 is Z besides what belongs to the outer part",
+        "s^2 is Z up to the regular part",
         left=(
             "J",
             "J_1",
