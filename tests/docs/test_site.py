@@ -71,7 +71,7 @@ EXACT = {
     "fr1", "eq:osc2", "fr2", "eq:odeR", "first-integral", "density-R", "eq:FPE", "backward",
     "positive-form", "positive-density", "panel-step", "eq:V2", "eq:fourPieces", "tails",
     "gaussian-step", "pair-products", "truncated-gaussian",
-    "endpoint-series", "regular-part", "saddle-recurrences", "two-sides",
+    "endpoint-series", "regular-part", "pair-primitives", "saddle-recurrences", "two-sides",
 }  # fmt: skip
 BOUNDS = {"C-bound": 1, "L-bound": -1}
 
