@@ -212,7 +212,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         **{
             f"c_{j}": Meaning(
                 f"derivative {j} of V there, of -V at a barrier",
-                "scaled: velocity/position^" + str(j - 1),
+                f"scaled velocity over the power {j - 1} of length",
             )
             for j in range(3, 7)
         },
@@ -268,7 +268,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
     },
     "saddle-recurrences": {
         "alpha_j": Meaning(
-            "coefficient of t^j in V over its quadratic term", "scaled length^(-j)", _T
+            "coefficient of t^j in V over its quadratic term", "1/scaled length to the power j", _T
         ),
         "m_0": Meaning("integral of exp(-s^2/2)", _PURE, _T),
         "m_next": Meaning("the next moment", _PURE, _T),
@@ -431,14 +431,16 @@ IN_WORDS: dict[str, dict[str, Meaning]] = {
     "saddle-recurrences": {"t": Meaning("distance from the zero of the drift", "scaled: y/eps")},
     "first-three": {"r": MEANINGS["r"]},
     "eq:phi": {"F": Meaning("field inside the layer, eq:cont", "unscaled")},
-    **dict.fromkeys(
-        ("eq:scaledSDEx", "eq:reducedSDE"),
-        {
-            "y": MEANINGS["y"],
-            "t": MEANINGS["t"],
-            "W": Meaning("a Brownian motion", "root of time"),
-        },
-    ),
+    "eq:scaledSDEx": {
+        "y": MEANINGS["y"],
+        "t": MEANINGS["t"],
+        "W_j": Meaning("independent Brownian motions", "root of time"),
+    },
+    "eq:reducedSDE": {
+        "y": MEANINGS["y"],
+        "t": MEANINGS["t"],
+        "W": Meaning("a Brownian motion", "root of time"),
+    },
     "eq:reducedSDEtilde": {
         r"\tilde t": MEANINGS["t_s"],
         "W": Meaning("a Brownian motion", "root of scaled time"),

@@ -257,7 +257,8 @@ def _symbols(label: str, record: Mapping[str, Any]) -> list[str]:
 def _stands(sign: str, shown: str) -> bool:
     """True for a symbol in TeX that stands in a text, and not as the head of an indexed one."""
     whole = rf"{re.escape(sign)}(?![A-Za-z_])" if sign[-1].isalpha() else re.escape(sign)
-    return re.search(rf"(?<![\\A-Za-z]){whole}", shown) is not None
+    before = r"(?<![\\A-Za-z])" if sign[0].isalpha() else ""
+    return re.search(f"{before}{whole}", shown) is not None
 
 
 def _errata(label: str) -> list[str]:
