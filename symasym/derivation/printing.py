@@ -371,6 +371,13 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
     def _print_log(self, expr: Any, exp: Any = None) -> str:
         return self._applied(expr, f"{{{exp}}}" if exp is not None else "")
 
+    def _print_atan2(self, expr: Any) -> str:
+        y, x = expr.args
+        if not y.is_positive:
+            return str(super()._print_Function(expr))
+        # From 0 to pi as x goes from oo to -oo.
+        return rf"\operatorname{{arccot}}({self._line(x / y)})"
+
     _print_erf = _print_log
     _print_airyai = _print_log
     _print_airybi = _print_log

@@ -134,7 +134,7 @@ _FUNCTIONS = {
     "Ai": mpmath.airyai, "Bi": mpmath.airybi,
     "Ai'": lambda x: mpmath.airyai(x, derivative=1),
     "Bi'": lambda x: mpmath.airybi(x, derivative=1),
-    "Gamma": mpmath.gamma,
+    "Gamma": mpmath.gamma, "arccot": lambda x: mpmath.pi / 2 - mpmath.atan(x),
 }  # fmt: skip
 _AIRY = {"airyaiprime": _FUNCTIONS["Ai'"], "airybiprime": _FUNCTIONS["Bi'"]}
 _TOKEN = re.compile(
