@@ -104,7 +104,7 @@ def draw(plot: Plot | Picture) -> str:
         above.legend()
         if exact:
             most = np.max(error)
-            said = f"to {most:.0e} of it" if most else "in every digit"
+            said = f"within {most:.0e}" if most else "in every digit"
             above.set(xlabel=f"{plot.axis}\nboth agree {said}")
         else:
             if plot.logs and np.max(error) > _FAR:
@@ -132,11 +132,12 @@ def _written(figure: Any) -> str:
 
 def _few_labels(axis: Any) -> None:
     """Labels at 1, 2 and 5 at most between powers of ten, which stand too close otherwise."""
-    from matplotlib.ticker import LogLocator
+    from matplotlib.ticker import LogFormatterSciNotation, LogLocator
 
     low, high = axis.get_view_interval()
-    if low > 0 and high / low < 1e3:
+    if low > 0 and high / low < 200:
         axis.set_minor_locator(LogLocator(subs=(2, 5)))
+        axis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(np.inf, np.inf)))
 
 
 def typeset(text: str) -> str:
