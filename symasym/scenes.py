@@ -165,13 +165,11 @@ def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
         )
     moved = dict.fromkeys(numbers, 0.0)
     for name, value in numbers.items():
-        if not is_array(value):
+        # A float is what it is read as.
+        if not (isinstance(value, float) or is_array(value)):
             known = exact(name, value)
             moved[name] = abs(float(known - Fraction(float(arrays[name]))))
-    parameters = {
-        name: np.broadcast_to(value, shape).ravel() if is_array(value) else value
-        for name, value in drift.values.items()
-    }
+    parameters = drift.flat_values(shape)
     lam = flat["kappa"] ** 2
     np.divide(2.0, lam, out=lam)
     return Scenes(shape, lam, flat, parameters, moved, drift, numbers)

@@ -1,19 +1,23 @@
-r"""Sides of mild scenes in float64: from -r to the start with one row of equal panels.
+r"""Sides of mild scenes in float64: from -r to the start with one row of panels.
 
 On a side, lam phi is a polynomial q(t)/h on [-1, end], t from -1 to 1, whose coefficients have the
 sum Q of their moduli. Then lam V moves by Q at most, and where that is moderate nothing needs a
 logarithm but sigma left of u = -1, in units of which the panels are joined (`sweep.carried`).
+Panels end where the integral of |q|/2, by its values at the ends of equal cells, is so large that
+e^{lam V} has moved as far on each.
 
 Where that sigma is above e^(Q + 45), S is constant on [-1, end] to all digits, so that
 
     w = e^{lam (V(end) - V(-1))} w(-1) + lam int_{-1}^{end} e^{lam (V(end) - V(u))} du,
 
-a single integral, of which only the part counts where the exponent is above -36 - log(1 + Q).
+a single integral, of which only the part counts where the exponent is above -36 - log(1 + Q). It
+takes one Gauss rule: with n nodes the rule of f misses at most 64/15 M rho^(-2n)/(1 - rho^-2) on
+[-1, 1], where |f| <= M on the ellipse of foci -1 and 1 whose half axes have the sum rho (L. N.
+Trefethen, Approximation Theory and Approximation Practice, theorem 19.3).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cache
 from typing import NamedTuple
 
@@ -24,34 +28,36 @@ from symasym.base.patience import step
 from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels, sweep
 from symasym.exact.float_blocks import FAINT, MILD, centred
-from symasym.exact.float_panels import NODES, REACH, REACH_DOWN, RESOLUTION
+from symasym.exact.float_panels import NODES, REACH, REACH_DOWN, RESOLUTION, Moments
 from symasym.exact.sweep import Record, Swept
 from symasym.numbers.float_arrays import LogPositive
 from symasym.numbers.positive import Positive
 
-#: Panels of a side.
-_COUNTS = np.array([1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24])
 _ULP = 2e-16  # of an exponent, its sum included
 _ROUNDING = 2e-15  # of fewer than 15 operations; and what is left out, below e^-36
+#: Largest Q of a side that is taken: e^Q, and its product with others, are floats.
+_HIGHEST = 300.0
+#: q' that take a panel of their own, or |q| = REACH; the squares of both are added.
+_BENT = 3 / 16
 #: Exponents of a single integral that change none of its digits, beside log(1 + Q).
 _BELOW = 36.0
 #: Q from which on such exponents are looked for.
 _LONG = 60.0
 _CELLS = 16  # of [-1, 1], in which they are
-#: The largest |q| of one, two, … panels where V falls, and where from the end they begin.
-_GRADED = np.array([10.0, 28.0, 50.0, 76.0])
-_FEW = 250  # panels, of which more are taken rather than another group of sides
+#: Nodes of the rules of the single integral, and sums of half axes of the ellipses.
+_RULES = np.array([16, 24, 32])
+_AXES = np.array([2.5, 3.5, 5.0, 7.0, 10.0])
+_ENOUGH = -34.5  # of log(what a rule misses times Q)
+_FEW = 32  # sides, of which more are taken rather than another rule
 
 
 class _Sides(NamedTuple):
-    """Some sides: lam, the coefficients of q, the sum of their moduli, the largest |q|, True where
-    q > 0, the width h, the relative error of a panel; log sigma, its error, and w at u = -1."""
+    """Some sides: lam, the coefficients of q, the sum of their moduli, the width h, the relative
+    error of a panel; log sigma, its error, and w at u = -1."""
 
     lam: FloatArray
     series: FloatArray
     size: FloatArray
-    steep: FloatArray
-    falls: np.ndarray
     h: FloatArray
     own: FloatArray
     log_sigma: FloatArray
@@ -60,6 +66,8 @@ class _Sides(NamedTuple):
 
     def take(self, index: IntArray) -> _Sides:
         """Some of the sides."""
+        if len(index) == len(self.lam):
+            return self
         return _Sides(*(x[..., index] for x in self))
 
 
@@ -93,18 +101,14 @@ def swept(field: Field, lam: FloatArray, r: FloatArray, end: FloatArray) -> tupl
     sigma, w = sweep.first(Record(tail.int_e, None, tail.nested, 1.0, None), lam)
     fall = np.maximum(-tail.rise, 0.0)
     log_sigma, error = np.log(sigma) + fall, own + _ULP * fall
-    sides = _Sides(lam, series, size, *_steepest(series, size), h, own, log_sigma, error, w)
-    # Few sides more of the general rule cost less than another.
-    alone = sides.log_sigma > FAINT + size
-    if alone.all():
-        found = _single(sides)
-    elif size[alone].sum() < _FEW * REACH:
-        found = _nested(sides)
-    else:
-        found = np.empty((4, len(index)))
-        for rule, chosen in ((_single, alone), (_nested, ~alone)):
-            some = np.flatnonzero(chosen)
-            found[:, some] = rule(sides.take(some))
+    sides = _Sides(lam, series, size, h, own, log_sigma, error, w)
+    found = np.full((4, len(index)), np.nan)
+    alone = np.flatnonzero(log_sigma > FAINT + size)
+    if alone.size > _FEW:
+        found[:, alone] = _single(sides.take(alone))
+    rest = np.flatnonzero(np.isnan(found[0]) & (size < _HIGHEST))
+    if rest.size:
+        found[:, rest] = _nested(sides.take(rest))
     done = np.isfinite(found).all(axis=0)
     if not done.all():
         index, found = index[done], found[:, done]
@@ -116,32 +120,13 @@ def _logs(found: FloatArray) -> Swept:
     return Swept(LogPositive(found[0], found[1]), LogPositive(found[2], found[3]))
 
 
-def _groups(wanted: FloatArray) -> Iterator[tuple[int, IntArray]]:
-    """Numbers of panels, each with sides that want no more; few enough for the cache."""
-    place = np.searchsorted(_COUNTS, wanted)
-    order = np.argsort(place, kind="stable")
-    ends = np.searchsorted(place[order], np.arange(len(_COUNTS)), side="right").tolist()
-    low, numbers = 0, _COUNTS.tolist()
-    for count, high, following in zip(numbers, ends, [*numbers[1:], np.inf], strict=True):
-        if (high - low) * (following - count) < _FEW:
-            continue
-        at_once = min(float_panels.AT_ONCE // count, float_panels.COLUMNS)
-        for begin in range(low, high, at_once):
-            step()
-            yield count, order[begin : min(begin + at_once, high)]
-        low = high
+# -- two integrals and the nested one --------------------------------------------------------------
 
 
 def _nested(sides: _Sides) -> FloatArray:
-    """log sigma, its error, log w and its error, nan where `_COUNTS` are not enough."""
-    lam, series, size, steep, falls, h, own = sides[:7]
-    moments, missed = np.full((4, len(h)), np.nan), np.full(len(h), np.nan)
-    place, memory = float_panels.memory()
-    for count, some in _groups(steep / np.where(falls, REACH_DOWN, REACH)):
-        (out,) = float_panels.arrays_in(place, (NODES,), (count, len(some)))
-        exponents = float_panels.exponents_of_series(series[:, some], count, out)
-        moments[:, some], missed[some] = float_panels.sampled(*exponents, h[some], memory)
-    rise, int_e, int_inverse, nested = moments
+    """log sigma, its error, log w and its error, nan where the panels do not resolve e^{lam V}."""
+    lam, series, size, h, own = sides[:5]
+    (rise, int_e, int_inverse, nested), missed = _moments(series, h)
     missed[missed > RESOLUTION] = np.nan
     moved = _ULP * size
     own = own + missed + moved
@@ -159,36 +144,97 @@ def _nested(sides: _Sides) -> FloatArray:
     return np.array((log, error, np.log(w.value), w.error + _ROUNDING))
 
 
+def _moments(series: FloatArray, h: FloatArray) -> tuple[Moments, FloatArray]:
+    """Moments of the sides, and what the nodes miss of them."""
+    count, ends = _panels(series)
+    number = len(ends) - 1
+    row = np.repeat(np.arange(len(h)), count)
+    low, high = ends[:-1] - 2.0 * row, ends[1:] - 2.0 * row
+    width = (high - low) / 2
+    local = series if number == len(h) else centred(series[:, row], low, high, width)
+    # The rise of lam V, the integrals of `float_panels`, what is missed: one column a panel.
+    parts = np.empty((5, number))
+    place, memory = float_panels.memory()
+    for begin in range(0, number, float_panels.AT_ONCE):
+        step()
+        some = slice(begin, min(begin + float_panels.AT_ONCE, number))
+        (out,) = float_panels.arrays_in(place, (NODES,), (1, some.stop - begin))
+        exponents, parts[:1, some] = float_panels.exponents_of_series(local[:, some], 1, out)
+        for part, values in zip(parts[1:], float_panels.integrals(exponents, memory), strict=True):
+            part[some] = values[0]
+    parts[1:4] *= width
+    parts[3] *= width
+    if number > len(h):
+        table = np.zeros((5, count.max(), len(h)))
+        first = np.add.accumulate(count) - count
+        table[:, np.arange(number) - first[row], row] = parts
+    else:
+        table = parts[:, None]
+    return float_panels.joined(*table[:4], h), table[4].max(axis=0)
+
+
+def _panels(series: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Numbers of panels of the sides, and where panels end, the k-th side being [2k - 1, 2k + 1].
+
+    On none of them lam V moves by more than `REACH`, or falls by more than `REACH_DOWN`.
+    """
+    powers, slopes = _at_cells(len(series))
+    values, cells = powers @ series, len(powers) - 1
+    values = np.maximum(values / REACH_DOWN, values / -REACH)
+    values *= values
+    values += np.abs(slopes @ series)
+    # An integral by the larger ends of the cells; nowhere 0.
+    reached = np.add.accumulate(np.sqrt(np.maximum(values[1:], values[:-1]) + 1e-9))
+    whole = np.ceil(reached[-1] / cells)
+    count = whole.astype(np.intp)
+    if len(count) == count.sum():
+        return count, np.arange(len(count) + 1) * 2.0 - 1.0
+    reached *= whole / reached[-1]
+    reached += np.add.accumulate(whole) - whole
+    known = np.append(0.0, reached.T)
+    ends = np.interp(np.arange(count.sum() + 1.0), known, np.arange(float(len(known))))
+    return count, ends * (2.0 / cells) - 1.0
+
+
+@cache
+def _at_cells(terms: int) -> tuple[FloatArray, FloatArray]:
+    """t^k at the ends of equal cells of [-1, 1], two for each term and not fewer than eight, and
+    `_BENT` times its derivative."""
+    t, k = np.linspace(-1.0, 1.0, max(8, 2 * terms) + 1)[:, None], np.arange(terms)
+    return t**k, _BENT * k * t ** np.maximum(k - 1, 0)
+
+
+# -- a single integral -----------------------------------------------------------------------------
+
+
 def _single(sides: _Sides) -> FloatArray:
-    """The same where S is constant."""
-    lam, series, size, steep, falls, h, own = sides[:7]
-    to_end = float_panels.running_powers(1, len(series))[1][0]
-    rise = -(to_end @ series)
+    """The same where S is constant, by one rule for the whole of a side."""
+    lam, series, size, h, own = sides[:5]
+    # lam (V(end) - V) is the sum of these times t^k - 1.
+    heights = series / (2.0 * np.arange(1, len(series) + 1)[:, None])
+    rise = heights[::2].sum(axis=0) * -2.0
     moved = _ULP * size
     long = np.flatnonzero(size > _LONG)
     if long.size:
-        series, h, steep, falls = (x.copy() for x in (series, h, steep, falls))
+        heights, h = heights.copy(), h.copy()
         start = _start(series[:, long], size[long])
-        kept = centred(series[:, long], start, 1.0, (1.0 - start) / 2)
-        series[:, long] = kept
-        h[long] *= (1.0 - start) / 2
-        steep[long], falls[long] = _steepest(kept, np.abs(kept).sum(axis=0))
-    # Where V falls the first panels hardly count: they are longer. Elsewhere all are equal.
-    few = np.searchsorted(_GRADED, steep) + 1
-    equal = np.maximum(steep / REACH_DOWN, len(_GRADED) + 1)
-    wanted = np.where(falls | (few == 1), few, equal)
-    total, missed = np.full((2, len(h)), np.nan)
-    place = float_panels.memory()[0]
-    for count, some in _groups(wanted):
-        to_nodes, width = _to_end(count, len(series))
-        (terms,) = float_panels.arrays_in(place, (NODES,), (count, len(some)))
-        np.exp(np.matmul(to_nodes, series[:, some], out=terms), out=terms)
-        sums = float_panels.last_coefficients() @ terms
-        sums *= width
-        last = np.abs(sums[:, 1]) + np.abs(sums[:, 2])
-        total[some] = sums[:, 0].sum(axis=0)
-        missed[some] = 6e-4 * (last * last / sums[:, 0]).sum(axis=0) / total[some]
-    missed[missed > RESOLUTION] = np.nan
+        half = (1.0 - start) / 2
+        kept = centred(series[:, long], start, 1.0, half)
+        heights[:, long] = kept / (2.0 * np.arange(1, len(series) + 1)[:, None])
+        h[long] *= half
+    bounds, powers = _ellipses(len(series))
+    most = (powers @ heights).reshape(len(_AXES), -1, len(h)).max(axis=1)
+    least = np.array([(most - bound).min(axis=0) for bound in bounds])
+    rule = (least > _ENOUGH - np.log1p(size)).sum(axis=0)
+    total = np.full(len(h), np.nan)
+    for k, count in enumerate(_RULES):
+        some = np.flatnonzero(rule == k)
+        nodes, weights = _to_end(count, len(series))
+        for low in range(0, len(some), float_panels.COLUMNS):
+            step()
+            part = some[low : low + float_panels.COLUMNS]
+            total[part] = weights @ np.exp(nodes @ heights[:, part])
+    missed = np.exp(least[np.minimum(rule, len(_RULES) - 1), np.arange(len(h))]) / total
     inside = Positive(h * total, own + missed + _ROUNDING)
     w = Positive(np.exp(rise), moved) * Positive(sides.w, 2 * own) + lam * inside
     log = sides.log_sigma - rise
@@ -196,30 +242,23 @@ def _single(sides: _Sides) -> FloatArray:
     return np.array((log, error, np.log(w.value), w.error + _ROUNDING))
 
 
-def _steepest(series: FloatArray, size: FloatArray) -> tuple[FloatArray, np.ndarray]:
-    """The largest |q|, seen at the Lobatto nodes where it is not small; True where q > 0."""
-    steep, falls = size.copy(), 2 * series[0] > size
-    large = np.flatnonzero(size > REACH)
-    if large.size:
-        powers = float_panels.lobatto_powers(len(series))[::2]
-        values = float_panels.by_columns(powers, series[:, large])
-        low, high = values.min(axis=0), values.max(axis=0)
-        steep[large], falls[large] = np.maximum(-low, high), low > 0
-    return steep, falls
+@cache
+def _to_end(count: int, terms: int) -> tuple[FloatArray, FloatArray]:
+    """t^k - 1 at the nodes of Gauss's rule, k from 1, and half its weights."""
+    t, weights = np.polynomial.legendre.leggauss(count)
+    powers: FloatArray = t[:, None] ** np.arange(1, terms + 1) - 1.0
+    return powers, weights / 2
 
 
 @cache
-def _to_end(count: int, terms: int) -> tuple[FloatArray, FloatArray]:
-    """Half the integrals of t^k from 1 to the Gauss nodes of panels of [-1, 1], of up to four in
-    the proportions of `_GRADED`; and the widths of the panels in that of [-1, 1]."""
-    ends = np.linspace(-1.0, 1.0, count + 1)
-    if count <= len(_GRADED):
-        ends = 1.0 - 2.0 * np.append(0.0, _GRADED[:count])[::-1] / _GRADED[count - 1]
-    width = np.diff(ends)
-    nodes = ends[:-1, None] + width[:, None] * float_panels.gauss().nodes
-    k = np.arange(1, terms + 1)
-    powers = (nodes[..., None] ** k - 1.0) / (2 * k)
-    return powers, width[:, None, None] / 2
+def _ellipses(terms: int) -> tuple[FloatArray, FloatArray]:
+    """For each rule and ellipse the logarithm of what divides M in the bound of half an integral;
+    Re z^k - 1 at points z of each ellipse."""
+    angle = np.linspace(0.0, np.pi, 2 * terms + 3)
+    z = (_AXES[:, None] * np.exp(1j * angle) + np.exp(-1j * angle) / _AXES[:, None]) / 2
+    powers = z.reshape(-1, 1) ** np.arange(1, terms + 1)
+    bounds = 2.0 * _RULES[:, None] * np.log(_AXES) - np.log(32 / 15 / (1.0 - _AXES**-2.0))
+    return bounds[..., None], np.ascontiguousarray(powers.real) - 1.0
 
 
 @cache

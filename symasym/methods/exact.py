@@ -74,9 +74,11 @@ def of_scene(scene: Scene, request: Request) -> Answer:
 
 def of_scenes(scenes: Scenes, request: Request) -> Answers:
     """Logarithms right to `TOLERANCE`, and their errors by running analysis."""
-    logs = np.empty(len(scenes.lam))
-    errors = np.empty_like(logs)
-    for low in range(0, len(logs), _SCENES_AT_ONCE):
+    number = len(scenes.lam)
+    if number <= _SCENES_AT_ONCE:
+        return Answers(*_logs(scenes, request.name), "estimate", (request.name,))
+    logs, errors = np.empty(number), np.empty(number)
+    for low in range(0, number, _SCENES_AT_ONCE):
         part = slice(low, low + _SCENES_AT_ONCE)
         parameters = {n: x[part] if is_array(x) else x for n, x in scenes.parameters.items()}
         some = rows_of(scenes, part)._replace(parameters=parameters)

@@ -17,7 +17,7 @@ import numpy as np
 from symasym.base.contexts import own_context
 from symasym.base.inputs import FloatArray
 from symasym.base.patience import step
-from symasym.drift.drift import Drift
+from symasym.drift.drift import Drift, FlatValues
 from symasym.numbers.complex_balls import ComplexBall, tame
 from symasym.numbers.float_arrays import DoubleDouble, DoubleDoubleOps, ends_of, shift
 from symasym.numbers.polynomials import poly, real_parts
@@ -89,13 +89,23 @@ class Field(Protocol):
 def field_of(
     drift: Drift, values: dict[str, Any], count: int, directions: Directions | None = None
 ) -> Field:
-    """The field of `drift` for `count` scenes and their mirror images."""
+    """The field of `drift` for `count` scenes and their mirror images.
+
+    That of a polynomial stays beside `values` that the drift keeps (`Drift.flat_values`).
+    """
+    kept = values if isinstance(values, FlatValues) and directions is None else None
+    if kept is not None and kept.field is not None:
+        known: PolynomialField = kept.field
+        return known
     pairs = {name: DoubleDouble.of(value) for name, value in values.items()}
     coefficients = drift.coefficients(pairs, DoubleDoubleOps())
     if coefficients is None or len(coefficients) > 13:
         shaped = {name: pair.broadcast_to((count,)) for name, pair in pairs.items()}
         return AnalyticField(drift, shaped, count, directions)
-    return PolynomialField([DoubleDouble.of(c) for c in coefficients], count, directions)
+    field = PolynomialField([DoubleDouble.of(c) for c in coefficients], count, directions)
+    if kept is not None:
+        kept.field = field
+    return field
 
 
 def extremes(field: Field, scene: IntArray) -> FloatArray:
