@@ -221,40 +221,28 @@ def expression(item: Emitted) -> Any:
     return stated
 
 
-_HEADERS = {
-    "mpmath": """\
-from typing import TYPE_CHECKING, Any
+_FORMULAS = """\
+\"""The formulas that the derivations emitted, each once.
 
-from symasym.generated import arithmetic_formulas as arithmetic
-from symasym.generated import plain_formulas as plain
+First those of + - * / and whole powers, for numbers of any one kind; then those over an arithmetic
+`c` (arrays of float64, or mpf of its context); then those in an mpmath context `ctx`, or with NumPy
+in its place.
+
+Written by ``python -m derivations.emit`` from the checked derivations: do not edit.
+\"""
+
+# A formatter must not touch what a test compares.
+# fmt: off
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
 
-
-def __getattr__(name: str) -> Any:
-    \"""A formula over an arithmetic; one of numbers alone, with a context before these.\"""
-    formula = getattr(arithmetic, name, None)
-    if formula is None:
-        of_numbers = getattr(plain, name)
-
-        def formula(ctx: MPContext, *numbers: mpf, **named: mpf) -> Any:
-            return of_numbers(*numbers, **named)
-
-        formula.__name__, formula.__doc__ = name, of_numbers.__doc__
-    globals()[name] = formula
-    return formula
-
-""",
-    "arithmetic": """\
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
     from symasym.numbers.arithmetic import Arithmetic, Number
-""",
-    "plain": """\
-from typing import Any, Protocol
 
 
 class Ratios(Protocol):
@@ -275,40 +263,41 @@ class Field(Ratios, Protocol):
     def __sub__(self, other: Any, /) -> Any: ...
     def __rsub__(self, other: Any, /) -> Any: ...
     def __pow__(self, other: int, /) -> Any: ...
-""",
-}
-_TEXTS = {
-    "mpmath": "Formulas in an mpmath context `ctx`, at its precision.",
-    "arithmetic": "Formulas over an arithmetic `c`: arrays of float64, or mpf of its context.",
-    "plain": "Formulas of + - * / and whole powers, for numbers of any one kind.",
-}
+"""
+
+_MPMATH = """\
+\"""Every formula in an mpmath context `ctx`, its first argument, at its precision.
+
+Written by ``python -m derivations.emit``: do not edit.
+\"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from symasym.generated import formulas
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
 
 
-def module(target: str) -> str:
-    """Source of the module of one target."""
-    lines = [
-        f'"""{_TEXTS[target]}\n\nWritten by ``python -m derivations.emit`` from the checked '
-        'derivations: do not edit.\n"""\n',
-        "# A formatter must not touch what a test compares.\n# fmt: off\n\n"
-        "from __future__ import annotations\n",
-        _HEADERS[target],
-    ]
-    for item in EMITTED:
-        if not getattr(item, target, True):
-            continue
-        stated = expression(item)
-        names, arguments = named(stated)
-        if target == "mpmath" and (item.plain or item.arithmetic):
-            # It has them from the other modules; but a context makes no quotients of its own.
-            as_given = arguments, stated, "arithmetic", doc(item), names
-            if item.plain or "c.rational" not in function(item.name, *as_given):
-                continue
-        lines.append("\n" + function(item.name, arguments, stated, target, doc(item), names))
-    return "\n".join(lines)
+def __getattr__(name: str) -> Any:
+    \"""A formula; one of numbers alone with a context before these.\"""
+    formula = getattr(formulas, name)
+    if formula.__code__.co_varnames[0] not in ("c", "ctx"):
+        of_numbers = formula
 
+        def formula(ctx: MPContext, *numbers: mpf, **named: mpf) -> Any:
+            return of_numbers(*numbers, **named)
+
+        formula.__name__, formula.__doc__ = name, of_numbers.__doc__
+    globals()[name] = formula
+    return formula
+"""
 
 _NUMPY = """\
-\"""The formulas of `mpmath_formulas` in float64, for arrays that broadcast together.
+\"""Every formula in float64, for arrays that broadcast together.
 
 Written by ``python -m derivations.emit``: do not edit.
 \"""
@@ -319,8 +308,7 @@ from typing import Any
 
 import numpy as np
 
-from symasym.generated import mpmath_formulas as formulas
-from symasym.generated import plain_formulas as plain
+from symasym.generated import formulas
 
 # What the formulas ask of their context.
 _ARCS = {f"a{name}": getattr(np, f"arc{name}") for name in ("sin", "cos", "tan")}
@@ -329,10 +317,31 @@ _FLOATS = SimpleNamespace(**{**vars(np), **_ARCS, "mpf": float})
 
 def __getattr__(name: str) -> Any:
     \"""A formula with NumPy in the place of its context; of numbers alone as it is.\"""
-    formula = getattr(plain, name, None) or partial(getattr(formulas, name), _FLOATS)
+    formula = getattr(formulas, name)
+    if formula.__code__.co_varnames[0] in ("c", "ctx"):
+        formula = partial(formula, _FLOATS)
     globals()[name] = formula
     return formula
 """
+
+
+def target_of(item: Emitted) -> str:
+    """The kind of numbers that a function is written for."""
+    return "plain" if item.plain else "arithmetic" if item.arithmetic else "mpmath"
+
+
+def definitions() -> str:
+    """Source of the module that has every formula, those of one kind of numbers together."""
+    lines = [_FORMULAS]
+    for target in ("plain", "arithmetic", "mpmath"):
+        for item in EMITTED:
+            if target_of(item) == target:
+                stated = expression(item)
+                names, arguments = named(stated)
+                lines.append(
+                    "\n" + function(item.name, arguments, stated, target, doc(item), names)
+                )
+    return "\n".join(lines)
 
 
 def named(stated: Any) -> tuple[dict[Any, str], list[Any]]:
@@ -406,7 +415,8 @@ def sources() -> dict[str, str]:
     """File name -> content of everything that is emitted."""
     return {
         "__init__.py": '"""Code and data emitted by the derivations; do not edit."""\n',
-        **{f"{target}_formulas.py": module(target) for target in _TEXTS},
+        "formulas.py": definitions(),
+        "mpmath_formulas.py": _MPMATH,
         "numpy_formulas.py": _NUMPY,
         "formulas.json": formulas(),
     }

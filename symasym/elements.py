@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from symasym.base import executors
+from symasym.base.call_context import left, limited
 from symasym.base.errors import (
     InputError,
     RegionError,
@@ -21,7 +22,6 @@ from symasym.base.errors import (
 )
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import IntArray, floats, is_array
-from symasym.base.patience import left, limited
 from symasym.drift.drift import Drift
 from symasym.methods.table import Ask, alone
 from symasym.scenes import Request, common_shape

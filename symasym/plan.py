@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.base.contexts import own_context, to_mpf
+from symasym.base.call_context import own_context, patient, to_mpf
 from symasym.base.errors import AccuracyError, InputError, RangeError, SymasymError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import (
@@ -29,7 +29,6 @@ from symasym.base.inputs import (
     is_array,
     shown,
 )
-from symasym.base.patience import patient
 from symasym.drift.drift import Drift
 from symasym.methods.table import answer
 from symasym.numbers.trees import NumpyOps

@@ -7,9 +7,9 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
+from symasym.base.call_context import patient
 from symasym.base.errors import InputError
 from symasym.base.inputs import choice, exact, flag, positive, shown
-from symasym.base.patience import patient
 from symasym.elements import each
 from symasym.methods.table import QUANTITIES, alone, answer, require_drift_of, require_method
 from symasym.scenes import Request, one_scene, require_drift

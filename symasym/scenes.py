@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from symasym.base.contexts import float_with_error, to_mpf
+from symasym.base.call_context import float_with_error, to_mpf
 from symasym.base.errors import InputError, RangeError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import (

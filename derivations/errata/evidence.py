@@ -15,7 +15,7 @@ from derivations.numerics import (
     pieces,
     well_integral,
 )
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.base.contexts import mpf_of, own_context, to_mpf
+from symasym.base.call_context import expect, mpf_of, own_context, step, to_mpf
 from symasym.base.errors import AccuracyError
-from symasym.base.patience import expect, step
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField, dyadic, places
 from symasym.exact import sweep
@@ -31,7 +30,7 @@ from symasym.exact.digit_panels import (
     terms_needed,
 )
 from symasym.exact.sweep import Record, Sum, Swept
-from symasym.generated import mpmath_formulas, plain_formulas
+from symasym.generated import formulas, mpmath_formulas
 from symasym.numbers.complex_balls import tame
 from symasym.numbers.rationals import Rational
 
@@ -90,7 +89,7 @@ def exit_probability(
         if log:
             share = mpmath_formulas.log_exit_share(context, left.sigma, right.sigma)
         else:
-            share = plain_formulas.exit_share(left.sigma, right.sigma)
+            share = formulas.exit_share(left.sigma, right.sigma)
         return to_mpf(share, dps)
 
 
@@ -120,12 +119,12 @@ def occupation(
         scene = swept_scene(drift, False, 2 / kappa**2, context)
         records = scene.records(Fraction(-1), Fraction(1))
         layer = sweep.in_layer(records, scene.numbers.lam, scene.drift_at(-1))
-        after = plain_formulas.tail_right(scene.drift_at(1))
+        after = formulas.tail_right(scene.drift_at(1))
         wanted, rest = sweep.layer_times(layer, after, complement)
         if log:
             share = mpmath_formulas.log_occupation_share(context, wanted, rest)
         else:
-            share = plain_formulas.occupation_share(wanted, rest)
+            share = formulas.occupation_share(wanted, rest)
         return to_mpf(share, dps)
 
 

@@ -23,8 +23,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from symasym.base.call_context import step
 from symasym.base.inputs import FloatArray
-from symasym.base.patience import step
 from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels, sweep
 from symasym.exact.float_blocks import FAINT, MILD, centred

@@ -13,14 +13,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from symasym.base.call_context import step
 from symasym.base.inputs import FloatArray
-from symasym.base.patience import step
 from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels, float_sides, sweep
 from symasym.exact.float_blocks import MILD, partition
 from symasym.exact.float_records import Records, merged, records_of
 from symasym.exact.sweep import InLayer, Record, Swept
-from symasym.generated import plain_formulas
+from symasym.generated import formulas
 from symasym.numbers.float_arrays import (
     DualArray,
     LogPositive,
@@ -63,7 +63,7 @@ def exit_probability(
     """log C (eq:C), or log(1 - C); parameters as in `escape_time`."""
     left, right = _from_both_ends(field, lam, r, start)
     sigmas = (right.sigma, left.sigma) if complement else (left.sigma, right.sigma)
-    share = _logs(plain_formulas.exit_share(*sigmas))
+    share = _logs(formulas.exit_share(*sigmas))
     return _with_start(field, share, "1 - C" if complement else "C", start, left, right)
 
 
@@ -75,7 +75,7 @@ def stationary_density(field: Field, lam: FloatArray, y: FloatArray) -> Logs:
     panels = _panels(field, np.tile(lam, 2), np.full(2 * n, -np.inf), end)
     (w,) = panels.through(
         lambda w, p, lam: (sweep.carried_freely(w[0], p, lam),),
-        (LogPositive.of(plain_formulas.tail_left(field.a_minus)),),
+        (LogPositive.of(formulas.tail_left(field.a_minus)),),
         rate,
     )
     return _logs(sweep.density(rate[:n], w[:n], w[n:]))
@@ -88,15 +88,15 @@ def occupation(field: Field, lam: FloatArray, complement: bool) -> Logs:
     panels = _panels(field, lam, -one, one)
     nothing = LogPositive.of(np.zeros(n))
     a_minus, a_plus = _ends(field, n)
-    before = LogPositive.of(plain_formulas.tail_left(a_minus))
+    before = LogPositive.of(formulas.tail_left(a_minus))
     layer = panels.through(
         lambda state, p, lam: sweep.carried_in_layer(InLayer(*state), p, lam),
         (nothing, before),
         _rates(field, lam),
     )
-    after = LogPositive.of(plain_formulas.tail_right(a_plus))
+    after = LogPositive.of(formulas.tail_right(a_plus))
     wanted, rest = sweep.layer_times(InLayer(*layer), after, complement)
-    return _logs(plain_formulas.occupation_share(wanted, rest))
+    return _logs(formulas.occupation_share(wanted, rest))
 
 
 def _logs(quantity: LogPositive) -> Logs:

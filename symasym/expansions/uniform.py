@@ -40,7 +40,7 @@ from symasym.emit.forms import LOCAL
 from symasym.emit.symbolic_sums import BEYOND_1, LAM, Sum, Symbolic
 from symasym.expansions.builder import Symbols, U
 from symasym.expansions.cases import Case
-from symasym.generated.arithmetic_formulas import canonical, over_end, pair_norm
+from symasym.generated.formulas import canonical, over_end, pair_norm
 from symasym.numbers.polynomials import poly
 from symasym.series.quadratic_factor import Pair, seen_from
 from symasym.special.airy import AiryProducts

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.inputs import FloatArray, float_text, is_array
 from symasym.methods.table import quantity_of

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.base.contexts import mpf_of
+from symasym.base.call_context import mpf_of
 from symasym.base.inputs import FloatArray, Floats, IntArray, to_float
 from symasym.numbers.polynomials import shifted
 
@@ -127,7 +127,7 @@ def _through_mpmath(
     function: Callable[[MPContext, mpf], mpf], x: DoubleDouble | Fraction | Floats
 ) -> DoubleDouble:
     """A function of each number, worked out with 40 digits."""
-    from symasym.base.contexts import own_context
+    from symasym.base.call_context import own_context
 
     number = DoubleDouble.of(x)
     shape = np.shape(number.hi)

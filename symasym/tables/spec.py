@@ -13,7 +13,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, NoReturn
 
-from symasym.base.contexts import mpf_of, own_context
+from symasym.base.call_context import mpf_of, own_context
 from symasym.base.errors import InputError, SymasymError
 from symasym.base.inputs import choice, digits, exact, positive
 from symasym.base.texts import number_text

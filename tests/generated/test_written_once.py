@@ -142,7 +142,7 @@ def _expressions(tree: ast.AST) -> Iterator[tuple[str, int, _Expression]]:
 def _emitted() -> dict[tuple[float, ...], str]:
     """Signatures of what each emitted function returns."""
     found = {}
-    for path in (ROOT / "generated").glob("*_formulas.py"):
+    for path in (ROOT / "generated").glob("*formulas.py"):
         for function in _functions(ast.parse(path.read_text(encoding="utf-8"))):
             returned = [n.value for n in ast.walk(function) if isinstance(n, ast.Return)]
             # Protocols return nothing.

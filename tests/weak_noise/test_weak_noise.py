@@ -18,7 +18,7 @@ from symasym.asymptotics.laplace.watson import moment_coefficients
 from symasym.asymptotics.weak_noise import critical_points, regular_part
 from symasym.asymptotics.weak_noise.one_sided import arc_coefficients
 from symasym.asymptotics.weak_noise.regular_part import panel_integrals
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.drift.field.taylor_field import ExactField
 from symasym.methods import laplace
 from tests.problems import PROBLEMS, Problem, constant_drift, distance, linear_sliding, relative

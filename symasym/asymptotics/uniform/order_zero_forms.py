@@ -34,7 +34,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.generated.arithmetic_formulas import (
+from symasym.generated.formulas import (
     canonical,
     end_distance,
     end_mean,

@@ -32,7 +32,7 @@ from symasym.asymptotics.weak_noise.series import (
     Series,
     trimmed,
 )
-from symasym.base.contexts import mpf_of
+from symasym.base.call_context import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.field.taylor_field import ExactField, to_fraction
 from symasym.numbers.arithmetic import Digits

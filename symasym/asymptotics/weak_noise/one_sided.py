@@ -40,10 +40,10 @@ from symasym.asymptotics.weak_noise.series import (
     trimmed,
 )
 from symasym.base.inputs import FloatArray, IntArray
-from symasym.generated.arithmetic_formulas import first_moment
-from symasym.generated.plain_formulas import (
+from symasym.generated.formulas import (
     bend_of_saddle,
     endpoint_shares,
+    first_moment,
     kink_change,
     next_moment,
 )

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import symasym as sa
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.exact import ball_sweep
 from symasym.exact import digits as arbitrary
 from symasym.methods.exact import TOLERANCE
