@@ -165,10 +165,11 @@ def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
         )
     moved = dict.fromkeys(numbers, 0.0)
     for name, value in numbers.items():
-        # A float is what it is read as.
-        if not (isinstance(value, float) or is_array(value)):
+        near = arrays[name]
+        # Python compares floats with whole numbers exactly.
+        if not (is_array(value) or (isinstance(value, (float, int)) and value == float(near))):
             known = exact(name, value)
-            moved[name] = abs(float(known - Fraction(float(arrays[name]))))
+            moved[name] = abs(float(known - Fraction(float(near))))
     parameters = drift.flat_values(shape)
     lam = flat["kappa"] ** 2
     np.divide(2.0, lam, out=lam)

@@ -225,8 +225,22 @@ def sampled(
     work : array, optional
         See `integrals`.
     """
-    *parts, missed = integrals(exponents, work)
-    return joined(rise, *parts, h / len(rise)), missed.max(axis=0)
+    int_e, int_inverse, nested, missed = integrals(exponents, work)
+    nested = nested.sum(axis=0)
+    if len(rise) > 1:
+        # As they stand at the left end of the block: neighbours differ by one exponential only.
+        ahead = np.multiply.accumulate(np.exp(rise[:-1]))
+        int_e[1:] *= ahead
+        int_inverse[1:] /= ahead
+        nested += (np.add.accumulate(int_e)[:-1] * int_inverse[1:]).sum(axis=0)
+    h = h / len(rise)
+    rise = rise.sum(axis=0)
+    up = rise > 0
+    end = np.exp(np.where(up, -rise, rise))
+    up_end, down_end = np.where(up, end, 1.0) * h, np.where(up, 1.0, end) * h
+    int_e, int_inverse = int_e.sum(axis=0), int_inverse.sum(axis=0)
+    moments = Moments(rise, int_e * up_end, int_inverse * down_end, nested * h * down_end)
+    return moments, missed.max(axis=0)
 
 
 def integrals(exponents: FloatArray, work: FloatArray | None = None) -> tuple[FloatArray, ...]:
@@ -264,34 +278,6 @@ def integrals(exponents: FloatArray, work: FloatArray | None = None) -> tuple[Fl
     single = np.maximum(of_e / value_of(int_e), of_inverse / value_of(int_inverse))
     missed = 2e-4 * of_e * of_inverse / value_of(nested) + 6e-4 * single * single
     return int_e, int_inverse, nested, missed
-
-
-def joined(
-    rise: FloatArray,
-    int_e: FloatArray,
-    int_inverse: FloatArray,
-    nested: FloatArray,
-    width: FloatArray | float = 1.0,
-) -> Moments:
-    """Blocks of panels, joined along the first axis; empty panels are zeros.
-
-    The integrals are those of `integrals`, in units of `width`; those of single ones are changed.
-    """
-    if len(rise) > 1:
-        # As they stand at the left end of the block: neighbours differ by one exponential only.
-        ahead = np.multiply.accumulate(np.exp(rise[:-1]))
-        int_e[1:] *= ahead
-        int_inverse[1:] /= ahead
-        nested = nested.sum(axis=0)
-        nested += (np.add.accumulate(int_e)[:-1] * int_inverse[1:]).sum(axis=0)
-    else:
-        nested = nested[0]
-    rise = rise.sum(axis=0)
-    up = rise > 0
-    end = np.exp(np.where(up, -rise, rise))
-    up_end, down_end = np.where(up, end, 1.0) * width, np.where(up, 1.0, end) * width
-    int_e, int_inverse = int_e.sum(axis=0), int_inverse.sum(axis=0)
-    return Moments(rise, int_e * up_end, int_inverse * down_end, nested * width * down_end)
 
 
 def arrays_in(

@@ -28,15 +28,14 @@ from symasym.base.inputs import FloatArray
 from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels, sweep
 from symasym.exact.float_blocks import FAINT, MILD, centred
-from symasym.exact.float_panels import NODES, REACH, REACH_DOWN, RESOLUTION, Moments
+from symasym.exact.float_panels import NODES, REACH, REACH_DOWN, RESOLUTION
 from symasym.exact.sweep import Record, Swept
 from symasym.numbers.float_arrays import LogPositive
-from symasym.numbers.positive import Positive
 
 _ULP = 2e-16  # of an exponent, its sum included
 _ROUNDING = 2e-15  # of fewer than 15 operations; and what is left out, below e^-36
 #: Largest Q of a side that is taken: e^Q, and its product with others, are floats.
-_HIGHEST = 300.0
+_HIGHEST = 600.0
 #: q' that take a panel of their own, or |q| = REACH; the squares of both are added.
 _BENT = 3 / 16
 #: Exponents of a single integral that change none of its digits, beside log(1 + Q).
@@ -44,11 +43,11 @@ _BELOW = 36.0
 #: Q from which on such exponents are looked for.
 _LONG = 60.0
 _CELLS = 16  # of [-1, 1], in which they are
-#: Nodes of the rules of the single integral, and sums of half axes of the ellipses.
-_RULES = np.array([16, 24, 32])
-_AXES = np.array([2.5, 3.5, 5.0, 7.0, 10.0])
+#: Nodes of the single integral, at most, and sums of half axes of the ellipses.
+_MOST = 40
+_AXES = np.array([3.0, 4.0, 5.5, 8.0])
 _ENOUGH = -34.5  # of log(what a rule misses times Q)
-_FEW = 32  # sides, of which more are taken rather than another rule
+_FEW = 32  # sides, of which more take a rule of their own
 
 
 class _Sides(NamedTuple):
@@ -64,10 +63,8 @@ class _Sides(NamedTuple):
     error: FloatArray
     w: FloatArray
 
-    def take(self, index: IntArray) -> _Sides:
+    def take(self, index: slice | IntArray) -> _Sides:
         """Some of the sides."""
-        if len(index) == len(self.lam):
-            return self
         return _Sides(*(x[..., index] for x in self))
 
 
@@ -85,13 +82,12 @@ def swept(field: Field, lam: FloatArray, r: FloatArray, end: FloatArray) -> tupl
     """
     rate = lam * field.size()[: len(lam)]
     mild = (r > 1.0) & (end > -1.0) & (end <= 1.0) & (rate < MILD)
-    index = np.arange(len(lam)) if mild.all() else np.flatnonzero(mild)
-    coefficients = None if field.directions else field.series(index)
+    index = np.flatnonzero(mild)
+    some = _run(index)
+    coefficients = None if field.directions else field.series(some)
     if coefficients is None or not index.size:
         return index[:0], _logs(np.empty((4, 0)))
-    a_minus = field.a_minus
-    if len(index) < len(lam):
-        lam, r, end, rate, a_minus = (x[index] for x in (lam, r, end, rate, a_minus))
+    lam, r, end, rate, a_minus = (x[some] for x in (lam, r, end, rate, field.a_minus))
     h = end + 1.0
     series = centred(coefficients, -1.0, end, lam * h)
     size = np.abs(series).sum(axis=0)
@@ -105,14 +101,23 @@ def swept(field: Field, lam: FloatArray, r: FloatArray, end: FloatArray) -> tupl
     found = np.full((4, len(index)), np.nan)
     alone = np.flatnonzero(log_sigma > FAINT + size)
     if alone.size > _FEW:
-        found[:, alone] = _single(sides.take(alone))
-    rest = np.flatnonzero(np.isnan(found[0]) & (size < _HIGHEST))
+        some = _run(alone)
+        found[:, some] = _single(sides.take(some))
+    rest = np.flatnonzero(np.isnan(found[3]) & (size < _HIGHEST))
     if rest.size:
-        found[:, rest] = _nested(sides.take(rest))
+        some = _run(rest)
+        found[:, some] = _nested(sides.take(some))
     done = np.isfinite(found).all(axis=0)
     if not done.all():
         index, found = index[done], found[:, done]
     return index, _logs(found)
+
+
+def _run(index: IntArray) -> slice | IntArray:
+    """The same indices, of which nothing is copied where they follow each other."""
+    if index.size and index[-1] - index[0] == index.size - 1:
+        return slice(int(index[0]), int(index[-1]) + 1)
+    return index
 
 
 def _logs(found: FloatArray) -> Swept:
@@ -126,51 +131,77 @@ def _logs(found: FloatArray) -> Swept:
 def _nested(sides: _Sides) -> FloatArray:
     """log sigma, its error, log w and its error, nan where the panels do not resolve e^{lam V}."""
     lam, series, size, h, own = sides[:5]
-    (rise, int_e, int_inverse, nested), missed = _moments(series, h)
+    fall, int_e, int_inverse, nested, missed = _integrals(series, h)
     missed[missed > RESOLUTION] = np.nan
-    moved = _ULP * size
-    own = own + missed + moved
+    # In units of sigma at u = -1.
     unit = np.exp(-sides.log_sigma)
-    record = Record(
-        Positive(int_e * unit, own + sides.error),
-        Positive(int_inverse, own),
-        Positive(nested * unit, own + sides.error),
-        Positive(np.exp(np.minimum(rise, 0.0)), moved),
-        Positive(np.exp(np.minimum(-rise, 0.0)), moved),
+    int_inverse *= fall
+    nested *= fall * unit
+    int_e *= unit
+    sigma, w = sweep.carried(
+        Swept(1.0, sides.w), Record(int_e, int_inverse, nested, fall, 1.0), lam
     )
-    sigma, w = sweep.carried(Swept(1, Positive(sides.w, 2 * own)), record, lam)
-    log = sides.log_sigma + np.log(sigma.value)
-    error = sides.error + sigma.error + _ROUNDING * (1.0 + np.abs(log))
-    return np.array((log, error, np.log(w.value), w.error + _ROUNDING))
+    # What is added has errors of its own: none is above the sum of all.
+    moved = _ULP * size
+    own = own + missed + moved + sides.error
+    log = sides.log_sigma + np.log(sigma)
+    return np.array((log, own + moved + _ROUNDING * (1.0 + np.abs(log)),
+                     np.log(w), 3 * own + moved + _ROUNDING))  # fmt: skip
 
 
-def _moments(series: FloatArray, h: FloatArray) -> tuple[Moments, FloatArray]:
-    """Moments of the sides, and what the nodes miss of them."""
+def _integrals(series: FloatArray, h: FloatArray) -> FloatArray:
+    """e^(lam V) at the ends of the sides, 1 at u = -1, the integrals of `float_panels.integrals`, and what
+    the nodes miss of them."""
     count, ends = _panels(series)
-    number = len(ends) - 1
-    row = np.repeat(np.arange(len(h)), count)
-    low, high = ends[:-1] - 2.0 * row, ends[1:] - 2.0 * row
-    width = (high - low) / 2
-    local = series if number == len(h) else centred(series[:, row], low, high, width)
-    # The rise of lam V, the integrals of `float_panels`, what is missed: one column a panel.
+    number, most = len(ends) - 1, int(count.max())
+    if most > 1:
+        # The sides with most panels first, and of all of them the first panel, the second, ...
+        order = np.argsort(-count, kind="stable")
+        sides = np.searchsorted(-count[order], -np.arange(most), side="left").tolist()
+        side = np.concatenate([order[:n] for n in sides])
+        first = np.add.accumulate(count) - count
+        at = first[side] + np.repeat(np.arange(most), sides)
+    # e at the right end, the three integrals, what is missed.
     parts = np.empty((5, number))
     place, memory = float_panels.memory()
     for begin in range(0, number, float_panels.AT_ONCE):
         step()
         some = slice(begin, min(begin + float_panels.AT_ONCE, number))
-        (out,) = float_panels.arrays_in(place, (NODES,), (1, some.stop - begin))
-        exponents, parts[:1, some] = float_panels.exponents_of_series(local[:, some], 1, out)
-        for part, values in zip(parts[1:], float_panels.integrals(exponents, memory), strict=True):
-            part[some] = values[0]
-    parts[1:4] *= width
-    parts[3] *= width
-    if number > len(h):
-        table = np.zeros((5, count.max(), len(h)))
-        first = np.add.accumulate(count) - count
-        table[:, np.arange(number) - first[row], row] = parts
-    else:
-        table = parts[:, None]
-    return float_panels.joined(*table[:4], h), table[4].max(axis=0)
+        local, half = series[:, some], h[some]
+        if most > 1:
+            row, left = side[some], at[some]
+            low, high = ends[left] - 2.0 * row, ends[left + 1] - 2.0 * row
+            half = (high - low) / 2
+            local = centred(series.take(row, axis=1), low, high, half)
+            half *= h[row]
+        (out,) = float_panels.arrays_in(place, (NODES,), (1, len(half)))
+        exponents, rise = float_panels.exponents_of_series(local, 1, out)
+        np.exp(rise[0], out=parts[0, some])
+        parts[1:, some] = [x[0] for x in float_panels.integrals(exponents, memory)]
+        parts[1:4, some] *= half
+        parts[3, some] *= half
+    return parts if most == 1 else _joined(parts, sides, order)
+
+
+def _joined(parts: FloatArray, sides: list[int], order: IntArray) -> FloatArray:
+    """The same of the sides from that of their panels, `sides` of which have a first, a second, ...
+    one; `order` is theirs."""
+    result = np.zeros((5, sides[0]))
+    result[0] = 1.0
+    low = 0
+    for n in sides:
+        end, int_e, int_inverse, nested, missed = parts[:, low : low + n]
+        so_far = result[:, :n]
+        int_e *= so_far[0]
+        int_inverse /= so_far[0]
+        nested += so_far[1] * int_inverse
+        so_far[0] *= end
+        so_far[1:4] += parts[1:4, low : low + n]
+        np.maximum(so_far[4], missed, out=so_far[4])
+        low += n
+    back = np.empty_like(result)
+    back[:, order] = result
+    return back
 
 
 def _panels(series: FloatArray) -> tuple[IntArray, FloatArray]:
@@ -178,68 +209,76 @@ def _panels(series: FloatArray) -> tuple[IntArray, FloatArray]:
 
     On none of them lam V moves by more than `REACH`, or falls by more than `REACH_DOWN`.
     """
-    powers, slopes = _at_cells(len(series))
-    values, cells = powers @ series, len(powers) - 1
-    values = np.maximum(values / REACH_DOWN, values / -REACH)
+    powers, slopes, up_to = _at_cells(len(series))
+    values, bent = powers @ series, slopes @ series
+    # |q| in panels, squared.
+    np.maximum(values / -REACH, values / REACH_DOWN, out=values)
     values *= values
-    values += np.abs(slopes @ series)
-    # An integral by the larger ends of the cells; nowhere 0.
-    reached = np.add.accumulate(np.sqrt(np.maximum(values[1:], values[:-1]) + 1e-9))
-    whole = np.ceil(reached[-1] / cells)
+    values += np.abs(bent, out=bent)
+    values += 1e-9
+    steep = np.maximum(values[1:], values[:-1])
+    np.sqrt(steep, out=steep)
+    known = np.zeros(steep.size + 1)
+    reached = np.matmul(steep.T, up_to, out=known[1:].reshape(steep.T.shape))
+    whole = np.ceil(reached[:, -1])
     count = whole.astype(np.intp)
-    if len(count) == count.sum():
-        return count, np.arange(len(count) + 1) * 2.0 - 1.0
-    reached *= whole / reached[-1]
-    reached += np.add.accumulate(whole) - whole
-    known = np.append(0.0, reached.T)
-    ends = np.interp(np.arange(count.sum() + 1.0), known, np.arange(float(len(known))))
-    return count, ends * (2.0 / cells) - 1.0
+    number = int(count.sum())
+    if number == len(count):
+        return count, np.arange(number + 1) * 2.0 - 1.0
+    reached *= (whole / reached[:, -1])[:, None]
+    reached += (np.add.accumulate(whole) - whole)[:, None]
+    ends = np.interp(np.arange(number + 1.0), known, np.arange(float(len(known))))
+    return count, ends * (2.0 / len(up_to)) - 1.0
 
 
 @cache
-def _at_cells(terms: int) -> tuple[FloatArray, FloatArray]:
-    """t^k at the ends of equal cells of [-1, 1], two for each term and not fewer than eight, and
-    `_BENT` times its derivative."""
-    t, k = np.linspace(-1.0, 1.0, max(8, 2 * terms) + 1)[:, None], np.arange(terms)
-    return t**k, _BENT * k * t ** np.maximum(k - 1, 0)
+def _at_cells(terms: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """t^k at the ends of equal cells of [-1, 1], two for each term and not fewer than eight; `_BENT`
+    times its derivative; the matrix from a row of values on the cells to their running means."""
+    cells = max(8, 2 * terms)
+    t, k = np.linspace(-1.0, 1.0, cells + 1)[:, None], np.arange(terms)
+    return t**k, _BENT * k * t ** np.maximum(k - 1, 0), np.tri(cells).T / cells
 
 
 # -- a single integral -----------------------------------------------------------------------------
 
 
 def _single(sides: _Sides) -> FloatArray:
-    """The same where S is constant, by one rule for the whole of a side."""
+    """The same where S is constant, by one rule for all; nan where it misses too much."""
     lam, series, size, h, own = sides[:5]
     # lam (V(end) - V) is the sum of these times t^k - 1.
-    heights = series / (2.0 * np.arange(1, len(series) + 1)[:, None])
-    rise = heights[::2].sum(axis=0) * -2.0
+    twice = 2.0 * np.arange(1, len(series) + 1)[:, None]
+    heights = series / twice
+    rise = -2.0 * (np.arange(1, len(series) + 1) % 2 @ heights)
     moved = _ULP * size
     long = np.flatnonzero(size > _LONG)
     if long.size:
-        heights, h = heights.copy(), h.copy()
-        start = _start(series[:, long], size[long])
+        some = series.take(long, axis=1)
+        start = _start(some, size[long])
         half = (1.0 - start) / 2
-        kept = centred(series[:, long], start, 1.0, half)
-        heights[:, long] = kept / (2.0 * np.arange(1, len(series) + 1)[:, None])
+        heights[:, long] = centred(some, start, 1.0, half) / twice
+        h = h.copy()
         h[long] *= half
-    bounds, powers = _ellipses(len(series))
-    most = (powers @ heights).reshape(len(_AXES), -1, len(h)).max(axis=1)
-    least = np.array([(most - bound).min(axis=0) for bound in bounds])
-    rule = (least > _ENOUGH - np.log1p(size)).sum(axis=0)
-    total = np.full(len(h), np.nan)
-    for k, count in enumerate(_RULES):
-        some = np.flatnonzero(rule == k)
-        nodes, weights = _to_end(count, len(series))
-        for low in range(0, len(some), float_panels.COLUMNS):
-            step()
-            part = some[low : low + float_panels.COLUMNS]
-            total[part] = weights @ np.exp(nodes @ heights[:, part])
-    missed = np.exp(least[np.minimum(rule, len(_RULES) - 1), np.arange(len(h))]) / total
-    inside = Positive(h * total, own + missed + _ROUNDING)
-    w = Positive(np.exp(rise), moved) * Positive(sides.w, 2 * own) + lam * inside
+    outside, inside, bounds = _ellipses(len(series))
+    # The integral is e^(highest)/(1 + Q) or more, in units of its length.
+    highest = np.maximum((inside @ heights).max(axis=0), 0.0)
+    enough = _ENOUGH + highest - np.log1p(size)
+    most = (outside @ heights).reshape(len(bounds), -1, len(h)).max(axis=1)
+    wanted = ((most - enough + bounds[:, :1]) * bounds[:, 1:]).min(axis=0)
+    nodes = min(int(wanted.max()) + 1, _MOST)
+    enough[wanted > _MOST] = np.nan
+    powers, weights = _to_end(nodes, len(series))
+    total = np.empty(len(h))
+    for low in range(0, len(h), float_panels.COLUMNS):
+        step()
+        some = slice(low, low + float_panels.COLUMNS)
+        exponents = powers @ heights[:, some]
+        total[some] = weights @ np.exp(exponents, out=exponents)
+    before = np.exp(rise) * sides.w
+    w = before + lam * h * total
     log = sides.log_sigma - rise
-    error = sides.error + moved + _ROUNDING * (1.0 + np.abs(log))
-    return np.array((log, error, np.log(w.value), w.error + _ROUNDING))
+    error = 2 * (own + _ROUNDING) + np.exp(enough) / total + moved * before / w
+    return np.array((log, sides.error + moved + _ROUNDING * (1.0 + np.abs(log)), np.log(w), error))
 
 
 @cache
@@ -251,14 +290,16 @@ def _to_end(count: int, terms: int) -> tuple[FloatArray, FloatArray]:
 
 
 @cache
-def _ellipses(terms: int) -> tuple[FloatArray, FloatArray]:
-    """For each rule and ellipse the logarithm of what divides M in the bound of half an integral;
-    Re z^k - 1 at points z of each ellipse."""
-    angle = np.linspace(0.0, np.pi, 2 * terms + 3)
+def _ellipses(terms: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Re z^k - 1 at points z of each ellipse, and on [-1, 1]; for each ellipse the two numbers that,
+    added to log M and multiplied with it, give the nodes at which half an integral misses 1."""
+    angle = np.linspace(0.0, np.pi, terms + 4)
     z = (_AXES[:, None] * np.exp(1j * angle) + np.exp(-1j * angle) / _AXES[:, None]) / 2
-    powers = z.reshape(-1, 1) ** np.arange(1, terms + 1)
-    bounds = 2.0 * _RULES[:, None] * np.log(_AXES) - np.log(32 / 15 / (1.0 - _AXES**-2.0))
-    return bounds[..., None], np.ascontiguousarray(powers.real) - 1.0
+    k = np.arange(1, terms + 1)
+    inside = np.linspace(-1.0, 0.5, 4)[:, None] ** k
+    bounds = np.log(32 / 15 / (1.0 - _AXES**-2.0)), 0.5 / np.log(_AXES)
+    outside = np.ascontiguousarray((z.reshape(-1, 1) ** k).real)
+    return outside - 1.0, inside - 1.0, np.array(bounds).T
 
 
 @cache

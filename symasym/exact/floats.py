@@ -158,8 +158,8 @@ def _from_both_ends(
     field: Field, lam: FloatArray, r: FloatArray, start: FloatArray
 ) -> tuple[Swept, Swept]:
     """sigma and w at the start from the left and from the right."""
-    n, rates = len(lam), np.tile(lam, 2)
-    end, r = np.concatenate((start, -start)), np.tile(r, 2)
+    n, rates = len(lam), np.concatenate((lam, lam))
+    end, r = np.concatenate((start, -start)), np.concatenate((r, r))
     mild, known = float_sides.swept(field, rates, r, end)
     sigma, w = known
     if len(mild) < 2 * n:

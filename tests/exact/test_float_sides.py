@@ -70,7 +70,7 @@ def test_sides_are_the_integrals(
         monkeypatch.setattr(
             float_sides, name, lambda s, name=name, found=found: (taken.append(name), found(s))[1]
         )
-    monkeypatch.setattr(float_sides, "_FEW", 1)
+    monkeypatch.setattr(float_sides, "_FEW", 0)
     one, drift = np.ones(2), sa.polynomial(*a)
     field = field_of(drift, drift.values, 1)
     # A side, and the mirror image of the drift, which is another one.
@@ -86,7 +86,7 @@ def test_sides_are_the_integrals(
 def test_too_few_panels_are_claimed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Panels far too long: what Legendre coefficients say of them covers what they miss."""
     monkeypatch.setattr(float_sides, "RESOLUTION", np.inf)
-    monkeypatch.setattr(float_sides, "_FEW", 1)
+    monkeypatch.setattr(float_sides, "_FEW", 0)
     missed = dict.fromkeys(("_nested", "_single"), 0)
     float_sides._to_end.cache_clear()
     for factor in (2, 4, 8):

@@ -51,7 +51,7 @@ class Field(Protocol):
         """Drift at the points `u`, one row per entry of `scene`."""
         ...
 
-    def series(self, scene: IntArray) -> FloatArray | None:
+    def series(self, scene: slice | IntArray) -> FloatArray | None:
         """Coefficients in ascending powers of u, one row each, where A is a polynomial."""
         ...
 
@@ -140,7 +140,7 @@ class PolynomialField:
         value: FloatArray = poly(list(c[:, :, None]), u)
         return value
 
-    def series(self, scene: IntArray) -> FloatArray:
+    def series(self, scene: slice | IntArray) -> FloatArray:
         """Coefficients of A in ascending powers, one column for each scene."""
         result: FloatArray = self._c[:, scene]
         return result
@@ -271,7 +271,7 @@ class AnalyticField:
     def _spread_of_one(self, scene: int, centre: FloatArray, radius: FloatArray) -> ComplexBall:
         return self.spread(np.full(len(centre), scene), centre, radius)
 
-    def series(self, scene: IntArray) -> None:
+    def series(self, scene: slice | IntArray) -> None:
         return None
 
     def size(self) -> FloatArray:
