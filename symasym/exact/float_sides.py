@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from symasym.base.call_context import step
+from symasym.base.call_context import own_context, step
 from symasym.base.inputs import FloatArray
 from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels, sweep
@@ -43,8 +43,9 @@ _BELOW = 36.0
 #: Q from which on such exponents are looked for.
 _LONG = 60.0
 _CELLS = 16  # of [-1, 1], in which they are
-#: Nodes of the single integral, at most, and sums of half axes of the ellipses.
-_MOST = 40
+#: Nodes of the single integral: multiples of a number, up to another.
+_RULES, _MOST = 4, 40
+#: Sums of half axes of the ellipses.
 _AXES = np.array([3.0, 4.0, 5.5, 8.0])
 _ENOUGH = -34.5  # of log(what a rule misses times Q)
 _FEW = 32  # sides, of which more take a rule of their own
@@ -265,7 +266,7 @@ def _single(sides: _Sides) -> FloatArray:
     enough = _ENOUGH + highest - np.log1p(size)
     most = (outside @ heights).reshape(len(bounds), -1, len(h)).max(axis=1)
     wanted = ((most - enough + bounds[:, :1]) * bounds[:, 1:]).min(axis=0)
-    nodes = min(int(wanted.max()) + 1, _MOST)
+    nodes = min(-int(-wanted.max() // _RULES) * _RULES, _MOST)
     enough[wanted > _MOST] = np.nan
     powers, weights = _to_end(nodes, len(series))
     total = np.empty(len(h))
@@ -283,10 +284,23 @@ def _single(sides: _Sides) -> FloatArray:
 
 @cache
 def _to_end(count: int, terms: int) -> tuple[FloatArray, FloatArray]:
-    """t^k - 1 at the nodes of Gauss's rule, k from 1, and half its weights."""
-    t, weights = np.polynomial.legendre.leggauss(count)
-    powers: FloatArray = t[:, None] ** np.arange(1, terms + 1) - 1.0
-    return powers, weights / 2
+    """t^k - 1 at the nodes of Gauss's rule, k from 1, and half its weights, rounded once.
+
+    Of NumPy's rules the weights are right to 1e-13 only.
+    """
+    powers, weights = np.empty((count, terms)), np.empty(count)
+    with own_context(30) as context:
+        for i, near in enumerate(np.polynomial.legendre.leggauss(count)[0].tolist()):
+            t = context.mpf(near)
+            for _ in range(2):
+                before, value = 1, t
+                for j in range(2, count + 1):
+                    before, value = value, ((2 * j - 1) * t * value - (j - 1) * before) / j
+                slope = count * (t * value - before) / (t * t - 1)
+                t -= value / slope
+            powers[i] = [float(t**k - 1) for k in range(1, terms + 1)]
+            weights[i] = float(1 / ((1 - t * t) * slope * slope))
+    return powers, weights
 
 
 @cache
