@@ -227,13 +227,13 @@ def sampled(
     """
     int_e, int_inverse, nested, missed = integrals(exponents, work)
     nested = nested.sum(axis=0)
-    if len(rise) > 1:
+    if rise.shape[0] > 1:
         # As they stand at the left end of the block: neighbours differ by one exponential only.
         ahead = np.multiply.accumulate(np.exp(rise[:-1]))
         int_e[1:] *= ahead
         int_inverse[1:] /= ahead
         nested += (np.add.accumulate(int_e)[:-1] * int_inverse[1:]).sum(axis=0)
-    h = h / len(rise)
+    h = h / rise.shape[0]
     rise = rise.sum(axis=0)
     up = rise > 0
     end = np.exp(np.where(up, -rise, rise))
