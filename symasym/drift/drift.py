@@ -267,14 +267,14 @@ class Drift:
         return result
 
     def flat_values(self, shape: tuple[int, ...]) -> FlatValues:
-        """The parameters of scenes of this shape; the same object when it is asked for again."""
+        """The parameters of scenes of this shape; for arrays, the same object when asked again."""
         flat = self._flat.get(shape)
         if flat is None:
             flat = FlatValues(
                 (name, np.broadcast_to(x, shape).ravel() if is_array(x) else x)
                 for name, x in self._values.items()
             )
-            if math.prod(shape) <= _MOST_KEPT:
+            if shape and math.prod(shape) <= _MOST_KEPT:
                 self._flat.clear()
                 self._flat[shape] = flat
         return flat

@@ -1,10 +1,10 @@
-r"""Sides of mild scenes in float64: from -r to the start with one row of panels.
+r"""Sides of mild scenes in float64: from -r to the start with panels of their own.
 
 On a side, lam phi is a polynomial q(t)/h on [-1, end], t from -1 to 1, whose coefficients have the
 sum Q of their moduli. Then lam V moves by Q at most, and where that is moderate nothing needs a
 logarithm but sigma left of u = -1, in units of which the panels are joined (`sweep.carried`).
-Panels end where the integral of |q|/2, by its values at the ends of equal cells, is so large that
-e^{lam V} has moved as far on each.
+Panels are as long as the local |q| and q' allow, all of a side alike: they end where an integral
+over equal cells passes whole numbers. What they make together is summed as it stands.
 
 Where that sigma is above e^(Q + 45), S is constant on [-1, end] to all digits, so that
 
@@ -151,8 +151,8 @@ def _nested(sides: _Sides) -> FloatArray:
 
 
 def _integrals(series: FloatArray, h: FloatArray) -> FloatArray:
-    """e^(lam V) at the ends of the sides, 1 at u = -1, the integrals of `float_panels.integrals`, and what
-    the nodes miss of them."""
+    """e^{lam V} at the ends, 1 at u = -1, the integrals of `float_panels.integrals`, and
+    what the nodes miss of them."""
     count, ends = _panels(series)
     number, most = len(ends) - 1, int(count.max())
     if most > 1:
@@ -222,20 +222,21 @@ def _panels(series: FloatArray) -> tuple[IntArray, FloatArray]:
     known = np.zeros(steep.size + 1)
     reached = np.matmul(steep.T, up_to, out=known[1:].reshape(steep.T.shape))
     whole = np.ceil(reached[:, -1])
-    count = whole.astype(np.intp)
+    count: IntArray = whole.astype(np.intp)
     number = int(count.sum())
+    ends: FloatArray = np.arange(number + 1.0)
     if number == len(count):
-        return count, np.arange(number + 1) * 2.0 - 1.0
+        return count, ends * 2.0 - 1.0
     reached *= (whole / reached[:, -1])[:, None]
     reached += (np.add.accumulate(whole) - whole)[:, None]
-    ends = np.interp(np.arange(number + 1.0), known, np.arange(float(len(known))))
+    ends = np.interp(ends, known, np.arange(float(len(known))))
     return count, ends * (2.0 / len(up_to)) - 1.0
 
 
 @cache
 def _at_cells(terms: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """t^k at the ends of equal cells of [-1, 1], two for each term and not fewer than eight; `_BENT`
-    times its derivative; the matrix from a row of values on the cells to their running means."""
+    """t^k at the ends of equal cells of [-1, 1], two for each term and not fewer than eight; its
+    derivatives times `_BENT`; the matrix from a row of values on the cells to running means."""
     cells = max(8, 2 * terms)
     t, k = np.linspace(-1.0, 1.0, cells + 1)[:, None], np.arange(terms)
     return t**k, _BENT * k * t ** np.maximum(k - 1, 0), np.tri(cells).T / cells
@@ -247,7 +248,7 @@ def _at_cells(terms: int) -> tuple[FloatArray, FloatArray, FloatArray]:
 def _single(sides: _Sides) -> FloatArray:
     """The same where S is constant, by one rule for all; nan where it misses too much."""
     lam, series, size, h, own = sides[:5]
-    # lam (V(end) - V) is the sum of these times t^k - 1.
+    # lam (V(end) - V) is the sum of these times t^k - 1, k from 1.
     twice = 2.0 * np.arange(1, len(series) + 1)[:, None]
     heights = series / twice
     rise = -2.0 * (np.arange(1, len(series) + 1) % 2 @ heights)
@@ -261,7 +262,7 @@ def _single(sides: _Sides) -> FloatArray:
         h = h.copy()
         h[long] *= half
     outside, inside, bounds = _ellipses(len(series))
-    # The integral is e^(highest)/(1 + Q) or more, in units of its length.
+    # The mean of the exponential is e^highest/(1 + Q) or more, roughly.
     highest = np.maximum((inside @ heights).max(axis=0), 0.0)
     enough = _ENOUGH + highest - np.log1p(size)
     most = (outside @ heights).reshape(len(bounds), -1, len(h)).max(axis=1)
@@ -272,9 +273,9 @@ def _single(sides: _Sides) -> FloatArray:
     total = np.empty(len(h))
     for low in range(0, len(h), float_panels.COLUMNS):
         step()
-        some = slice(low, low + float_panels.COLUMNS)
-        exponents = powers @ heights[:, some]
-        total[some] = weights @ np.exp(exponents, out=exponents)
+        part = slice(low, low + float_panels.COLUMNS)
+        exponents = powers @ heights[:, part]
+        total[part] = weights @ np.exp(exponents, out=exponents)
     before = np.exp(rise) * sides.w
     w = before + lam * h * total
     log = sides.log_sigma - rise
@@ -305,8 +306,8 @@ def _to_end(count: int, terms: int) -> tuple[FloatArray, FloatArray]:
 
 @cache
 def _ellipses(terms: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Re z^k - 1 at points z of each ellipse, and on [-1, 1]; for each ellipse the two numbers that,
-    added to log M and multiplied with it, give the nodes at which half an integral misses 1."""
+    """Re z^k - 1 at points z of each ellipse, and on [-1, 1]; for each ellipse a number to add to
+    log M and one to multiply by, for the nodes with which half an integral misses 1 at most."""
     angle = np.linspace(0.0, np.pi, terms + 4)
     z = (_AXES[:, None] * np.exp(1j * angle) + np.exp(-1j * angle) / _AXES[:, None]) / 2
     k = np.arange(1, terms + 1)

@@ -84,7 +84,7 @@ def test_sides_are_the_integrals(
 
 
 def test_too_few_panels_are_claimed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Panels far too long, and rules of too few nodes: what is said of them covers what they miss."""
+    """Panels far too long and rules of too few nodes say what they miss."""
     monkeypatch.setattr(float_sides, "RESOLUTION", np.inf)
     monkeypatch.setattr(float_sides, "_FEW", 0)
     missed = dict.fromkeys(("_nested", "_single"), 0)
