@@ -103,6 +103,29 @@ EMITTED = (
     Emitted("finite_part", "regular-part",
             "Primitive of term t^-power, the coefficient of t^(1 - power).", "finite part",
             plain=True),
+    Emitted("even_share", "pair-primitives",
+            "Primitive of alpha/(y^2 - root^2), y > 0; `gap` is y - root.", "beside real zeros",
+            arithmetic=True),
+    Emitted("even_share_on_line", "pair-primitives",
+            "Primitive of alpha/(y^2 + root^2) along the real line.", "beside complex zeros",
+            arithmetic=True),
+    Emitted("odd_share", "pair-primitives",
+            "Primitive of beta y/(y^2 - square); `product` is |y^2 - square|.", "odd part",
+            arithmetic=True),
+    Emitted("share_of_line", "pair-primitives", "The integral of 1/(y^2 + root^2) over the line.",
+            "over the real line", arithmetic=True),
+    Emitted("next_share_of_line", "pair-primitives",
+            "int (y^2 - square)^(-n - 1) over the line from that of the power -n.",
+            "over the real line, next power", plain=True),
+    Emitted("next_binomial", "pair-primitives",
+            "Coefficient i + 1 of (1 - x)^-n from coefficient i.",
+            "coefficient of the series in D/y^2", plain=True),
+    Emitted("two_powers_more", "pair-primitives",
+            "int y^(j + 2) W^-n from y^j W^(1 - n) and y^j W^-n, W = y^2 - square.",
+            "from y^j to y^(j + 2)", plain=True),
+    Emitted("fall_beside_pair", "pair-primitives",
+            "-h' of a sum of c_i y^i over (y^2 - square)^power, its coefficient.",
+            "-h' by powers", plain=True),
     Emitted("bend_of_saddle", "saddle-recurrences",
             "alpha_j of V - V(z) = -slope t^2/2 (1 + alpha_1 t + ...).", "bend", plain=True),
     Emitted("first_moment", "saddle-recurrences", "int e^(-s^2/2) ds.", "first moment",
@@ -194,11 +217,13 @@ NAMES = {
     "K_m": "curvature", "kappa_phys": "kappa", "r_phys": "r", "epsilon": "eps", "phi_0":
     "drift0", "V_0": "V0", "V_u1": "V_well", "c_2": "V2", "c_3": "V3", "c_4": "V4", "c_5": "V5",
     "c_6": "V6", "N": "layer",
+    "R": "root",
 }  # fmt: skip
 ORDER = """
     u kappa r eps ell omega a mu alpha z0 a_minus a_plus layer L drift0 slope_well slope_barrier
     barrier V0 V1 V2 V3 V4 V5 V6 V_well curvature lam x w int_e int_inverse nested fall climb
     sigma sigma_left sigma_right inside outside side source drift left right index power j n
+    beta root y product i share lower same before after
     moment term behind ahead double_left double_right nested_left nested_right total small t b
     a_up b_up k zeta p_2 q_1 q_2
     a_down b_down weights

@@ -30,7 +30,7 @@ from symasym.base.inputs import (
     shown,
 )
 from symasym.drift.drift import Drift
-from symasym.methods.table import answer
+from symasym.methods import answer
 from symasym.numbers.trees import NumpyOps
 from symasym.scenes import (
     Answer,
@@ -261,7 +261,8 @@ def automatic(drift: Drift, numbers: dict[str, Any], rtol: Number | None, reques
 
 def _of_one(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: Request) -> Any:
     """The exact value, which is cheaper than to analyse the drift; an expansion where it fails."""
-    from symasym.methods.exact import ROUNDING, TOLERANCE, of_scene, of_scenes
+    from symasym.exact.digits import of_scene
+    from symasym.exact.floats import ROUNDING, TOLERANCE, of_scenes
 
     exactly = request._replace(method="exact")
     # With digits an expansion is not cheaper, and its error not smaller.

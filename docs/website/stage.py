@@ -29,9 +29,7 @@ IN_THE_SITE = {
     "Reference": "- [API reference](api/index.rst)\n",
 }
 #: Pages whose words are not linked: the glossary, and what is a record rather than a text.
-UNLINKED = {"glossary.md", "errata.md", "CHANGELOG.md", "measured.md", "stability.md", "house.md"}
-#: Page -> those below it in the sidebar.
-BELOW = {"report.md": ("measured.md", "stability.md")}
+UNLINKED = {"glossary.md", "errata.md", "CHANGELOG.md", "house.md"}
 # A formula's label in code; blocks, formulas, links and headings are left alone.
 _LABEL = re.compile(
     r"(?P<fence>^`{3,}).*?^(?P=fence)|\$\$.*?\$\$|\$[^$]*\$|\[[^\]]*\]\([^)]*\)|^#.*?$|<[^>]*>"
@@ -74,10 +72,6 @@ def stage(folder: Path, made: dict[str, str]) -> None:
         page.write_text(text, encoding="utf-8")
     index = folder / "index.md"
     pages = {str(path.relative_to(folder)) for path in folder.glob("*.md")} - {"index.md"}
-    for name, below in BELOW.items():
-        with (folder / name).open("a", encoding="utf-8") as page:
-            page.write(_toctree("", list(below)))
-        pages -= set(below)
     index.write_text(with_toctrees(index.read_text("utf-8"), pages), encoding="utf-8")
 
 

@@ -48,7 +48,7 @@ from symasym.emit.symbolic_sums import (
     X,
     number_of,
 )
-from symasym.methods.table import WEAK_NOISE_ORDERS
+from symasym.methods import WEAK_NOISE_ORDERS
 from symasym.numbers.arithmetic import Digits
 from symasym.records import Record
 from symasym.scenes import read_order

@@ -1,9 +1,10 @@
-"""The exact integrals to any number of digits.
+"""The exact integrals to any number of digits (`of_scene`).
 
 The sweeps of `symasym.exact.sweep` with the unbounded exponents of mpmath. All
 rationals stay exact until a panel rounds them; a panel's Taylor terms are
 counted beforehand by Cauchy's bound, and every sum is of positive terms, so
-`dps` digits cost a fixed number of guard bits.
+`dps` digits cost a fixed number of guard bits. Where a proved error is asked for
+or balls are faster, `symasym.exact.ball_sweep` answers.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symasym.base.call_context import expect, mpf_of, own_context, step, to_mpf
-from symasym.base.errors import AccuracyError
+from symasym.base.errors import AccuracyError, RangeError
+from symasym.base.inputs import float_text
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField, dyadic, places
 from symasym.exact import sweep
@@ -31,8 +33,10 @@ from symasym.exact.digit_panels import (
 )
 from symasym.exact.sweep import Record, Sum, Swept
 from symasym.generated import formulas, mpmath_formulas
+from symasym.numbers import balls
 from symasym.numbers.complex_balls import tame
 from symasym.numbers.rationals import Rational
+from symasym.scenes import Answer, Request, Scene, quantity_of
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -46,6 +50,47 @@ _DEEPEST = 400
 # Least seconds for the blocks towards a zero of an analytic A, for each halving of the layer about
 # it and each bit^2.2 (measured: 2e-8 for a sine, 6e-8 for tanh).
 _SECONDS, _PER_BITS = 1e-8, 2.2
+
+
+def of_scene(scene: Scene, request: Request) -> Answer:
+    """The value to the request's digits: proved in balls where that is asked for or faster."""
+    from symasym.exact import ball_sweep
+
+    dps = request.digits
+    try:
+        # Where A is no polynomial, ball arithmetic is the faster way as well as the proved one.
+        proved = request.full or scene.drift.exact_coefficients() is None
+        if proved and balls.available():
+            try:
+                enclosure = _asked(vars(ball_sweep), scene, request.name, dps + 3, request.log)
+                return Answer(*balls.to_mpf(enclosure, dps), "bound", (request.name,))
+            except AccuracyError:
+                pass
+        value = value_of_scene(scene, request.name, dps, request.log)
+    except RangeError:
+        raise
+    except OverflowError:
+        # Widths and counts of panels are planned in float64.
+        numbers = ", ".join(f"{name} = {float_text(x)}" for name, x in scene.numbers.items())
+        raise AccuracyError(
+            f"{numbers} and the drift make 2 |A|/kappa^2 leave the range of float64 (1e308), in "
+            "which the evaluation is planned; rescale the problem."
+        ) from None
+    with own_context(15) as context:
+        error = abs(context.make_mpf(value._mpf_)) * context.mpf(10) ** -dps
+    return Answer(value, error, "estimate", (request.name,))
+
+
+def value_of_scene(scene: Scene, name: str, dps: int, log: bool) -> mpf:
+    """The quantity, or its logarithm, of a scene to `dps` digits."""
+    return _asked(globals(), scene, name, dps, log)
+
+
+def _asked(verbs: dict[str, Any], scene: Scene, name: str, dps: int, log: bool) -> Any:
+    """The quantity, or its logarithm, by the verbs of this module or of that for balls."""
+    quantity = quantity_of(name)
+    options = {"complement": quantity.complement} if quantity.has_complement else {}
+    return verbs[quantity.verb](scene.drift, **scene.numbers, dps=dps, log=log, **options)
 
 
 def escape_time(

@@ -1,21 +1,21 @@
-"""float64 values of the exact integrals, for many scenes at once.
+"""float64 values of the exact integrals, for many scenes at once (`of_scenes`).
 
 The sweeps of `symasym.exact.sweep` in logarithms (`symasym.numbers.float_arrays`), which carry
 bounds on their errors. Panels are sampled where lam V varies by a few units and replaced by their
 layers where it varies by hundreds (`symasym.exact.float_panels`), so the cost does not grow with
-lam.
+lam. What float64 cannot promise to a relative `TOLERANCE` is computed with more digits.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from symasym.base.call_context import step
-from symasym.base.inputs import FloatArray
-from symasym.drift.field.float_field import Field, IntArray
+from symasym.base.inputs import FloatArray, is_array
+from symasym.drift.field.float_field import Field, IntArray, field_of
 from symasym.exact import float_panels, float_sides, sweep
 from symasym.exact.float_blocks import MILD, partition
 from symasym.exact.float_records import Records, merged, records_of
@@ -29,9 +29,67 @@ from symasym.numbers.float_arrays import (
     value_of,
     with_log,
 )
+from symasym.scenes import (
+    Answers,
+    Request,
+    Scenes,
+    input_rounding,
+    quantity_of,
+    rows_of,
+    scene_at,
+)
 
+if TYPE_CHECKING:
+    from symasym.drift.field.directions import Directions
+
+#: Relative error of float64 values (of the logarithm, where that is larger than 1).
+TOLERANCE = 1e-12
+#: Relative error of a logarithm that more digits gave and float64 rounded.
+ROUNDING = 4e-16
+_SCENES_AT_ONCE = 4096
+# Behind a float64 value that was in doubt.
+_FLOAT_DIGITS = 17
 _ULP = 3e-16  # of a logarithm, its sum included
 _UNDERFLOW = 1e-300  # below which slopes lose digits
+
+
+def of_scenes(scenes: Scenes, request: Request) -> Answers:
+    """Logarithms right to `TOLERANCE`, and their errors by running analysis."""
+    number = len(scenes.lam)
+    if number <= _SCENES_AT_ONCE:
+        return Answers(*_right_logs(scenes, request.name), "estimate", (request.name,))
+    logs, errors = np.empty(number), np.empty(number)
+    for low in range(0, number, _SCENES_AT_ONCE):
+        part = slice(low, low + _SCENES_AT_ONCE)
+        parameters = {n: x[part] if is_array(x) else x for n, x in scenes.parameters.items()}
+        some = rows_of(scenes, part)._replace(parameters=parameters)
+        logs[part], errors[part] = _right_logs(some, request.name)
+    return Answers(logs, errors, "estimate", (request.name,))
+
+
+def float_logs(scenes: Scenes, name: str, directions: Directions | None = None) -> tuple[Any, Any]:
+    """Logarithms in float64 and their errors, however large these are; dual arrays where
+    `directions` are given."""
+    quantity = quantity_of(name)
+    count = len(scenes.lam)
+    numbers: dict[str, Any] = {n: scenes.numbers[n] for n in quantity.numbers if n != "kappa"}
+    numbers |= {"complement": quantity.complement} if quantity.has_complement else {}
+    with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
+        field = field_of(scenes.drift, scenes.parameters, count, directions)
+        logs, errors = globals()[quantity.verb](field, scenes.lam, **numbers)
+        return logs, errors + input_rounding(scenes, field.size()[:count])
+
+
+def _right_logs(scenes: Scenes, name: str) -> tuple[FloatArray, FloatArray]:
+    """Logarithms in float64 and their errors; what is in doubt is evaluated with more digits."""
+    from symasym.exact.digits import value_of_scene
+
+    logs, errors = float_logs(scenes, name)
+    doubtful = ~(errors <= TOLERANCE * np.maximum(1.0, np.abs(logs)))
+    for row in np.flatnonzero(doubtful):
+        logs[row] = float(value_of_scene(scene_at(scenes, row), name, _FLOAT_DIGITS, True))
+        errors[row] = ROUNDING * abs(logs[row])
+    return logs, errors
 
 
 class Logs(NamedTuple):

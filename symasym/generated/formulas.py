@@ -136,6 +136,26 @@ def finite_part(power: Field, term: Field) -> Any:
     return term/(1 - power)
 
 
+def next_share_of_line(n: Field, share: Field, square: Field) -> Any:
+    """int (y^2 - square)^(-n - 1) over the line from that of the power -n (pair-primitives)."""
+    return share*(1 - 2*n)/(2*square*n)
+
+
+def next_binomial(n: Ratios, i: Ratios, term: Ratios) -> Any:
+    """Coefficient i + 1 of (1 - x)^-n from coefficient i (pair-primitives)."""
+    return term*(i + n)/(1 + i)
+
+
+def two_powers_more(lower: Ratios, same: Ratios, square: Ratios) -> Any:
+    """int y^(j + 2) W^-n from y^j W^(1 - n) and y^j W^-n, W = y^2 - square (pair-primitives)."""
+    return lower + same*square
+
+
+def fall_beside_pair(index: Field, power: Field, before: Field, after: Field, square: Field) -> Any:
+    """-h' of a sum of c_i y^i over (y^2 - square)^power, its coefficient (pair-primitives)."""
+    return before*(1 - index + 2*power) + after*square*(1 + index)
+
+
 def bend_of_saddle(j: Ratios, term: Ratios, slope: Ratios) -> Any:
     """alpha_j of V - V(z) = -slope t^2/2 (1 + alpha_1 t + ...) (saddle-recurrences)."""
     return 2*term/(slope*(2 + j))
@@ -196,6 +216,26 @@ def well_truncated(
 def friction_coefficients(mu: Field, alpha: Field, z0: Field) -> Any:
     """Coefficients of A(u) in ascending powers of u (eq:phifric0)."""
     return 1 - z0, -alpha*(1 + mu), 0, alpha*mu
+
+
+def even_share(c: Arithmetic, alpha: Number, root: Number, y: Number, gap: Number) -> Any:
+    """Primitive of alpha/(y^2 - root^2), y > 0; `gap` is y - root (pair-primitives)."""
+    return -alpha*c.log1p(4*y*root/gap**2)/(4*root)
+
+
+def even_share_on_line(c: Arithmetic, alpha: Number, root: Number, y: Number) -> Any:
+    """Primitive of alpha/(y^2 + root^2) along the real line (pair-primitives)."""
+    return -alpha*c.atan2(root, y)/root
+
+
+def odd_share(c: Arithmetic, beta: Number, product: Number) -> Any:
+    """Primitive of beta y/(y^2 - square); `product` is |y^2 - square| (pair-primitives)."""
+    return beta*c.log(product)/2
+
+
+def share_of_line(c: Arithmetic, root: Number) -> Any:
+    """The integral of 1/(y^2 + root^2) over the line (pair-primitives)."""
+    return c.pi/root
 
 
 def first_moment(c: Arithmetic) -> Any:

@@ -74,7 +74,7 @@ def value_record(quantity: str, drift: Drift, x: Mapping[str, str], dps: int) ->
     Parameters
     ----------
     quantity : str
-        Of `symasym.methods.table.QUANTITIES`.
+        Of `symasym.scenes.QUANTITIES`.
     drift : Drift
         Bound.
     x : mapping of str to str

@@ -332,7 +332,7 @@ def test_an_unresolved_block_claims_what_it_does_not_know(
     drift: sa.Drift, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from symasym.exact import float_blocks, float_records
-    from symasym.methods.exact import float_logs
+    from symasym.exact.floats import float_logs
     from symasym.scenes import float_scenes
 
     # Hardly bisected, the drift is taken for constant on wide blocks.

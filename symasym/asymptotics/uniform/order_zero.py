@@ -341,7 +341,7 @@ def _with_first(series: Series, first_one: Any) -> Series:
     """The series with its first coefficient known to more digits."""
     (part,) = series.parts
     parts = [part._replace(coefficients=[first_one, *part.coefficients[1:]])]
-    return Series(parts, majorants=series.majorants)
+    return Series(parts)
 
 
 def factor_pair(c: Sequence[Any], z: Any) -> Pair:

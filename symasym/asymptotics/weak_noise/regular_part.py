@@ -27,7 +27,14 @@ from symasym.base.errors import AccuracyError, InputError, SymasymError
 from symasym.base.inputs import FloatArray, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField, to_fraction
-from symasym.generated.formulas import finite_part
+from symasym.generated.formulas import (
+    fall_beside_pair,
+    finite_part,
+    next_binomial,
+    next_share_of_line,
+    share_of_line,
+    two_powers_more,
+)
 from symasym.numbers.arithmetic import Number
 from symasym.numbers.polynomials import laurent, product, reciprocal, refined, shifted
 from symasym.scenes import Scenes
@@ -410,14 +417,11 @@ class _Panels:
                 return None
             powers = _pair_integrals(square, ends, len(g), 2 * k + 1, context)
             shares.append(context.fdot(g, powers) * width ** (1 - k))
-            slope = [(j + 1) * c for j, c in enumerate(g[1:])]
-            lowered = [-square * c for c in slope[:-2]]
-            for j, c in enumerate(slope[:-2]):
-                if j + 2 < len(lowered):
-                    lowered[j + 2] += c
-            for j, c in enumerate(g[: len(lowered) - 1]):
-                lowered[j + 1] -= 2 * (2 * k + 1) * c
-            g = product([-c for c in lowered], inverse[: len(lowered)])
+            fall = [
+                fall_beside_pair(j, 2 * k + 1, before, after, square)
+                for j, (before, after) in enumerate(zip([context.zero, *g], g[1:-2], strict=False))
+            ]
+            g = product(fall, inverse[: len(fall)])
         return shares
 
 
@@ -429,33 +433,28 @@ def _pair_integrals(
     From j to j + 2 by y² = (y² - D) + D; the first two as series in D/y² at the ends, that is on
     a path above both zeros, and what the real line has more if they are complex.
     """
-    rows: list[list[Any]] = []
+
+    def over(edges: Sequence[Any], order: int) -> Any:
+        """int t^-order."""
+        return primitive(edges[1], order, context) - primitive(edges[0], order, context)
+
+    row = [over(ends, -j) for j in range(count)]
+    share = share_of_line(context, context.sqrt(-square)) if square < 0 else context.zero
     for n in range(1, power + 1):
-        first = share = context.zero
-        coefficient, i = context.one, 0
+        first, coefficient, i = share, context.one, 0
         while True:
             step()
-            order = 1 - 2 * n - 2 * i
-            term = coefficient * square**i / order
-            first += term * (ends[1] ** order - ends[0] ** order)
-            if abs(term) * min(abs(e) for e in ends) ** order < context.eps * (1 + abs(first)):
+            term = coefficient * over(ends, 2 * n + 2 * i)
+            first += term
+            if abs(term) < context.eps * (1 + abs(first)):
                 break
-            coefficient = coefficient * (n + i) / (i + 1)
+            coefficient = next_binomial(n, i, coefficient) * square
             i += 1
-        if square < 0:
-            share = context.pi * context.fac2(2 * n - 3) / context.fac2(2 * n - 2)
-            share *= (-square) ** (context.mpf(1) / 2 - n)
-        weights = [e * e - square for e in ends]
-        if n == 1:
-            second = context.log(abs(weights[1] / weights[0])) / 2
-        else:
-            second = (weights[1] ** (1 - n) - weights[0] ** (1 - n)) / (2 * (1 - n))
-        row = [first + share, second]
+        lower, row = row, [first, over([e * e - square for e in ends], n) / 2]
         for j in range(2, count):
-            below = rows[-1][j - 2] if rows else (ends[1] ** (j - 1) - ends[0] ** (j - 1)) / (j - 1)
-            row.append(below + square * row[j - 2])
-        rows.append(row)
-    return rows[-1][:count]
+            row.append(two_powers_more(lower[j - 2], row[j - 2], square))
+        share = next_share_of_line(n, share, square)
+    return row[:count]
 
 
 def _too_narrow(field: ExactField, u: Fraction) -> AccuracyError:
