@@ -507,12 +507,12 @@ class LogSlopes(LogPositive):
             np.expm1(np.minimum(known, 1.0)) * share,
             np.exp(np.minimum(known - apart, 0.0)),
         )
-        smaller = self.log < term.log
-        first = np.where(smaller, share, 1.0 - share) * self.slopes
-        second = np.where(smaller, 1.0 - share, share) * slopes
+        smaller, rest = self.log < term.log, 1.0 - share
+        mine, others = np.where(smaller, share, rest), np.where(smaller, rest, share)
+        first, second = mine * self.slopes, others * slopes
         slope_error = (
-            np.where(smaller, share, 1.0 - share) * self.slope_error
-            + np.where(smaller, 1.0 - share, share) * error
+            mine * self.slope_error
+            + others * error
             + off * np.abs(self.slopes - slopes)
             + _ROUNDING * (np.abs(first) + np.abs(second))
         )
