@@ -1,4 +1,4 @@
-// Settings of MathJax; docs/website/mathjax.py places the parts that are loaded here.
+// Settings of MathJax; docs/website/stage.py places the parts that are loaded here.
 window.MathJax = {
   loader: {
     // Not the ready-made bundles: they start workers for speech, which a file may not. Hidden
