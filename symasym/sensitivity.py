@@ -14,7 +14,7 @@ import numpy as np
 from symasym.base.call_context import expect, mpf_of, own_context, patient, to_mpf
 from symasym.base.errors import AccuracyError, InputError, RangeError, TimeLimitError
 from symasym.base.estimate import IN_WORDS, ErrorKind, with_errors
-from symasym.base.inputs import Numbers, choice, digits, exact, floats, is_array
+from symasym.base.inputs import Numbers, choice, digits, exact, is_array
 from symasym.drift.drift import Drift
 from symasym.methods import answer, require_drift_of
 from symasym.numbers.trees import MpmathOps
@@ -248,8 +248,8 @@ def _by_floats(quantity: str, scenes: Scenes) -> list[_Slopes | None]:
     names += ["start"] if "start" in scenes.numbers else []
     at = {**scenes.parameters, **scenes.numbers}
     size = np.empty((len(names), len(scenes.lam)))
-    for row, name in zip(size, names, strict=True):
-        row[:] = np.abs(at[name]) if is_array(at[name]) else abs(float(at[name]))
+    for part, name in zip(size, names, strict=True):
+        part[:] = np.abs(at[name]) if is_array(at[name]) else abs(float(at[name]))
     per = np.where(np.array(names)[:, None] == "kappa", size, 1.0)
     size = np.where(size == 0, 1.0, size) / per
     # What counts is the relative change of a parameter, beside that of all.
