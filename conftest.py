@@ -25,7 +25,8 @@ _OPTIONS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 _LONGEST = (
     "expansions/test_emitted", "weak_noise/test_weak_noise", "derivations/test_derivations",
     "quantities/test_random", "workshop/test_reproduce", "derivations/test_links",
-    "laplace/test_laplace", "expansions/test_weak", "docs/test_site", "plan/test_plan",
+    "proofs/test_bound_claims", "emit/test_emit_times", "laplace/test_laplace",
+    "expansions/test_weak", "docs/test_site", "plan/test_plan",
 )  # fmt: skip
 
 
