@@ -7,7 +7,7 @@ from pathlib import Path
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent.parent)]
 
 from sphinx.pycode import ModuleAnalyzer  # noqa: E402
-from website.api import typeset  # noqa: E402
+from website.api import TYPES, typeset  # noqa: E402
 
 project = "symasym"
 author = "The symasym developers"
@@ -33,6 +33,8 @@ default_role = "code"
 smartquotes_action = "D"
 
 autodoc_typehints = "signature"
+# Names of types that the reference explains, for the unions that they stand for.
+autodoc_type_aliases = {name: f"symasym.{name}" for name in TYPES}
 autodoc_typehints_format = "short"
 python_use_unqualified_type_names = True
 python_display_short_literal_types = True

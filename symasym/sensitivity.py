@@ -130,8 +130,8 @@ def sensitivity(
     -----
     In float64: forward differentiation of the panels' integrals and of the sweep over them, from
     one set of samples; the error is an estimate, by running analysis of the derivatives' rounding
-    and of what the nodes miss of dA/dp. Where it is above 1e-7 (of p d/dp, beside the largest of
-    the scene or 1), it is found with 20 digits as below.
+    and of what the nodes miss of the derivative of A by p. Where it is above 1e-7 (of p times the
+    derivative, beside the largest of the scene or 1), it is found with 20 digits as below.
 
     With `dps`, python-flint and moderate noise: the exact integrals differentiated panel by panel
     in ball arithmetic, and the errors are proved (`error_kind` ``"bound"``).

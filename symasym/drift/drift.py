@@ -107,7 +107,7 @@ class Drift:
 
     @property
     def values(self) -> dict[str, Any]:
-        """The bound parameters: Fraction, or a float64 array."""
+        """The bound parameters, each a Fraction or a float64 array."""
         return dict(self._values)
 
     @property
@@ -122,7 +122,7 @@ class Drift:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Common shape of the parameters: () unless some are arrays."""
+        """Common shape of the parameters, () unless some are arrays."""
         return np.broadcast_shapes(*(np.shape(v) for v in self._values.values() if is_array(v)))
 
     def shape_with(self, name: str, array: FloatArray) -> tuple[int, ...]:
@@ -311,7 +311,7 @@ class Drift:
 
     @cached_property
     def ends(self) -> tuple[Any, Any]:
-        """(a-, a+): Fractions where rational, else floats; arrays for array parameters."""
+        """The pair of a- and a+, Fractions where rational, else floats, or arrays."""
         self.require_bound()
         if self.shape:
             known = (self._model.end(self._values, side) for side in (-1, 1))
@@ -347,7 +347,7 @@ class Drift:
 
     @property
     def region(self) -> Any:
-        """The paper's table of section 4: ``"crossing"``, ``"sliding"`` or ``"repelling sliding"``.
+        """``"crossing"``, ``"sliding"`` or ``"repelling sliding"``, by the signs of a- and a+.
 
         An array of these where parameters are arrays. `crossing` holds for both
         directions; the sign of a+ is the direction.
