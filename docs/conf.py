@@ -1,5 +1,6 @@
 """Sphinx's settings. `docs/build.py` stages the pages and runs Sphinx with them."""
 
+import re
 import sys
 from importlib import metadata
 from pathlib import Path
@@ -71,7 +72,17 @@ def _whole_signatures(app) -> None:
     verbs.overloads.clear()
 
 
+def _named_types(app, what, name, value, options, arguments, returned):
+    """The signature with the names of types, also where Sphinx shows what it has for a name."""
+    plain = [
+        text and re.sub(r"TypeAliasForwardRef\('([\w.]+)'\)", r"\1", text)
+        for text in (arguments, returned)
+    ]
+    return tuple(plain)
+
+
 def setup(app) -> None:
     """Docstrings are written as for a shell; here their formulas are set and their labels lead."""
     app.connect("builder-inited", _whole_signatures)
+    app.connect("autodoc-process-signature", _named_types)
     app.connect("autodoc-process-docstring", _link_docstring)

@@ -428,6 +428,14 @@ def _pages(site: Path) -> dict[Path, _Page]:
 
 
 @pytest.mark.slow
+def test_signatures_have_the_names_of_types(site: Path) -> None:
+    for page in (site / "api").glob("*.html"):
+        text = re.sub(r"<[^>]*>", "", page.read_text("utf-8"))
+        found = re.findall(r"TypeAliasForwardRef|_SupportsArray|&lt;factory&gt;|<factory>", text)
+        assert not found, page.name
+
+
+@pytest.mark.slow
 def test_no_link_is_broken_and_nothing_comes_from_elsewhere(site: Path) -> None:
     pages, broken, followed = _pages(site), [], 0
     for path, page in pages.items():
