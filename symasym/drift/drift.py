@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
@@ -31,6 +32,17 @@ _BALLS = ComplexBallOps(_NUMPY)
 _ROUNDED = ComplexBallOps(_NUMPY, 2.0**-33)
 # Values of an array in `repr`.
 _MOST_SHOWN = 1000
+# Scenes whose parameters are kept beside the drift.
+_MOST_KEPT = 4096
+
+
+class FlatValues(dict[str, Any]):
+    """Parameters of scenes, each one number or an array with one element a scene.
+
+    `field` is the field of the drift that was made of them, where it was kept.
+    """
+
+    field: Any = None
 
 
 class Drift:
@@ -120,7 +132,7 @@ class Drift:
         """Name of the model, e.g. ``"friction"``."""
         return self._model.name
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
         """Common shape of the parameters, () unless some are arrays."""
         return np.broadcast_shapes(*(np.shape(v) for v in self._values.values() if is_array(v)))
@@ -253,6 +265,23 @@ class Drift:
             radius = (_ROUNDED.ball(0.0 * u, 0.0 * u) + image).radius * 2.0**-20
         result: FloatArray = np.where(np.isnan(radius), np.inf, radius)
         return result
+
+    def flat_values(self, shape: tuple[int, ...]) -> FlatValues:
+        """The parameters of scenes of this shape; for arrays, the same object when asked again."""
+        flat = self._flat.get(shape)
+        if flat is None:
+            flat = FlatValues(
+                (name, np.broadcast_to(x, shape).ravel() if is_array(x) else x)
+                for name, x in self._values.items()
+            )
+            if shape and math.prod(shape) <= _MOST_KEPT:
+                self._flat.clear()
+                self._flat[shape] = flat
+        return flat
+
+    @cached_property
+    def _flat(self) -> dict[tuple[int, ...], FlatValues]:
+        return {}
 
     def float_values(self) -> dict[str, FloatArray]:
         """The parameter values in float64."""
