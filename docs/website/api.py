@@ -64,14 +64,10 @@ MODULES = {
     "symasym.emit.source": "Emitted source code",
 }
 
-#: Classes that answers are of, though nobody calls them: page -> module and name.
+#: Classes that answers are of, though nobody calls them: page -> module and name. Only of modules
+#: without a public name, since viewcode leads back to one place of a module.
 RETURNED = {
-    "quantities": (("symasym.plan", "Plan"),),
-    "drifts": (
-        ("symasym.drift.reduction", "Reduction"),
-        ("symasym.drift.landscape", "CriticalPoint"),
-    ),
-    "release": (("symasym.release.answer", "Release"),),
+    "drifts": (("symasym.drift.landscape", "CriticalPoint"),),
     "integrals": (
         ("symasym.asymptotics.laplace.result", "LaplaceExpansion"),
         ("symasym.asymptotics.coalescence.result", "UniformExpansion"),
