@@ -732,3 +732,15 @@ def test_many_digits_of_a_high_order_are_not_refused_for_rounding() -> None:
         errors.append(abs(found / exact - 1))
     # O(kappa^12)
     assert errors[1] < errors[0] / 2**11 < 1e-8
+
+
+@pytest.mark.parametrize("barrier", [True, False])
+def test_the_constant_beside_the_logarithm_of_a_start_on_a_zero(barrier: bool) -> None:
+    with mpmath.workdps(30):
+        for i, j in ((0, 0), (0, 2), (2, 0), (2, 4), (6, 2)):
+            (constant, _, none), (log, _, one) = critical_points._corner(
+                mpmath.mpf(1), i, j, barrier, mpmath.mp
+            )
+            expected = mpmath.digamma(mpmath.mpf(1 - i if barrier else i + 1) / 2) + mpmath.log(2)
+            assert (none, one) == (0, 1)
+            assert abs(-constant / log - expected) < mpmath.mpf(10) ** -27
