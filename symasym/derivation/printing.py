@@ -90,7 +90,8 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
 
     def _print_Mul(self, expr: Any) -> str:
         if _negative(expr):
-            return f"-{self._print(-expr)}"
+            shown = self._print(-expr)
+            return rf"-\left({shown}\right)" if (-expr).is_Add else f"-{shown}"
         above, below, behind = self._sorted(expr)
         parts = []
         top, bottom = self._row(above), self._row(below)
