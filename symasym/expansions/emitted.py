@@ -140,7 +140,7 @@ def _written(
     e: Expansion, name: str, value: Expr, known: Mapping[Symbol, Expr],
     quotient: Quotient | None = None,
 ) -> Program:  # fmt: skip
-    """The program of this value, or of a quotient its logarithm, in names that every language has."""
+    """The program of this value, or a quotient's logarithm, in names that every language has."""
     order: dict[Symbol, Expr] = {}
 
     def visit(expression: Expr) -> None:
