@@ -103,6 +103,29 @@ EMITTED = (
     Emitted("finite_part", "regular-part",
             "Primitive of term t^-power, the coefficient of t^(1 - power).", "finite part",
             plain=True),
+    Emitted("even_share", "pair-primitives",
+            "Primitive of alpha/(y^2 - root^2), y > 0; `gap` is y - root.", "beside real zeros",
+            arithmetic=True),
+    Emitted("even_share_on_line", "pair-primitives",
+            "Primitive of alpha/(y^2 + root^2) along the real line.", "beside complex zeros",
+            arithmetic=True),
+    Emitted("odd_share", "pair-primitives",
+            "Primitive of beta y/(y^2 - square); `product` is |y^2 - square|.", "odd part",
+            arithmetic=True),
+    Emitted("share_of_line", "pair-primitives", "The integral of 1/(y^2 + root^2) over the line.",
+            "over the real line", arithmetic=True),
+    Emitted("next_share_of_line", "pair-primitives",
+            "int (y^2 - square)^(-n - 1) over the line from that of the power -n.",
+            "over the real line, next power", plain=True),
+    Emitted("next_binomial", "pair-primitives",
+            "Coefficient i + 1 of (1 - x)^-n from coefficient i.",
+            "coefficient of the series in D/y^2", plain=True),
+    Emitted("two_powers_more", "pair-primitives",
+            "int y^(j + 2) W^-n from y^j W^(1 - n) and y^j W^-n, W = y^2 - square.",
+            "from y^j to y^(j + 2)", plain=True),
+    Emitted("fall_beside_pair", "pair-primitives",
+            "-h' of a sum of c_i y^i over (y^2 - square)^power, its coefficient.",
+            "-h' by powers", plain=True),
     Emitted("bend_of_saddle", "saddle-recurrences",
             "alpha_j of V - V(z) = -slope t^2/2 (1 + alpha_1 t + ...).", "bend", plain=True),
     Emitted("first_moment", "saddle-recurrences", "int e^(-s^2/2) ds.", "first moment",
@@ -194,11 +217,13 @@ NAMES = {
     "K_m": "curvature", "kappa_phys": "kappa", "r_phys": "r", "epsilon": "eps", "phi_0":
     "drift0", "V_0": "V0", "V_u1": "V_well", "c_2": "V2", "c_3": "V3", "c_4": "V4", "c_5": "V5",
     "c_6": "V6", "N": "layer",
+    "R": "root",
 }  # fmt: skip
 ORDER = """
     u kappa r eps ell omega a mu alpha z0 a_minus a_plus layer L drift0 slope_well slope_barrier
     barrier V0 V1 V2 V3 V4 V5 V6 V_well curvature lam x w int_e int_inverse nested fall climb
     sigma sigma_left sigma_right inside outside side source drift left right index power j n
+    beta root y product i share lower same before after
     moment term behind ahead double_left double_right nested_left nested_right total small t b
     a_up b_up k zeta p_2 q_1 q_2
     a_down b_down weights
@@ -221,40 +246,28 @@ def expression(item: Emitted) -> Any:
     return stated
 
 
-_HEADERS = {
-    "mpmath": """\
-from typing import TYPE_CHECKING, Any
+_FORMULAS = """\
+\"""The formulas that the derivations emitted, each once.
 
-from symasym.generated import arithmetic_formulas as arithmetic
-from symasym.generated import plain_formulas as plain
+First those of + - * / and whole powers, for numbers of any one kind; then those over an arithmetic
+`c` (arrays of float64, or mpf of its context); then those in an mpmath context `ctx`, or with NumPy
+in its place.
+
+Written by ``python -m derivations.emit`` from the checked derivations: do not edit.
+\"""
+
+# A formatter must not touch what a test compares.
+# fmt: off
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
 
-
-def __getattr__(name: str) -> Any:
-    \"""A formula over an arithmetic; one of numbers alone, with a context before these.\"""
-    formula = getattr(arithmetic, name, None)
-    if formula is None:
-        of_numbers = getattr(plain, name)
-
-        def formula(ctx: MPContext, *numbers: mpf, **named: mpf) -> Any:
-            return of_numbers(*numbers, **named)
-
-        formula.__name__, formula.__doc__ = name, of_numbers.__doc__
-    globals()[name] = formula
-    return formula
-
-""",
-    "arithmetic": """\
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
     from symasym.numbers.arithmetic import Arithmetic, Number
-""",
-    "plain": """\
-from typing import Any, Protocol
 
 
 class Ratios(Protocol):
@@ -275,40 +288,41 @@ class Field(Ratios, Protocol):
     def __sub__(self, other: Any, /) -> Any: ...
     def __rsub__(self, other: Any, /) -> Any: ...
     def __pow__(self, other: int, /) -> Any: ...
-""",
-}
-_TEXTS = {
-    "mpmath": "Formulas in an mpmath context `ctx`, at its precision.",
-    "arithmetic": "Formulas over an arithmetic `c`: arrays of float64, or mpf of its context.",
-    "plain": "Formulas of + - * / and whole powers, for numbers of any one kind.",
-}
+"""
+
+_MPMATH = """\
+\"""Every formula in an mpmath context `ctx`, its first argument, at its precision.
+
+Written by ``python -m derivations.emit``: do not edit.
+\"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from symasym.generated import formulas
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
 
 
-def module(target: str) -> str:
-    """Source of the module of one target."""
-    lines = [
-        f'"""{_TEXTS[target]}\n\nWritten by ``python -m derivations.emit`` from the checked '
-        'derivations: do not edit.\n"""\n',
-        "# A formatter must not touch what a test compares.\n# fmt: off\n\n"
-        "from __future__ import annotations\n",
-        _HEADERS[target],
-    ]
-    for item in EMITTED:
-        if not getattr(item, target, True):
-            continue
-        stated = expression(item)
-        names, arguments = named(stated)
-        if target == "mpmath" and (item.plain or item.arithmetic):
-            # It has them from the other modules; but a context makes no quotients of its own.
-            as_given = arguments, stated, "arithmetic", doc(item), names
-            if item.plain or "c.rational" not in function(item.name, *as_given):
-                continue
-        lines.append("\n" + function(item.name, arguments, stated, target, doc(item), names))
-    return "\n".join(lines)
+def __getattr__(name: str) -> Any:
+    \"""A formula; one of numbers alone with a context before these.\"""
+    formula = getattr(formulas, name)
+    if formula.__code__.co_varnames[0] not in ("c", "ctx"):
+        of_numbers = formula
 
+        def formula(ctx: MPContext, *numbers: mpf, **named: mpf) -> Any:
+            return of_numbers(*numbers, **named)
+
+        formula.__name__, formula.__doc__ = name, of_numbers.__doc__
+    globals()[name] = formula
+    return formula
+"""
 
 _NUMPY = """\
-\"""The formulas of `mpmath_formulas` in float64, for arrays that broadcast together.
+\"""Every formula in float64, for arrays that broadcast together.
 
 Written by ``python -m derivations.emit``: do not edit.
 \"""
@@ -319,8 +333,7 @@ from typing import Any
 
 import numpy as np
 
-from symasym.generated import mpmath_formulas as formulas
-from symasym.generated import plain_formulas as plain
+from symasym.generated import formulas
 
 # What the formulas ask of their context.
 _ARCS = {f"a{name}": getattr(np, f"arc{name}") for name in ("sin", "cos", "tan")}
@@ -329,10 +342,31 @@ _FLOATS = SimpleNamespace(**{**vars(np), **_ARCS, "mpf": float})
 
 def __getattr__(name: str) -> Any:
     \"""A formula with NumPy in the place of its context; of numbers alone as it is.\"""
-    formula = getattr(plain, name, None) or partial(getattr(formulas, name), _FLOATS)
+    formula = getattr(formulas, name)
+    if formula.__code__.co_varnames[0] in ("c", "ctx"):
+        formula = partial(formula, _FLOATS)
     globals()[name] = formula
     return formula
 """
+
+
+def target_of(item: Emitted) -> str:
+    """The kind of numbers that a function is written for."""
+    return "plain" if item.plain else "arithmetic" if item.arithmetic else "mpmath"
+
+
+def definitions() -> str:
+    """Source of the module that has every formula, those of one kind of numbers together."""
+    lines = [_FORMULAS]
+    for target in ("plain", "arithmetic", "mpmath"):
+        for item in EMITTED:
+            if target_of(item) == target:
+                stated = expression(item)
+                names, arguments = named(stated)
+                lines.append(
+                    "\n" + function(item.name, arguments, stated, target, doc(item), names)
+                )
+    return "\n".join(lines)
 
 
 def named(stated: Any) -> tuple[dict[Any, str], list[Any]]:
@@ -406,7 +440,8 @@ def sources() -> dict[str, str]:
     """File name -> content of everything that is emitted."""
     return {
         "__init__.py": '"""Code and data emitted by the derivations; do not edit."""\n',
-        **{f"{target}_formulas.py": module(target) for target in _TEXTS},
+        "formulas.py": definitions(),
+        "mpmath_formulas.py": _MPMATH,
         "numpy_formulas.py": _NUMPY,
         "formulas.json": formulas(),
     }

@@ -27,9 +27,9 @@ UNLABELLED = tuple(
     filippov noise-amplitude regions first-integral density-R backward positive-form
     positive-density constant-panel panel-step constant-drift tails L-bound C-bound first-three
     laplace-substitution gaussian-step saddle-series pair-products endpoint-series regular-part
-    saddle-recurrences two-sides airy-form truncated-gaussian other-pieces turning-points beta
-    folds friction-well threshold release-time release-order release-adiabatic frozen-time
-    fold-delay
+    pair-primitives saddle-recurrences two-sides airy-form truncated-gaussian other-pieces
+    turning-points beta folds friction-well threshold release-time release-order
+    release-adiabatic frozen-time fold-delay
     """.split()  # noqa: SIM905
 )
 

@@ -227,6 +227,13 @@ TEX_OF = {
         "left": "h_k^{-}", "right": "h_k^{+}", "source": "g", "drift": r"\phi",
     },
     "regular-part": {"term": "c_i", "power": "p", "index": "i", "h_next": "c'_i", "H": "C_i"},
+    "pair-primitives": {
+        "H_even": r"H_{\mathrm{even}}", "H_line": r"H_{\mathrm{line}}",
+        "H_odd": r"H_{\mathrm{odd}}", "I": "I_{n,j+2}", "h_next": "c'_j", "b_next": "b_{i+1}",
+        "s_next": "s_{n+1}", "gap": "g", "product": r"\Pi", "square": "D", "share": "s_n",
+        "term": "b_i", "lower": "I_{n-1,j}", "same": "I_{n,j}", "index": "j", "power": "p",
+        "before": "c_{j-1}", "after": "c_{j+1}",
+    },
     "saddle-recurrences": {
         "term": "c_{j+1}", "slope": "c_1", "moment": "m_n", "m_next": "m_{n+1}",
     },

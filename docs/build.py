@@ -30,16 +30,16 @@ def main(arguments: list[str] | None = None) -> int:
     except ImportError as error:
         print(f"docs/build.py: {error}; install the extra `docs`.", file=sys.stderr)
         return 1
-    from website import mathjax, pages, stage
+    from website import stage
 
     from symasym.base.errors import SymasymError
 
     begun = time.perf_counter()
     work, site = args.out / "docs", args.out / "site"
     try:
-        modules = args.node_modules or mathjax.install(work / "node")
-        made = pages.all_pages(args.derivations or args.out / "derivations")
-    except (mathjax.NoMathJax, SymasymError) as error:
+        modules = args.node_modules or stage.install(work / "node")
+        made = stage.all_pages(args.derivations or args.out / "derivations")
+    except (stage.NoMathJax, SymasymError) as error:
         print(f"docs/build.py: {error}", file=sys.stderr)
         return 1
     stage.stage(work / "source", made)
@@ -51,7 +51,7 @@ def main(arguments: list[str] | None = None) -> int:
     status = build_main([*options, *strict, str(work / "source"), str(fresh)])
     if status:
         return int(status)
-    mathjax.place(modules, fresh / "_static")
+    stage.place(modules, fresh / "_static")
     shutil.rmtree(site, ignore_errors=True)
     fresh.rename(site)
     print(f"{site / 'index.html'}: {len(made)} pages made, {time.perf_counter() - begun:.0f} s")

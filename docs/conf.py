@@ -6,7 +6,7 @@ from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent.parent)]
 
-from website.docstrings import typeset  # noqa: E402
+from website.api import typeset  # noqa: E402
 
 project = "symasym"
 author = "The symasym developers"

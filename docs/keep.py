@@ -1,8 +1,9 @@
 """Keep a report in docs/: ``python docs/keep.py build/report``.
 
 Copies its points, and the stability report's where the folder has one, draws their diagrams,
-writes their pages, and puts a table into docs/choose.md. Without a folder, makes all that anew from
-the points that are kept. With ``--picture`` draws three pictures of expansions, in a minute.
+and puts the parts of their pages into docs/accuracy.md and docs/speed.md. Without a folder, makes
+all that anew from the points that are kept. With ``--picture`` draws three pictures of expansions,
+in a minute.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DOCS = Path(__file__).parent
+# Parts of the report of error against run time that are about time.
+SPEED = {"when", "diagram", "growth"}
 # File of a report -> its name in docs/.
 KEPT = {
     "points.json": "measured.json",
@@ -72,29 +75,27 @@ def short(record: bytes) -> bytes:
 
 
 def made() -> dict[str, str]:
-    """Page -> its text as the kept points have it."""
+    """Page -> its text, its measured parts as the kept points have them."""
     measured, stable = (_record(name) for name in ("measured", "stability"))
-    points = [Point(**p) for p in measured["points"]]
-    cells = [Cell(**c) for c in stable["cells"]]
-    tables = {"when": pages.when(points)}
-    return {
-        "measured.md": pages.page(
-            points,
-            [Grown(**g) for g in measured["growth"]],
-            measured["scenes"],
-            measured["missing peers"],
-            measured["machine"],
-            measured["command"],
-        ),
-        "stability.md": stability.page(
-            cells,
-            [stability.Condition(**c) for c in stable["conditions"]],
-            stable["missing peers"],
-            stable["machine"],
-            stable["command"],
-        ),
-        "choose.md": filled((DOCS / "choose.md").read_text("utf-8"), tables),
-    }
+    parts = pages.parts(
+        [Point(**p) for p in measured["points"]],
+        [Grown(**g) for g in measured["growth"]],
+        measured["scenes"],
+        measured["missing peers"],
+        measured["machine"],
+        measured["command"],
+    ) | stability.parts(
+        [Cell(**c) for c in stable["cells"]],
+        [stability.Condition(**c) for c in stable["conditions"]],
+        stable["missing peers"],
+        stable["machine"],
+        stable["command"],
+    )
+    texts = {name: (DOCS / name).read_text("utf-8") for name in ("accuracy.md", "speed.md")}
+    for name, part in parts.items():
+        page = "speed.md" if name in SPEED else "accuracy.md"
+        texts[page] = filled(texts[page], {name: part})
+    return texts
 
 
 def drawn() -> dict[str, Figure]:
@@ -107,15 +108,15 @@ def drawn() -> dict[str, Figure]:
     }
 
 
-def filled(text: str, tables: dict[str, str]) -> str:
-    """`text` with each table between its marks, which are comments."""
-    for name, rows in tables.items():
+def filled(text: str, parts: dict[str, str]) -> str:
+    """`text` with each measured part between its marks, which are comments."""
+    for name, part in parts.items():
         marks = rf"(<!-- measured: {name} -->\n).*?(<!-- end -->)"
         text, count = re.subn(
-            marks, lambda m, rows=rows: f"{m[1]}\n{rows}\n\n{m[2]}", text, flags=re.DOTALL
+            marks, lambda m, part=part: f"{m[1]}\n{part}\n\n{m[2]}", text, flags=re.DOTALL
         )
         if count != 1:
-            raise ValueError(f"choose.md has {count} places for the table {name}; it needs one.")
+            raise ValueError(f"The page has {count} places for the part {name}; it needs one.")
     return text
 
 

@@ -1,4 +1,4 @@
-// Settings of MathJax; docs/website/mathjax.py places the parts that are loaded here.
+// Settings of MathJax; docs/website/stage.py places the parts that are loaded here.
 window.MathJax = {
   loader: {
     // Not the ready-made bundles: they start workers for speech, which a file may not. Hidden
@@ -16,6 +16,8 @@ window.MathJax = {
       // Left by assistive-mml for a menu that is not loaded, and warned of.
       delete MathJax.config.options.menuOptions;
       MathJax.startup.defaultReady();
+      // Without this a good break is no better than any other.
+      MathJax.startup.output.linebreaks.PENALTY.goodbreak = (penalty) => penalty - 10000;
       // A short formula in a line of text stays whole.
       MathJax.startup.input[0].preFilters.add(({ math }) => {
         if (!math.display && math.math.length <= 32) math.math = `{${math.math}}`;
@@ -23,6 +25,10 @@ window.MathJax = {
       // Cases shrink to the width of the page: a line break would part a value from its condition.
       MathJax.startup.input[0].postFilters.add(({ data }) => {
         data.root.walkTree((node) => {
+          // Between two formulas, and not inside one.
+          if (node.isKind("mspace") && /^[12]em$/.test(node.attributes.get("width"))) {
+            node.attributes.set("linebreak", "goodbreak");
+          }
           if (node.isKind("mtable")) data.root.attributes.set("overflow", "scale");
         });
       });

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.base.contexts import mpf_of, own_context
+from symasym.base.call_context import mpf_of, own_context
 from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray, IntArray, exact, float_text, is_array

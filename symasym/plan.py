@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.base.contexts import own_context, to_mpf
+from symasym.base.call_context import own_context, patient, to_mpf
 from symasym.base.errors import AccuracyError, InputError, RangeError, SymasymError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import (
@@ -29,9 +29,8 @@ from symasym.base.inputs import (
     is_array,
     shown,
 )
-from symasym.base.patience import patient
 from symasym.drift.drift import Drift
-from symasym.methods.table import answer
+from symasym.methods import answer
 from symasym.numbers.trees import NumpyOps
 from symasym.scenes import (
     Answer,
@@ -262,7 +261,8 @@ def automatic(drift: Drift, numbers: dict[str, Any], rtol: Number | None, reques
 
 def _of_one(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: Request) -> Any:
     """The exact value, which is cheaper than to analyse the drift; an expansion where it fails."""
-    from symasym.methods.exact import ROUNDING, TOLERANCE, of_scene, of_scenes
+    from symasym.exact.digits import of_scene
+    from symasym.exact.floats import ROUNDING, TOLERANCE, of_scenes
 
     exactly = request._replace(method="exact")
     # With digits an expansion is not cheaper, and its error not smaller.

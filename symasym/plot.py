@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symasym.base.call_context import patient
 from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, Numbers, choice, floats, is_array
-from symasym.base.patience import patient
 from symasym.drift.drift import Drift
-from symasym.methods.table import QUANTITIES
 from symasym.quantities import call_named, stationary_density
-from symasym.scenes import require_drift
+from symasym.scenes import QUANTITIES, require_drift
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,12 +7,11 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
+from symasym.base.call_context import patient
 from symasym.base.errors import InputError
 from symasym.base.inputs import choice, exact, flag, positive, shown
-from symasym.base.patience import patient
-from symasym.elements import each
-from symasym.methods.table import QUANTITIES, alone, answer, require_drift_of, require_method
-from symasym.scenes import Request, one_scene, require_drift
+from symasym.methods import alone, answer, each, require_drift_of, require_method
+from symasym.scenes import QUANTITIES, Request, one_scene, require_drift
 
 if TYPE_CHECKING:
     from symasym.base.estimate import Answer, Estimate

@@ -1,4 +1,4 @@
-"""Scenes as all methods read them, and answers as all of them hand them back.
+"""Scenes as all methods read them, the quantities, and answers as all methods hand them back.
 
 A scene is a drift phi, the large parameter lam = 2/kappa^2, and the numbers of the quantity asked
 for (r and the start of eq:Ttilde and eq:C, the position y of eq:pss). One scene has exact
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from symasym.base.contexts import float_with_error, to_mpf
+from symasym.base.call_context import float_with_error, to_mpf
 from symasym.base.errors import InputError, RangeError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import (
@@ -249,6 +249,42 @@ _LARGEST, _SMALLEST = 709.78, -708.39
 
 #: Digits behind a float64 value whose error is part of it.
 FLOAT_DIGITS = 20
+
+
+class Quantity(NamedTuple):
+    """A quantity: the verb that asks for it, whether its complement is meant, its numbers."""
+
+    verb: str
+    complement: bool
+    numbers: tuple[str, ...]
+
+    @property
+    def has_complement(self) -> bool:
+        """True for the probabilities."""
+        return self.verb in ("exit_probability", "occupation")
+
+    @property
+    def sliding(self) -> bool:
+        """True where it exists in a sliding region alone: without a radius nothing is left."""
+        return "r" not in self.numbers
+
+
+_ESCAPE = ("kappa", "r", "start")
+
+#: By their names.
+QUANTITIES = {
+    "T": Quantity("escape_time", False, _ESCAPE),
+    "C": Quantity("exit_probability", False, _ESCAPE),
+    "1 - C": Quantity("exit_probability", True, _ESCAPE),
+    "P": Quantity("occupation", False, ("kappa",)),
+    "1 - P": Quantity("occupation", True, ("kappa",)),
+}
+_DENSITY = Quantity("stationary_density", False, ("kappa", "y"))
+
+
+def quantity_of(name: str) -> Quantity:
+    """The quantity of that name, the stationary density ``"p_ss"`` among them."""
+    return QUANTITIES.get(name, _DENSITY)
 
 
 class Request(NamedTuple):

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from symasym.base.contexts import mpf_of, own_context, to_mpf
+from symasym.base.call_context import expect, mpf_of, own_context, patient, to_mpf
 from symasym.base.errors import AccuracyError, InputError, RangeError, TimeLimitError
 from symasym.base.estimate import IN_WORDS, ErrorKind, with_errors
 from symasym.base.inputs import Numbers, choice, digits, exact, floats, is_array
-from symasym.base.patience import expect, patient
 from symasym.drift.drift import Drift
-from symasym.methods.table import QUANTITIES, answer, require_drift_of
+from symasym.methods import answer, require_drift_of
 from symasym.numbers.trees import MpmathOps
 from symasym.scenes import (
     FLOAT_DIGITS,
+    QUANTITIES,
     Request,
     Scene,
     Scenes,
@@ -240,7 +240,7 @@ def _by_differences(quantity: str, scene: Scene, dps: int) -> _Slopes:
 def _by_floats(quantity: str, scenes: Scenes) -> list[_Slopes | None]:
     """Derivatives by forward differentiation in float64; None where these say little."""
     from symasym.drift.field.directions import Directions
-    from symasym.methods.exact import float_logs
+    from symasym.exact.floats import float_logs
 
     directions = Directions(scenes.drift, scenes.parameters, scenes.numbers)
     logs, errors = float_logs(scenes, quantity, directions)

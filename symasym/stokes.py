@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symasym.base.contexts import mpf_of, own_context, to_mpf
+from symasym.base.call_context import mpf_of, own_context, patient, to_mpf
 from symasym.base.errors import InputError, SymasymError
 from symasym.base.inputs import Floats, Numbers, choice
-from symasym.base.patience import patient
 from symasym.drift.drift import Drift
 from symasym.scenes import (
     FLOAT_DIGITS,

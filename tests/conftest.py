@@ -10,7 +10,7 @@ import pytest
 
 from symasym.asymptotics.uniform import answer as uniform_noise
 from symasym.asymptotics.uniform.truncated_gaussian import Truncations
-from symasym.base.patience import limited
+from symasym.base.call_context import limited
 
 
 @pytest.fixture

@@ -44,8 +44,13 @@ class Integral:
     kind: str = "bound"
 
 
-def quadrature(f: Any, g: Any, top: Any, *points: str) -> Callable[[Any], Any]:
-    """The integral by mpmath.quad, cut at `points` and around them on the scale of the peak."""
+def quadrature(
+    f: Any, g: Any, top: Any, *points: str, method: str = "gauss-legendre"
+) -> Callable[[Any], Any]:
+    """The integral by mpmath.quad, cut at `points` and around them on the scale of the peak.
+
+    Where a piece ends at a branch point `method` is ``"tanh-sinh"``, which takes thrice the time.
+    """
 
     def value(lam: Any) -> Any:
         ends = [mpf(p) if p != "top" else top() for p in points]
@@ -57,7 +62,7 @@ def quadrature(f: Any, g: Any, top: Any, *points: str) -> Callable[[Any], Any]:
                     if ends[0] < near < ends[-1]:
                         cuts.add(near)
         height = f(top())
-        return mp.quad(lambda x: g(x) * mp.exp(lam * (f(x) - height)), sorted(cuts))
+        return mp.quad(lambda x: g(x) * mp.exp(lam * (f(x) - height)), sorted(cuts), method=method)
 
     return value
 
@@ -187,7 +192,8 @@ INTEGRALS = [
     Integral(
         "branch point inside", "-x**2", "sqrt(Abs(x))*exp(x)", "-1", "2",
         quadrature(
-            lambda x: -(x**2), lambda x: mp.sqrt(abs(x)) * mp.exp(x), at("0"), "-1", "0", "2"
+            lambda x: -(x**2), lambda x: mp.sqrt(abs(x)) * mp.exp(x), at("0"), "-1", "0", "2",
+            method="tanh-sinh",
         ),
         "g = |x|^(1/2) at a smooth maximum",
     ),

@@ -15,7 +15,7 @@ from derivations.numerics import (
     pieces,
     well_integral,
 )
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ def noise_threshold() -> Evidence:
         )
         # The direction as a sign: log T(kappa = 0.2 layer units) against log T(2).
         return Evidence(
-            r"sign of $\log T$ at $\kappa_p = 0.02$ less that at $0.2$",
+            r"sign of $\log T(\kappa_p = 0.02) - \log T(\kappa_p = 0.2)$",
             {"mu": "3", "alpha": "1", "z0": "-1/10", "eps": "1/100", "r_p": "1/10"},
             -1,
             int(ctx.sign(logs[0] - logs[1])),

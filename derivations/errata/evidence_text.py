@@ -17,7 +17,7 @@ from derivations.numerics import (
     uniform,
     well_integral,
 )
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.base.inputs import FloatArray
 
 

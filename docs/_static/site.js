@@ -1,5 +1,5 @@
 "use strict";
-// Copy buttons beside code and for the TeX of a formula; the erratum that a link leads to; one node
+// Copy buttons beside code and for the TeX of a formula; brackets that stay with theirs; the erratum that a link leads to; one node
 // of the graph with what it rests on, and what rests on it.
 (() => {
   const copied = async (button, text) => {
@@ -31,7 +31,7 @@
         const typed = text.split("\n").filter((line) => /^(>>>|\.\.\.|\$) /.test(line));
         copied(button, typed.length ? typed.map((l) => l.replace(/^\S+ /, "")).join("\n") : text);
       });
-      block.append(button);
+      block.prepend(button);
     }
     for (const button of document.querySelectorAll("button[data-copy]")) {
       button.addEventListener("click", () => copied(button, button.dataset.copy));
@@ -41,26 +41,32 @@
     }
   };
 
-  // As docs/website/graph.py draws: boxes of this size, rows this far apart.
-  const [WIDTH, HEIGHT, ROW] = [138, 22, 34];
+  // As docs/website/graph.py draws.
+  const [WIDTH, HEIGHT, ROW, GAP, LANE, MARGIN] = [117, 22, 56, 5, 10, 2];
 
-  // An arrow's path (M x y, C x y x y x y, H x) with its heights changed.
-  const moved = (path, change) => {
-    let [command, k] = ["", 0];
-    return path.split(" ").map((part) => {
-      if (/[A-Z]/.test(part)) {
-        [command, k] = [part, 0];
-        return part;
-      }
-      return command !== "H" && k++ % 2 ? change(Number(part)) : part;
-    }).join(" ");
+  const curve = (way) => {
+    let [x, y] = [way[0][0], MARGIN + way[0][1] * ROW + HEIGHT];
+    const path = [`M ${x} ${y}`];
+    for (const [below, row] of way.slice(1)) {
+      const top = MARGIN + row * ROW;
+      const half = (y + top) / 2;
+      path.push(`C ${x} ${half} ${below} ${half} ${below} ${top}`, `V ${top + HEIGHT}`);
+      [x, y] = [below, top + HEIGHT];
+    }
+    return path.slice(0, -1).join(" ");
+  };
+
+  // The points of an attribute "x row x row …".
+  const points = (text) => {
+    const numbers = text.split(" ").map(Number);
+    return numbers.flatMap((x, k) => (k % 2 ? [] : [[x, numbers[k + 1]]]));
   };
 
   const focus = () => {
     const graph = document.querySelector(".graph[data-focus]");
     if (!graph) return;
     const name = decodeURIComponent(location.hash).replace(/^#focus-/, "");
-    const edges = [...graph.querySelectorAll("path")];
+    const edges = [...graph.querySelectorAll("path[data-way]")];
     const reach = (from, to) => {
       const found = new Set([name]);
       for (let size = 0; size !== found.size;) {
@@ -82,44 +88,66 @@
       const kept = (below.has(from) && below.has(to)) || (above.has(from) && above.has(to));
       edge.classList.toggle("aside", known && !kept);
     }
-    // Cut to what is kept, at its own size, without the rows that are empty now.
+    // What is kept moves together: the rows that have any of it, and in each row its boxes and lanes.
     const svg = graph.querySelector("svg");
-    svg.dataset.whole ||= svg.getAttribute("viewBox");
-    let [x, y, width, height] = svg.dataset.whole.split(" ").map(Number);
-    const nodes = [...svg.querySelectorAll("a")];
-    const middle = (a) => a.querySelector("rect").y.baseVal.value + HEIGHT / 2;
-    for (const edge of edges) edge.dataset.d ||= edge.getAttribute("d");
+    const rows = new Map();
+    const room = ([x, row], width) => {
+      if (!rows.has(row)) rows.set(row, new Map());
+      rows.get(row).set(x, Math.max(width, rows.get(row).get(x) ?? 0));
+    };
+    const kept = (selector) =>
+      [...svg.querySelectorAll(selector)].filter((e) => !e.classList.contains("aside"));
+    for (const a of kept("a")) room(points(a.dataset.at)[0], WIDTH + GAP);
+    for (const edge of kept("path[data-way]")) {
+      for (const bend of points(edge.dataset.way)) room(bend, LANE);
+    }
+    const sum = (row) => [...row.values()].reduce((a, b) => a + b, 0);
+    const widest = Math.max(...[...rows.values()].map(sum));
     const places = new Map();
-    if (known) {
-      const kept = nodes.filter((a) => !a.classList.contains("aside"));
-      const heights = new Set(kept.map(middle));
-      for (const edge of edges) {
-        if (!edge.classList.contains("aside")) moved(edge.dataset.d, (v) => heights.add(v) && v);
+    for (const [k, row] of [...rows.keys()].sort((a, b) => a - b).entries()) {
+      let x = MARGIN + (widest - sum(rows.get(row))) / 2;
+      for (const [old, width] of [...rows.get(row)].sort((a, b) => a[0] - b[0])) {
+        places.set(`${old} ${row}`, [x + width / 2, k]);
+        x += width;
       }
-      const from = [...heights].sort((a, b) => a - b);
-      for (const [k, v] of from.entries()) {
-        places.set(v, k ? places.get(from[k - 1]) + Math.min(ROW, v - from[k - 1]) : v);
-      }
-      const boxes = kept.map((a) => a.querySelector("rect").x.baseVal.value);
-      x = Math.min(...boxes) - 8;
-      y = from[0] - HEIGHT / 2 - 8;
-      width = Math.max(...boxes) + WIDTH + 8 - x;
-      height = places.get(from.at(-1)) + HEIGHT / 2 + 8 - y;
     }
-    const place = (v) => places.get(v) ?? v;
-    for (const a of nodes) {
-      a.setAttribute("transform", `translate(0 ${place(middle(a)) - middle(a)})`);
+    const place = ([x, row]) => places.get(`${x} ${row}`);
+    for (const a of kept("a")) {
+      const old = points(a.dataset.at)[0];
+      const [x, row] = place(old);
+      a.setAttribute("transform", `translate(${x - old[0]} ${(row - old[1]) * ROW})`);
     }
-    for (const edge of edges) edge.setAttribute("d", moved(edge.dataset.d, place));
-    svg.setAttribute("viewBox", `${x} ${y} ${width} ${height}`);
+    for (const edge of kept("path[data-way]")) {
+      edge.setAttribute("d", curve(points(edge.dataset.way).map(place)));
+    }
+    const [width, height] = [widest + 2 * MARGIN, (rows.size - 1) * ROW + HEIGHT + 2 * MARGIN];
+    svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     svg.setAttribute("width", width);
     svg.setAttribute("height", height);
-    graph.scrollLeft = 0;
+    graph.scrollLeft = (graph.scrollWidth - graph.clientWidth) / 2;
     if (known) graph.querySelector("a.chosen").scrollIntoView({ block: "nearest", inline: "nearest" });
     const hint = document.querySelector("#graph-hint");
     if (hint) hint.hidden = graph.scrollWidth <= graph.clientWidth;
     const select = document.querySelector("#graph-focus");
     if (select) select.value = known ? name : "";
+  };
+
+  // No line ends between a bracket and the formula in it, nor at a hyphen of a short piece of code,
+  // where browsers break it.
+  const joined = () => {
+    for (const code of document.querySelectorAll("span.pre")) {
+      code.classList.toggle("whole", code.textContent.length <= 16);
+    }
+    for (const formula of document.querySelectorAll("span.math")) {
+      const before = formula.previousSibling;
+      if (before?.nodeType !== Node.TEXT_NODE || !/[(\[]$/.test(before.data)) continue;
+      const [whole, inside] = [document.createElement("span"), document.createElement("span")];
+      [whole.className, inside.className] = ["joined", "inside"];
+      whole.append(before.data.slice(-1), inside);
+      before.data = before.data.slice(0, -1);
+      formula.replaceWith(whole);
+      inside.append(formula);
+    }
   };
 
   // A figure leads to its file, which the browser shows as large as it is.
@@ -147,6 +175,7 @@
 
   document.addEventListener("DOMContentLoaded", () => {
     buttons();
+    joined();
     enlarge();
     const select = document.querySelector("#graph-focus");
     if (select) {

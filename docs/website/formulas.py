@@ -449,15 +449,17 @@ def by_quantity(records: Records) -> str:
 
 def graph_page(records: Records) -> str:
     """The graph of which formula rests on which, as a drawing and as a list."""
+    used = {below for record in records.values() for below in record["rests_on"]}
     chosen = [
         f'<option value="{slug(label)}">{escape(heading(record["title"]))}</option>'
         for label, record in sorted(records.items(), key=lambda item: item[1]["title"])
+        if record["rests_on"] or label in used
     ]
     lines = [
         "# Which formula rests on which",
         "",
-        "An arrow leads from a result to one that uses it. Results that rest on definitions only "
-        "are on the left. Each name leads to its page.",
+        "An arrow leads down from a result to one that uses it. Results that rest on definitions "
+        "only are at the top. Each name leads to its page.",
         "",
         "```{raw} html",
         '<p><label>Only what one formula rests on, and what rests on it: <select id="graph-focus">'

@@ -1,4 +1,4 @@
-"""A drawing of a graph without circles: in layers from left to right, as an SVG with links."""
+"""A drawing of a graph without circles: in rows from top to bottom, as an SVG with links."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from itertools import pairwise
 
 from derivations.runner import slug
 
-WIDTH, HEIGHT = 138, 22
-COLUMN, ROW, MARGIN = 196, 34, 8
+# As in docs/_static/site.js, which draws the part about one node.
+WIDTH, HEIGHT = 117, 22
+ROW, GAP, LANE, MARGIN = 56, 5, 10, 2
 SWEEPS = 12
 
 Rests = dict[str, list[str]]
@@ -23,28 +24,28 @@ def layers(rests: Rests) -> dict[str, int]:
     return level
 
 
-def _columns(rests: Rests) -> list[list[str]]:
+def _rows(rests: Rests) -> list[list[str]]:
     """The nodes by layer, a long arrow's way through the layers between as nodes of its own."""
     level = layers(rests)
-    columns: list[list[str]] = [[] for _ in range(max(level.values()) + 1)]
+    rows: list[list[str]] = [[] for _ in range(max(level.values()) + 1)]
     used = {b for below in rests.values() for b in below}
     for node, place in level.items():
         if rests[node] or node in used:
-            columns[place].append(node)
+            rows[place].append(node)
     for node, below in rests.items():
         for b in below:
             for place in range(level[b] + 1, level[node]):
-                columns[place].append(f"{b} > {node} @ {place}")
-    return columns
+                rows[place].append(f"{b} > {node} @ {place}")
+    return rows
 
 
 def _way(b: str, node: str, level: dict[str, int]) -> list[str]:
     return [b, *(f"{b} > {node} @ {p}" for p in range(level[b] + 1, level[node])), node]
 
 
-def positions(rests: Rests) -> dict[str, tuple[float, float]]:
-    """Places of the nodes and of the arrows' bends; neighbours are brought to like heights."""
-    level, columns = layers(rests), _columns(rests)
+def positions(rests: Rests) -> dict[str, tuple[float, int]]:
+    """Middle and row of the nodes and of the arrows' bends; neighbours are brought together."""
+    level, rows = layers(rests), _rows(rests)
     links = [
         link
         for node, below in rests.items()
@@ -53,24 +54,22 @@ def positions(rests: Rests) -> dict[str, tuple[float, float]]:
     ]
     before: dict[str, list[str]] = {}
     after: dict[str, list[str]] = {}
-    for left, right in links:
-        before.setdefault(right, []).append(left)
-        after.setdefault(left, []).append(right)
-    height = {node: float(row) for column in columns for row, node in enumerate(column)}
-    tallest = max(map(len, columns))
+    for upper, lower in links:
+        before.setdefault(lower, []).append(upper)
+        after.setdefault(upper, []).append(lower)
+    widths = {node: WIDTH + GAP if node in rests else LANE for row in rows for node in row}
+    widest = max(sum(widths[node] for node in row) for row in rows)
+    middle = {node: float(place) for row in rows for place, node in enumerate(row)}
     for sweep in range(SWEEPS):
         near = before if sweep % 2 == 0 else after
-        for column in columns if sweep % 2 == 0 else reversed(columns):
-            wanted = {n: _mean([height[o] for o in near.get(n, [n])]) for n in column}
-            column.sort(key=lambda n: wanted[n])
-            shift = (tallest - len(column)) / 2
-            for row, node in enumerate(column):
-                height[node] = row + shift
-    return {
-        node: (MARGIN + place * COLUMN, MARGIN + height[node] * ROW)
-        for place, column in enumerate(columns)
-        for node in column
-    }
+        for row in rows if sweep % 2 == 0 else reversed(rows):
+            wanted = {n: _mean([middle[o] for o in near.get(n, [n])]) for n in row}
+            row.sort(key=lambda n: wanted[n])
+            x = MARGIN + (widest - sum(widths[node] for node in row)) / 2
+            for node in row:
+                middle[node] = x + widths[node] / 2
+                x += widths[node]
+    return {node: (middle[node], place) for place, row in enumerate(rows) for node in row}
 
 
 def _mean(values: list[float]) -> float:
@@ -80,45 +79,45 @@ def _mean(values: list[float]) -> float:
 def svg(rests: Rests, titles: Mapping[str, str]) -> str:
     """The drawing, a title at each node; nodes without any arrow are left out of it."""
     at, level = positions(rests), layers(rests)
-    right = max(x for x, _ in at.values()) + WIDTH + MARGIN
-    bottom = max(y for _, y in at.values()) + HEIGHT + MARGIN
+    right = max(x for x, _ in at.values()) + WIDTH / 2 + MARGIN
+    bottom = max(row for _, row in at.values()) * ROW + HEIGHT + 2 * MARGIN
     lines = [
-        f'<div class="graph" data-focus=""><svg viewBox="0 0 {right} {bottom}" width="{right}" '
-        f'height="{bottom:g}" role="img" aria-label="Which formula rests on which">'
+        f'<div class="graph" data-focus=""><svg viewBox="0 0 {right:g} {bottom}" '
+        f'width="{right:g}" height="{bottom}" role="img" aria-label="Which formula rests on which">'
         '<defs><marker id="arrowhead" viewBox="0 0 8 8" refX="8" refY="4" markerWidth="8" '
         'markerHeight="8" markerUnits="userSpaceOnUse" orient="auto">'
         '<polygon points="0 0 8 4 0 8"/></marker></defs>'
     ]
     for node, below in rests.items():
         for b in below:
-            ends = f'data-from="{slug(b)}" data-to="{slug(node)}"'
-            d = _curve(_way(b, node, level), at)
-            lines.append(f'<path {ends} d="{d}" marker-end="url(#arrowhead)"/>')
+            way = [at[bend] for bend in _way(b, node, level)]
+            lines.append(
+                f'<path data-from="{slug(b)}" data-to="{slug(node)}" '
+                f'data-way="{" ".join(f"{x:g} {row}" for x, row in way)}" d="{_curve(way)}" '
+                'marker-end="url(#arrowhead)"/>'
+            )
     for node in rests:
         if node in at:
-            x, y = at[node]
+            x, row = at[node]
+            y = MARGIN + row * ROW
             lines.append(
-                f'<a id="focus-{slug(node)}" data-node="{slug(node)}" href="{slug(node)}.html">'
-                f"<title>{escape(titles[node])}</title>"
-                f'<rect x="{x:g}" y="{y:g}" width="{WIDTH}" '
-                f'height="{HEIGHT}" rx="4"/><text x="{x + WIDTH / 2:g}" '
-                f'y="{y + HEIGHT / 2 + 4:g}">{escape(node)}</text></a>'
+                f'<a id="focus-{slug(node)}" data-node="{slug(node)}" data-at="{x:g} {row}" '
+                f'href="{slug(node)}.html"><title>{escape(titles[node])}</title>'
+                f'<rect x="{x - WIDTH / 2:g}" y="{y}" width="{WIDTH}" '
+                f'height="{HEIGHT}" rx="4"/><text x="{x:g}" '
+                f'y="{y + HEIGHT // 2 + 4}">{escape(node)}</text></a>'
             )
     return "\n".join([*lines, "</svg></div>"])
 
 
-def _curve(way: list[str], at: dict[str, tuple[float, float]]) -> str:
-    """From the right side of one box to the left side of the next, level at every bend."""
-    half = HEIGHT / 2
-    x, y = at[way[0]]
-    path = [f"M {x + WIDTH:g} {y + half:g}"]
-    x += WIDTH
-    for node in way[1:]:
-        nx, ny = at[node]
-        bend = (x + nx) / 2
-        path.append(f"C {bend:g} {y + half:g} {bend:g} {ny + half:g} {nx:g} {ny + half:g}")
-        if node != way[-1]:
-            path.append(f"H {nx + WIDTH:g}")
-            nx += WIDTH
-        x, y = nx, ny
-    return " ".join(path)
+def _curve(way: list[tuple[float, int]]) -> str:
+    """From the lower side of one box to the upper side of the next, upright at every bend."""
+    x, y = way[0][0], float(MARGIN + way[0][1] * ROW + HEIGHT)
+    path = [f"M {x:g} {y:g}"]
+    for below, row in way[1:]:
+        top = MARGIN + row * ROW
+        half = (y + top) / 2
+        path.append(f"C {x:g} {half:g} {below:g} {half:g} {below:g} {top} V {top + HEIGHT}")
+        x, y = below, top + HEIGHT
+    # The last row's box begins where the arrow ends.
+    return " ".join(path).rpartition(" V ")[0]

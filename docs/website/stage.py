@@ -2,17 +2,22 @@
 
 What is written by hand stays plain Markdown that reads well in a repository: the
 order of the pages in the site is that of the lists of links in docs/index.md, heading by
-heading, and a page that is not linked there yet comes after them.
+heading, and a page that is not linked there yet comes after them. MathJax comes from its npm
+package, and is put beside the pages.
 """
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
+import subprocess
 from pathlib import Path
 
+from derivations.report import derive
 from derivations.runner import slug
-from website import glossary, notebooks
+from website import api, explorer, formulas, glossary, layers, notebooks
+from website.plotting import curves, definitions, identities, moving, plots
 
 DOCS = Path(__file__).parent.parent
 ROOT = DOCS.parent
@@ -29,9 +34,7 @@ IN_THE_SITE = {
     "Reference": "- [API reference](api/index.rst)\n",
 }
 #: Pages whose words are not linked: the glossary, and what is a record rather than a text.
-UNLINKED = {"glossary.md", "errata.md", "CHANGELOG.md", "measured.md", "stability.md", "house.md"}
-#: Page -> those below it in the sidebar.
-BELOW = {"report.md": ("measured.md", "stability.md")}
+UNLINKED = {"glossary.md", "errata.md", "CHANGELOG.md", "house.md"}
 # A formula's label in code; blocks, formulas, links and headings are left alone.
 _LABEL = re.compile(
     r"(?P<fence>^`{3,}).*?^(?P=fence)|\$\$.*?\$\$|\$[^$]*\$|\[[^\]]*\]\([^)]*\)|^#.*?$|<[^>]*>"
@@ -39,6 +42,37 @@ _LABEL = re.compile(
     re.DOTALL | re.MULTILINE,
 )
 _LINK = re.compile(r"\]\(([\w./-]+\.md)(?:#[\w-]*)?\)")
+# What takes TeX and draws SVG, with all it may load while it does; see docs/mathjax.js.
+PARTS = (
+    "startup.js",
+    "core.js",
+    "input/tex.js",
+    "input/tex",
+    "output/svg.js",
+    "a11y/assistive-mml.js",
+    "LICENSE",
+)
+FONT = "@mathjax/mathjax-newcm-font"
+
+
+def all_plots() -> tuple[plots.Plot | plots.Picture, ...]:
+    """Of every label that has something to plot."""
+    made = (curves, identities, definitions, moving)
+    return (*(plot for m in made for plot in m.all_plots()), *definitions.pictures())
+
+
+def all_pages(derivations: Path) -> dict[str, str]:
+    """File name -> text; checks the derivations whose records are not in `derivations`."""
+    records = derive(None, derivations)
+    drawn = all_plots()
+    return {
+        **formulas.pages(records, drawn, definitions.NOTHING),
+        **plots.files(drawn),
+        **api.pages(),
+        **explorer.pages(),
+        **layers.pages(),
+        **notebooks.files(),
+    }
 
 
 def stage(folder: Path, made: dict[str, str]) -> None:
@@ -74,10 +108,6 @@ def stage(folder: Path, made: dict[str, str]) -> None:
         page.write_text(text, encoding="utf-8")
     index = folder / "index.md"
     pages = {str(path.relative_to(folder)) for path in folder.glob("*.md")} - {"index.md"}
-    for name, below in BELOW.items():
-        with (folder / name).open("a", encoding="utf-8") as page:
-            page.write(_toctree("", list(below)))
-        pages -= set(below)
     index.write_text(with_toctrees(index.read_text("utf-8"), pages), encoding="utf-8")
 
 
@@ -123,3 +153,48 @@ def _toctree(caption: str, names: list[str]) -> str:
     head = [":hidden:"] + ([f":caption: {caption}"] if caption else [])
     body = [name.removesuffix(".md") for name in names]
     return "\n".join(["\n```{toctree}", *head, "", *body, "```\n"])
+
+
+# -- MathJax ---------------------------------------------------------------------------------------
+
+
+class NoMathJax(RuntimeError):
+    """MathJax is neither installed nor to be had."""
+
+
+def install(folder: Path) -> Path:
+    """The folder of node's packages with the MathJax that docs/package.json names."""
+    wanted = json.loads((DOCS / "package.json").read_text("utf-8"))["dependencies"]["mathjax"]
+    there = folder / "node_modules" / "mathjax" / "package.json"
+    if there.is_file() and json.loads(there.read_text("utf-8"))["version"] == wanted:
+        return folder / "node_modules"
+    npm = shutil.which("npm")
+    if npm is None:
+        raise NoMathJax(
+            "npm is not installed, and MathJax comes by it; install Node.js, or give "
+            "--node-modules the folder of an installed MathJax."
+        )
+    folder.mkdir(parents=True, exist_ok=True)
+    shutil.copy(DOCS / "package.json", folder)
+    command = [npm, "install", "--no-audit", "--no-fund", "--no-package-lock", "--loglevel=error"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    if done.returncode:
+        raise NoMathJax(f"npm could not install MathJax {wanted}: {done.stderr.strip()[-400:]}")
+    return folder / "node_modules"
+
+
+def place(node_modules: Path, static: Path) -> None:
+    """Copy what pages need of it to `static`/mathjax."""
+    target = static / "mathjax"
+    font = node_modules / FONT
+    for source, name in [
+        *((node_modules / "mathjax" / part, part) for part in PARTS),
+        (font / "svg.js", "fonts/mathjax-newcm-font/svg.js"),
+        (font / "svg", "fonts/mathjax-newcm-font/svg"),
+    ]:
+        goal = target / name
+        goal.parent.mkdir(parents=True, exist_ok=True)
+        if source.is_dir():
+            shutil.copytree(source, goal, dirs_exist_ok=True)
+        else:
+            shutil.copy(source, goal)

@@ -12,7 +12,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.base.errors import OutputError
 from symasym.base.estimate import Estimate
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from symasym.base.contexts import mpf_of, own_context, to_mpf
+from symasym.base.call_context import mpf_of, own_context, to_mpf
 from symasym.base.inputs import (
     Floats,
     Number,
@@ -21,7 +21,7 @@ from symasym.base.inputs import (
     to_float,
 )
 from symasym.base.texts import number_text
-from symasym.generated import numpy_formulas, plain_formulas
+from symasym.generated import formulas, numpy_formulas
 
 __all__ = ["Scales", "rescale"]
 
@@ -139,7 +139,7 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
         with np.errstate(over="ignore"):
             scaled = Scales(
                 numpy_formulas.scaled_noise(noises, widths),
-                plain_formulas.scaled_radius(radii, widths),
+                formulas.scaled_radius(radii, widths),
                 widths.copy(),
             )
         if not (np.isfinite(scaled.kappa).all() and np.isfinite(scaled.r).all()):
@@ -152,7 +152,7 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
         positive(name, exact(name, x)) for name, x in (("eps", eps), ("kappa", kappa), ("r", r))
     )
     noise = k / root if (root := _root(e)) else _noise(k, e)
-    return Scales(noise, plain_formulas.scaled_radius(radius, e), e)
+    return Scales(noise, formulas.scaled_radius(radius, e), e)
 
 
 def _root(x: Fraction) -> Fraction | None:

@@ -7,7 +7,7 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 
 if TYPE_CHECKING:
     from mpmath import mpf

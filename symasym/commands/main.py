@@ -13,8 +13,8 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn, TextIO
 
+from symasym.base.call_context import limited
 from symasym.base.errors import SymasymError
-from symasym.base.patience import limited
 from symasym.commands import derive, emit, release, show, table, value, workshop
 from symasym.commands.settings import Parser, document
 

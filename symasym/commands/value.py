@@ -162,7 +162,8 @@ def _print_json(
 def _methods_and_drifts(verb: str) -> str:
     """The methods of a quantity, and the drifts with their parameters."""
     from symasym.drift.ready_made.named import drift_signatures
-    from symasym.methods.table import METHODS, QUANTITIES
+    from symasym.methods import METHODS
+    from symasym.scenes import QUANTITIES
 
     names = {name for name, quantity in QUANTITIES.items() if quantity.verb == verb}
     methods = {m.name: m.about for m in METHODS.values() if names & set(m.quantities)}

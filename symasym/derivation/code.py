@@ -42,6 +42,7 @@ _KNOWN = {
     # Functions that each file holds where it calls them (`symasym.emit.forms.LOCAL`).
     **{name: name for name in LOCAL},
     "Abs": "abs",
+    "atan2": "atan2",
     "_Root": "sqrt",
 }
 
@@ -71,7 +72,7 @@ _OWN = {name: f"_{name}" for name in _REMOVABLE}
 DIALECTS = {
     "numpy": Dialect(
         "np.",
-        {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "larger": "maximum"},
+        {"larger": "maximum", **{a: f"arc{a[1:]}" for a in ("asin", "acos", "atan", "atan2")}},
         {
             **_OWN,
             **{name: f"_{name}" for name in ("log_modulus", "climb")},

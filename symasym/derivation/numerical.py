@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import sympy
 
-from symasym.base.contexts import mpf_of, own_context
+from symasym.base.call_context import mpf_of, own_context
 from symasym.derivation.results import Expansion, Outcome, Statement, parts, text
 
 if TYPE_CHECKING:

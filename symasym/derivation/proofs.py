@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy
 
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.derivation.numerical import evaluate
 
 _DIGITS = 30

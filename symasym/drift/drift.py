@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from symasym.base.call_context import step
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import FloatArray, Number, Numbers, exact, float_text, floats, is_array
-from symasym.base.patience import step
 from symasym.base.texts import meant, number_repr
 from symasym.drift import landscape, models
 from symasym.numbers.complex_balls import ComplexBall, ComplexBallOps
@@ -338,7 +338,7 @@ class Drift:
 
     def _accurate(self, u: Fraction) -> mpf:
         """A(u) to 50 digits."""
-        from symasym.base.contexts import own_context
+        from symasym.base.call_context import own_context
         from symasym.numbers.trees import MpmathOps
 
         with own_context(60) as context:

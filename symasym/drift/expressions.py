@@ -9,10 +9,9 @@ from typing import Any
 
 import sympy
 
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context, step
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, exact, float_text, is_name, shown
-from symasym.base.patience import step
 from symasym.drift import grammar, models
 from symasym.numbers.complex_balls import ComplexBallOps
 from symasym.numbers.trees import MpmathOps, evaluate_tree

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context, step
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
-from symasym.base.patience import step
 from symasym.generated.numpy_formulas import potential_left, potential_right
 from symasym.numbers.complex_balls import ComplexBall, tame
 from symasym.numbers.polynomials import bracketed_zero

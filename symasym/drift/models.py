@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, count, exact
-from symasym.generated.plain_formulas import friction_coefficients
+from symasym.generated.formulas import friction_coefficients
 from symasym.numbers.trees import Operand, Operations, SympyOps, call, evaluate_tree, integer_power
 
 Values = Mapping[str, Any]

@@ -17,17 +17,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy
 
-from symasym.asymptotics.weak_noise.compose import Composed, Sides, mean_time, side_of
-from symasym.asymptotics.weak_noise.critical_points import both_sides
-from symasym.asymptotics.weak_noise.evaluation import (
+from symasym.asymptotics.weak_noise.compose import (
     AtOrder,
+    Composed,
+    Sides,
     escape_time,
-    unresolved,
+    mean_time,
+    side_of,
     with_digits,
 )
+from symasym.asymptotics.weak_noise.critical_points import both_sides
 from symasym.asymptotics.weak_noise.one_sided import OneSided
+from symasym.asymptotics.weak_noise.regular_part import unresolved
 from symasym.asymptotics.weak_noise.series import Point, added
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField
@@ -45,7 +48,7 @@ from symasym.emit.symbolic_sums import (
     X,
     number_of,
 )
-from symasym.methods.table import WEAK_NOISE_ORDERS
+from symasym.methods import WEAK_NOISE_ORDERS
 from symasym.numbers.arithmetic import Digits
 from symasym.records import Record
 from symasym.scenes import read_order

@@ -184,7 +184,7 @@ def critical(drift: Drift) -> tuple[Any, ...]:
 
 def _marks(drift: Drift) -> tuple[Any, ...]:
     """Zeros of the drift, and where it turns: what is narrow is not stepped over."""
-    from symasym.base.contexts import own_context
+    from symasym.base.call_context import own_context
     from symasym.drift.field.taylor_field import ExactField
 
     zeros = critical(drift)
@@ -383,7 +383,7 @@ def _weak_noise(what: Record, drift: Drift) -> Program:
             f"the well of {drift!r} has no closed form in {', '.join(drift.free)}; bind them, or "
             "use sa.friction."
         )
-    from symasym.base.contexts import own_context
+    from symasym.base.call_context import own_context
     from symasym.paper import well
 
     with own_context(_DIGITS) as context:

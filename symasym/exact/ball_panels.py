@@ -12,8 +12,8 @@ from functools import cached_property
 from operator import mul
 from typing import TYPE_CHECKING, Any
 
+from symasym.base.call_context import step
 from symasym.base.errors import AccuracyError
-from symasym.base.patience import step
 from symasym.exact.sweep import Deferred, Record
 from symasym.numbers.balls import Profile, exact_ball, flint_module
 from symasym.special.exponentials import ball_quotient

@@ -33,7 +33,7 @@ from symasym.base.errors import AccuracyError, RegionError
 from symasym.exact import sweep
 from symasym.exact.ball_panels import Outer, Panel, cut
 from symasym.exact.sweep import Record, Swept
-from symasym.generated import plain_formulas
+from symasym.generated import formulas
 from symasym.numbers.balls import Profile, exact_ball, flint_module, precision, profile_of
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def exit_probability(
         # Arb's logarithms are methods of its balls, which no emitted code calls.
         if log:
             return -(left.sigma / right.sigma).log1p()
-        return plain_formulas.exit_share(left.sigma, right.sigma)
+        return formulas.exit_share(left.sigma, right.sigma)
 
     return refined(compute, dps, 2 / kappa**2 * (1 + r))
 
@@ -101,8 +101,8 @@ def occupation(
         a_minus, a_plus = sliding_slopes(profile)
         records = (panel.record() for panel in cut(profile, lam, -_ONE, _ONE))
         layer = sweep.in_layer(records, exact_ball(lam), a_minus)
-        wanted, rest = sweep.layer_times(layer, plain_formulas.tail_right(a_plus), complement)
-        return -(rest / wanted).log1p() if log else plain_formulas.occupation_share(wanted, rest)
+        wanted, rest = sweep.layer_times(layer, formulas.tail_right(a_plus), complement)
+        return -(rest / wanted).log1p() if log else formulas.occupation_share(wanted, rest)
 
     return refined(compute, dps, lam)
 

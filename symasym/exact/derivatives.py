@@ -36,7 +36,7 @@ from symasym.exact.ball_sweep import (
     sliding_slopes,
 )
 from symasym.exact.sweep import Deferred, Sum, Swept
-from symasym.generated import plain_formulas
+from symasym.generated import formulas
 from symasym.numbers.balls import Profile, exact_ball, flint_module, profile_of
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def log_slopes(
             return _time(left, right, len(directions)).log_slopes(directions)
         if quantity == "1 - C":
             left, right = right, left
-        share: Dual = plain_formulas.exit_share(left.sigma, right.sigma)
+        share: Dual = formulas.exit_share(left.sigma, right.sigma)
         towards_left = 1 / right.sigma.value
         return share.log_slopes(directions) | {
             "start": towards_left if quantity == "1 - C" else -towards_left
@@ -119,8 +119,8 @@ def log_slopes_of_occupation(
         )
         # Both times depend on lam and phi through lam phi alone.
         layer = sweep.in_layer(records, exact_ball(lam), a_minus)
-        times = sweep.layer_times(layer, plain_formulas.tail_right(a_plus), quantity == "1 - P")
-        share: Dual = plain_formulas.occupation_share(*times)
+        times = sweep.layer_times(layer, formulas.tail_right(a_plus), quantity == "1 - P")
+        share: Dual = formulas.occupation_share(*times)
         return share.log_slopes(directions)
 
     return _refined(compute, dps, lam)

@@ -25,9 +25,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.base.contexts import mpf_of, own_context, to_mpf
+from symasym.base.call_context import mpf_of, own_context, step, to_mpf
 from symasym.base.errors import AccuracyError
-from symasym.base.patience import step
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField
 from symasym.exact import sweep
@@ -49,7 +48,7 @@ from symasym.exact.digit_panels import (
 )
 from symasym.exact.digits import Partition, precise, swept_scene
 from symasym.exact.sweep import Deferred, Record, Swept, known
-from symasym.generated import plain_formulas
+from symasym.generated import formulas
 from symasym.numbers.polynomials import shifted
 from symasym.numbers.rationals import Rational
 
@@ -108,7 +107,7 @@ def log_slopes(
         else:
             if quantity == "1 - C":
                 left, right = right, left
-            found = plain_formulas.exit_share(left.sigma, right.sigma).log_slopes(names)
+            found = formulas.exit_share(left.sigma, right.sigma).log_slopes(names)
             found["start"] = (1 if quantity == "1 - C" else -1) / right.sigma.value
         return {name: to_mpf(x, dps) for name, x in found.items()}
 
@@ -168,8 +167,8 @@ class _Side:
         """P or 1 - P; both times depend on lam and phi through lam phi alone."""
         records = self.records(Fraction(-1), Fraction(1), False)
         layer = sweep.in_layer(records, self.numbers.lam, self.value(-1))
-        times = sweep.layer_times(layer, plain_formulas.tail_right(self.value(1)), complement)
-        share: Dual = plain_formulas.occupation_share(*times)
+        times = sweep.layer_times(layer, formulas.tail_right(self.value(1)), complement)
+        share: Dual = formulas.occupation_share(*times)
         return share
 
 

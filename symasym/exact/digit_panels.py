@@ -16,7 +16,7 @@ from functools import cached_property
 from operator import mul
 from typing import TYPE_CHECKING, Any
 
-from symasym.base.contexts import mpf_of
+from symasym.base.call_context import mpf_of
 from symasym.base.errors import AccuracyError
 from symasym.drift.field.taylor_field import ExactField
 from symasym.exact.sweep import Deferred, Record

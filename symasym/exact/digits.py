@@ -1,9 +1,10 @@
-"""The exact integrals to any number of digits.
+"""The exact integrals to any number of digits (`of_scene`).
 
 The sweeps of `symasym.exact.sweep` with the unbounded exponents of mpmath. All
 rationals stay exact until a panel rounds them; a panel's Taylor terms are
 counted beforehand by Cauchy's bound, and every sum is of positive terms, so
-`dps` digits cost a fixed number of guard bits.
+`dps` digits cost a fixed number of guard bits. Where a proved error is asked for
+or balls are faster, `symasym.exact.ball_sweep` answers.
 """
 
 from __future__ import annotations
@@ -15,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.base.contexts import mpf_of, own_context, to_mpf
-from symasym.base.errors import AccuracyError
-from symasym.base.patience import expect, step
+from symasym.base.call_context import expect, mpf_of, own_context, step, to_mpf
+from symasym.base.errors import AccuracyError, RangeError
+from symasym.base.inputs import float_text
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField, dyadic, places
 from symasym.exact import sweep
@@ -31,9 +32,11 @@ from symasym.exact.digit_panels import (
     terms_needed,
 )
 from symasym.exact.sweep import Record, Sum, Swept
-from symasym.generated import mpmath_formulas, plain_formulas
+from symasym.generated import formulas, mpmath_formulas
+from symasym.numbers import balls
 from symasym.numbers.complex_balls import tame
 from symasym.numbers.rationals import Rational
+from symasym.scenes import Answer, Request, Scene, quantity_of
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -47,6 +50,47 @@ _DEEPEST = 400
 # Least seconds for the blocks towards a zero of an analytic A, for each halving of the layer about
 # it and each bit^2.2 (measured: 2e-8 for a sine, 6e-8 for tanh).
 _SECONDS, _PER_BITS = 1e-8, 2.2
+
+
+def of_scene(scene: Scene, request: Request) -> Answer:
+    """The value to the request's digits: proved in balls where that is asked for or faster."""
+    from symasym.exact import ball_sweep
+
+    dps = request.digits
+    try:
+        # Where A is no polynomial, ball arithmetic is the faster way as well as the proved one.
+        proved = request.full or scene.drift.exact_coefficients() is None
+        if proved and balls.available():
+            try:
+                enclosure = _asked(vars(ball_sweep), scene, request.name, dps + 3, request.log)
+                return Answer(*balls.to_mpf(enclosure, dps), "bound", (request.name,))
+            except AccuracyError:
+                pass
+        value = value_of_scene(scene, request.name, dps, request.log)
+    except RangeError:
+        raise
+    except OverflowError:
+        # Widths and counts of panels are planned in float64.
+        numbers = ", ".join(f"{name} = {float_text(x)}" for name, x in scene.numbers.items())
+        raise AccuracyError(
+            f"{numbers} and the drift make 2 |A|/kappa^2 leave the range of float64 (1e308), in "
+            "which the evaluation is planned; rescale the problem."
+        ) from None
+    with own_context(15) as context:
+        error = abs(context.make_mpf(value._mpf_)) * context.mpf(10) ** -dps
+    return Answer(value, error, "estimate", (request.name,))
+
+
+def value_of_scene(scene: Scene, name: str, dps: int, log: bool) -> mpf:
+    """The quantity, or its logarithm, of a scene to `dps` digits."""
+    return _asked(globals(), scene, name, dps, log)
+
+
+def _asked(verbs: dict[str, Any], scene: Scene, name: str, dps: int, log: bool) -> Any:
+    """The quantity, or its logarithm, by the verbs of this module or of that for balls."""
+    quantity = quantity_of(name)
+    options = {"complement": quantity.complement} if quantity.has_complement else {}
+    return verbs[quantity.verb](scene.drift, **scene.numbers, dps=dps, log=log, **options)
 
 
 def escape_time(
@@ -90,7 +134,7 @@ def exit_probability(
         if log:
             share = mpmath_formulas.log_exit_share(context, left.sigma, right.sigma)
         else:
-            share = plain_formulas.exit_share(left.sigma, right.sigma)
+            share = formulas.exit_share(left.sigma, right.sigma)
         return to_mpf(share, dps)
 
 
@@ -120,12 +164,12 @@ def occupation(
         scene = swept_scene(drift, False, 2 / kappa**2, context)
         records = scene.records(Fraction(-1), Fraction(1))
         layer = sweep.in_layer(records, scene.numbers.lam, scene.drift_at(-1))
-        after = plain_formulas.tail_right(scene.drift_at(1))
+        after = formulas.tail_right(scene.drift_at(1))
         wanted, rest = sweep.layer_times(layer, after, complement)
         if log:
             share = mpmath_formulas.log_occupation_share(context, wanted, rest)
         else:
-            share = plain_formulas.occupation_share(wanted, rest)
+            share = formulas.occupation_share(wanted, rest)
         return to_mpf(share, dps)
 
 

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from symasym.base.call_context import step
 from symasym.base.inputs import FloatArray
-from symasym.base.patience import step
 from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels
 from symasym.exact.float_blocks import (

@@ -19,15 +19,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from symasym.base.call_context import step
 from symasym.base.inputs import FloatArray
-from symasym.base.patience import step
 from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels, sweep
 from symasym.exact.float_blocks import FAINT, MILD, centred
 from symasym.exact.float_panels import NODES, REACH, REACH_DOWN, RESOLUTION
 from symasym.exact.sweep import Record, Swept
-from symasym.numbers.float_arrays import LogPositive
-from symasym.numbers.positive import Positive
+from symasym.numbers.float_arrays import LogPositive, Positive
 
 #: Panels of a side.
 _COUNTS = np.array([1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24])

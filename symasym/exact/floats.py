@@ -1,26 +1,26 @@
-"""float64 values of the exact integrals, for many scenes at once.
+"""float64 values of the exact integrals, for many scenes at once (`of_scenes`).
 
 The sweeps of `symasym.exact.sweep` in logarithms (`symasym.numbers.float_arrays`), which carry
 bounds on their errors. Panels are sampled where lam V varies by a few units and replaced by their
 layers where it varies by hundreds (`symasym.exact.float_panels`), so the cost does not grow with
-lam.
+lam. What float64 cannot promise to a relative `TOLERANCE` is computed with more digits.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from symasym.base.inputs import FloatArray
-from symasym.base.patience import step
-from symasym.drift.field.float_field import Field, IntArray
+from symasym.base.call_context import step
+from symasym.base.inputs import FloatArray, is_array
+from symasym.drift.field.float_field import Field, IntArray, field_of
 from symasym.exact import float_panels, float_sides, sweep
 from symasym.exact.float_blocks import MILD, partition
 from symasym.exact.float_records import Records, merged, records_of
 from symasym.exact.sweep import InLayer, Record, Swept
-from symasym.generated import plain_formulas
+from symasym.generated import formulas
 from symasym.numbers.float_arrays import (
     DualArray,
     LogPositive,
@@ -29,9 +29,65 @@ from symasym.numbers.float_arrays import (
     value_of,
     with_log,
 )
+from symasym.scenes import (
+    Answers,
+    Request,
+    Scenes,
+    input_rounding,
+    quantity_of,
+    rows_of,
+    scene_at,
+)
 
+if TYPE_CHECKING:
+    from symasym.drift.field.directions import Directions
+
+#: Relative error of float64 values (of the logarithm, where that is larger than 1).
+TOLERANCE = 1e-12
+#: Relative error of a logarithm that more digits gave and float64 rounded.
+ROUNDING = 4e-16
+_SCENES_AT_ONCE = 4096
+# Behind a float64 value that was in doubt.
+_FLOAT_DIGITS = 17
 _ULP = 3e-16  # of a logarithm, its sum included
 _UNDERFLOW = 1e-300  # below which slopes lose digits
+
+
+def of_scenes(scenes: Scenes, request: Request) -> Answers:
+    """Logarithms right to `TOLERANCE`, and their errors by running analysis."""
+    logs = np.empty(len(scenes.lam))
+    errors = np.empty_like(logs)
+    for low in range(0, len(logs), _SCENES_AT_ONCE):
+        part = slice(low, low + _SCENES_AT_ONCE)
+        parameters = {n: x[part] if is_array(x) else x for n, x in scenes.parameters.items()}
+        some = rows_of(scenes, part)._replace(parameters=parameters)
+        logs[part], errors[part] = _right_logs(some, request.name)
+    return Answers(logs, errors, "estimate", (request.name,))
+
+
+def float_logs(scenes: Scenes, name: str, directions: Directions | None = None) -> tuple[Any, Any]:
+    """Logarithms in float64 and their errors, however large these are; dual arrays where
+    `directions` are given."""
+    quantity = quantity_of(name)
+    count = len(scenes.lam)
+    numbers: dict[str, Any] = {n: scenes.numbers[n] for n in quantity.numbers if n != "kappa"}
+    numbers |= {"complement": quantity.complement} if quantity.has_complement else {}
+    with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
+        field = field_of(scenes.drift, scenes.parameters, count, directions)
+        logs, errors = globals()[quantity.verb](field, scenes.lam, **numbers)
+        return logs, errors + input_rounding(scenes, field.size()[:count])
+
+
+def _right_logs(scenes: Scenes, name: str) -> tuple[FloatArray, FloatArray]:
+    """Logarithms in float64 and their errors; what is in doubt is evaluated with more digits."""
+    from symasym.exact.digits import value_of_scene
+
+    logs, errors = float_logs(scenes, name)
+    doubtful = ~(errors <= TOLERANCE * np.maximum(1.0, np.abs(logs)))
+    for row in np.flatnonzero(doubtful):
+        logs[row] = float(value_of_scene(scene_at(scenes, row), name, _FLOAT_DIGITS, True))
+        errors[row] = ROUNDING * abs(logs[row])
+    return logs, errors
 
 
 class Logs(NamedTuple):
@@ -63,7 +119,7 @@ def exit_probability(
     """log C (eq:C), or log(1 - C); parameters as in `escape_time`."""
     left, right = _from_both_ends(field, lam, r, start)
     sigmas = (right.sigma, left.sigma) if complement else (left.sigma, right.sigma)
-    share = _logs(plain_formulas.exit_share(*sigmas))
+    share = _logs(formulas.exit_share(*sigmas))
     return _with_start(field, share, "1 - C" if complement else "C", start, left, right)
 
 
@@ -75,7 +131,7 @@ def stationary_density(field: Field, lam: FloatArray, y: FloatArray) -> Logs:
     panels = _panels(field, np.tile(lam, 2), np.full(2 * n, -np.inf), end)
     (w,) = panels.through(
         lambda w, p, lam: (sweep.carried_freely(w[0], p, lam),),
-        (LogPositive.of(plain_formulas.tail_left(field.a_minus)),),
+        (LogPositive.of(formulas.tail_left(field.a_minus)),),
         rate,
     )
     return _logs(sweep.density(rate[:n], w[:n], w[n:]))
@@ -88,15 +144,15 @@ def occupation(field: Field, lam: FloatArray, complement: bool) -> Logs:
     panels = _panels(field, lam, -one, one)
     nothing = LogPositive.of(np.zeros(n))
     a_minus, a_plus = _ends(field, n)
-    before = LogPositive.of(plain_formulas.tail_left(a_minus))
+    before = LogPositive.of(formulas.tail_left(a_minus))
     layer = panels.through(
         lambda state, p, lam: sweep.carried_in_layer(InLayer(*state), p, lam),
         (nothing, before),
         _rates(field, lam),
     )
-    after = LogPositive.of(plain_formulas.tail_right(a_plus))
+    after = LogPositive.of(formulas.tail_right(a_plus))
     wanted, rest = sweep.layer_times(InLayer(*layer), after, complement)
-    return _logs(plain_formulas.occupation_share(wanted, rest))
+    return _logs(formulas.occupation_share(wanted, rest))
 
 
 def _logs(quantity: LogPositive) -> Logs:

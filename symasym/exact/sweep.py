@@ -13,7 +13,7 @@ the left (L) and, in mirrored coordinates, from the right (R) they are put toget
     p_ss = lam/(w_L + w_R),                     P = 1/(1 + outside/inside).
 
 Every term is positive, so nothing cancels, in whatever arithmetic. All of that is emitted
-(`symasym.generated.plain_formulas`) and called here with numbers of any kind: logarithms with
+(`symasym.generated.formulas`) and called here with numbers of any kind: logarithms with
 their errors (`symasym.numbers.float_arrays`), mpf, balls, and balls with their derivatives. A
 panel's integral that costs much may be a `Deferred` one, and w a `Sum` of them: most panels of a
 stiff scene only scale what comes in, and their own share is below the last digit.
@@ -25,12 +25,12 @@ from collections.abc import Callable, Iterable
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from symasym.base.patience import step
-from symasym.generated import plain_formulas
+from symasym.base.call_context import step
+from symasym.generated import formulas
 from symasym.numbers.arithmetic import Number
 
 if TYPE_CHECKING:
-    from symasym.generated.plain_formulas import Ratios
+    from symasym.generated.formulas import Ratios
 
 __all__ = [
     "Deferred", "InLayer", "Record", "Sum", "Swept", "absorbed", "carried", "carried_in_layer",
@@ -78,13 +78,13 @@ class InLayer(NamedTuple):
 
 def first(p: Record, lam: Ratios) -> Swept:
     """sigma and w after a panel that begins at an absorbing end."""
-    return Swept(*plain_formulas.absorbed(lam, known(p.int_e), p.nested, p.fall))
+    return Swept(*formulas.absorbed(lam, known(p.int_e), p.nested, p.fall))
 
 
 def carried(before: Swept, p: Record, lam: Ratios) -> Swept:
     """sigma and w after a panel."""
     return Swept(
-        *plain_formulas.carried(
+        *formulas.carried(
             lam, before.w, p.int_e, p.int_inverse, p.nested, p.fall, p.climb, before.sigma
         )
     )
@@ -92,7 +92,7 @@ def carried(before: Swept, p: Record, lam: Ratios) -> Swept:
 
 def carried_freely(w: Number, p: Record, lam: Ratios) -> Any:
     """w after a panel, nothing being absorbed: beside an infinite sigma two integrals are 0."""
-    return plain_formulas.carried(lam, w, 0, p.int_inverse, 0, p.fall, p.climb, 1)[1]
+    return formulas.carried(lam, w, 0, p.int_inverse, 0, p.fall, p.climb, 1)[1]
 
 
 def carried_in_layer(before: InLayer, p: Record, lam: Ratios) -> InLayer:
@@ -123,12 +123,12 @@ def freely(records: Iterable[Record], lam: Ratios, w: Number) -> Any:
 
 def from_infinity(records: Iterable[Record], lam: Ratios, a_minus: Ratios) -> Any:
     """w after the panels from u = -1 on, nothing being absorbed: left of them it is 1/a-."""
-    return freely(records, lam, Sum(plain_formulas.tail_left(a_minus), 1, ()))
+    return freely(records, lam, Sum(formulas.tail_left(a_minus), 1, ()))
 
 
 def in_layer(records: Iterable[Record], lam: Ratios, a_minus: Ratios) -> InLayer:
     """Stationary time inside [-1, 1], whose panels these are, and left of it, as w at u = 1."""
-    state = InLayer(Sum(0, 1, ()), plain_formulas.tail_left(a_minus))
+    state = InLayer(Sum(0, 1, ()), formulas.tail_left(a_minus))
     for p in records:
         state = carried_in_layer(state, p, lam)
     return state
@@ -140,12 +140,12 @@ def in_layer(records: Iterable[Record], lam: Ratios, a_minus: Ratios) -> InLayer
 def escape_time(left: Swept, right: Swept) -> Any:
     """T from both sides of the start (eq:Ttilde)."""
     w = known(left.w + right.w)
-    return plain_formulas.escape_time_of_halves(w, left.sigma, right.sigma)
+    return formulas.escape_time_of_halves(w, left.sigma, right.sigma)
 
 
 def density(lam: Ratios, w_left: Number, w_right: Number) -> Any:
     """p_ss from both sides of a point (eq:pss)."""
-    return plain_formulas.density_of_halves(lam, known(w_left + w_right))
+    return formulas.density_of_halves(lam, known(w_left + w_right))
 
 
 def layer_times(layer: InLayer, tail_right: Number, complement: bool) -> tuple[Any, Any]:

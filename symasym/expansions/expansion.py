@@ -61,7 +61,7 @@ from symasym.expansions.uniform_series import (
     two_sides,
     uniform_symbols,
 )
-from symasym.generated.plain_formulas import share_of_side
+from symasym.generated.formulas import share_of_side
 from symasym.quantities import escape_time, exit_probability, occupation
 from symasym.scenes import require_drift
 

@@ -40,7 +40,7 @@ from symasym.emit.forms import LOCAL
 from symasym.emit.symbolic_sums import BEYOND_1, LAM, Sum, Symbolic
 from symasym.expansions.builder import Symbols, U
 from symasym.expansions.cases import Case
-from symasym.generated.arithmetic_formulas import canonical, over_end, pair_norm
+from symasym.generated.formulas import canonical, over_end, pair_norm
 from symasym.numbers.polynomials import poly
 from symasym.series.quadratic_factor import Pair, seen_from
 from symasym.special.airy import AiryProducts
@@ -69,6 +69,7 @@ class Expressions:
     bits, eps = 0, S.Zero
     zero, one, pi, euler = S.Zero, S.One, sympy.pi, sympy.EulerGamma
     sqrt, exp, log = (staticmethod(f) for f in (sympy.sqrt, sympy.exp, sympy.log))
+    maximum, tiny = staticmethod(sympy.Max), S.Zero
     rational, number = staticmethod(Rational), staticmethod(sympy.sympify)
 
     def cbrt(self, x: Expr) -> Expr:
@@ -76,6 +77,9 @@ class Expressions:
 
     def expm1(self, x: Expr) -> Expr:
         return sympy.exp(x) - 1
+
+    def log1p(self, x: Expr) -> Expr:
+        return sympy.log(1 + x)
 
     def atan2(self, y: Expr, x: Expr) -> Expr:
         """For x > 0."""

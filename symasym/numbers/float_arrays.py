@@ -16,6 +16,8 @@ the error of the smaller term, unless it could be the larger one. `LogSlopes` ca
 of their logarithms as well, in which an addition forgets the smaller term, too:
 
     d log(x + y) = s d log x + (1 - s) d log y,    s = x/(x + y).
+
+`Positive`: positive numbers that stay within the range of float64, with their relative errors.
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.base.contexts import mpf_of
+from symasym.base.call_context import mpf_of
 from symasym.base.inputs import FloatArray, Floats, IntArray, to_float
 from symasym.numbers.polynomials import shifted
 
@@ -127,7 +129,7 @@ def _through_mpmath(
     function: Callable[[MPContext, mpf], mpf], x: DoubleDouble | Fraction | Floats
 ) -> DoubleDouble:
     """A function of each number, worked out with 40 digits."""
-    from symasym.base.contexts import own_context
+    from symasym.base.call_context import own_context
 
     number = DoubleDouble.of(x)
     shape = np.shape(number.hi)
@@ -542,3 +544,38 @@ def _positive(x: LogPositive | int) -> LogPositive:
     if isinstance(x, LogPositive):
         return x
     return LogPositive(np.asarray(0.0 if x else _NONE), np.asarray(0.0))
+
+
+# -- positive numbers in range ---------------------------------------------------------------------
+
+
+class Positive:
+    """Positive numbers with bounds on their relative errors, to first order; plain ones are exact.
+
+    A sum has the mean of the errors, by shares. The rounding of the operations themselves is left
+    to the caller, who knows how many there are.
+    """
+
+    __slots__ = ("error", "value")
+    # An array times this is one of these, not an array of them.
+    __array_ufunc__ = None
+
+    def __init__(self, value: FloatArray, error: FloatArray | float) -> None:
+        self.value, self.error = value, error
+
+    def __mul__(self, other: Any) -> Positive:
+        if isinstance(other, Positive):
+            return Positive(self.value * other.value, self.error + other.error)
+        return Positive(self.value * other, self.error)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Positive:
+        if isinstance(other, Positive):
+            return Positive(self.value / other.value, self.error + other.error)
+        return Positive(self.value / other, self.error)
+
+    def __add__(self, other: Positive) -> Positive:
+        total = self.value + other.value
+        error = (self.value * self.error + other.value * other.error) / total
+        return Positive(total, error)

@@ -25,9 +25,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from symasym.base.call_context import step
 from symasym.base.inputs import FloatArray
-from symasym.base.patience import step
-from symasym.generated.plain_formulas import fall_by_powers, manifold_term
+from symasym.generated.formulas import fall_by_powers, manifold_term
 from symasym.numbers.arithmetic import Number
 
 if TYPE_CHECKING:

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from symasym.base.call_context import patient
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import Number, choice, exact, flag, float_text, positive, shown, to_float
-from symasym.base.patience import patient
 from symasym.base.texts import with_error
 from symasym.quantities import escape_time
 from symasym.release.expansions import adiabatic, expanded

@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from symasym.base.call_context import step as keep_to_patience
 from symasym.base.errors import AccuracyError, InputError, TimeLimitError
 from symasym.base.executors import cluster, local
 from symasym.base.inputs import FloatArray
-from symasym.base.patience import step as keep_to_patience
 from symasym.release.system import System
 
 __all__ = ["Paths", "simulate"]

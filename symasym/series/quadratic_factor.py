@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.base.contexts import mpf_of
+from symasym.base.call_context import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.numbers.arithmetic import Number
 from symasym.numbers.polynomials import poly, poly_slope, shifted

@@ -7,9 +7,8 @@ from fractions import Fraction
 from operator import mul
 from typing import TYPE_CHECKING, Any
 
-from symasym.base.contexts import mpf_of
+from symasym.base.call_context import mpf_of, step
 from symasym.base.errors import AccuracyError, InputError
-from symasym.base.patience import step
 from symasym.numbers.rationals import Rational
 from symasym.numbers.trees import integer_power
 

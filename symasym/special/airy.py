@@ -29,8 +29,7 @@ import numpy as np
 from mpmath import libmp
 
 from symasym.base.inputs import FloatArray
-from symasym.generated.arithmetic_formulas import over_pair, pair_units
-from symasym.generated.plain_formulas import next_weight, pair_factors
+from symasym.generated.formulas import next_weight, over_pair, pair_factors, pair_units
 from symasym.numbers.arithmetic import BITS, GUARD, Arithmetic, Digits, Number, from_fixed
 from symasym.numbers.polynomials import Truncated
 from symasym.special.tables import Exact, Table, table_of
@@ -242,7 +241,7 @@ def _at_zero(context: MPContext) -> tuple[Any, Any, Any]:
 @lru_cache(maxsize=8)
 def _at_zero_to(prec: int) -> tuple[Any, ...]:
     """sqrt(3), Ai(0) and -Ai'(0) to `prec` bits (DLMF 9.2.3, 9.2.4)."""
-    from symasym.base.contexts import own_context
+    from symasym.base.call_context import own_context
 
     with own_context(15) as c:
         c.prec = prec + 16

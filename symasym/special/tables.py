@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.base.inputs import FloatArray
 
 __all__ = ["DIGITS", "Exact", "Table", "table_of"]

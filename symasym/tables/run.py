@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from symasym.base import progress
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.base.errors import InputError, OutputError, SymasymError
 from symasym.base.executors import Here, result_of
 from symasym.base.files import reference_value, versions, write_bytes
@@ -74,7 +74,7 @@ def value_record(quantity: str, drift: Drift, x: Mapping[str, str], dps: int) ->
     Parameters
     ----------
     quantity : str
-        Of `symasym.methods.table.QUANTITIES`.
+        Of `symasym.scenes.QUANTITIES`.
     drift : Drift
         Bound.
     x : mapping of str to str

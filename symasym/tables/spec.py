@@ -13,12 +13,12 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, NoReturn
 
-from symasym.base.contexts import mpf_of, own_context
+from symasym.base.call_context import mpf_of, own_context
 from symasym.base.errors import InputError, SymasymError
 from symasym.base.inputs import choice, digits, exact, positive
 from symasym.base.texts import number_text
 from symasym.drift.ready_made.named import named_drift
-from symasym.methods.table import QUANTITIES
+from symasym.scenes import QUANTITIES
 
 __all__ = ["Spec", "read_spec"]
 
@@ -41,7 +41,7 @@ class Spec:
     drift, expr : str or None
         Name of a ready-made drift, or a formula.
     quantities : tuple of str
-        Keys of `symasym.methods.table.QUANTITIES`.
+        Keys of `symasym.scenes.QUANTITIES`.
     dps : int
     axes : tuple of (str, tuple of str)
         Each parameter and number with its values as exact texts, the last one varying fastest.

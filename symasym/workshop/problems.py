@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import mpmath
 
 import symasym as sa
-from symasym.base.contexts import mpf_of
+from symasym.base.call_context import mpf_of
 from symasym.quantities import call_named
 
 if TYPE_CHECKING:

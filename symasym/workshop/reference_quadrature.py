@@ -29,7 +29,7 @@ from itertools import pairwise
 from math import ceil
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from symasym.base.contexts import to_mpf
+from symasym.base.call_context import to_mpf
 from symasym.base.errors import AccuracyError, RegionError
 from symasym.numbers.trees import MpmathOps
 

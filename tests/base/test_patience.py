@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 
 import symasym as sa
-from symasym.base import patience
-from symasym.base.patience import limited, step
+from symasym.base import call_context
+from symasym.base.call_context import limited, step
 from tests.processes import started
 
 
@@ -97,8 +97,8 @@ def test_every_verb_keeps_to_its_time(name: str) -> None:
 
 
 def test_the_default_is_ten_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert patience.PATIENCE == 10
-    monkeypatch.setattr(patience, "PATIENCE", 0.2)
+    assert call_context.PATIENCE == 10
+    monkeypatch.setattr(call_context, "PATIENCE", 0.2)
     # The tests' own limit is none; a thread of its own begins with the default.
     told: list[BaseException] = []
 

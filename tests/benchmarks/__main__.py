@@ -26,7 +26,7 @@ from mpmath import mp, mpf
 
 import symasym as sa
 from symasym.asymptotics.weak_noise import answer as weak_noise_answer
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.base.files import write_bytes
 from symasym.workshop.report import peers
 from symasym.workshop.report.pages import table

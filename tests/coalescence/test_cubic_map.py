@@ -7,7 +7,7 @@ import pytest
 
 from symasym.asymptotics.coalescence import cubic_map as module
 from symasym.asymptotics.coalescence.cubic_map import cubic_map
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.series.quadratic_factor import split_pair
 

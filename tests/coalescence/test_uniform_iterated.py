@@ -14,7 +14,7 @@ from mpmath import mp
 import symasym as sa
 from symasym.asymptotics.coalescence.iterated_regular import RegularPart
 from symasym.asymptotics.coalescence.parts import nearby_pair
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.base.errors import AccuracyError, InputError, SymasymError
 
 X = sympy.Symbol("x")

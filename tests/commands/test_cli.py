@@ -16,7 +16,8 @@ from mpmath import mp, mpf
 
 import symasym as sa
 from symasym.commands.main import _join_negative, _parser, main
-from symasym.methods.table import METHODS, quantity_of
+from symasym.methods import METHODS
+from symasym.scenes import quantity_of
 from tests.processes import PROGRAM
 
 FRICTION = ["--drift", "friction", "--set", "mu=3", "--set", "alpha=1", "--set", "z0=-0.4"]

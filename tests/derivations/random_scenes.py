@@ -886,3 +886,50 @@ def barely(rng: random.Random) -> Numbers:
     down, up = 1000 * depth, -1000 * (depth + top)
     drift = Drift(edges, ((am,), (down,), (Fraction(0),), (up,), (Fraction(0),), (ap,)))
     return numbers(Scene(drift, CTX.sqrt(of_fraction(3 * am * r / 2) / exponent), r))
+
+
+def beside_pair(rng: random.Random) -> Numbers:
+    """Integrals beside the zeros of y^2 - R^2 or y^2 + R^2, as sums and off the real line."""
+    y, R = float(within(rng, "0.2", "3")), float(within(rng, "0.3", "1.5"))
+    alpha, beta = (float(within(rng, "-2", "2")) for _ in range(2))
+    n, i, index, power = rng.randint(1, 4), rng.randint(0, 4), rng.randint(0, 5), rng.randint(1, 4)
+    before, after = (float(within(rng, "-2", "2")) for _ in range(2))
+    sign = rng.choice((-1, 1))
+
+    def to_infinity(f: Any) -> Any:
+        """From y on by y + i, real part: the mean of both ways past a zero."""
+        up = gauss(lambda s: (1j * f(y + 1j * s)).real, 0.0, 1.0, panels=8)
+        return up + gauss(lambda t: f(t + 1j).real, y, np.inf)
+
+    def over_line(n: int) -> Any:
+        return 2 * gauss(lambda t: (t * t + R * R) ** -n, 0.0, np.inf)
+
+    def beyond(power: int, n: int) -> Any:
+        return gauss(lambda t: t**power * (t * t + R * R) ** -n, y, y + 1.0)
+
+    def binomial(i: int) -> Any:
+        z = np.exp(2j * np.pi * np.arange(128) / 128) / 2
+        return np.mean((1 - z) ** -n * z**-i).real
+
+    def fall(t: Any) -> Any:
+        """-h' (t^2 + R^2)^(power + 1), a polynomial but for a pole at 0 where index is 0."""
+        terms = lambda x: before * x ** (index - 1) + after * x ** (index + 1)  # noqa: E731
+        slope = CTX.diff(lambda x: terms(x) * (x * x + R * R) ** -power, t)
+        return -slope * (t * t + R * R) ** (power + 1)
+
+    turns = [CTX.expjpi(CTX.mpf(k) / 8) for k in range(16)]
+    log = lambda t: sign * R**2 / t / (t * t - sign * R**2)  # noqa: E731
+    return Numbers(
+        y=lambda: y, R=lambda: R, gap=lambda: y - R, alpha=lambda: alpha, beta=lambda: beta,
+        product=lambda: abs(y * y - sign * R * R), square=lambda: -(R**2), n=lambda: n, i=lambda: i,
+        index=lambda: index, power=lambda: power, before=lambda: before, after=lambda: after,
+        share=lambda: over_line(n), term=lambda: binomial(i), lower=lambda: beyond(index, n - 1),
+        same=lambda: beyond(index, n),
+        H_even=lambda: -alpha * to_infinity(lambda t: 1 / (t * t - R * R)),
+        H_line=lambda: -alpha * to_infinity(lambda t: 1 / (t * t + R * R)),
+        # Like beta log y at infinity.
+        H_odd=lambda: beta * (np.log(y) - to_infinity(log)),
+        s_1=lambda: over_line(1), s_next=lambda: over_line(n + 1), b_next=lambda: binomial(i + 1),
+        I=lambda: beyond(index + 2, n),
+        h_next=lambda: CTX.re(CTX.fsum(fall(t) * t**-index for t in turns) / 16),
+    )  # fmt: skip

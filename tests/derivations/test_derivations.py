@@ -218,9 +218,7 @@ def test_the_cache_is_never_stale(tmp_path):
 
 
 def test_a_key_covers_every_source_it_can_reach():
-    from derivations import content
-
-    names = {path.name for path in content.sources("derivations.sections.section7_friction")}
+    names = {path.name for path in runner.sources("derivations.sections.section7_friction")}
     assert {
         "section7_friction.py",
         "paper.py",
@@ -230,9 +228,7 @@ def test_a_key_covers_every_source_it_can_reach():
         "runner.py",
     } <= names
     assert "well.py" not in names
-    assert "well.py" in {
-        path.name for path in content.sources("derivations.sections.section6.well")
-    }
+    assert "well.py" in {path.name for path in runner.sources("derivations.sections.section6.well")}
 
 
 def test_a_broken_derivation_ends_with_the_step_and_a_point(monkeypatch):
@@ -402,12 +398,10 @@ def test_derive_command_reports_a_failure(capsys, tmp_path, monkeypatch):
 
 
 def test_nothing_is_kept_of_sources_edited_meanwhile(tmp_path, monkeypatch):
-    from derivations import content
-
-    monkeypatch.setattr(content, "_BEGUN", float("inf"))  # no source is younger than that
+    monkeypatch.setattr(runner, "_BEGUN", float("inf"))  # no source is younger than that
     runner.run(["eq:osc2"], tmp_path)
     assert [p.name for p in tmp_path.iterdir()] == ["eq-osc2.json"]
     (tmp_path / "eq-osc2.json").unlink()
-    monkeypatch.setattr(content, "_BEGUN", 0.0)  # every source is younger than this process
+    monkeypatch.setattr(runner, "_BEGUN", 0.0)  # every source is younger than this process
     assert runner.run(["eq:osc2"], tmp_path)["eq:osc2"]["reused"] is False
     assert not list(tmp_path.iterdir())

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.drift.field.float_field import field_of
 from symasym.exact import float_panels, float_sides
 

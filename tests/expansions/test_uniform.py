@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import mpmath
+import numpy as np
 import pytest
 import sympy
 
@@ -301,7 +302,7 @@ def test_complex_pairs_of_higher_degree() -> None:
     e = sa.expand(sa.Drift("a + b*u + c*u**2 + u**4"), noise="uniform", case="start well")
     others = [c for c in e.conditions if isinstance(c, sympy.Or)]
     assert sorted(s.name for c in others for s in c.free_symbols) == ["u2", "u3", "u4"]
-    z = {s: 0.5 + 0.1j for s in others[0].free_symbols}
+    z = dict.fromkeys(others[0].free_symbols, 0.5 + 0.1j)
     assert not others[0].subs(z)
-    assert others[0].subs({s: 1.5 + 0.1j for s in z})
-    assert others[0].subs({s: sympy.Rational(1, 2) for s in z})
+    assert others[0].subs(dict.fromkeys(z, 1.5 + 0.1j))
+    assert others[0].subs(dict.fromkeys(z, sympy.Rational(1, 2)))

@@ -53,7 +53,7 @@ def _text(x: Any) -> Any:
 def answer(ask: Any) -> dict[str, Any]:
     """The answer as plain texts."""
     import symasym as sa
-    from symasym.base.patience import limited
+    from symasym.base.call_context import limited
 
     signal.signal(signal.SIGPROF, _stop)
     signal.setitimer(signal.ITIMER_PROF, _SECONDS)

@@ -19,11 +19,11 @@ import symasym
 import symasym as sa
 from symasym import friction, rescale
 from symasym.asymptotics.weak_noise import answer as weak_noise
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.exact import ball_panels, float_panels, sweep
 from symasym.exact.digit_panels import constant_moments
 from symasym.exact.sweep import Deferred, Record
-from symasym.generated import mpmath_formulas, numpy_formulas, plain_formulas
+from symasym.generated import formulas, mpmath_formulas, numpy_formulas
 from symasym.numbers import balls
 from symasym.numbers.float_arrays import LogPositive
 
@@ -248,8 +248,8 @@ def test_weak_noise_series_of_wells_and_barriers(drift):
                 leading, one, two = place.series.parts[0].coefficients[:3]
                 for found, wanted in (
                     (leading, ctx.sqrt(2 * ctx.pi / V[0])),
-                    (one / leading, plain_formulas.saddle_first(*V[:3])),
-                    (two / leading, plain_formulas.saddle_second(*V)),
+                    (one / leading, formulas.saddle_first(*V[:3])),
+                    (two / leading, formulas.saddle_second(*V)),
                 ):
                     assert abs(found - wanted) < abs(wanted) * ctx.mpf(10) ** -30
                 checked += 1

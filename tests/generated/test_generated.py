@@ -20,7 +20,7 @@ from symasym import friction
 from symasym.base.errors import InputError
 from symasym.derivation.code import NotEmittable, code
 from symasym.formula import formula, labels
-from symasym.generated import mpmath_formulas, numpy_formulas, plain_formulas
+from symasym.generated import formulas, mpmath_formulas, numpy_formulas
 
 ROOT = Path(__file__).parents[2]
 
@@ -103,7 +103,7 @@ def test_plain_functions_are_exact_in_exact_arithmetic(item):
     exact = [
         Fraction(int(v.p), int(v.q)) for v in (sympy.expand(p.subs(by_symbol)) for p in pieces)
     ]
-    values = getattr(plain_formulas, item.name)(
+    values = getattr(formulas, item.name)(
         **{k: Fraction(int(v.p), int(v.q)) for k, v in names.items()}
     )
     assert list(values if isinstance(values, tuple) else (values,)) == exact

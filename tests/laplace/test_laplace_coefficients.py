@@ -20,7 +20,7 @@ from symasym.asymptotics.laplace.watson import (
     moment_coefficients,
     perron_coefficients,
 )
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from tests.integrals import scaled, truth
 
 x = sympy.Symbol("x")

@@ -14,7 +14,7 @@ import pytest
 
 import symasym as sa
 from symasym.commands.main import _parser, in_options
-from symasym.methods.table import METHODS
+from symasym.methods import METHODS
 from symasym.release.answer import METHODS as OF_RELEASE
 
 ROOTS = [Path(str(sa.__file__)).parent, Path(str(sa.__file__)).parent.parent / "derivations"]

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import symasym as sa
 from symasym.asymptotics.proofs import all_noise, dominance
 from symasym.asymptotics.proofs.all_noise import Formal, FormalSum, Proof, expansion
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.numbers import balls
 from symasym.numbers.balls import exact_ball, flint_module, precision
 from symasym.series.taylor_models import Model, Range, SmallTerm, supremum

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import symasym as sa
 from symasym.asymptotics.proofs import cells as weak_noise_cells
 from symasym.asymptotics.proofs import enclosures
-from symasym.asymptotics.weak_noise import evaluation
+from symasym.asymptotics.weak_noise import answer, compose
 from symasym.numbers import balls
 from symasym.numbers.balls import exact_ball, precision
 from symasym.workshop import reference_quadrature
@@ -202,8 +202,8 @@ def test_a_bound_beyond_half_of_the_value_does_not_save_it(high: str, answered: 
     def prove(order: int) -> enclosures.Bounds:
         return enclosures.Bounds(arb("0.9").lower(), arb(high).upper())
 
-    given = [evaluation.AtOrder(mpmath.mpf(1), mpmath.mpf(5), 2, False)]
-    found = evaluation.chosen(given, prove, False, mpmath.mp)
+    given = [compose.AtOrder(mpmath.mpf(1), mpmath.mpf(5), 2, False)]
+    found = answer.chosen(given, prove, False, mpmath.mp)
     assert (found is not None) == answered
     if found is not None:
         assert found[1] == "bound"
@@ -215,8 +215,8 @@ def test_a_good_estimate_says_more_than_a_wide_bound() -> None:
 
     bounds = enclosures.Bounds(arb("0.9").lower(), arb("1.1").upper())
     for estimate, kind in (("1e-6", "estimate"), ("0.01", "bound")):
-        given = [evaluation.AtOrder(mpmath.mpf(1), mpmath.mpf(estimate), 2, True)]
-        found = evaluation.chosen(given, lambda _: bounds, True, mpmath.mp)
+        given = [compose.AtOrder(mpmath.mpf(1), mpmath.mpf(estimate), 2, True)]
+        found = answer.chosen(given, lambda _: bounds, True, mpmath.mp)
         assert found is not None
         assert found[1] == kind
 

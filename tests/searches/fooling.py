@@ -98,21 +98,25 @@ def _taylor(tail: Tail | None, count: int = _TERMS) -> FloatArray:
 
 
 def at_well(
-    order: int, rng: np.random.Generator, centre: float, tail: Tail | None = None
+    order: int, rng: np.random.Generator, centre: float, tail: Tail | None = None, odd: int = 0
 ) -> Drawn | None:
     """A with a well at `centre`, or None where the draw is of no use.
 
     V = t^2/2 (1 + sum alpha_j t^j), t = u - centre; A < 0 right of the well and > 0 left of it.
+    The next two terms of the whole Gaussian vanish, or with `odd` = 1 those that its halves have
+    besides.
     """
     bends = np.arange(3, _DEGREE + 3)
     others = -2 * _taylor(tail, _DEGREE + 2)[2:] / bends
     alpha = _drawn(rng, _DEGREE) + others
-    for n in (order + 1, order + 2):
-        if 2 * n <= _DEGREE:
-            alpha[2 * n - 1] = 0.0
-            # Linear in alpha_2n, with the factor -(n + 1/2).
-            vanishing = _coefficient(alpha, n) / (n + 0.5)
-            alpha[2 * n - 1] = vanishing * (1 + 10.0 ** rng.uniform(-9, -2))
+    if odd and rng.integers(2):
+        alpha[1::2] *= 10.0 ** rng.uniform(-12, -4)
+    for i in (2 * order + 2 + odd, 2 * order + 4 + odd):
+        if i <= _DEGREE:
+            alpha[i - 1] = 0.0
+            # Linear in alpha_i, with the factor -(i + 1)/2.
+            vanishing = _coefficient(alpha, i) / ((i + 1) / 2)
+            alpha[i - 1] = vanishing * (1 + 10.0 ** rng.uniform(-9, -2))
     alpha -= others
     found = Drawn(-np.array([0.0, 2, *bends * alpha]) / 2, tail, centre)
     t = np.linspace(-1 - centre, 1 - centre, 400)
@@ -196,14 +200,14 @@ def _endpoint(c: FloatArray, count: int, u: Any = 0.0) -> list[Any]:
     return found
 
 
-def _coefficient(alpha: FloatArray, n: int) -> float:
-    """[t^2n] (1 + sum alpha_j t^j)^-(n + 1/2), by the binomial series."""
-    inner = np.concatenate(([0.0], alpha))[: 2 * n + 1]
-    total, power, factor = 0.0, np.eye(1, 2 * n + 1)[0], 1.0
-    for m in range(2 * n + 1):
+def _coefficient(alpha: FloatArray, i: int) -> float:
+    """[t^i] (1 + sum alpha_j t^j)^(-(i + 1)/2), by the binomial series."""
+    inner = np.concatenate(([0.0], alpha))[: i + 1]
+    total, power, factor = 0.0, np.eye(1, i + 1)[0], 1.0
+    for m in range(i + 1):
         total += factor * power[-1]
-        power = np.convolve(power, inner)[: 2 * n + 1]
-        factor *= (-(n + 0.5) - m) / (m + 1)
+        power = np.convolve(power, inner)[: i + 1]
+        factor *= (-(i + 1) / 2 - m) / (m + 1)
     return float(total)
 
 
@@ -219,14 +223,16 @@ def _well(
     return None if found is None else Scene(quantity, found.drift())
 
 
-def _on_zero(sign: int, order: int, rng: np.random.Generator, analytic: bool) -> Scene | None:
+def _on_zero(
+    quantity: str, sign: int, odd: int, order: int, rng: np.random.Generator, analytic: bool
+) -> Scene | None:
     """A start on the well, or with `sign` -1 on the barrier."""
-    found = at_well(order, rng, 0.0, tail(rng, 2) if analytic else None)
+    found = at_well(order, rng, 0.0, tail(rng, 2) if analytic else None, odd)
     if found is None:
         return None
     if sign > 0:
-        return Scene("T", found.drift())
-    return Scene("T", sa.Drift(f"-({found.drift().expression()})"), 0.9)
+        return Scene(quantity, found.drift())
+    return Scene(quantity, sa.Drift(f"-({found.drift().expression()})"), 0.9)
 
 
 def _point(
@@ -259,8 +265,10 @@ SEARCHES: dict[str, Draw] = {
         for quantity in ("T", "C", "1 - C")
     },
     "T, regular part": _regular,
-    "T, start on a well": partial(_on_zero, 1),
-    "T, start on a barrier": partial(_on_zero, -1),
+    "T, start on a well": partial(_on_zero, "T", 1, 0),
+    "T, start on a barrier": partial(_on_zero, "T", -1, 0),
+    "T, start on a barrier, odd terms": partial(_on_zero, "T", -1, 1),
+    "C, start on a barrier, odd terms": partial(_on_zero, "C", -1, 1),
 }
 
 

@@ -39,8 +39,8 @@ import sympy
 from matplotlib import pyplot
 
 import symasym as sa
+from symasym.base.call_context import limited
 from symasym.base.errors import SymasymError
-from symasym.base.patience import limited
 from symasym.commands.main import main as run_command
 
 __all__ = ["LATE", "Outcome", "main", "outcome_of", "random_call"]

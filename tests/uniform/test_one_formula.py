@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import symasym as sa
 from symasym.asymptotics.uniform.order_zero import closed_form
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from tests.strategies import SAMPLE
 
 # -- uniform, order 0 ------------------------------------------------------------------------------

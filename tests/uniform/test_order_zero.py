@@ -13,7 +13,7 @@ import symasym as sa
 from symasym.asymptotics.uniform import answer as uniform_noise
 from symasym.asymptotics.uniform.order_zero import OrderZero, closed_form
 from symasym.asymptotics.uniform.structure import _lines
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.numbers.arithmetic import Digits
 from symasym.special.airy import airy_products
 from symasym.special.dawson import dawson

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -14,13 +15,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symasym as sa
+from symasym import methods
 from symasym.asymptotics.laplace.watson import moment_coefficients
 from symasym.asymptotics.weak_noise import critical_points, regular_part
 from symasym.asymptotics.weak_noise.one_sided import arc_coefficients
 from symasym.asymptotics.weak_noise.regular_part import panel_integrals
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.drift.field.taylor_field import ExactField
-from symasym.methods import laplace
 from tests.problems import PROBLEMS, Problem, constant_drift, distance, linear_sliding, relative
 from tests.strategies import ALL, SAMPLE, WHOLE, drifts, powers_of_ten, rationals
 
@@ -36,9 +37,12 @@ TWO_WELLS = sa.Drift("-u/5 + sin(9*u)/2")
 @pytest.fixture(autouse=True, scope="module")
 def estimates() -> Iterator[None]:
     """The estimates themselves: proved bounds of T have tests of their own."""
+    laplace = methods.METHODS["laplace"]
     right = laplace.prover
+    assert right
+    unproved = replace(laplace, prover=lambda s, q: None if q.name == "T" else right(s, q))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(laplace, "prover", lambda s, q: None if q.name == "T" else right(s, q))
+        patch.setitem(methods.METHODS, "laplace", unproved)
         yield
 
 

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 import symasym as sa
 from symasym.workshop import figures
+from symasym.workshop.figures import escape_times
 
 POINTS = 25
 
@@ -86,6 +87,15 @@ def test_the_inset_magnifies_the_fold(fric1: Figure) -> None:
     assert low < -7 / 9 < high
     assert set(lines(inset, "exact-inset-")) == set(lines(fric1.axes[0], "exact-"))
     assert np.isclose(inset.get_xticks(), -7 / 9, rtol=1e-15).any()
+
+
+def test_between_points_a_curve_is_the_polynomial_of_the_nearest_six() -> None:
+    at, wanted = np.linspace(-1.0, 2.0, 9), np.linspace(-1.0, 2.0, 100)
+    quintic = np.polynomial.Polynomial([0.3, -1.0, 0.5, 2.0, -0.7, 0.2])
+    assert escape_times._between(at, quintic(at), wanted) == pytest.approx(quintic(wanted))
+    # A function with no more than six points in view: the error of degree 5, everywhere.
+    missed = escape_times._between(at, np.exp(at), wanted) - np.exp(wanted)
+    assert 1e-8 < np.abs(missed).max() < 3e-4
 
 
 def test_curves_are_labelled_directly_and_apart(fric1: Figure, fric2: Figure) -> None:

@@ -251,7 +251,7 @@ def test_the_kept_pages_are_what_their_points_say() -> None:
         "a": [1, {"b": []}],
         "c": [],
     }
-    with pytest.raises(ValueError, match="0 places for the table when"):
+    with pytest.raises(ValueError, match="0 places for the part when"):
         keep.filled("", {"when": "| a |"})
 
 

@@ -455,7 +455,7 @@ def first_three(d: Any) -> None:
             "the largest of the three; with it the paper's O(kappa^2) is sharp",
         ),
     )
-    for place, (name, stated, leading, reason) in enumerate(claims):
+    found = [
         d.step(
             name,
             "expand",
@@ -464,7 +464,9 @@ def first_three(d: Any) -> None:
             reason,
             left=f"T_{place + 1}",
         )
-    d.conclude(Symbol("T_3"), claims[2][1], "O(1)")
+        for place, (name, stated, leading, reason) in enumerate(claims)
+    ]
+    d.conclude(Symbol("T_3"), found[2], "O(1)")
 
 
 @derives(

@@ -1,11 +1,16 @@
-"""Section 6.2, weak noise: the double integral over a well and a barrier that may meet."""
+"""Section 6.2, weak noise: a well and a barrier that may meet.
+
+The double integral over both, and the integrals of the slow manifold beside them: what
+`symasym.asymptotics.uniform.order_zero_forms` and `symasym.asymptotics.weak_noise.regular_part`
+evaluate.
+"""
 
 from __future__ import annotations
 
 from typing import Any
 
 import sympy
-from sympy import Symbol
+from sympy import Function, Symbol
 
 from derivations.registry import derives
 from symasym.derivation import Identity, Satisfies
@@ -148,3 +153,171 @@ def _in_thirds(value: Any) -> Any:
         sympy.gamma(sympy.Rational(5, 6)): 2 * sympy.pi / sixth,
     }
     return sympy.simplify(sympy.sympify(value).subs(swap))
+
+
+# -- the regular part beside both ------------------------------------------------------------------
+
+R = Symbol("R", positive=True)
+y, alpha, beta = (Symbol(name, real=True) for name in ("y", "alpha", "beta"))
+gap, square = Symbol("gap", real=True), Symbol("square", real=True)
+product, x = Symbol("product", positive=True), Symbol("x", positive=True)
+i, index = Symbol("i", integer=True, nonnegative=True), Symbol("index", integer=True)
+n, power = (Symbol(name, integer=True, positive=True) for name in ("n", "power"))
+share, term, lower, same, before, after = (
+    Symbol(name, real=True) for name in ("share", "term", "lower", "same", "before", "after")
+)
+W = y**2 - square
+
+
+@derives(
+    "pair-primitives",
+    "The regular part beside a pair of zeros: primitives and their recurrences",
+    ("endpoint-series", "regular-part"),
+)
+def pair_primitives(d: Any) -> None:
+    d.suppose("phi = (y^2 - D) psi(y), psi > 0; y from half-way between the zeros, D = +-R^2")
+    d.suppose("past a real zero the mean of both ways is taken: Hadamard's finite part")
+    real = d.step(
+        "beside real zeros",
+        "integrate",
+        -alpha * sympy.log(1 + 4 * R * y / gap**2) / (4 * R),
+        Satisfies(lambda found: _even_share(found.subs(gap, y - R), R**2)),
+        "y > 0, g = y - R; the logarithm of |y + R|/|y - R|, in which nothing cancels as R -> 0",
+        left=r"\int \frac{\alpha \, dy}{y^2 - R^2}",
+    )
+    line = d.step(
+        "beside complex zeros",
+        "integrate",
+        -alpha * sympy.atan2(R, y) / R,
+        Satisfies(_along_the_line),
+        "along the real line",
+        left=r"\int \frac{\alpha \, dy}{y^2 + R^2}",
+    )
+    logarithm = d.step(
+        "odd part",
+        "integrate",
+        beta * sympy.log(product) / 2,
+        Satisfies(lambda found: _odd_share(found.subs(product, x**2 - square))),
+        "Pi is |y^2 - D|",
+        left=r"\int \frac{\beta y \, dy}{y^2 - D}",
+    )
+    whole = d.step(
+        "over the real line",
+        "evaluate",
+        sympy.pi / R,
+        Identity(lambda: _over_the_line(line)),
+        "D = -R^2: what the real line has more than a path above both zeros, n = 1",
+        left=r"s_1 = \int_{-\infty}^{\infty} \frac{dy}{y^2 + R^2}",
+    )
+    following = d.step(
+        "over the real line, next power",
+        "integrate",
+        (1 - 2 * n) * share / (2 * n * square),
+        Satisfies(_next_power),
+        "by parts: y (y^2 - D)^(-n) vanishes at both ends",
+        left="s_{n+1}",
+    )
+    binomial = d.step(
+        "coefficient of the series in D/y^2",
+        "expand",
+        term * (n + i) / (i + 1),
+        Satisfies(_binomial),
+        "b_0 = 1, and (y^2 - D)^(-n) is the sum of b_i D^i y^(-2n - 2i)",
+        left="b_{i+1}",
+    )
+    d.step(
+        "a term's primitive",
+        "integrate",
+        term / (1 - 2 * n - 2 * i),
+        Identity(lambda: d.use("regular-part", "H").subs({power: 2 * n + 2 * i})),
+        "times y^(1 - 2n - 2i)",
+        left=r"\int b_i y^{-2n-2i} \, dy",
+    )
+    reduced = d.step(
+        "from y^j to y^(j + 2)",
+        "split",
+        lower + square * same,
+        Satisfies(_two_powers_more),
+        "I_(n,j) is the integral of y^j (y^2 - D)^(-n); by y^2 = (y^2 - D) + D",
+        left="I_{n,j+2}",
+    )
+    fall = d.step(
+        "-h' by powers",
+        "differentiate",
+        (2 * power + 1 - index) * before + (index + 1) * square * after,
+        Satisfies(lambda found: {"-h'": sympy.expand(found - _fall_of_pair(d))}),
+        "h = (y^2 - D)^(-p) times the sum of c_j y^j; of phi h_(k+1) the power of the pole is "
+        "p + 1, of h_(k+1) p + 2",
+        left="c'_j",
+    )
+    d.conclude(
+        tuple(map(Symbol, ("H_even", "H_line", "H_odd", "s_1", "s_next", "b_next", "I", "h_next"))),
+        (real, line, logarithm, whole, following, binomial, reduced, fall),
+        note="primitives of alpha/(y^2 - R^2), alpha/(y^2 + R^2) and beta y/(y^2 - D), of which "
+        "the first two vanish at oo; s_n is the integral of (y^2 + R^2)^(-n) over the line",
+    )
+
+
+def _even_share(found: Any, at: Any) -> dict[str, Any]:
+    """Of alpha/(y^2 - at), 0 at infinity."""
+    return {
+        "derivative": sympy.simplify(sympy.diff(found, y) - alpha / (y**2 - at)),
+        "at oo": sympy.limit(found.subs(y, x), x, sympy.oo),
+    }
+
+
+def _along_the_line(found: Any) -> dict[str, Any]:
+    right, left = found.subs(y, x), found.subs(y, -x)
+    return _even_share(found, -(R**2)) | {
+        "no jump at y = 0": sympy.limit(right, x, 0) - sympy.limit(left, x, 0)
+    }
+
+
+def _odd_share(found: Any) -> dict[str, Any]:
+    slope = sympy.diff(found, x) - beta * x / (x**2 - square)
+    return {
+        "derivative": sympy.simplify(slope),
+        "as beta log y": sympy.limit(found.subs(square, 1) - beta * sympy.log(x), x, sympy.oo),
+    }
+
+
+def _over_the_line(line: Any) -> Any:
+    one = line.subs(alpha, 1)
+    ends = one.subs(y, x), one.subs(y, -x)
+    return sympy.limit(ends[0], x, sympy.oo) - sympy.limit(ends[1], x, sympy.oo)
+
+
+def _next_power(found: Any) -> dict[str, Any]:
+    """The derivative of y W^-n has W^-n and W^(-n - 1), whose integrals are those two."""
+    slope = sympy.diff(y * W**-n, y)
+    both = (1 - 2 * n) * share - 2 * n * square * found
+    parts = (1 - 2 * n) * W**-n - 2 * n * square * W ** (-n - 1)
+    return {"by parts": sympy.simplify((slope - parts) * W ** (n + 1)), "sum": sympy.expand(both)}
+
+
+def _binomial(found: Any) -> dict[str, Any]:
+    """(1 - x) f' = n f for f = (1 - x)^-n, whose coefficient of x^i is b_i."""
+    f = (1 - x) ** -n
+    return {
+        "the differential equation": sympy.simplify(((1 - x) * sympy.diff(f, x) - n * f) / f),
+        "coefficient of x^i": sympy.expand((i + 1) * found - i * term - n * term),
+    }
+
+
+def _two_powers_more(found: Any) -> dict[str, Any]:
+    powers = {lower: W ** (1 - n), same: W**-n}
+    return {"y^(j + 2)": sympy.simplify((found.subs(powers) - y**2 * W**-n) * W**n)}
+
+
+def _fall_of_pair(d: Any) -> Any:
+    """Coefficient of y^index in phi h_(k+1), times W^(p + 1), of two terms of h_k."""
+    following, psi = d.use("endpoint-series", step="next term"), Function("psi")(y)
+    source, drift = Symbol("source", real=True), Symbol("drift", real=True)
+    # W^-p, and W itself, so that it cancels.
+    pole, w = Function("E")(y), Symbol("w", positive=True)
+    slope = sympy.diff(pole * (before * y ** (index - 1) + after * y ** (index + 1)), y)
+    slope = slope.subs(sympy.diff(pole, y), -2 * power * y * pole / w)
+    stated = following.subs({source: -slope, drift: w * psi}) * w * psi
+    terms = sympy.expand(stated * w / pole / y**index).subs(w, W)
+    terms = sympy.expand(sympy.powsimp(sympy.expand(terms)))
+    return terms.as_independent(y, as_Add=True)[0]

@@ -393,7 +393,11 @@ def _saddle() -> list[Plot]:
         y, w = (one.ravel() for one in pieces.nodes(0.0, 1.0, 2))
         return np.log([np.sum(w * (one / y) ** -3 * one / y**2) for one in t])
 
-    start = value("endpoint-series")
+    def beyond_pair(t: Any) -> Any:
+        y, w = (one.ravel() for one in pieces.nodes(0.0, 1.0, 2))
+        return np.log([np.sum(w * one / (one**2 - y**2)) for one in t])
+
+    start, beside = value("endpoint-series"), value("pair-primitives", 0)
     primitive, bend = value("regular-part", 1), value("saddle-recurrences")
     return [
         # h_2 = q beside 0.
@@ -403,6 +407,9 @@ def _saddle() -> list[Plot]:
         Plot("regular-part", "-∫ dt/t³", "the finite part of it; exact: from infinity",
              np.logspace(-1, 1, 41), to_infinity,
              lambda t: np.log(-primitive(power=3, term=1) * t**-2.0), "t"),
+        Plot("pair-primitives", "∫ dt/(t² - 1)", "from y on; exact: by t = y/x",
+             np.logspace(0.2, 2, 41), beyond_pair,
+             lambda y: np.log(-beside(alpha=1.0, R=1.0, y=y, gap=y - 1)), "y"),
         Plot("saddle-recurrences", "α₁", "ϕ = -t + c t²; exact: 2V(1) - 1 by quadrature",
              np.linspace(-2, 2, 41), bent, lambda c: bend(j=1, term=c, slope=-1.0), "c",
              False, False),

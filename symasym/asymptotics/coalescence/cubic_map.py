@@ -29,8 +29,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from symasym.asymptotics.laplace.watson import perron_coefficients
+from symasym.base.call_context import step
 from symasym.base.errors import InputError
-from symasym.base.patience import step
 from symasym.numbers.polynomials import composed, power, product, quotient, reciprocal, shifted
 from symasym.series.quadratic_factor import (
     Pair,
@@ -102,7 +102,7 @@ def cubic_map(
     u² - z is its own cubic; (u² - z)(1 + u) is not. Both sides of the coalescence:
 
     >>> from fractions import Fraction
-    >>> from symasym.base.contexts import own_context
+    >>> from symasym.base.call_context import own_context
     >>> with own_context(15) as context:
     ...     print(cubic_map([-2, 0, 1], 1, context))
     ...     for z in (Fraction(1, 10**30), 0, Fraction(-1, 10**30)):

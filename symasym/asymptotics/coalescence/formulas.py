@@ -19,7 +19,7 @@ from symasym.asymptotics.coalescence.parts import beyond_erfc, end_series, saddl
 from symasym.asymptotics.laplace.kinks import number
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError
-from symasym.generated.arithmetic_formulas import over_pair, pair_units
+from symasym.generated.formulas import over_pair, pair_units
 from symasym.numbers.polynomials import product
 from symasym.series.coefficient_fields import ExpressionField, sampled_parameters
 from symasym.series.taylor_series import NotAnalytic, taylor

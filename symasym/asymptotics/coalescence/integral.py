@@ -26,10 +26,9 @@ from symasym.asymptotics.coalescence.result import UniformExpansion
 from symasym.asymptotics.laplace.integral import require_known
 from symasym.asymptotics.laplace.kinks import WORK, Piece, at, cut, number
 from symasym.asymptotics.laplace.maxima import peaks, vanishes_identically
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context, patient
 from symasym.base.errors import InputError
 from symasym.base.inputs import count
-from symasym.base.patience import patient
 
 if TYPE_CHECKING:
     from mpmath import mpf

@@ -26,7 +26,7 @@ from symasym.asymptotics.coalescence.iterated_regular import RegularPart
 from symasym.asymptotics.coalescence.parts import end_coefficients, kept, nearby_pair, series_of
 from symasym.asymptotics.coalescence.reading import closest_pair, require_alone, require_no_pole
 from symasym.asymptotics.laplace.kinks import Piece, at, number
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.base.errors import InputError
 from symasym.numbers.polynomials import product
 from symasym.series.coefficient_fields import RealField

@@ -34,7 +34,7 @@ from symasym.asymptotics.coalescence.cubic_map import map_coefficients
 from symasym.asymptotics.laplace.expansion import refined
 from symasym.asymptotics.laplace.kinks import Piece
 from symasym.asymptotics.laplace.watson import perron_coefficients
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.numbers.polynomials import poly, product
 from symasym.series.coefficient_fields import RealField

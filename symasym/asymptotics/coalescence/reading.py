@@ -21,7 +21,7 @@ from symasym.asymptotics.laplace.integral import (
 )
 from symasym.asymptotics.laplace.kinks import WORK, Piece, at, difference, number
 from symasym.asymptotics.laplace.maxima import grid_of, interior_maxima, on_grid
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.base.errors import InputError
 
 if TYPE_CHECKING:

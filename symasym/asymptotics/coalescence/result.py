@@ -17,7 +17,7 @@ from symasym.asymptotics.coalescence.iterated import IteratedPart
 from symasym.asymptotics.coalescence.parts import BEYOND, PairPart, SumPart
 from symasym.asymptotics.laplace.kinks import number
 from symasym.asymptotics.laplace.result import IntegralExpansion
-from symasym.base.contexts import mpf_of, own_context, to_mpf
+from symasym.base.call_context import mpf_of, own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import Estimate
 from symasym.base.inputs import digits, float_text

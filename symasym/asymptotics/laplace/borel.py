@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import sympy
 
 from symasym.asymptotics.laplace.kinks import number
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.base.errors import InputError
 from symasym.numbers.polynomials import shifted
 

@@ -26,9 +26,9 @@ import sympy
 
 from symasym.asymptotics.laplace.kinks import Piece, number
 from symasym.asymptotics.laplace.watson import perron_coefficients
+from symasym.base.call_context import step
 from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, exact
-from symasym.base.patience import step
 from symasym.numbers.balls import BallOps, NotProved, exact_ball, flint_module
 from symasym.numbers.trees import NumpyOps, evaluate_tree
 

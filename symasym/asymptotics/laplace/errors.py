@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from symasym.asymptotics.laplace.expansion import Contribution, expand
 from symasym.asymptotics.laplace.kinks import Piece
 from symasym.asymptotics.laplace.maxima import Peak
-from symasym.base.contexts import mpf_of
+from symasym.base.call_context import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
 

@@ -25,7 +25,7 @@ from symasym.asymptotics.laplace.watson import (
     perron_coefficients,
     times_moments,
 )
-from symasym.base.contexts import own_context, to_mpf
+from symasym.base.call_context import own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError
 from symasym.series.coefficient_fields import (
     ExpressionField,

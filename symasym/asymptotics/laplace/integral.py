@@ -25,9 +25,9 @@ from symasym.asymptotics.laplace.expansion import Contribution, expand, irration
 from symasym.asymptotics.laplace.kinks import Piece, cut, difference, number
 from symasym.asymptotics.laplace.maxima import Peak, highest, symbolic_peak
 from symasym.asymptotics.laplace.result import LaplaceExpansion, short
+from symasym.base.call_context import patient
 from symasym.base.errors import InputError
 from symasym.base.inputs import count, digits, flag, is_name, sequence, shown
-from symasym.base.patience import patient
 from symasym.drift.expressions import parse
 from symasym.numbers.trees import FUNCTIONS
 

@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import sympy
 
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context, step
 from symasym.base.errors import InputError
-from symasym.base.patience import step
 from symasym.numbers.trees import MpmathOps, evaluate_tree
 from symasym.series.coefficient_fields import sampled_parameters
 

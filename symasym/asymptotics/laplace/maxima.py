@@ -18,7 +18,7 @@ import numpy as np
 import sympy
 
 from symasym.asymptotics.laplace.kinks import WORK, Piece, at, number
-from symasym.base.contexts import mpf_of, own_context
+from symasym.base.call_context import mpf_of, own_context
 from symasym.base.errors import InputError
 from symasym.base.inputs import exact
 from symasym.numbers.trees import MpmathOps, NumpyOps, evaluate_tree

@@ -29,9 +29,8 @@ from symasym.asymptotics.laplace.cauchy_disk import THETA, Disk, disk, without_p
 from symasym.asymptotics.laplace.expansion import Contribution
 from symasym.asymptotics.laplace.kinks import Piece, difference, number
 from symasym.asymptotics.laplace.maxima import agree
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context, step
 from symasym.base.inputs import exact
-from symasym.base.patience import step
 from symasym.numbers.balls import NotProved, exact_ball, flint_module, precision
 from symasym.numbers.extended_intervals import enclosure
 

@@ -21,7 +21,7 @@ from symasym.asymptotics.laplace.borel import median_sums, pairs_beyond
 from symasym.asymptotics.laplace.errors import ErrorModel
 from symasym.asymptotics.laplace.expansion import Contribution
 from symasym.asymptotics.laplace.kinks import difference, number
-from symasym.base.contexts import mpf_of, own_context, to_mpf
+from symasym.base.call_context import mpf_of, own_context, patient, to_mpf
 from symasym.base.errors import AccuracyError, InputError, RangeError, SymasymError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import (
@@ -34,7 +34,6 @@ from symasym.base.inputs import (
     is_array,
     positive,
 )
-from symasym.base.patience import patient
 from symasym.derivation.printing import tex
 from symasym.numbers.float_arrays import two_product
 

@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from symasym.base.contexts import mpf_of, own_context, to_mpf
+from symasym.base.call_context import mpf_of, own_context, to_mpf
 from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, Number, digits, exact
 from symasym.numbers.polynomials import dot, power

@@ -33,7 +33,7 @@ from symasym.asymptotics.weak_noise.compose import mean_time, sides_of
 from symasym.asymptotics.weak_noise.critical_points import both_sides
 from symasym.asymptotics.weak_noise.one_sided import OneSided
 from symasym.asymptotics.weak_noise.series import Series
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.base.errors import SymasymError
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField

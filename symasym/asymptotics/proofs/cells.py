@@ -18,8 +18,8 @@ from symasym.asymptotics.laplace.cauchy_disk import Disk, disk
 from symasym.asymptotics.laplace.kinks import Piece
 from symasym.asymptotics.proofs.layer_bounds import LinePanel
 from symasym.asymptotics.weak_noise.critical_points import simple_zeros
-from symasym.base import patience
-from symasym.base.contexts import own_context
+from symasym.base import call_context
+from symasym.base.call_context import own_context
 from symasym.base.errors import SymasymError
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField, to_fraction
@@ -229,7 +229,7 @@ def _between(layer: _Potential, left: Fraction, right: Fraction, levels: list[An
     edges = [*(left + k * step for k in range(_CELLS)), right]
     waiting = [(a, b, 0) for a, b in pairwise(edges)]
     while waiting:
-        patience.step()
+        call_context.step()
         a, b, depth = waiting.pop()
         (panel,) = layer.panels(a, b, 1)
         ends = panel.height, panel.height + panel.slope * panel.width

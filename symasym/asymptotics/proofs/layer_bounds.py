@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from symasym.base import patience
+from symasym.base import call_context
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.numbers.balls import BallOps, exact_ball, flint_module, precision, profile_of
@@ -180,7 +180,7 @@ def _panels(
     waiting = [(left + k * step, left + (k + 1) * step) for k in reversed(range(count))]
     panels: list[LinePanel] = []
     while waiting:
-        patience.step()
+        call_context.step()
         lo, hi = waiting.pop()
         center, half = (lo + hi) / 2, (hi - lo) / 2
         h = exact_ball(half)

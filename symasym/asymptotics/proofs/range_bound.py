@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from symasym.base.call_context import patient
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import Number, exact, float_text, positive
-from symasym.base.patience import patient
 from symasym.drift.drift import Drift
 from symasym.scenes import exact_scene, read_order, require_drift
 

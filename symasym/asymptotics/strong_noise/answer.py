@@ -25,7 +25,7 @@ from symasym.asymptotics.strong_noise.sweep import (
     odds_right,
     sides,
 )
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.exact.ball_panels import Outer

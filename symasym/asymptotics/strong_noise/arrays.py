@@ -19,9 +19,9 @@ from symasym.asymptotics.strong_noise.sweep import (
     odds_right,
     sides,
 )
+from symasym.base.call_context import step
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
-from symasym.base.patience import step
 from symasym.drift.field.float_field import Field, IntArray, field_of
 from symasym.exact.sweep import Record, Swept, carried, escape_time
 from symasym.numbers.float_arrays import LogPositive

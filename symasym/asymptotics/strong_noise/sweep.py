@@ -29,11 +29,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
+from symasym.base.call_context import step
 from symasym.base.errors import AccuracyError
-from symasym.base.patience import step
 from symasym.drift.drift import Drift
 from symasym.exact.sweep import InLayer, Record, Swept, carried_in_layer, layer_times
-from symasym.generated.plain_formulas import tail_left
+from symasym.generated.formulas import tail_left
 from symasym.numbers.arithmetic import Number
 from symasym.numbers.balls import BallOps, exact_ball, flint_module, profile_of
 

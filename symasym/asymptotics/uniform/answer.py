@@ -46,6 +46,7 @@ from symasym.asymptotics.uniform.truncated_gaussian import (
     truncations_at,
     truncations_of,
 )
+from symasym.asymptotics.weak_noise.answer import DROPPED
 from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes, rounding_of_places
 from symasym.asymptotics.weak_noise.compose import (
     Leaf,
@@ -53,14 +54,15 @@ from symasym.asymptotics.weak_noise.compose import (
     Side,
     Sides,
     mean_time,
+    plain,
     regular_part,
     rising_of,
 )
 from symasym.asymptotics.weak_noise.critical_points import barriers, whole
-from symasym.asymptotics.weak_noise.evaluation import DROPPED, plain, require_resolved
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint
+from symasym.asymptotics.weak_noise.regular_part import require_resolved
 from symasym.asymptotics.weak_noise.series import BEYOND, Point, terms
-from symasym.base.contexts import kept, mpf_of, own_context
+from symasym.base.call_context import kept, mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import FloatArray, float_text, is_array
 from symasym.drift.drift import Drift

@@ -24,7 +24,7 @@ from symasym.asymptotics.coalescence.cubic_map import map_coefficients
 from symasym.asymptotics.weak_noise.critical_points import both_sides, turning_points
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.asymptotics.weak_noise.series import BEYOND
-from symasym.base.contexts import mpf_of, own_context
+from symasym.base.call_context import mpf_of, own_context
 from symasym.base.errors import AccuracyError, SymasymError
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField

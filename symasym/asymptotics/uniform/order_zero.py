@@ -33,7 +33,7 @@ from symasym.asymptotics.uniform.order_zero_forms import (
     truncated_gaussian,
 )
 from symasym.asymptotics.uniform.structure import _structure
-from symasym.asymptotics.weak_noise import evaluation
+from symasym.asymptotics.weak_noise import compose
 from symasym.asymptotics.weak_noise.compose import Composed
 from symasym.asymptotics.weak_noise.one_sided import (
     Builder,
@@ -341,7 +341,7 @@ def _with_first(series: Series, first_one: Any) -> Series:
     """The series with its first coefficient known to more digits."""
     (part,) = series.parts
     parts = [part._replace(coefficients=[first_one, *part.coefficients[1:]])]
-    return Series(parts, majorants=series.majorants)
+    return Series(parts)
 
 
 def factor_pair(c: Sequence[Any], z: Any) -> Pair:
@@ -372,7 +372,7 @@ class UniformPoint(Point):
 def escape_time(composed: Composed, at: Point) -> tuple[FloatArray, Any]:
     """log T, and its relative error (None without `at.errors`)."""
     point = UniformPoint(at, composed.r)
-    log, error = evaluation.float_log(evaluation.escape_time, composed, point)
+    log, error = compose.float_log(compose.escape_time, composed, point)
     if error is not None:
         error = with_left_out(error, np.exp(-point.lam * composed.slack))
         error = np.where(error < 1, -np.log1p(-np.minimum(error, 0.999)), np.inf)
@@ -410,7 +410,7 @@ class ClosedForm(NamedTuple):
         at = UniformPoint(Point(lam, 0, True, None, c), composed.r)
         # Sizes of order 1 may be infinite; then they claim nothing.
         with np.errstate(all="ignore"):
-            known = evaluation.with_digits(evaluation.escape_time, composed, at)
+            known = compose.with_digits(compose.escape_time, composed, at)
         relative = known.error / known.value if known.sure else c.inf
         if not relative < _MOST:
             return None

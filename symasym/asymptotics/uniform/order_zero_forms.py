@@ -20,11 +20,11 @@ sigma and D the complementary error function and Dawson's integral, scaled (DLMF
 units of e^{±lam V(g)}. Near a well the peak is faded out, so that nothing is singular when pair and
 end come together.
 
-Both are derived (`airy-form`, `truncated-gaussian`), and what is imported here is what the
-derivations emitted. What is singular at a coalescence is combined beforehand, so nothing is
-subtracted there and one text serves float64 arrays and any number of digits. Each value comes with
-the size of order 1. The functions of `EMITTED` are also what `symasym.emit` writes, in doubles and
-in other languages: they hold numbers alone.
+All is derived (`airy-form`, `pair-primitives`, `truncated-gaussian`), and what is imported here is
+what the derivations emitted. What is singular at a coalescence is combined beforehand, so nothing
+is subtracted there and one text serves float64 arrays and any number of digits. Each value comes
+with the size of order 1. The functions of `EMITTED` are also what `symasym.emit` writes, in doubles
+and in other languages: they hold numbers alone.
 """
 
 from __future__ import annotations
@@ -34,12 +34,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.generated.arithmetic_formulas import (
+from symasym.generated.formulas import (
     canonical,
     end_distance,
     end_mean,
     end_peak,
     end_rest,
+    even_share,
+    even_share_on_line,
+    odd_share,
     over_end,
     over_pair,
     over_pair_twice,
@@ -69,45 +72,30 @@ FADE = 8
 # For the size of order 1, zeros closer than this (by the layer's width) are taken to be so far
 # apart: it hardly depends on the distance there, and is not lost to rounding.
 _APART = 0.03
-# Ratio below which a series is taken in place of a function's difference.
-_SMALL_RATIO = 1e-4
 
 
 # -- the closed forms ------------------------------------------------------------------------------
-
-
-def _turn(c: Arithmetic, square: Number, y: Number) -> Number:
-    """artanh(root/y)/root, root^2 = square, and atan for square < 0; y > 0."""
-    q = square / (y * y)
-    small = abs(q) < _SMALL_RATIO
-    series = 0 * q
-    if c.any(small):
-        for k in range(c.bits // 13 + 1, -1, -1):
-            series = series * q + c.rational(1, 2 * k + 1)
-        series = series / y
-        if c.all(small):
-            return series
-    safe = c.where(small, c.one, c.sqrt(abs(square)))
-    behind = c.where(square > 0, y - safe, y + safe)
-    real = c.log(abs((y + safe) / behind)) / 2
-    return c.where(small, series, c.where(square > 0, real, c.atan2(safe, y)) / safe)
 
 
 def _past_pair(
     c: Arithmetic, alpha: Number, beta: Number, square: Number, y: Number
 ) -> tuple[Number, Number]:
     """Both parts of a primitive of a pair's share past both zeros, y from the pair's middle."""
-    side = c.where(y < 0, -c.one, c.one)
-    return -side * alpha * _turn(c, square, abs(y)), beta / 2 * c.log(abs(y * y - square))
+    alpha = c.where(y < 0, -alpha, alpha)
+    far, root = abs(y), c.maximum(c.sqrt(abs(square)), c.tiny)
+    gap = c.where(square > 0, far - root, far + root)
+    real = even_share(c, alpha, root, far, gap)
+    even = c.where(square > 0, real, even_share_on_line(c, alpha, root, far))
+    return even, odd_share(c, beta, abs(y * y - square))
 
 
 def _past_barrier(
     c: Arithmetic, alpha: Number, beta: Number, square: Number, gap: Number
 ) -> tuple[Number, Number]:
     """The same at y = root + gap, from the barrier on."""
-    root = c.sqrt(c.maximum(square, c.zero))
-    twice = c.maximum(2 * root, c.tiny)
-    return -alpha * c.log1p(twice / gap) / twice, beta / 2 * c.log(gap * (gap + twice))
+    root = c.maximum(c.sqrt(c.maximum(square, c.zero)), c.tiny)
+    y = root + gap
+    return even_share(c, alpha, root, y, gap), odd_share(c, beta, gap * (y + root))
 
 
 def faded(c: Arithmetic, drop: Number, gap: Number, area: Number) -> tuple[Number, Number, Number]:
@@ -141,8 +129,9 @@ def _before_end(
 
 #: The functions that are emitted as well.
 EMITTED = (
-    pair_norm, canonical, over_pair, over_pair_twice, pair_share, _turn, _past_pair, _past_barrier,
-    faded, end_peak, end_distance, end_mean, end_rest, _before_end, gaussians, over_end,
+    pair_norm, canonical, over_pair, over_pair_twice, pair_share, even_share, even_share_on_line,
+    odd_share, _past_pair, _past_barrier, faded, end_peak, end_distance, end_mean, end_rest,
+    _before_end, gaussians, over_end,
 )  # fmt: skip
 
 
@@ -212,7 +201,7 @@ def regular_share(
         if taken:
             return _past_pair(c, alpha, beta, square, y)
         root = c.sqrt(-square)
-        return -alpha * c.atan2(root, y) / root, beta / 2 * c.log(abs(y * y - square))
+        return even_share_on_line(c, alpha, root, y), odd_share(c, beta, y * y - square)
 
     return parts
 

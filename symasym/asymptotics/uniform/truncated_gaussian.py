@@ -38,9 +38,9 @@ from symasym.asymptotics.weak_noise.one_sided import (
     endpoint_coefficients,
 )
 from symasym.asymptotics.weak_noise.series import BEYOND
-from symasym.base.contexts import mpf_of
+from symasym.base.call_context import mpf_of
 from symasym.drift.field.taylor_field import ExactField
-from symasym.generated.plain_formulas import barrier_truncated, well_truncated
+from symasym.generated.formulas import barrier_truncated, well_truncated
 from symasym.numbers.arithmetic import Digits
 from symasym.numbers.polynomials import Truncated, product
 from symasym.special.dawson import dawson, erfcx_area, gaussians

@@ -8,7 +8,9 @@ and their mirror images S_L, D_L,
 S is a sum over critical points (`symasym.asymptotics.weak_noise.critical_points`), D one over
 pairs of them, one of e^{-lam V} left of one of e^{lam V}, and of the regular part. Nothing that is
 exponentially small is left out; what is left out is, in every series, of higher order
-in 1/lam, and the next two orders tell how much.
+in 1/lam, and the next two orders tell how much. An asymptotic series is best cut off where that
+error is least (optimal truncation: R. B. Dingle, Asymptotic Expansions, 1973, ch. I); bounds
+replace the estimate where they are proved.
 """
 
 from __future__ import annotations
@@ -23,36 +25,32 @@ import numpy as np
 
 from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes
 from symasym.asymptotics.weak_noise.compose import (
+    AtOrder,
     Composed,
-    mean_time,
-    pairs_of,
-    regular_part,
-    rising_of,
-)
-from symasym.asymptotics.weak_noise.critical_points import both_sides, in_float
-from symasym.asymptotics.weak_noise.evaluation import (
-    DROPPED,
     Evaluate,
-    chosen,
     escape_time,
     exit_probability,
     float_log,
+    mean_time,
     of_complement,
-    of_log,
     outside_layer,
+    pairs_of,
     plain,
-    require_resolved,
-    unresolved_in,
+    regular_part,
+    rising_of,
     with_digits,
 )
+from symasym.asymptotics.weak_noise.critical_points import both_sides, in_float
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
+from symasym.asymptotics.weak_noise.regular_part import require_resolved, unresolved_in
 from symasym.asymptotics.weak_noise.series import Point, Series
-from symasym.base.contexts import kept, mpf_of, own_context
+from symasym.base.call_context import kept, mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError
+from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray, IntArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField
-from symasym.numbers.arithmetic import FLOATS, Digits
+from symasym.numbers.arithmetic import FLOATS, Digits, Number
 from symasym.scenes import (
     FLOAT_DIGITS,
     Answer,
@@ -70,6 +68,9 @@ if TYPE_CHECKING:
 
 #: Proved bounds at an order, or None.
 Prove = Callable[[int], Any]
+
+_BOUNDED = ("higher orders of every series, and what is exponentially small, in the bound",)
+DROPPED = ("higher orders of every series, in the error",)
 
 # The whole line, of which P is asked, as an interval with a start.
 _LINE = {"r": Fraction(3), "start": Fraction(-2)}
@@ -276,6 +277,89 @@ def _terms(name: str, both: tuple[OneSided, OneSided], context: MPContext) -> tu
             if point.kind in kinds:
                 words.append(f"{point.kind} at u = {context.nstr(side * point.u, 6)}")
     return (*sorted(words), "kinks" if name[-1] == "P" else _TIME)
+
+
+# -- the order that is taken -----------------------------------------------------------------------
+
+
+class Chosen(NamedTuple):
+    """The order that is taken, the kind of its error, and what a proof allows where that is larger.
+
+    `allowed` is relative to the value.
+    """
+
+    found: AtOrder
+    kind: ErrorKind
+    allowed: Any = None
+
+    def dropped(self, context: MPContext) -> tuple[str, ...]:
+        """What is left out, in words; never an estimate below what a proof allows without that."""
+        if self.kind == "bound":
+            return _BOUNDED
+        if self.allowed is None:
+            return DROPPED
+        size = context.nstr(self.allowed, 3)
+        return (
+            *DROPPED,
+            f"the error is an estimate; what is proved is a relative error of {size}",
+        )
+
+
+def chosen(
+    expanded: list[AtOrder],
+    prove: Callable[[int], Any] | None,
+    full: bool,
+    context: MPContext,
+) -> Chosen | None:
+    """The best order, its error proved where that is asked for or where no estimate is sure.
+
+    None where neither is known. `prove` gives bounds in balls, or None, for an order.
+    """
+    sure = [f for f in expanded if f.sure]
+    best = [min(sure, key=lambda f: f.error)] if sure else []
+    bounds = None
+    if prove is not None and (full or not sure):
+        bounds = prove((best or expanded)[-1].order)
+    allowed = None
+    if bounds is not None:
+        proved = [f._replace(error=_distance(bounds, f.value, context)) for f in best or expanded]
+        # What is refused unless it is proved has to be as good as what is not; where the bounds
+        # are far apart, as without a well, a good estimate says more, unless they disprove it.
+        most = max(best[0].value / 100, min(best[0].value, 100 * best[0].error)) if sure else None
+        if most is None or _outside(bounds, best[0], context):
+            best, most = [], None
+        allowed = min(f.error / abs(f.value) for f in proved)
+        proved = [f for f in proved if f.error < (f.value / 2 if most is None else most)]
+        if proved:
+            return Chosen(min(proved, key=lambda f: f.error), "bound")
+    return Chosen(best[0], "estimate", allowed) if best else None
+
+
+def of_log(relative: Number, kind: ErrorKind, context: MPContext) -> Any:
+    """The error of a logarithm from the relative one of the value, below 1."""
+    if kind == "bound":
+        return -context.log1p(-relative) * (1 + context.mpf(10) ** (8 - context.dps))
+    return relative / (1 - relative / 2)
+
+
+def _ends(bounds: Any, context: MPContext) -> list[Any]:
+    """Two proved bounds as numbers of the context."""
+    pairs = (x.man_exp() for x in (bounds.low, bounds.high))
+    return [context.mpf(int(mantissa)) * context.mpf(2) ** int(power) for mantissa, power in pairs]
+
+
+def _distance(bounds: Any, value: Number, context: MPContext) -> Any:
+    """The farther of two proved bounds from the value."""
+    size = max(abs(end - value) for end in _ends(bounds, context))
+    # The roundings here.
+    return size + (abs(value) + size) * context.mpf(10) ** (8 - context.dps)
+
+
+def _outside(bounds: Any, found: AtOrder, context: MPContext) -> bool:
+    """True where proved bounds leave no room for the value and its estimated error."""
+    low, high = _ends(bounds, context)
+    reach = found.error + abs(found.value) * context.mpf(10) ** (8 - context.dps)
+    return bool(found.value + reach < low or found.value - reach > high)
 
 
 # -- many scenes, in float64 -----------------------------------------------------------------------

@@ -14,6 +14,10 @@ numbers it builds an expression (`Node`) whose heights, exponents over lam, are 
 a sum is a mantissa times e^{lam height} with the largest height of its terms, so that one
 exponential a term is enough, and none where it would be 1 or too small to count; a series is
 evaluated only where its weight counts.
+
+What is composed is evaluated at lam, with digits or in float64 (`escape_time` and its kin). The
+stated error is twice the truncation error that is carried through T and C, and is sure only where
+int e^{lam V} is known to half of itself.
 """
 
 from __future__ import annotations
@@ -24,8 +28,11 @@ from functools import cached_property, partial, reduce
 from operator import add
 from typing import Any, NamedTuple, Protocol
 
+import numpy as np
+
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.asymptotics.weak_noise.series import (
+    MOST_ROUNDING,
     ROUNDING,
     Local,
     Numbers,
@@ -40,11 +47,16 @@ from symasym.asymptotics.weak_noise.series import (
     nonzero,
     plus,
     terms,
+    times,
 )
-from symasym.generated.plain_formulas import on_the_right, share_of_side, time_of_doubles
+from symasym.base.inputs import FloatArray
+from symasym.generated.formulas import on_the_right, share_of_side, time_of_doubles
+from symasym.numbers.arithmetic import Arithmetic
 
 #: Rounding of lam, of a product with it, and of an exponential.
 ULP = 1.2e-15
+# A relative error of a value beyond which nothing is said.
+_MOST = 0.4
 # The rank of the end at r.
 _END = 1 << 30
 
@@ -440,3 +452,133 @@ def _probability(sides: Sides, ordered: tuple[Side, Side], shares: tuple[Any, An
         sides.rising.wrong(),
     ]
     return _Probability(*shares, own, other, Sum(errors, part.scale.height))
+
+
+# -- at lam ----------------------------------------------------------------------------------------
+
+
+class Evaluated(NamedTuple):
+    """A quantity at lam: its logarithm, and what its error is made of.
+
+    Attributes
+    ----------
+    log : number
+    error : number or None
+        Twice the relative truncation error.
+    exponents : number
+        Exponents in the logarithm, which rounding is relative to.
+    total : Value
+        The sum over the critical points in its denominator.
+    """
+
+    log: Numbers
+    error: Numbers
+    exponents: Numbers
+    total: Value
+
+
+def escape_time(composed: Composed, at: Point) -> Evaluated:
+    """T (eq:Ttilde)."""
+    value, wrong = composed.time
+    mean = at.value_of(value).value
+    rise = at.lam * value.height if counts(value.height) else 0.0
+    log = plus(at.log(mean * at.lam), rise)
+    total = at.value_of(composed.sides.total)
+    if not at.errors:
+        return Evaluated(log, None, None, total)
+    error = 2 * (at.value_of(wrong).value / mean)
+    return Evaluated(log, error, plus(abs(log), rise), total)
+
+
+def exit_probability(complement: bool, composed: Composed, at: Point) -> Evaluated:
+    """C or 1 - C (eq:C), right where that is tiny and where its complement is."""
+    p, c = composed.probabilities[complement], at.arithmetic
+    rise = at.lam * (p.rest.height - p.part.height)
+    part, rest = at.value_of(p.part).value, at.value_of(p.rest).value
+    odds = at.log(rest / part) + rise
+    # log(1 + e^odds) without overflow.
+    log = -(c.maximum(odds, c.zero) + c.log1p(at.exp(-abs(odds))))
+    total = at.value_of(composed.sides.total)
+    if not at.errors:
+        return Evaluated(log, None, None, total)
+    exponents = abs(log)
+    below = at.decay(p.other.height)
+    if counts(below):
+        exponents = exponents + times(at.value_of(p.other).size, below) * abs(rise)
+    return Evaluated(log, 2 * (at.value_of(p.error).value / part), exponents, total)
+
+
+def outside_layer(composed: Composed, at: Point) -> Evaluated:
+    """1 - P = int_{|u| > 1} e^{-lam V}/int e^{-lam V} (eq:P)."""
+    outside, whole = composed.stationary
+    total = at.value_of(whole)
+    rise = at.lam * (outside.height - whole.height)
+    log = at.log(at.value_of(outside).value / total.value) + rise
+    if not at.errors:
+        return Evaluated(log, None, None, total)
+    return Evaluated(log, 2 * (total.error / total.value), abs(log) + abs(rise), total)
+
+
+def of_complement(log: Numbers, error: Numbers, arithmetic: Arithmetic) -> tuple[Any, Any]:
+    """log(1 - x) and its error from log x and the error of that, both small."""
+    # What is not below 1 by more than rounding is not known.
+    log = arithmetic.minimum(log, -arithmetic.eps)
+    x = arithmetic.exp(log)
+    return arithmetic.log1p(-x), error * (x / -arithmetic.expm1(log))
+
+
+class AtOrder(NamedTuple):
+    """An expansion's value at one order and its estimated error, if that is to be trusted."""
+
+    value: Any
+    error: Any
+    order: int
+    sure: bool
+    log: Any = None
+
+
+#: A quantity from its expressions, at lam.
+Evaluate = Callable[[Composed, Point], Evaluated]
+
+
+def with_digits(evaluate: Evaluate, composed: Composed, at: Point) -> AtOrder:
+    """The value at one lam; sure where its error and that of its denominator allow it."""
+    log, error, _, total = evaluate(composed, at)
+    value = at.exp(log)
+    sure = 2 * total.error < total.value and value > 0 and 0 <= error < 1
+    return AtOrder(value, error * value, at.order, bool(sure), log)
+
+
+def float_log(evaluate: Evaluate, composed: Composed, at: Point) -> tuple[FloatArray, Any]:
+    """The logarithm and its error, None where not asked for.
+
+    Infinite unless the denominator is known to half of itself.
+    """
+    log, relative, exponents, total = evaluate(composed, at)
+    if not at.errors:
+        return log, None
+    known = None
+    clear = np.max(total.error) < 0.5 * np.min(total.value)
+    if not (clear and np.min(relative) >= 0 and np.max(relative) < _MOST):
+        known = (total.error < total.value * 0.5) & (relative >= 0) & (relative < _MOST)
+        relative = np.minimum(relative, 0.9)
+    wrong = relative / (1.0 - relative)
+    wrong += ULP * (exponents + 8)
+    # A barrier and a well of one side, the other side, and the two sides' sum.
+    rounding = higher(*(_too_large(at, x) for x in composed.height_rounding))
+    wrong = plus(wrong, 4 * rounding)
+    return log, wrong if known is None else np.where(known, wrong, np.inf)
+
+
+def _too_large(at: Point, rounding: Numbers) -> Any:
+    """Rounding of the exponents that the errors leave out because it is too large for them."""
+    if isinstance(rounding, float) and rounding * at.most < MOST_ROUNDING:
+        return 0.0
+    moved = at.lam * rounding
+    return np.where(moved < MOST_ROUNDING, 0.0, moved)
+
+
+def plain(node: Node, at: Point) -> tuple[Any, Any]:
+    """The value and the error of an expression, the exponential included."""
+    scaled, factor = at.value_of(node), at.exp(at.lam * node.height)
+    return scaled.value * factor, None if scaled.error is None else scaled.error * factor

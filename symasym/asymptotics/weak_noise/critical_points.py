@@ -33,7 +33,7 @@ from symasym.asymptotics.weak_noise.series import (
     Series,
     trimmed,
 )
-from symasym.base.contexts import mpf_of
+from symasym.base.call_context import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.field.taylor_field import ExactField, to_fraction
 from symasym.numbers.arithmetic import Digits, Number
@@ -54,14 +54,21 @@ _FLATTEST = 64
 Groups = list[list[tuple[Any, Any, int]]]
 
 
-def series_of(groups: Groups, unit: mpf) -> Series:
-    """The series of terms (c, p, q), known to the relative rounding `unit`."""
-    parts: dict[tuple[float, int], list[Any]] = {}
+def series_of(groups: Groups, unit: mpf, known: dict[float, Majorants | None]) -> Series:
+    """The series of terms (c, p, q), known to the relative rounding `unit`.
+
+    `known` are majorants of the parts without logarithms, by their offset: such a part may have
+    later terms alone.
+    """
+    parts: dict[tuple[float, int], list[Any]] = {(offset, 0): [] for offset in known}
     for n, group in enumerate(groups):
         for c, p, q in group:
-            row = parts.setdefault((float(p) - n, q), [0.0] * len(groups))
+            row = parts.setdefault((float(p) - n, q), [])
+            row += [0.0] * (len(groups) - len(row))
             row[n] += c
-    return Series([Part(*key, row) for key, c in parts.items() if (row := trimmed(c))], unit)
+    rows = {key: trimmed(c) for key, c in parts.items()}
+    found = [(key, row, None if key[1] else known.get(key[0])) for key, row in rows.items()]
+    return Series([Part(*key, row, more) for key, row, more in found if row or more], unit)
 
 
 def both_sides(
@@ -176,7 +183,7 @@ class _FieldBuilder(Builder):
         if not any(h[-BEYOND:]) and any(self.exact_taylor(u, _FLATTEST)[1:]):
             raise self.no_estimate("flat", u)
         known = endpoint_majorants(taylor, self.count)
-        return Series([Part(1.0, 0, trimmed(h))], self.least, majorants=known)
+        return Series([Part(1.0, 0, trimmed(h), known)], self.least)
 
     def peak(self, k: int) -> Series:
         taylor = self.taylor(self.lines[k], 2 * self.count + 2 + FURTHER)
@@ -240,7 +247,7 @@ class _FieldBuilder(Builder):
             groups[0].append((extra, 1, 0))
         for k, value in enumerate(self.regular[sign]):
             groups[k].append((value, k + 1, 0))
-        return series_of(groups, self.unit)._replace(majorants=self.behind_regular(sign))
+        return series_of(groups, self.unit, {1.0: self.behind_regular(sign)} if any(groups) else {})
 
     # -- a start on a zero of A ---------------------------------------------------------------
 
@@ -261,10 +268,11 @@ class _FieldBuilder(Builder):
             peak[i // 2].append((size, exponent, 0))
             if i % 2:
                 formal[i // 2].append(((-1) ** (i // 2 + 1) * size, exponent, 0))
-        own, other = series_of(peak, self.least), series_of(formal, self.least)
-        # Of the whole Gaussian, where what is odd cancels.
+        # Of the whole Gaussian, where what is odd cancels, and of that in its halves.
         about = self.taylor(self.x, 2 * self.count + 2 + FURTHER)
-        own = own._replace(majorants=majorants(about, self.count, self.arithmetic))
+        even, odd = (majorants(about, self.count, self.arithmetic, k) for k in (0, 1))
+        own = series_of(peak, self.least, {0.5: even, 1.0: odd})
+        other = series_of(formal, self.least, {1.0: odd})
         return (own, other, False) if taylor[1] > 0 else (other, own, True)
 
     def arc(self, sign: int) -> tuple[list[Any], list[Any]]:
@@ -343,11 +351,12 @@ def _float_series(x: Series | Local | None) -> Any:
     """The series in float64; what is no series stays."""
     if not isinstance(x, Series):
         return x
-    parts = [p._replace(coefficients=[float(c) for c in p.coefficients]) for p in x.parts]
-    known = x.majorants
-    if known is not None:
-        known = Majorants(*([float(c) for c in row] for row in known))
-    return Series(parts, ROUNDING, majorants=known)
+    parts = []
+    for offset, logs, coefficients, known in x.parts:
+        if known is not None:
+            known = Majorants(*([float(c) for c in row] for row in known))
+        parts.append(Part(offset, logs, [float(c) for c in coefficients], known))
+    return Series(parts, ROUNDING)
 
 
 def in_float(one: OneSided) -> OneSided:

@@ -40,10 +40,10 @@ from symasym.asymptotics.weak_noise.series import (
     trimmed,
 )
 from symasym.base.inputs import FloatArray, IntArray
-from symasym.generated.arithmetic_formulas import first_moment
-from symasym.generated.plain_formulas import (
+from symasym.generated.formulas import (
     bend_of_saddle,
     endpoint_shares,
+    first_moment,
     kink_change,
     next_moment,
 )
@@ -129,7 +129,7 @@ def formal_series(h: Series) -> tuple[Series, Series]:
     """
     shares = [endpoint_shares(1 if k % 2 else -1, c) for k, c in enumerate(_row(h))]
     rising, falling = (
-        Series([Part(1.0, 0, list(row))] if row else [], h.rounding, majorants=h.majorants)
+        Series([Part(1.0, 0, list(row), h.majorants)] if row else [], h.rounding)
         for row in (zip(*shares, strict=True) if shares else ((), ()))
     )
     return rising, falling
@@ -165,7 +165,7 @@ def add_edge(
     if right is not None:
         # One side of a kink is straight, where no term follows.
         rounding, known = higher(rounding, right.rounding), known or right.majorants
-    changed = Series([Part(1.0, 0, change)] if change else [], rounding, majorants=known)
+    changed = Series([Part(1.0, 0, change, known)] if change else [], rounding)
     changes = formal_series(changed)
     onward = None if right is None else formal_series(right)[0]
     rising.append(CriticalPoint(rank, height, changes[0], onward, kind, u))
@@ -176,7 +176,7 @@ def mirrored(series: Series, sign: int) -> Series:
     """The series times `sign`, as h_k(u) becomes -h_k(-u) in the mirror."""
     if sign > 0:
         return series
-    parts = [Part(p.offset, p.logs, [-c for c in p.coefficients]) for p in series.parts]
+    parts = [p._replace(coefficients=[-c for c in p.coefficients]) for p in series.parts]
     return series._replace(parts=parts)
 
 
@@ -257,7 +257,7 @@ def _squared(row: list[Numbers]) -> list[Numbers]:
     return half
 
 
-def majorants(taylor: list[Numbers], count: int, arithmetic: Arithmetic) -> Majorants:
+def majorants(taylor: list[Numbers], count: int, arithmetic: Arithmetic, odd: int = 0) -> Majorants:
     """M_n for n <= `count` and L_n of a zero of A with the Taylor coefficients `taylor` of A.
 
     With V - V(u) = +-a t^2 (1 + alpha_1 t + alpha_2 t^2 + ...), the coefficient of lam^-(n + 1/2)
@@ -271,24 +271,27 @@ def majorants(taylor: list[Numbers], count: int, arithmetic: Arithmetic) -> Majo
         L_n = a^-(n + 1/2) (Gamma(n + 3/2) |alpha_2n| + Gamma(n + 5/2)/2 sum |alpha_i alpha_j|),
 
     i + j = 2n: the terms of first and second order in the alpha_j.
+
+    With `odd` = 1 those of what half of the Gaussian has besides half of that, 2n + 1 in place of
+    2n: half of Gamma(n + 1) a^-(n + 1) [t^(2n + 1)] (1 + sum alpha_j t^j)^-(n + 1), and so on.
     """
     slope = abs(taylor[1])
     a = slope / 2
-    alpha = [2 * abs(c) / ((j + 2) * slope) for j, c in enumerate(taylor[2:], start=1)]
+    alpha = [bend_of_saddle(j, abs(c), slope) for j, c in enumerate(taylor[2:], start=1)]
     negative = [1, *(-x for x in alpha)]
     full, later, inverse = [], [], 1 / a
-    front = a**-0.5 * a
+    front = a / 2 / a if odd else a**-0.5 * a
     for n in range(max(count, len(alpha)) + 1):
-        front = front * inverse
+        top, front = 2 * n + odd, front * inverse
         if n <= count:
-            positive = power(negative, -(2 * n + 1), 2, 2 * n + 1, arithmetic.one)[2 * n]
-            full.append(front * arithmetic.gamma(2 * n + 1, 2) * positive)
+            positive = power(negative, -(top + 1), 2, top + 1, arithmetic.one)[top]
+            full.append(front * arithmetic.gamma(top + 1, 2) * positive)
         pairs: Numbers = 0 * a
-        for i in range(max(1, 2 * n - len(alpha)), min(len(alpha), 2 * n - 1) + 1):
-            pairs = pairs + alpha[i - 1] * alpha[2 * n - i - 1]
-        felt = arithmetic.gamma(2 * n + 5, 2) / 2 * pairs
-        if 0 < 2 * n <= len(alpha):
-            felt = felt + arithmetic.gamma(2 * n + 3, 2) * alpha[2 * n - 1]
+        for i in range(max(1, top - len(alpha)), min(len(alpha), top - 1) + 1):
+            pairs = pairs + alpha[i - 1] * alpha[top - i - 1]
+        felt = arithmetic.gamma(top + 5, 2) / 2 * pairs
+        if 0 < top <= len(alpha):
+            felt = felt + arithmetic.gamma(top + 3, 2) * alpha[top - 1]
         later.append(front * felt)
     return Majorants(full, later)
 
@@ -441,7 +444,7 @@ class Builder:
         h = endpoint_coefficients(psi, self.count)
         size = poly(self.c_size, abs(u)) * abs(h[0])
         known = endpoint_majorants(psi, self.count)
-        return Series([Part(1.0, 0, trimmed(h))], _EPS * 4 * self.count * (1 + size), None, known)
+        return Series([Part(1.0, 0, trimmed(h), known)], _EPS * 4 * self.count * (1 + size))
 
     def flat(self, a: Numbers) -> Series:
         """h_1 = 1/phi beside a straight potential."""
@@ -464,7 +467,7 @@ class Builder:
             terms.append(a * moment)
             moment = next_moment(n, moment)
         known = majorants(taylor, self.count, self.arithmetic)
-        return Series([Part(0.5, 0, trimmed(terms))], rounding, majorants=known)
+        return Series([Part(0.5, 0, trimmed(terms), known)], rounding)
 
     def poles(self) -> Iterator[Pole]:
         """The zeros of A, of a complex pair one."""
@@ -489,7 +492,7 @@ class Builder:
         wrong = [row[1 + sign] + row[1] for row in sizes]
         shares[0] = shares[0] + extra
         wrong[0] = wrong[0] + abs(extra) * self.eps * 4
-        return Series([Part(1.0, 0, trimmed(shares))], 1.0, wrong, self.behind_regular(sign))
+        return Series([Part(1.0, 0, trimmed(shares), self.behind_regular(sign))], 1.0, wrong)
 
     def behind_regular(self, sign: int) -> Majorants | None:
         """Majorants of the regular part of one side."""

@@ -7,6 +7,9 @@ are the integrals of h_k, at a zero of phi Hadamard's finite part: the wells and
 bring exponentials of their own (`symasym.asymptotics.weak_noise.critical_points`), and nothing
 else, since a path above the zero and one below it differ by a pure exponential. For a polynomial
 A all is a sum over the zeros of A in the complex plane; otherwise over Taylor panels.
+
+No next term tells what is left out where A varies fast between critical points: the resolution
+test (`unresolved`) looks for that.
 """
 
 from __future__ import annotations
@@ -19,20 +22,32 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from symasym.asymptotics.weak_noise.series import counts
-from symasym.base.contexts import mpf_of
+from symasym.base.call_context import mpf_of, step
 from symasym.base.errors import AccuracyError, InputError, SymasymError
-from symasym.base.patience import step
+from symasym.base.inputs import FloatArray, is_array
+from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField, to_fraction
-from symasym.generated.plain_formulas import finite_part
+from symasym.generated.formulas import (
+    fall_beside_pair,
+    finite_part,
+    next_binomial,
+    next_share_of_line,
+    share_of_line,
+    two_powers_more,
+)
 from symasym.numbers.arithmetic import Number
 from symasym.numbers.polynomials import laurent, product, reciprocal, refined, shifted
+from symasym.scenes import Scenes
 from symasym.series.quadratic_factor import split_pair
 
 if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
 
-__all__ = ["Pole", "panel_integrals", "pole_primitive", "pole_sums", "polynomial_primitives"]
+__all__ = [
+    "Pole", "panel_integrals", "pole_primitive", "pole_sums", "polynomial_primitives",
+    "require_resolved", "unresolved", "unresolved_in",
+]  # fmt: skip
 
 # Zeros closer than this are not separated well enough for partial fractions.
 _CLUSTER = 1e-5
@@ -41,6 +56,13 @@ _APART = Fraction(1, 20)
 # Where more, or narrower ones, are needed, A nearly vanishes and the series is of no use.
 _MOST_PANELS = 60
 _NARROWEST = Fraction(1, 2**12)
+# Of the resolution test: points in the layer, and scenes at once.
+_POINTS = 513
+# Of |phi'|/(lam phi^2), outside of e^{±3} around wells and barriers.
+_MOST_BEND = 0.25
+_NEAR = 3.0
+_EDGE = 13
+_AT_ONCE = 512
 
 
 class Pole(NamedTuple):
@@ -395,14 +417,11 @@ class _Panels:
                 return None
             powers = _pair_integrals(square, ends, len(g), 2 * k + 1, context)
             shares.append(context.fdot(g, powers) * width ** (1 - k))
-            slope = [(j + 1) * c for j, c in enumerate(g[1:])]
-            lowered = [-square * c for c in slope[:-2]]
-            for j, c in enumerate(slope[:-2]):
-                if j + 2 < len(lowered):
-                    lowered[j + 2] += c
-            for j, c in enumerate(g[: len(lowered) - 1]):
-                lowered[j + 1] -= 2 * (2 * k + 1) * c
-            g = product([-c for c in lowered], inverse[: len(lowered)])
+            fall = [
+                fall_beside_pair(j, 2 * k + 1, before, after, square)
+                for j, (before, after) in enumerate(zip([context.zero, *g], g[1:-2], strict=False))
+            ]
+            g = product(fall, inverse[: len(fall)])
         return shares
 
 
@@ -414,33 +433,28 @@ def _pair_integrals(
     From j to j + 2 by y² = (y² - D) + D; the first two as series in D/y² at the ends, that is on
     a path above both zeros, and what the real line has more if they are complex.
     """
-    rows: list[list[Any]] = []
+
+    def over(edges: Sequence[Any], order: int) -> Any:
+        """int t^-order."""
+        return primitive(edges[1], order, context) - primitive(edges[0], order, context)
+
+    row = [over(ends, -j) for j in range(count)]
+    share = share_of_line(context, context.sqrt(-square)) if square < 0 else context.zero
     for n in range(1, power + 1):
-        first = share = context.zero
-        coefficient, i = context.one, 0
+        first, coefficient, i = share, context.one, 0
         while True:
             step()
-            order = 1 - 2 * n - 2 * i
-            term = coefficient * square**i / order
-            first += term * (ends[1] ** order - ends[0] ** order)
-            if abs(term) * min(abs(e) for e in ends) ** order < context.eps * (1 + abs(first)):
+            term = coefficient * over(ends, 2 * n + 2 * i)
+            first += term
+            if abs(term) < context.eps * (1 + abs(first)):
                 break
-            coefficient = coefficient * (n + i) / (i + 1)
+            coefficient = next_binomial(n, i, coefficient) * square
             i += 1
-        if square < 0:
-            share = context.pi * context.fac2(2 * n - 3) / context.fac2(2 * n - 2)
-            share *= (-square) ** (context.mpf(1) / 2 - n)
-        weights = [e * e - square for e in ends]
-        if n == 1:
-            second = context.log(abs(weights[1] / weights[0])) / 2
-        else:
-            second = (weights[1] ** (1 - n) - weights[0] ** (1 - n)) / (2 * (1 - n))
-        row = [first + share, second]
+        lower, row = row, [first, over([e * e - square for e in ends], n) / 2]
         for j in range(2, count):
-            below = rows[-1][j - 2] if rows else (ends[1] ** (j - 1) - ends[0] ** (j - 1)) / (j - 1)
-            row.append(below + square * row[j - 2])
-        rows.append(row)
-    return rows[-1][:count]
+            row.append(two_powers_more(lower[j - 2], row[j - 2], square))
+        share = next_share_of_line(n, share, square)
+    return row[:count]
 
 
 def _too_narrow(field: ExactField, u: Fraction) -> AccuracyError:
@@ -450,3 +464,89 @@ def _too_narrow(field: ExactField, u: Fraction) -> AccuracyError:
         f"A varies too fast, or nearly vanishes, beside u = {point:.6g} for the weak-noise "
         "series; use method='exact'."
     )
+
+
+# -- the resolution test ---------------------------------------------------------------------------
+#
+# Between critical points the expansions are in |phi'|/(lam phi^2). A drift that is no polynomial
+# may vary fast there although it is straight where its series are taken; then what is left out,
+# e^{lam V} there, is in no next term.
+
+
+def unresolved(drift: Drift, lam: float, folds: Sequence[float] = ()) -> bool:
+    """True where A varies too fast for this noise, but at the folds; never for a polynomial."""
+    if drift.exact_coefficients() is not None:
+        return False
+    u = np.linspace(-1, 1, _POINTS)
+    with np.errstate(all="ignore"):
+        phi = np.broadcast_to(drift.evaluate_float(u), u.shape)
+    return bool(_unresolved(phi[None], np.array([lam]), folds)[0])
+
+
+def require_resolved(drift: Drift, lam: Fraction, folds: Sequence[float] = ()) -> None:
+    """Raise AccuracyError where A varies too fast for the noise (`unresolved`), but at folds."""
+    # Noise beyond the range of float64 is weak.
+    if lam < 10**300 and unresolved(drift, float(lam), folds):
+        raise AccuracyError(
+            f"kappa is {float(2 / lam) ** 0.5:.6g}, where the noise is too strong for a drift that "
+            "varies this fast: no term of Laplace's method estimates its error; use "
+            "method='exact' or 'strong_noise'."
+        )
+
+
+def unresolved_in(drift: Drift, scenes: Scenes) -> Any:
+    """The same, for each scene."""
+    unresolved = np.zeros(len(scenes.lam), dtype=bool)
+    first = {n: float(x.flat[0]) if is_array(x) else x for n, x in scenes.parameters.items()}
+    if not len(unresolved) or drift.bind(**first).exact_coefficients() is not None:
+        return unresolved
+    u = np.linspace(-1, 1, _POINTS)
+    for low in range(0, len(unresolved), _AT_ONCE):
+        part = slice(low, low + _AT_ONCE)
+        lam = scenes.lam[part]
+        values = {
+            name: np.asarray(x[part])[:, None] if is_array(x) else np.asarray(float(x))
+            for name, x in scenes.parameters.items()
+        }
+        with np.errstate(all="ignore"):
+            phi = np.broadcast_to(drift.evaluate_float(u, values), (len(lam), _POINTS))
+        unresolved[part] = _unresolved(phi, lam)
+    return unresolved
+
+
+def _unresolved(phi: FloatArray, lam: FloatArray, folds: Sequence[float] = ()) -> Any:
+    """True for each row of phi that |phi'|/(lam phi^2) shows to vary too fast.
+
+    Near a zero of phi, within e^{±3}, phi is instead to be nearly its tangent where the Gaussian
+    is wide.
+    """
+    step = 2 / (_POINTS - 1)
+    slope = np.gradient(phi, step, axis=1)
+    # By trapezoids, exact where phi is its tangent: at a zero that decides what is near.
+    rise = (np.cumsum(phi, axis=1) - phi / 2) * step
+    # Beside u = -1 and 1 the series of these points estimate.
+    near = np.zeros(phi.shape, dtype=bool)
+    near[:, :_EDGE] = near[:, -_EDGE:] = True
+    # Where a well and a barrier meet, phi is a parabola, and Airy functions tell.
+    for fold in folds:
+        middle = round((fold + 1) / step)
+        near |= lam[:, None] * np.abs(rise - rise[:, middle : middle + 1]) < _NEAR
+    known = near.copy()
+    rows, columns = np.nonzero((phi[:, 1:] > 0) != (phi[:, :-1] > 0))
+    # Beyond float64 nothing is known.
+    crooked: Any = ~np.isfinite(phi).all(axis=1)
+    for row, column in zip(rows, columns, strict=True):
+        if crooked[row]:
+            continue
+        near[row] |= lam[row] * np.abs(rise[row] - rise[row, column]) < _NEAR
+        if folds and known[row, column]:
+            continue
+        # At the width of the Gaussian A must still be nearly its tangent.
+        steep = np.abs(slope[row, column])
+        reach = max(1, int(1 / np.sqrt(lam[row] * steep + 1e-300) / step))
+        for end in (max(int(column) - reach, 0), min(int(column) + reach, _POINTS - 1)):
+            straight = steep * abs(end - int(column)) * step
+            crooked[row] |= np.abs(phi[row, end] - phi[row, column]) < straight / 2
+    with np.errstate(all="ignore"):
+        bend = np.abs(slope) / (lam[:, None] * phi**2)
+    return crooked | (np.where(near, 0.0, bend) > _MOST_BEND).any(axis=1)

@@ -35,14 +35,6 @@ ROUNDING = 1e-15
 Numbers = Any
 
 
-class Part(NamedTuple):
-    """lam^-offset log(lam)^logs (c[0] + c[1]/lam + ...); coefficients that are missing are 0."""
-
-    offset: float
-    logs: int
-    coefficients: list[Numbers]
-
-
 class Majorants(NamedTuple):
     """M_n and L_n for n = 0, 1, ...; M_n as far as it is wanted, L_n further on."""
 
@@ -55,6 +47,18 @@ class Majorants(NamedTuple):
         return self.full[known : known + 1] + later
 
 
+class Part(NamedTuple):
+    """lam^-offset log(lam)^logs (c[0] + c[1]/lam + ...); coefficients that are missing are 0.
+
+    `majorants` are those of the coefficients, where they are known.
+    """
+
+    offset: float
+    logs: int
+    coefficients: list[Numbers]
+    majorants: Majorants | None = None
+
+
 class Series(NamedTuple):
     """A sum of parts, each known to `rounding`: of its value, or where given of its `terms`."""
 
@@ -62,8 +66,11 @@ class Series(NamedTuple):
     rounding: Numbers = 0.0
     # Coefficients as large as what cancels in those of the first part.
     size: list[Numbers] | None = None
-    # Of the coefficients of its only part, where they are known.
-    majorants: Majorants | None = None
+
+    @property
+    def majorants(self) -> Majorants | None:
+        """Those of the first part."""
+        return self.parts[0].majorants if self.parts else None
 
 
 class Local(Protocol):
@@ -101,15 +108,17 @@ def trimmed(coefficients: list[Numbers]) -> list[Numbers]:
 def added(a: Series, b: Series) -> Series:
     """The sum of two series, whose terms may cancel."""
     keys = {(p.offset, p.logs): p.coefficients for p in a.parts}
+    known = {(p.offset, p.logs): p.majorants for p in b.parts + a.parts if p.majorants}
     for part in b.parts:
         mine = keys.get((part.offset, part.logs), [])
         width = max(len(mine), len(part.coefficients))
         rows = [row + [0.0] * (width - len(row)) for row in (mine, part.coefficients)]
         keys[part.offset, part.logs] = [x + y for x, y in zip(*rows, strict=True)]
     rounding = higher(a.rounding, b.rounding)
-    parts = [Part(*key, row) for key, values in keys.items() if (row := trimmed(values))]
-    size = a.size if a.size is not None else b.size
-    return Series(parts, rounding, size, (a.majorants or b.majorants) if parts else None)
+    parts = [
+        Part(*key, row, known.get(key)) for key, values in keys.items() if (row := trimmed(values))
+    ]
+    return Series(parts, rounding, a.size if a.size is not None else b.size)
 
 
 _MOST_FALL = 0.75
@@ -426,8 +435,9 @@ class Point:
             if series.size is None:
                 weight = plus(weight, series.rounding)
             cut = self._truncation(series.parts)
-            if series.parts and series.majorants is not None:
-                cut = plus(cut, self._allowed(series.parts[0], series.majorants, total.size))
+            for part in series.parts:
+                if part.majorants is not None:
+                    cut = plus(cut, self._allowed(part, part.majorants, total.size))
             total.error = plus(cut, times(total.size, weight))
             if series.size is not None:
                 part = series.parts[0] if series.parts else Part(1.0, 0, [])
@@ -493,6 +503,7 @@ class Point:
         q is one number times 1/lam.
         """
         first, total, front = self.order + 1, 0.0, 1.0
+        parts = [part for part in parts if part.coefficients]
         longest = max((len(part.coefficients) for part in parts), default=0)
         if longest <= first:
             return total

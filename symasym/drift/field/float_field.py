@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context, step
 from symasym.base.inputs import FloatArray
-from symasym.base.patience import step
 from symasym.drift.drift import Drift
 from symasym.numbers.complex_balls import ComplexBall, tame
 from symasym.numbers.float_arrays import DoubleDouble, DoubleDoubleOps, ends_of, shift

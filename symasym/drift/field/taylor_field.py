@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.base.contexts import mpf_of, own_context
+from symasym.base.call_context import mpf_of, own_context, step
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
-from symasym.base.patience import step
 from symasym.drift.drift import Drift
 from symasym.numbers.complex_balls import ComplexBallOps, tame
 from symasym.numbers.polynomials import poly, shifted

@@ -38,7 +38,8 @@ _DAWSON_BEYOND: list[float] = []
 # The library's formulas, in doubles (`symasym.emit.kernels.kernel.in_doubles`).
 _FORM: Any = None
 pair_norm = canonical = over_pair = over_pair_twice = pair_share = over_end = _FORM
-_past_pair = _past_barrier = faded = _before_end = gaussians = _FORM
+even_share = even_share_on_line = odd_share = _past_pair = _past_barrier = _FORM
+faded = _before_end = gaussians = _FORM
 
 
 def _dawson(x: float, result: list[float]) -> None:

@@ -237,14 +237,17 @@ def fric2(
         "the folds, at which the formula jumps: its Stokes discontinuities."
     )
     with style():
-        figure = new_figure(5.4, 3.8, caption)
+        figure = new_figure(5.4, 4.1, caption)
         axes = figure.subplots()
         _limits(axes, curves, 0.03)
         labels = [rf"$\mu = {number_text(exact('mu', m))}$" for m in shapes]
         hues = shape_colors([exact("mu", m) for m in shapes])
         _panel(axes, curves, labels, rf"$\kappa_p = {noise}$", hues)
-        _mark_folds(axes, curves, hues)
-        axes.legend(handles=_key(), loc="upper left")
+        inset = _inset(axes, curves, hues)
+        _mark_folds(inset or axes, curves, hues, 0.1 if inset is None else 0.2)
+        if inset is not None:
+            figure.set_label(f"{caption} The inset magnifies them.")
+        figure.legend(handles=_key(), loc="outside lower center", ncols=2)
         return figure
 
 
@@ -314,68 +317,78 @@ def _label_ends(axes: Axes, ends: list[float], labels: list[str], hues: list[str
 
 
 def _key() -> list[Any]:
-    """The legend: solid is exact, dotted asymptotic."""
+    """The legend: solid is exact, dotted the paper's formula."""
     from matplotlib.lines import Line2D
 
     return [
         Line2D([], [], color="0.65", **_SOLID, label="exact"),
-        Line2D([], [], color=INK, **_DOTTED, label="asymptotic"),
+        Line2D([], [], color=INK, **_DOTTED, label="paper's formula"),
     ]
+
+
+def _inset(axes: Axes, curves: list[Curve], hues: list[str]) -> Axes | None:
+    """A window over the left of the folds, where the curves are low; None where it has no room."""
+    folds = [c.fold for c in curves if c.fold is not None]
+    left, right = axes.get_xlim()
+    room = (min(folds) - left) / (right - left) - 0.11 if folds else 0.0
+    if room < 0.25:
+        return None
+    inset = axes.inset_axes((0.1, 0.4, min(room, 0.5), 0.5))
+    for color, drawn in zip(hues, curves, strict=False):
+        _draw(inset, drawn, color, gid="inset-")
+    # The formula jumps by about 1 on this scale, whatever the noise.
+    levels = [float(c.asymptotic[0][1][-1]) for c in curves if c.fold is not None]
+    half = 0.075 * (right - left)
+    inset.set(
+        xlim=(min(folds) - half, min(max(folds) + half, right)),
+        ylim=(min(levels) - 0.55, max(levels) + 2.25),
+    )
+    inset.tick_params(labelsize="small")
+    inset.spines[["top", "right"]].set_visible(True)
+    zoom = axes.indicate_inset_zoom(inset, edgecolor="0.5")
+    # One line at most: the left corners' go through the tick labels, and a long one through curves.
+    alone = len(set(folds)) == 1
+    for corner, line in zip(_CORNERS, zoom.connectors or (), strict=True):
+        line.set_visible(alone and corner == "lower right")
+    return inset
 
 
 def _fold_inset(axes: Axes, curves: list[Curve]) -> None:
     """The neighbourhood of the fold, where the asymptotic value is discontinuous."""
-    fold = curves[0].fold
-    left, right = axes.get_xlim()
-    # It stands over the left of the fold, where the curves are low.
-    room = 0.0 if fold is None else (fold - left) / (right - left) - 0.11
-    if fold is None or room < 0.25:
+    inset, fold = _inset(axes, curves, colors()), curves[0].fold
+    if inset is None or fold is None:
         return
-    inset = axes.inset_axes((0.1, 0.4, min(room, 0.5), 0.5))
-    half = 0.075 * (right - left)
-    # The formula jumps by about 1 on this scale, whatever the noise.
-    level = float(curves[0].asymptotic[0][1][-1])
-    for color, drawn in zip(colors(), curves, strict=False):
-        _draw(inset, drawn, color, gid="inset-")
-    inset.set(
-        xlim=(fold - half, min(fold + half, right)),
-        ylim=(level - 0.55, level + 2.25),
-    )
-    ends = [fold - 0.7 * half, fold, fold + 0.7 * half]
+    left, right = inset.get_xlim()
+    ends = [fold - 0.7 * (fold - left), fold, fold + 0.7 * (fold - left)]
     names = [signed(f"{end:.2g}") for end in ends]
     names[1] = "$z_0^{(+)}$"
     inset.set_xticks([e for e in ends if e < right], names[: sum(e < right for e in ends)])
-    inset.tick_params(labelsize="small")
-    inset.spines[["top", "right"]].set_visible(True)
-    zoom = axes.indicate_inset_zoom(inset, edgecolor="0.5")
-    # From the right corners only: the left ones' lines would go through the tick labels.
-    for corner, line in zip(_CORNERS, zoom.connectors or (), strict=True):
-        line.set_visible(corner == "lower right")
 
 
 # In matplotlib's order.
 _CORNERS = ("lower left", "upper left", "lower right", "upper right")
 
 
-def _mark_folds(axes: Axes, curves: list[Curve], hues: list[str]) -> None:
-    """A pointer, from above, to every discontinuity of the asymptotic value."""
-    folded = [(c.fold, k) for k, c in enumerate(curves) if c.fold is not None]
+def _mark_folds(axes: Axes, curves: list[Curve], hues: list[str], spacing: float) -> None:
+    """The fold's number above every discontinuity of the asymptotic value."""
     low, high = axes.get_ylim()
     left, right = axes.get_xlim()
-    text = right
+    folded = [(c.fold, k) for k, c in enumerate(curves) if c.fold is not None]
+    gap = spacing * (right - left)
+    text = right + 0.2 * gap
     # From right to left, pushed apart where two would overlap.
     for fold, k in sorted(folded, reverse=True):
-        z0, log_time = curves[k].asymptotic[0]
-        text = min(fold, text - 0.04 * (right - left))
-        axes.annotate(
+        # On the right of a fold close to the edge there may be nothing of the formula.
+        top = min(float(curves[k].asymptotic[-1][1][0]), high - 0.1 * (high - low))
+        text = min(fold - 0.1 * gap, text - gap)
+        axes.text(
+            text,
+            top + 0.02 * (high - low),
             signed(f"{fold:.2f}"),
-            xy=(float(z0[-1]), float(log_time[-1]) + 0.025 * (high - low)),
-            xytext=(text, float(log_time[-1]) + 0.095 * (high - low)),
             ha="center",
+            va="bottom",
             color=dark(hues[k], 0.8),
-            arrowprops={"arrowstyle": "->", "color": hues[k], "linewidth": 0.9},
         )
-        text -= 0.1 * (right - left)
 
 
 # -- through the fold ------------------------------------------------------------------------------
@@ -386,8 +399,8 @@ _FINER = 7
 # Noise amplitudes of the error map.
 _MAP = np.geomspace(0.04, 0.28, 40)
 
-#: Values of z0 and logarithms of T, by name.
-Curves = dict[str, tuple[FloatArray, FloatArray]]
+#: Logarithms of T by name.
+Curves = dict[str, FloatArray]
 
 
 def stokes(
@@ -404,7 +417,7 @@ def stokes(
     ----------
     points : int
         Values of z0 on both sides of the fold, at least 8, for the methods that take
-        one scene at a time; the others have seven times as many.
+        one scene at a time, interpolated between; the others have seven times as many.
     mu, alpha : number
         Shape and strength of the friction force; mu > 1/2, so that there is a fold.
     kappa, r : number
@@ -435,18 +448,17 @@ def stokes(
     both = np.asarray(sa.escape_time(every, noise, r, method="uniform", order=0, log=True))
 
     def log_time(method: TimeMethod, order: int | None = None) -> FloatArray:
-        """log T over z0 by a method that takes one scene at a time."""
-        return np.asarray(
-            sa.escape_time(drift, float(kappa), r, method=method, order=order, log=True)
-        )
+        """log T by a method that takes one scene at a time: its error interpolated."""
+        logs = sa.escape_time(drift, float(kappa), r, method=method, order=order, log=True)
+        return wanted[:, 0] + _between(z0, np.asarray(logs) - wanted[::_FINER, 0], fine)
 
     step = sa.escape_time(family.bind(z0=fine), float(kappa), r, method="paper", log=True)
     curves = {
-        "step (the paper)": (fine, np.asarray(step)),
-        "local": (z0, log_time("local")),
-        "uniform, order 0": (fine, both[:, 0]),
-        "uniform, order 1": (z0, log_time("uniform", 1)),
-        "uniform, order 2": (z0, log_time("uniform", 2)),
+        "step (the paper)": np.asarray(step),
+        "local": log_time("local"),
+        "uniform, order 0": both[:, 0],
+        "uniform, order 1": log_time("uniform", 1),
+        "uniform, order 2": log_time("uniform", 2),
     }
     caption = (
         f"A well is born at z0 = {fold:.4g} ({given_text(mu=mu, kappa=kappa, r=r)}): the escape "
@@ -474,6 +486,17 @@ def stokes(
     return figure
 
 
+def _between(at: FloatArray, values: FloatArray, wanted: FloatArray) -> FloatArray:
+    """The polynomials through the six nearest of these points, at the wanted ones."""
+    first = np.clip(np.searchsorted(at, wanted) - 3, 0, len(at) - 6)
+    rows = first[:, None] + np.arange(6)
+    nodes = at[rows]
+    others = ~np.eye(6, dtype=bool)
+    shares = np.where(others, wanted[:, None, None] - nodes[:, None, :], 1.0).prod(axis=2)
+    scales = np.where(others, nodes[:, :, None] - nodes[:, None, :], 1.0).prod(axis=2)
+    return np.asarray((shares / scales * values[rows]).sum(axis=1))
+
+
 def _looks() -> dict[str, tuple[object, str]]:
     """Colour and dashes of each formula, the same in all panels."""
     blue, red, teal, ochre = colors()
@@ -495,11 +518,11 @@ def _times(axes: Axes, curves: Curves, z0: FloatArray, wanted: FloatArray, fold:
     """Draw the escape time near the fold."""
     near = 0.55 * np.ptp(z0) / 2
     looks = _looks()
-    shown = {"exact": (z0, wanted), **{name: curves[name] for name in list(curves)[2::-1]}}
-    for name, (at, logs) in shown.items():
+    chosen = np.abs(z0 - fold) < near
+    shown = {"exact": wanted, **{name: curves[name] for name in list(curves)[2::-1]}}
+    for name, logs in shown.items():
         color, dashes = looks[name]
-        chosen = np.abs(at - fold) < near
-        at, values = at[chosen], np.exp(logs[chosen])
+        at, values = z0[chosen], np.exp(logs[chosen])
         if name.startswith("step"):
             # A gap, not a line, at the step.
             index = int(np.searchsorted(at, fold))
@@ -526,11 +549,10 @@ def _shares(axes: Axes, drift: sa.Drift, kappa: Number, z0: FloatArray, fold: fl
 def _errors(axes: Axes, curves: Curves, z0: FloatArray, wanted: FloatArray) -> None:
     """Draw the relative errors of T."""
     looks = _looks()
-    for name, (at, logs) in curves.items():
+    for name, logs in curves.items():
         color, dashes = looks[name]
-        known = wanted[:: (len(z0) - 1) // (len(at) - 1)]
-        error = np.maximum(np.abs(np.expm1(logs - known)), 1e-16)
-        axes.semilogy(at, error, dashes, color=color, label=name)
+        error = np.maximum(np.abs(np.expm1(logs - wanted)), 1e-16)
+        axes.semilogy(z0, error, dashes, color=color, label=name)
     axes.set_ylabel("relative error")
     axes.set_ylim(top=3e4)
     axes.legend(fontsize=7.2, ncols=2, loc="upper left", columnspacing=3.0, **_ON_TOP)

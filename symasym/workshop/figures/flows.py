@@ -262,7 +262,8 @@ def flows(mu: Number = 3, alpha: Number = 1, eps: Number = "1/10") -> Figure:
         "(i) Sliding region: orbits settle on the attracting one. (ii.a) Crossing "
         "region, linear smoothing: nothing stops them. (ii.b) The same region with "
         f"mu = {number_text(shape)}: orbits from below stay in the layer until the manifold "
-        f"ends at the fold, z = {signed(f'{fold:.3g}')} (dot); those that begin on the repelling "
+        f"ends at the fold, z = {signed(f'{fold:.3g}')} (the dot is that of the curve of zero "
+        "drift); those that begin on the repelling "
         "branch leave it either way."
     )
     edge = 1 - a

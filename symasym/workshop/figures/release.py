@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-POINTS = 9
+POINTS = 25
 _RTOL = 1e-3
-_PATHS = 6
+_PATHS = 3
 _STEP = 0.01
 
 
@@ -93,8 +93,9 @@ def release(
         for k in noise
     ]
     with style():
-        figure = new_figure(10.2, 3.6, caption)
-        plane, law, times = figure.subplots(1, 3)
+        figure = new_figure(7.2, 5.4, caption)
+        panels = figure.subplot_mosaic([["paths", "paths"], ["density", "times"]])
+        plane, law, times = (panels[name] for name in ("paths", "density", "times"))
         _wells(plane, mu, alpha, fold, scenes[0].z)
         for scene, label, color in zip(scenes, amplitudes, colors(), strict=False):
             name = rf"$\kappa = {number_text(exact('kappa', label))}$"
@@ -116,8 +117,10 @@ def _wells(axes: Axes, mu: Number, alpha: Number, fold: float, z0: float) -> Non
     z = 1 - strength * (across + shape * (across - across**3))
     turn = float(sa.friction(mu=mu, alpha=alpha).turning_points())
     low = across <= turn
-    axes.plot(z[low], across[low], color=INK, linewidth=1.4, gid="wells")
-    axes.plot(z[~low], across[~low], color=INK, linewidth=1.4, linestyle=":", gid="barriers")
+    axes.plot(z[low], across[low], color=INK, linewidth=1.4, zorder=3, gid="wells")
+    axes.plot(
+        z[~low], across[~low], color=INK, linewidth=1.4, linestyle=":", zorder=3, gid="barriers"
+    )
     axes.axvline(fold, color=INK, linewidth=0.6, linestyle=":")
     axes.set_xlim(fold - 0.35 * abs(z0 - fold) - 0.1, z0 + 0.05)
 
@@ -135,7 +138,7 @@ def _paths(axes: Axes, scene: Scene, color: str) -> None:
         z = np.where(stays, z + _STEP * eps * system.velocity_at(u, z, eps), z)
         u = np.where(stays, moved, u)
         rows.append((z, u))
-    every = slice(None, None, max(1, len(rows) // 2000))
+    every = slice(None, None, max(1, len(rows) // 1200))
     for k in range(_PATHS):
         line = np.array([(a[k], b[k]) for a, b in rows[every]])
         axes.plot(line[:, 0], line[:, 1], color=color, linewidth=0.35, alpha=0.8)
@@ -161,13 +164,15 @@ def _times(axes: Axes, scene: Scene, mu: Number, alpha: Number, points: int) -> 
         np.exp(sa.escape_time(frozen, fine, scene.r, log=True)),
         color=red,
         linestyle="--",
-        label="$z$ frozen",
+        label="frozen, exact",
     )
     paper = sa.escape_time(frozen, fine, scene.r, method="paper", log=True)
-    axes.plot(fine, np.exp(paper), color=ochre, linestyle=(0, (1.0, 1.7)), label="the paper's")
+    axes.plot(
+        fine, np.exp(paper), color=ochre, linestyle=(0, (1.0, 1.7)), label="frozen, paper's formula"
+    )
     for method, color, dashes, label in (
-        ("adiabatic", teal, "-.", "adiabatic"),
-        ("march", blue, "-", "whole"),
+        ("adiabatic", teal, "-.", "moving, adiabatic law"),
+        ("march", blue, "-", "moving"),
     ):
         means = [
             sa.release(scene.system, k, scene.r, method=method, rtol=_RTOL, **ask).mean
@@ -181,9 +186,9 @@ def _times(axes: Axes, scene: Scene, mu: Number, alpha: Number, points: int) -> 
         xlabel=r"$\kappa$ (scaled)",
         ylabel="mean time",
         ylim=(5, 30 * whole),
-        title="(c)  time of release",
+        title="(c)  time of release, $z$ frozen or moving",
     )
-    axes.legend(loc="upper right")
+    axes.legend(loc="upper right", fontsize="small", handlelength=1.7)
 
 
 def regimes(

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 import symasym as sa
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.base.errors import InputError
 from symasym.exact import ball_sweep
 from symasym.numbers import balls

@@ -74,11 +74,10 @@ def table(names: list[str], rows: list[list[str]]) -> str:
     return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
 
 
-def head(title: str, command: str, machine: str, missing: list[str]) -> list[str]:
+def head(command: str, machine: str, missing: list[str]) -> list[str]:
     """The blocks that every page begins with."""
     gone = ", ".join(missing)
     return [
-        f"# {title}",
         f"Made by `{command}`, and nothing in it is typed by hand. {machine}",
         f"Not installed, and left out: {gone}." if gone else "Every peer was installed.",
     ]
@@ -192,54 +191,83 @@ def growth(grown: list[Grown]) -> str:
     return "\n\n".join(parts)
 
 
-def page(
+def parts(
     points: list[Point],
     grown: list[Grown],
     scenes: dict[str, str],
     missing: list[str],
     machine: str,
     command: str,
-) -> str:
-    """The whole page."""
+) -> dict[str, str]:
+    """The parts of the page by name, in its order; docs/keep.py distributes them over pages."""
     wrong = lies(points)
     ours = [p for p in wrong if p.ours]
     others = [p for p in wrong if not p.ours]
     listed = ", ".join(f"{p.method} {p.setting} ({p.scene})" for p in others)
-    blocks = [
-        *head("Error against run time, measured", command, machine, missing),
-        "Errors are relative errors of $T$ (absolute errors of $\\log T$), against a reference of "
-        "120 digits. A time is the least processor time of several runs.",
-        table(["scene", "what", "reference"], [_scene(n, t) for n, t in scenes.items()]),
-        "## Which method when",
-        "symasym's fastest method whose true error is at most that at the head of the column, and "
-        "in the row below it the fastest peer. An epsrel is what dblquad was asked for, not the "
-        "error that it reached.",
-        when(points),
-        "![error against time](work-precision.svg)",
-        "A full mark claims an error, a hollow one claims none; a small triangle left of a mark "
-        "says that the error is smaller than drawn: below that of the reference, or left of the "
-        "axis.",
-        "## What each expansion reaches",
-        "The smallest true error of each expansion, whatever the time, and the setting that "
-        "reaches it. A dash: every setting was refused, or stopped.",
-        reached(points),
-        "## Honesty",
-        f"Points whose claimed error is below the true one: {len(ours)} of symasym"
-        + (f", {len(others)} of the peers: {listed}." if others else ", none of the peers."),
-        "## Growth",
-        growth(grown),
-        "![growth](growth.svg)",
-        "## No value",
-        refusals(points) or "Every method gave a value everywhere.",
-    ]
-    return typeset("\n\n".join(blocks)) + "\n"
+    blocks = {
+        "scenes": [
+            *head(command, machine, missing),
+            "Errors are relative errors of $T$ (absolute errors of $\\log T$), against a reference "
+            "of 120 digits. A time is the least processor time of several runs.",
+            table(["scene", "what", "reference"], [_scene(n, t) for n, t in scenes.items()]),
+        ],
+        "when": [
+            "symasym's fastest method whose true error is at most that at the head of the column, "
+            "and in the row below it the fastest peer. An epsrel is what `dblquad` was asked for, "
+            "not the error that it reached.",
+            when(points),
+        ],
+        "diagram": [
+            "![seconds against the true relative error of T, a panel for each scene and a curve "
+            "for each method](work-precision.svg)",
+            "Further left is more accurate, further down is faster. A full mark claims an error, a "
+            "hollow one claims none; a small triangle left of a mark says that the error is "
+            "smaller than drawn: below that of the reference, or left of the axis.",
+        ],
+        "reached": [
+            "The smallest true error of each expansion, whatever the time, and the setting that "
+            "reaches it. A dash: every setting was refused, or stopped.",
+            reached(points),
+        ],
+        "claims": [
+            f"Points whose claimed error is below the true one: {len(ours)} of symasym"
+            + (f", {len(others)} of the peers: {listed}." if others else ", none of the peers."),
+        ],
+        "growth": [
+            growth(grown),
+            "![seconds against the number of digits, lambda and the number of points](growth.svg)",
+        ],
+        "refusals": [refusals(points) or "Every method gave a value everywhere."],
+    }
+    return {name: typeset("\n\n".join(part)) for name, part in blocks.items()}
+
+
+_HEADINGS = {
+    "when": "Which method when",
+    "reached": "What each expansion reaches",
+    "claims": "Claimed errors",
+    "growth": "Growth",
+    "refusals": "No value",
+}
+
+
+def page(written: dict[str, str]) -> str:
+    """The whole page, of its parts."""
+    blocks = ["# Error against run time, measured"]
+    for name, text in written.items():
+        blocks += [f"## {_HEADINGS[name]}"] if name in _HEADINGS else []
+        blocks.append(text)
+    return "\n\n".join(blocks) + "\n"
 
 
 def _scene(name: str, text: str) -> list[str]:
     """A row of the table of scenes: its drift as code, its numbers as formulas."""
     what, reference = text.split(" | ")
     drift, kappa, r = re.split(r", (?:kappa|r) = ", what)
-    return [name, f"`{drift}`, $\\kappa$ = {kappa}, $r$ = {r}", reference]
+    numbers = [
+        f"${symbol} = {typeset(x).strip('$')}$" for symbol, x in (("\\kappa", kappa), ("r", r))
+    ]
+    return [name, ", ".join([f"`{drift}`", *numbers]), reference]
 
 
 _LIBRARIES = ("numpy", "mpmath", "gmpy2", "python-flint", "scipy", "sympy", "matplotlib")
@@ -312,7 +340,7 @@ def report(
     where = measured_on(before)
     command = "symasym report" + (" --quick" if quick else "")
     command += "".join(f" --scene {name}" for name in names or ())
-    text = page(points, grown, about, missing(), where, command) + peers.section()
+    text = page(parts(points, grown, about, missing(), where, command)) + peers.section()
     record = {
         "scenes": about,
         "points": [asdict(p) for p in points],

@@ -24,7 +24,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import symasym as sa
-from symasym.base.contexts import mpf_of
+from symasym.base.call_context import mpf_of
 from symasym.base.inputs import Number
 
 if TYPE_CHECKING:

@@ -135,7 +135,7 @@ def report(folder: str | Path, quick: bool = False) -> tuple[list[Point], list[P
     }
     paths = publish(
         Path(folder),
-        {"stability.md": page(judged, numbers, missing(), where, command).encode()},
+        {"stability.md": page(parts(judged, numbers, missing(), where, command)).encode()},
         {"stability": heat_maps(judged)},
         ("stability.json", command, where, record),
     )
@@ -157,28 +157,39 @@ def summary(judged: list[Cell]) -> str:
     return table([*names, "where"], rows)
 
 
-def page(
+def parts(
     judged: list[Cell], numbers: list[Condition], gone: list[str], where: str, command: str
-) -> str:
-    """The whole page."""
+) -> dict[str, str]:
+    """The two parts of the page by name; docs/keep.py puts them into a page of its own."""
     ours_wrong = sum(c.wrong for c in judged if c.ours)
-    blocks = [
-        *head("Numerical stability", command, where, gone),
-        "Digits claimed and digits true of $\\log T$ (of $T$ where $\\log T$ is below 1), over "
-        "the extreme scenes of the table of problems. A quadrature claims the digits it "
-        "was asked for. References are proved, or two precisions of 120 and 160 digits "
-        "agree.",
-        f"Values of symasym that claim more digits than are true: {ours_wrong}.",
-        "![digits claimed and true](stability.svg)",
-        summary(judged),
-        "## Condition numbers",
-        "The decimal logarithm of the condition number of $T$ and, behind the slash, of $\\log T$, "
-        "from exact derivatives (`sa.sensitivity`): so many digits of the value are lost if the "
-        "parameter is rounded, by any method. A dot stands for a condition number of at most 1, a "
-        "dash for no such parameter.",
-        _condition_table(numbers),
-    ]
-    return typeset("\n\n".join(blocks)) + "\n"
+    blocks = {
+        "digits": [
+            *head(command, where, gone),
+            "Digits claimed and digits true of $\\log T$ (of $T$ where $\\log T$ is below 1), over "
+            "the extreme scenes of the table of problems. A quadrature claims the digits it "
+            "was asked for. References are proved, or two precisions of 120 and 160 digits "
+            "agree.",
+            f"Values of symasym that claim more digits than are true: {ours_wrong}.",
+            "![digits claimed and true](stability.svg)",
+            summary(judged),
+        ],
+        "conditions": [
+            "The decimal logarithm of the condition number of $T$ and, behind the slash, of "
+            "$\\log T$, from exact derivatives (`sa.sensitivity`): so many digits of the value are "
+            "lost if the parameter is rounded, by any method. A dot stands for a condition number "
+            "of at most 1, a dash for no such parameter.",
+            _condition_table(numbers),
+        ],
+    }
+    return {name: typeset("\n\n".join(part)) for name, part in blocks.items()}
+
+
+def page(written: dict[str, str]) -> str:
+    """The whole page, of its parts."""
+    return (
+        f"# Numerical stability\n\n{written['digits']}\n\n## Condition numbers\n\n"
+        f"{written['conditions']}\n"
+    )
 
 
 def _condition_table(numbers: list[Condition]) -> str:

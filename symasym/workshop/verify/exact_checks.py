@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import symasym as sa
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.exact import ball_sweep
 from symasym.exact import digits as arbitrary
-from symasym.methods.exact import TOLERANCE
+from symasym.exact.floats import TOLERANCE
 from symasym.numbers import balls
 from symasym.workshop import reference_quadrature
 from symasym.workshop.problems import Problem, question

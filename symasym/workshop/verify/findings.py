@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import mpmath
 
 import symasym as sa
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.exact import ball_sweep
 from symasym.numbers import balls
 from symasym.numbers.trees import MpmathOps

@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import symasym as sa
-from symasym.base.contexts import own_context
+from symasym.base.call_context import own_context
 from symasym.generated import mpmath_formulas as of
 from symasym.generated import numpy_formulas
 from symasym.workshop import reference_quadrature

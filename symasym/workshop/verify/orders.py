@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import symasym as sa
-from symasym.base.contexts import mpf_of, own_context
+from symasym.base.call_context import mpf_of, own_context
 from symasym.workshop.problems import question
 from symasym.workshop.verify.findings import LABELS, Field, Finding, compared, failed, relative
 

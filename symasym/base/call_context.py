@@ -1,27 +1,40 @@
-"""How long a call may take: one limit for all methods, tested between the steps of every long loop.
+"""What a call runs in: its digits, and the time that it may take.
 
-A verb runs under `limited`, whose seconds are the caller's ``patience=``, and loops say `step()` at
-each turn. Time is that of the processor in this thread, so that a busy machine refuses nothing, and
-a verb inside a verb has what is left of the outer one's.
+Digits are those of mpmath contexts of our own (`own_context`, `kept`): the caller's precision is
+never read or changed.
+
+Time is one limit for all methods, tested between the steps of every long loop. A verb runs under
+`limited`, whose seconds are the caller's ``patience=``, and loops say `step()` at each turn. It is
+that of the processor in this thread, so that a busy machine refuses nothing, and a verb inside a
+verb has what is left of the outer one's.
 """
 
 from __future__ import annotations
 
 import functools
 import math
+import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from typing import Any, ParamSpec, TypeVar
+from numbers import Rational
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from numpy.linalg import LinAlgError
 
 from symasym.base.errors import AccuracyError, InputError, SymasymError, TimeLimitError
 from symasym.base.inputs import shown
 
-__all__ = ["PATIENCE", "expect", "left", "limited", "patient", "step"]
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+
+__all__ = [
+    "PATIENCE", "expect", "float_with_error", "kept", "left", "limited", "mpf_of", "own_context",
+    "patient", "step", "to_mpf",
+]  # fmt: skip
 
 #: Seconds that a call may take where nothing is said.
 PATIENCE = 10.0
@@ -154,3 +167,80 @@ def _seconds(patience: object) -> float:
         return float(patience)  # type: ignore[arg-type]
     except OverflowError:
         return math.inf
+
+
+# -- digits ----------------------------------------------------------------------------------------
+
+
+_local = threading.local()
+
+_KEPT = 32
+
+
+@contextmanager
+def own_context(dps: int) -> Iterator[MPContext]:
+    """An mpmath context private to this thread, at `dps` digits while the block runs."""
+    step()
+    stack = getattr(_local, "stack", None)
+    if stack is None:
+        stack = _local.stack = []
+    # Making a context takes a millisecond, so finished ones are kept for the next caller.
+    if stack:
+        context = stack.pop()
+    else:
+        from mpmath.ctx_mp import MPContext
+
+        context = MPContext()
+    context.dps = dps
+    try:
+        yield context
+    finally:
+        stack.append(context)
+
+
+def kept(analysis: Callable[..., _R]) -> Callable[..., tuple[MPContext, _R]]:
+    """`analysis` of hashable arguments, worked out once for equal ones; its context comes with it.
+
+    Numbers carry their context, so that each of the last `_KEPT` analyses has one of its own, whose
+    digits the analysis sets and which stay, in each thread.
+    """
+
+    @functools.lru_cache(maxsize=_KEPT)
+    def known(thread: int, *args: Hashable) -> tuple[MPContext, _R]:
+        from mpmath.ctx_mp import MPContext
+
+        context = MPContext()
+        return context, analysis(context, *args)
+
+    def of(*args: Hashable) -> tuple[MPContext, _R]:
+        step()
+        return known(threading.get_ident(), *args)
+
+    of.cache_clear = known.cache_clear  # type: ignore[attr-defined]
+    return of
+
+
+def float_with_error(value: mpf, error: mpf) -> tuple[float, float]:
+    """`value`, an mpf, as a float; `error` with what that rounds off, rounded up."""
+    from mpmath import libmp
+
+    rounded = float(value)
+    # Differences without a precision are exact in libmp; only the sum rounds.
+    shift = libmp.mpf_abs(libmp.mpf_sub(value._mpf_, libmp.from_float(rounded)))
+    total = libmp.to_float(libmp.mpf_add(error._mpf_, shift, 53, "u"))
+    # to_float rounds to nearest, and flushes what is below the range to 0.
+    return rounded, math.nextafter(total, math.inf)
+
+
+def mpf_of(x: Rational | int, context: MPContext) -> mpf:
+    """The rational `x` (int, Fraction or gmpy2's) in mpmath's `context`, rounded as it rounds."""
+    # Not by libmp, which would give an interval context one end, and no enclosure.
+    return context.mpf(x.numerator) / x.denominator
+
+
+def to_mpf(value: mpf, dps: int) -> mpf:
+    """`value`, of any mpmath context, as the caller's kind of mpf, rounded to `dps` digits."""
+    import mpmath
+
+    rounded = mpmath.libmp.mpf_pos(value._mpf_, mpmath.libmp.dps_to_prec(dps), "n")
+    return mpmath.mp.make_mpf(rounded)
