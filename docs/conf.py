@@ -6,6 +6,7 @@ from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent.parent)]
 
+from sphinx.pycode import ModuleAnalyzer  # noqa: E402
 from website.api import typeset  # noqa: E402
 
 project = "symasym"
@@ -61,6 +62,14 @@ def _link_docstring(app, what, name, value, options, lines) -> None:
     lines[:] = typeset(lines)
 
 
+def _whole_signatures(app) -> None:
+    """Show a verb's own signature, with all its options, in place of its overloads for checkers."""
+    verbs = ModuleAnalyzer.for_module("symasym.quantities")
+    verbs.analyze()
+    verbs.overloads.clear()
+
+
 def setup(app) -> None:
     """Docstrings are written as for a shell; here their formulas are set and their labels lead."""
+    app.connect("builder-inited", _whole_signatures)
     app.connect("autodoc-process-docstring", _link_docstring)

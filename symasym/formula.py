@@ -44,11 +44,12 @@ class Formula(Record):
         parameters: Mapping[str, Any] | None = None,
         *,
         drift: Drift | None = None,
+        patience: float | None = None,
     ) -> Any:
         """Source code of the formula: `symasym.emit` of it."""
         from symasym.emit import emit
 
-        return emit(self, target, parameters, drift=drift)
+        return emit(self, target, parameters, drift=drift, patience=patience)
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"

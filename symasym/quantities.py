@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, overload
 
 from symasym.base.call_context import patient
 from symasym.base.errors import InputError
@@ -14,7 +14,7 @@ from symasym.methods import alone, answer, each, require_drift_of, require_metho
 from symasym.scenes import QUANTITIES, Request, one_scene, require_drift
 
 if TYPE_CHECKING:
-    from symasym.base.estimate import Answer, Estimate
+    from symasym.base.estimate import Answer, Estimate, Value
     from symasym.base.inputs import Number, Numbers
     from symasym.drift.drift import Drift
 
@@ -26,6 +26,63 @@ OccupationMethod = Literal["exact", "paper", "laplace", "uniform", "strong_noise
 Errors = Literal["raise", "nan"]
 
 
+class Options(TypedDict, total=False):
+    """Options of every verb beside `full`, on which the type of the answer depends."""
+
+    dps: int | None
+    log: bool
+    errors: Errors
+    workers: int | None
+    patience: float | None
+
+
+class _Expanded(Options, total=False):
+    """Of those with expansions."""
+
+    order: int | Literal["optimal"] | None
+    rtol: Number | None
+
+
+class TimeOptions(_Expanded, total=False):
+    """Of `escape_time`."""
+
+    start: Numbers
+    method: TimeMethod
+    drag_time: Number | None
+
+
+class ExitOptions(_Expanded, total=False):
+    """Of `exit_probability`."""
+
+    start: Numbers
+    method: ExitMethod
+    complement: bool
+
+
+class OccupationOptions(_Expanded, total=False):
+    """Of `occupation`."""
+
+    method: OccupationMethod
+    complement: bool
+
+
+@overload
+def escape_time(
+    drift: Drift, kappa: Numbers, r: Numbers, *, full: Literal[True], **options: Unpack[TimeOptions]
+) -> Estimate: ...
+@overload
+def escape_time(
+    drift: Drift,
+    kappa: Numbers,
+    r: Numbers,
+    *,
+    full: Literal[False] = False,
+    **options: Unpack[TimeOptions],
+) -> Value: ...
+@overload
+def escape_time(
+    drift: Drift, kappa: Numbers, r: Numbers, *, full: bool, **options: Unpack[TimeOptions]
+) -> Answer: ...
 @patient
 def escape_time(
     drift: Drift,
@@ -137,6 +194,23 @@ def escape_time(
     return _with_drag(_asked(drift, numbers, request, rtol, workers), log, float(borne))
 
 
+@overload
+def exit_probability(
+    drift: Drift, kappa: Numbers, r: Numbers, *, full: Literal[True], **options: Unpack[ExitOptions]
+) -> Estimate: ...
+@overload
+def exit_probability(
+    drift: Drift,
+    kappa: Numbers,
+    r: Numbers,
+    *,
+    full: Literal[False] = False,
+    **options: Unpack[ExitOptions],
+) -> Value: ...
+@overload
+def exit_probability(
+    drift: Drift, kappa: Numbers, r: Numbers, *, full: bool, **options: Unpack[ExitOptions]
+) -> Answer: ...
 @patient
 def exit_probability(
     drift: Drift,
@@ -188,6 +262,22 @@ def exit_probability(
     return _asked(drift, {"kappa": kappa, "r": r, "start": start}, request, rtol, workers)
 
 
+@overload
+def occupation(
+    drift: Drift, kappa: Numbers, *, full: Literal[True], **options: Unpack[OccupationOptions]
+) -> Estimate: ...
+@overload
+def occupation(
+    drift: Drift,
+    kappa: Numbers,
+    *,
+    full: Literal[False] = False,
+    **options: Unpack[OccupationOptions],
+) -> Value: ...
+@overload
+def occupation(
+    drift: Drift, kappa: Numbers, *, full: bool, **options: Unpack[OccupationOptions]
+) -> Answer: ...
 @patient
 def occupation(
     drift: Drift,
@@ -239,6 +329,23 @@ def occupation(
     return _asked(drift, {"kappa": kappa}, request, rtol, workers)
 
 
+@overload
+def stationary_density(
+    drift: Drift, kappa: Numbers, y: Numbers, *, full: Literal[True], **options: Unpack[Options]
+) -> Estimate: ...
+@overload
+def stationary_density(
+    drift: Drift,
+    kappa: Numbers,
+    y: Numbers,
+    *,
+    full: Literal[False] = False,
+    **options: Unpack[Options],
+) -> Value: ...
+@overload
+def stationary_density(
+    drift: Drift, kappa: Numbers, y: Numbers, *, full: bool, **options: Unpack[Options]
+) -> Answer: ...
 @patient
 def stationary_density(
     drift: Drift,

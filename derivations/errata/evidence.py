@@ -137,7 +137,7 @@ def threshold_constant() -> Evidence:
         size = ctx.log(boundary_value(scene, 0.08, 10)[0])
         return Evidence(
             r"$\kappa_p/\sqrt\varepsilon$ at which $\varepsilon T = 1$",
-            {"mu": "3", "alpha": "1", "z0": "-1/10", "eps": "1/T = 10^-41.7", "r": "10"},
+            {"mu": "3", "alpha": "1", "z0": "-1/10", "eps": "$1/T = 10^{-41.7}$", "r": "10"},
             ctx.sqrt(1 / size),
             0.08,
             ctx.sqrt(2 * barrier(ctx, scene) / size),

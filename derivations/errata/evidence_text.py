@@ -174,7 +174,7 @@ def second_piece_order() -> Evidence:
     with own_context(40) as ctx:
         small, large = (strong_pieces(ctx.mpf(k), ctx)[1] for k in ("1e3", "1e4"))
         order = ctx.log(large / small) / ctx.log(10)
-        inputs = {"mu": "3", "alpha": "1", "z0": "-2/5", "kappa": "10^3, 10^4", "r": "kappa^4"}
+        inputs = {"mu": "3", "alpha": "1", "z0": "-2/5", "kappa": "10^3, 10^4", "r": r"$\kappa^4$"}
         return Evidence(r"power of $\kappa$ in the second piece", inputs, 2, order, -2, 1e-4)
 
 
@@ -322,7 +322,10 @@ def not_enough_for_the_integral() -> Evidence:
     direct = [boundary_value(scene, 0.5, 10)[0] for scene in (first, other)]
     return Evidence(
         "$T$ of two drifts with equal $a^+$, $u_i$ and $A'(u_i)$, their ratio (derived: eq:Ttilde)",
-        {"A": "mu = 3, z0 = -1/2, and with (1 - u)(u - u1)^2 (u - u2)^2 more", "kappa": "1/2"},
+        {
+            "A": r"$3/2 - 4u + 3u^3$, and with $(1 - u)(u - u_1)^2 (u - u_2)^2$ more",
+            "kappa": "1/2",
+        },
         1,
         direct[1] / direct[0],
         times[1] / times[0],

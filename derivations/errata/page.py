@@ -53,6 +53,8 @@ def without_tex(sentence: str) -> str:
 def _input(name: str, given: str) -> str:
     """An input in TeX; words in its value stay as they are."""
     symbol = _NAMES.get(name, name)
+    if given.startswith("$"):
+        return f"${symbol} = {given[1:]}"
     if re.search("[b-tv-zA-Z]", given):
         return f"${symbol}$ = {given}"
     power = re.sub(r"\^(-?\d+)", r"^{\1}", given)
@@ -85,7 +87,7 @@ def text() -> str:
         if row["argument"]:
             lines.append(f"   because: {without_tex(row['argument'])}")
         if example := row.get("counterexample"):
-            inputs = ", ".join(f"{k} = {v}" for k, v in example["inputs"].items())
+            inputs = ", ".join(f"{k} = {without_tex(v)}" for k, v in example["inputs"].items())
             lines += [
                 f"   {without_tex(example['quantity'])} at {inputs}:",
                 f"     printed {example['printed']}, true {example['true']}, "

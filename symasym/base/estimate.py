@@ -11,13 +11,15 @@ from symasym.base.errors import RangeError
 from symasym.base.texts import with_error
 
 if TYPE_CHECKING:
+    import numpy as np
     from mpmath import mpf
 
 
 ErrorKind = Literal["bound", "estimate", "none"]
-#: What a verb returns: a float, an array of them where an argument is one, with `dps` an mpf (or an
-#: array of them), with ``full=True`` an `Estimate`. Its type depends on the values of arguments.
-Answer: TypeAlias = Any
+#: A float, an array of them where an argument is one, with `dps` an mpf, or an array of them.
+Value: TypeAlias = "float | np.ndarray[Any, Any] | mpf"
+#: What a verb returns: with ``full=True`` an `Estimate`, else a `Value`.
+Answer: TypeAlias = "Value | Estimate"
 IN_WORDS = {"bound": "proved bound", "estimate": "estimate"}
 
 

@@ -6,7 +6,7 @@ import argparse
 import re
 
 from symasym.base.errors import InputError
-from symasym.commands.settings import Commands, command, settings, takes_settings
+from symasym.commands.settings import Commands, command, settings, takes_patience, takes_settings
 from symasym.drift.ready_made.named import DRIFTS, named_drift
 
 
@@ -30,6 +30,7 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument("--method", metavar="M", help="of eq:Ttilde: exact, laplace or uniform")
     parser.add_argument("--order", type=int, metavar="N", help="of --method laplace, 0 to 20")
     takes_settings(parser, "fold a parameter in")
+    takes_patience(parser)
 
 
 def _run(arguments: argparse.Namespace) -> None:

@@ -44,8 +44,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         _make_printable(stream)
     arguments = _parser().parse_args(_join_negative(argv))
     try:
-        # A command is waited for; the one that has a limit has an option.
-        with limited(math.inf):
+        # A command without the option is waited for.
+        with limited(getattr(arguments, "patience", math.inf)):
             status = int(arguments.run(arguments) or 0)
         sys.stdout.flush()
     except SymasymError as error:

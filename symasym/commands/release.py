@@ -7,7 +7,7 @@ import json
 from typing import Any
 
 from symasym.base.inputs import whole
-from symasym.commands.settings import Commands, command, settings, takes_settings
+from symasym.commands.settings import Commands, command, settings, takes_patience, takes_settings
 
 
 def add_parser(commands: Commands) -> None:
@@ -33,9 +33,7 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument("--rtol", default="1e-6", metavar="X", help="relative error (1e-6)")
     parser.add_argument("--paths", default="10000", metavar="N", help="of --method simulate")
     parser.add_argument("--seed", default="0", metavar="N", help="of --method simulate")
-    parser.add_argument(
-        "--patience", type=float, default=10.0, metavar="SECONDS", help="that it may take (10)"
-    )
+    takes_patience(parser)
     parser.add_argument("--workers", default="1", metavar="N", help="of --method simulate")
     parser.add_argument("--quantiles", action="store_true", help="of the time and of z, too")
     parser.add_argument("--json", action="store_true", help="all of it as a record")
@@ -59,7 +57,7 @@ def run(arguments: argparse.Namespace) -> None:
         raise InputError("--set is for the oscillator; write the numbers into --phi.")
     else:
         system = sa.System(arguments.phi, arguments.velocity, arguments.noise or "1")
-    options = {name: getattr(arguments, name) for name in ("eps", "method", "rtol", "patience")}
+    options = {name: getattr(arguments, name) for name in ("eps", "method", "rtol")}
     for name in ("paths", "seed", "workers"):
         options[name] = whole(f"--{name}", getattr(arguments, name))
     start = arguments.start, arguments.z

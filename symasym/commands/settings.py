@@ -64,6 +64,14 @@ def command(
     return parser
 
 
+def takes_patience(parser: argparse.ArgumentParser, seconds: float = 10.0) -> None:
+    """Add the option ``--patience SECONDS``, which `main` runs the command under."""
+    parser.add_argument(
+        "--patience", type=float, default=seconds, metavar="SECONDS",
+        help=f"of processor time that it may take, or inf ({seconds:g})",
+    )  # fmt: skip
+
+
 def takes_settings(parser: Parser, about: str) -> None:
     """Add the option ``--set NAME=X``, which may be repeated."""
     parser.add_argument("--set", action="append", default=[], metavar="NAME=X", help=about)

@@ -9,7 +9,7 @@ import time
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from symasym.commands.settings import Commands, document, settings, takes_settings
+from symasym.commands.settings import Commands, document, settings, takes_patience, takes_settings
 from symasym.drift.ready_made.named import DRIFTS, named_drift
 
 if TYPE_CHECKING:
@@ -76,9 +76,7 @@ def add_parser(commands: Commands) -> None:
             quantity.add_argument("--complement", action="store_true", help="1 minus it")
         quantity.add_argument("--dps", type=int, metavar="N", help="digits (float64 if left out)")
         quantity.add_argument("--log", action="store_true", help="its natural logarithm")
-        quantity.add_argument(
-            "--patience", type=float, default=10.0, metavar="SECONDS", help="that it may take (10)"
-        )
+        takes_patience(quantity)
         quantity.add_argument("--json", action="store_true", help="with error, method, time")
         quantity.set_defaults(run=run, quantity=name, verb=verb)
 
@@ -103,7 +101,7 @@ def run(arguments: argparse.Namespace) -> None:
     start = time.perf_counter()
     # The exact value to `dps` digits has them without a proof, which takes longer.
     proved = arguments.json or dps is None or inputs.get("method", "exact") != "exact"
-    options = {"dps": dps, "full": proved, "patience": arguments.patience}
+    options = {"dps": dps, "full": proved}
     answer = verb(drift, **inputs, **options)
     seconds = time.perf_counter() - start
     value, error = _texts(answer, arguments.dps)

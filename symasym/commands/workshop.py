@@ -13,7 +13,7 @@ from symasym.base.errors import InputError, SymasymError
 from symasym.base.files import write_bytes, write_json
 from symasym.base.inputs import whole
 from symasym.base.texts import meant
-from symasym.commands.settings import Commands, command, settings, takes_settings
+from symasym.commands.settings import Commands, command, settings, takes_patience, takes_settings
 
 
 def add_reproduce(commands: Commands) -> None:
@@ -68,6 +68,7 @@ def add_figure(commands: Commands) -> None:
     )  # fmt: skip
     parser.add_argument("name", nargs="?", metavar="NAME", help="such as phase or fric1")
     takes_settings(parser, "set a parameter; several values are separated by commas")
+    takes_patience(parser, 60.0)
     files = "a .png, .svg or .pdf file; may be repeated (NAME.png and NAME.svg)"
     parser.add_argument("-o", "--out", action="append", metavar="FILE", help=files)
 

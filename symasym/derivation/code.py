@@ -13,6 +13,7 @@ import sympy
 from sympy import Symbol
 from sympy.printing.str import StrPrinter
 
+from symasym.base.call_context import step
 from symasym.derivation.results import parts
 
 if TYPE_CHECKING:
@@ -208,6 +209,7 @@ class Printer(StrPrinter):  # type: ignore[misc]
 
     def _print_Mul(self, expr: Expr) -> str:
         """A product, its square roots joined into one."""
+        step()
         below = [a for a in expr.args if a.is_Pow and a.exp.is_Rational and a.exp < 0]
         if expr.args[0].is_Rational and not expr.args[0].is_Integer:
             below.append(expr.args[0])

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from symasym.base.call_context import patient
 from symasym.base.errors import InputError
 from symasym.base.inputs import exact, is_name, shown
 from symasym.emit.forms import quotients
-from symasym.emit.program import TAKEN, Case, Function, Program, fold, require_closed
+from symasym.emit.program import Case, Function, Program, fold, require_closed
 from symasym.emit.source import Source, check_target, rendered
 from symasym.records import Record
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["emit"]
 
 
+@patient
 def emit(
     what: Record | Any,
     target: str = "numpy",
@@ -32,6 +34,7 @@ def emit(
     method: str | None = None,
     order: int | None = None,
     name: str = "f",
+    patience: float | None = None,
 ) -> Source:
     """Source code of a formula or an expression.
 
@@ -57,6 +60,8 @@ def emit(
         Of the expansion, 0 to 20; 2 where it is left out. The uniform formula has order 0.
     name : str
         What to call the function of an expression.
+    patience : float, optional
+        Seconds of processor time that it may take, 10 if left out.
 
     Returns
     -------
@@ -133,14 +138,12 @@ def _of_formula(formula: Record) -> Program:
 
 
 def _of_expression(what: Any, name: str) -> Program:
-    if isinstance(what, Mapping) or not is_name(name) or name in TAKEN:
-        raise InputError(f"name is {shown(name)}; give a name made of letters, digits and _.")
     try:
         e = sympy.sympify(what, strict=True)
     except (sympy.SympifyError, TypeError, ValueError, AttributeError):
         e = None
     if not isinstance(e, (sympy.Expr, sympy.Basic, sympy.MatrixBase, list, tuple)) or isinstance(
-        e, sympy.Set
+        e, (sympy.Set, Mapping, sympy.Dict)
     ):
         raise InputError(
             f"{shown(what)} is no formula, label or SymPy expression; give one of these."

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from symasym.base.call_context import step
 from symasym.base.errors import InputError
 from symasym.base.inputs import shown
 
@@ -175,6 +176,7 @@ def removable(e: Any) -> Any:
         order = _pole(e, b)
         if order not in (1, 2):
             continue
+        step()
         swaps = {}
         for node in e.atoms(sympy.exp, sympy.tanh, sympy.sin):
             x = node.args[0]
@@ -270,6 +272,7 @@ def rounded(e: Expr) -> Expr:
     if e.is_Rational:
         short = abs(e.p) < _EXACT and e.q < _EXACT
         return e if short else _literal(e)
+    step()
     if not getattr(e, "free_symbols", None) and not e.is_Boolean:
         return _literal(e)
     if not e.args:

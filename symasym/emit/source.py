@@ -15,7 +15,7 @@ from symasym.base.errors import InputError, OutputError
 from symasym.base.files import write_bytes
 from symasym.base.inputs import is_name, shown
 from symasym.derivation.code import DIALECTS, Dialect
-from symasym.emit.program import Program, Ready
+from symasym.emit.program import TAKEN, Program, Ready
 from symasym.emit.targets import to_c, to_javascript, to_latex, to_mpmath, to_numpy, to_python
 
 __all__ = ["Source", "add_target"]
@@ -153,6 +153,13 @@ class Source(str):
 def rendered(program: Program, target: str) -> Source:
     """The source code of a program."""
     check_target(target)
+    # What is written into code is a name, and nothing that ends a line.
+    for name in (f.name for f in program.functions):
+        if not is_name(name) or name in TAKEN:
+            raise InputError(
+                f"name is {shown(name)}; give a name made of letters, digits and _ that no "
+                "language has taken."
+            )
     functions: list[Ready] = []
     if target == "mpmath" and any(
         f.first_passage and f.first_passage.uniform for f in program.functions

@@ -33,6 +33,7 @@ from symasym.asymptotics.weak_noise.compose import (
 )
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.asymptotics.weak_noise.series import Part, Series
+from symasym.base.call_context import patient, step
 from symasym.base.errors import InputError
 from symasym.base.estimate import Answer
 from symasym.base.inputs import Number, Numbers, choice, count, exact, is_array
@@ -207,6 +208,7 @@ class Expansion:
     def put_in(self, expression: Expr) -> Expr:
         """An expression with the definitions put in."""
         while known := expression.free_symbols & self.nested.keys():
+            step()
             expression = expression.xreplace({s: self.nested[s] for s in known})
         return expression
 
@@ -229,7 +231,8 @@ class Expansion:
             )
         return pairs[0].expression
 
-    def cases(self) -> tuple[Case, ...]:
+    @patient
+    def cases(self, *, patience: float | None = None) -> tuple[Case, ...]:
         """The cases that the drift has, each with parameters where it holds.
 
         They are found by trying values, and no proof that there are no others.
@@ -285,7 +288,8 @@ class Expansion:
         known["complement"] = self.quantity != "C"
         return exit_probability(self.drift, kappa, r, start=self.start, **known)
 
-    def emit(self, target: str = "numpy", name: str = "f") -> Any:
+    @patient
+    def emit(self, target: str = "numpy", name: str = "f", *, patience: float | None = None) -> Any:
         """Source code of the formula, its free symbols being the arguments (`symasym.emit`).
 
         Critical points without a closed form are arguments, too; so are V's derivatives where no
@@ -311,7 +315,8 @@ class Expansion:
 
     # -- as text ----------------------------------------------------------------------------
 
-    def latex(self) -> str:
+    @patient
+    def latex(self, *, patience: float | None = None) -> str:
         """The formula in LaTeX, with a line for each symbol that it is made of.
 
         The regular part's integrals stand as Hadamard's finite parts, whose closed form for a
@@ -373,6 +378,7 @@ class Expansion:
         return met
 
     def _latex(self, e: Any) -> str:
+        step()
         return tex(_shortest(e), {**_TEX, **self.tex})
 
     def _repr_latex_(self) -> str:
@@ -434,6 +440,7 @@ def _predicate(c: Any) -> str:
 # -- the verb --------------------------------------------------------------------------------------
 
 
+@patient
 def expand(
     drift: Drift,
     quantity: str = "T",
@@ -442,6 +449,7 @@ def expand(
     order: int | None = None,
     start: Number = 0,
     case: str | Case | None = None,
+    patience: float | None = None,
 ) -> Expansion:
     """The expansion of a quantity as a formula in the drift's parameters.
 
@@ -464,6 +472,8 @@ def expand(
         The wells, barriers and the start from left to right, such as ``"start well barrier"``; for
         P and the density ``"well"`` or the like. For a bound drift it is found; else it is the
         first of `Expansion.cases`. ``"start=well barrier"`` is that of a start on the well.
+    patience : float, optional
+        Seconds of processor time that it may take, 10 if left out.
 
     Returns
     -------
@@ -720,15 +730,12 @@ def _contributions(
         front = 2 / KAPPA**2
         for part in parts:
             front *= part.front
-        product = [
-            sympy.expand(
-                sum(
-                    (rows[0][i] * rows[1][n - i] for i in range(n + 1)
-                     if i < len(rows[0]) and n - i < len(rows[1])), S.Zero,
-                ) / 2**n
-            )
-            for n in range(order + 1)
-        ]  # fmt: skip
+        product = []
+        for n in range(order + 1):
+            step()
+            shared = [rows[0][i] * rows[1][n - i] for i in range(n + 1)
+                      if i < len(rows[0]) and n - i < len(rows[1])]  # fmt: skip
+            product.append(sympy.expand(sympy.Add(*shared) / 2**n))
         yield Contribution(
             (_called(low, sign), _called(high, sign)),
             (2 / KAPPA**2 * (low.height + high.height)).xreplace({BEYOND_1: R - 1}),

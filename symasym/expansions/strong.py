@@ -21,6 +21,7 @@ from symasym.asymptotics.strong_noise.sweep import (
     odds_outside,
     odds_right,
 )
+from symasym.base.call_context import step
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.emit.forms import exprel, exprel2
@@ -42,6 +43,7 @@ class _Polynomials:
 
     def primitive(self, f: Any) -> tuple[Any, Any]:
         """The integral of f from a, as a function; its value at b."""
+        step()
         whole = f.integrate(U)
         whole = whole - whole.eval(self.a)
         return whole, whole.eval(self.b)

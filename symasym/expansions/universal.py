@@ -28,6 +28,7 @@ from sympy import QQ, Add, Mul, Pow, ring
 
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.asymptotics.weak_noise.critical_points import corner_terms, finite_part_change
+from symasym.base.call_context import step
 from symasym.numbers.polynomials import laurent
 
 if TYPE_CHECKING:
@@ -157,6 +158,7 @@ def put_in(polynomial: Any, values: Sequence[Expr]) -> Expr:
     """The polynomial with expressions for its generators."""
     terms = []
     for powers, c in polynomial.terms():
+        step()
         factors = [Pow(v, p) for v, p in zip(values, powers, strict=False) if p]
         terms.append(Mul(QQ.to_sympy(c), *factors))
     return Add(*terms)

@@ -46,7 +46,9 @@ class Arithmetic(Protocol):
     one: Number
     inf: Number
     pi: Number
-    euler: Number
+
+    @property
+    def euler(self) -> Number: ...
 
     def rational(self, p: int, q: int = 1) -> Number: ...
     def number(self, x: Number) -> Number: ...
@@ -126,12 +128,17 @@ class Digits:
             context.inf,
         )
         self.tiny = self.eps**18
-        self.pi, self.euler = +context.pi, +context.euler
+        self.pi = +context.pi
         self.cbrt, self.exp, self.expm1 = context.cbrt, context.exp, context.expm1
         self.log1p = context.log1p
         self.atan2 = context.atan2
         self.maximum, self.minimum = max, min
         self._gammas: dict[tuple[int, int], Any] = {}
+
+    @property
+    def euler(self) -> Any:
+        """Euler's constant, which takes long to many digits."""
+        return +self.context.euler
 
     def rational(self, p: int, q: int = 1) -> Any:
         """p/q, rounded once."""

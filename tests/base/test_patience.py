@@ -85,6 +85,15 @@ LONG: dict[str, Callable[[float], Any]] = {
     "one long Taylor series": lambda p: sa.escape_time(
         sa.tanh(1e-200, 5, "0.02"), [0.1, 0.5], 10, method="uniform", patience=p
     ),
+    "expand": lambda p: sa.expand(sa.sine(3, -1, 7, waves=3), order=8, patience=p),
+    "expand, strong": lambda p: sa.expand(
+        sa.friction(3, 1), noise="strong", order=8, start="0.17", patience=p
+    ),
+    "LaTeX": lambda p: sa.expand(sa.friction(), order=5, start="0.17").latex(patience=p),
+    "emitted expansion": lambda p: sa.expand(sa.friction(mu=3), order=5).emit("c", patience=p),
+    "emit": lambda p: sa.emit(
+        "eq:Ttilde", "c", drift=sa.sine(3, -1, 7, waves=3), method="laplace", order=20, patience=p
+    ),
 }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -16,6 +17,7 @@ import sympy
 import symasym as sa
 from symasym.commands.main import main
 from symasym.drift import grammar
+from symasym.numbers.trees import FUNCTIONS
 
 U, A = sympy.symbols("u a")
 
@@ -102,6 +104,16 @@ def _table(line: str, text: str) -> None:
 
 
 FRICTION = ["--drift", "friction", "--set", "alpha=1", "--set", "z0=0"]
+RELEASE = ["release", "--kappa", "1", "--r", "2", "--eps", "0.1", "--z", "0"]
+SHOWN = ["show", "expansion:T", "--drift", "friction"]
+
+
+def _released(*options: str) -> None:
+    _told(main([*RELEASE, *options]))
+
+
+def _drawn(*options: str) -> None:
+    _told(main(["figure", *options, "-o", "f.png"]))
 
 
 ENTRIES: dict[str, Callable[[str], Any]] = {
@@ -132,8 +144,56 @@ ENTRIES: dict[str, Callable[[str], Any]] = {
     "command, name": lambda t: _value(*FRICTION, "--set", f"{t}=1"),
     "command, start": lambda t: _value(*FRICTION, "--set", "mu=1", f"--start={t}"),
     "command, method": lambda t: _value(*FRICTION, "--set", "mu=1", f"--method={t}"),
+    "uniform g": lambda t: sa.uniform_integral("-x**2", t, "x", 0, 1),
+    "uniform near": lambda t: sa.uniform_integral("-x**2", 1, "x", 0, 1, near=t),
+    "integral's parameter": lambda t: sa.laplace_integral("-a*x**2", 1, "x", 0, 1).bind(a=t),
+    "integral's lambda": lambda t: sa.laplace_integral("-x**2", 1, "x", 0, 1).expression_in(t),
+    "integral's function": lambda t: sa.laplace_integral("-x**2", 1, "x", 0, 1).emit("c", t),
+    "velocity of u": lambda t: sa.System(t, "-1"),
+    "velocity of z": lambda t: sa.System("1 - z - u", t),
+    "noise of u": lambda t: sa.System("1 - z - u", "-1", t),
+    "oscillator": lambda t: sa.oscillator(mu=t, alpha=1),
+    "release, start": lambda t: sa.release(sa.oscillator(3, 1), 1, 2, eps=1, start=(0, t)),
+    "release, method": lambda t: sa.release(sa.oscillator(3, 1), 1, 2, eps=1, method=t),
+    "expand": lambda t: sa.expand(sa.friction(), t),
+    "expand, noise": lambda t: sa.expand(sa.friction(), noise=t),
+    "expand, case": lambda t: sa.expand(sa.friction(), case=t),
+    "expand, start": lambda t: sa.expand(sa.friction(), start=t),
+    "expansion, target": lambda t: sa.expand(sa.linear(), order=0, case="start").emit(t),
+    "expansion, name": lambda t: sa.expand(sa.linear(), order=0, case="start").emit("c", t),
+    "plot": lambda t: sa.plot(t, sa.linear(1, 1), [1, 2], 2),
+    "plot, number": lambda t: sa.plot("T", sa.linear(1, 1), [1, 2], t),
+    "sensitivity": lambda t: sa.sensitivity(sa.linear(1, 1), 1, 2, quantity=t),
+    "workers": lambda t: sa.escape_time(sa.linear(1, 1), [1, 2], 2, dps=15, workers=t),
     "show": lambda t: _told(main(["show", "--", t])),
+    "show, quantity": lambda t: _told(main(["show", f"expansion:{t}"])),
+    "show, expression": lambda t: _told(main([*SHOWN[:2], f"--expr={t}"])),
+    "show, case": lambda t: _told(main([*SHOWN, f"--case={t}"])),
+    "show, noise": lambda t: _told(main([*SHOWN, f"--noise={t}"])),
+    "emit command": lambda t: _told(main(["emit", "--target=c", "--", t])),
+    "emit command, target": lambda t: _told(main(["emit", "folds", f"--target={t}"])),
+    "emit command, expression": lambda t: _told(
+        main(["emit", "eq:V", "--target=c", f"--expr={t}"])
+    ),
+    "emit command, number": lambda t: _told(main(["emit", "fr1", "--target=c", f"--set=mu={t}"])),
+    "derive": lambda t: _told(main(["derive", "--", t])),
+    "verify": lambda t: _told(main(["verify", f"--level={t}"])),
+    "report": lambda t: _told(main(["report", f"--scene={t}"])),
     "figure": lambda t: _told(main(["figure", "--", t])),
+    "figure, number": lambda t: _drawn("fric1", "--set", f"alpha={t}"),
+    "figure, name": lambda t: _drawn("fric1", "--set", f"{t}=1"),
+    "figure, points": lambda t: _drawn("fric1", "--set", f"points={t}"),
+    "figure, kind": lambda t: _told(main(["figure", "fric1", "-o", f"f.{t}"])),
+    "release, phi": lambda t: _released(f"--phi={t}", "--velocity=-1"),
+    "release, velocity": lambda t: _released("--phi=1 - z - u", f"--velocity={t}"),
+    "release, noise": lambda t: _released(f"--noise={t}"),
+    "release, number": lambda t: _released("--set", f"mu={t}"),
+    "release, name": lambda t: _released("--set", f"{t}=1"),
+    "release, z": lambda t: _told(main([*RELEASE[:-1], t])),
+    "release command, method": lambda t: _released(f"--method={t}"),
+    "release, paths": lambda t: _released("--method=simulate", f"--paths={t}"),
+    "table, r": partial(_table, "r"),
+    "table, digits": partial(_table, "dps"),
     "table": partial(_table, "expr"),
     "table, drift": partial(_table, "drift"),
     "table, quantity": partial(_table, "quantities"),
@@ -147,7 +207,9 @@ ENTRIES: dict[str, Callable[[str], Any]] = {
 #: Entries that take numbers.
 NUMBERS = (
     "bind", "friction", "kappa", "command, parameter", "command, start", "table, number",
-    "table, parameter",
+    "table, parameter", "table, r", "plot, number", "oscillator", "release, start",
+    "integral's parameter", "uniform near", "emit command, number", "figure, number",
+    "figure, points", "release, number", "release, z", "release, paths", "expand, start",
 )  # fmt: skip
 
 
@@ -163,6 +225,31 @@ def test_hostile_text_is_answered_in_a_sentence(entry, tmp_path, monkeypatch, ca
         with seconds(20), pytest.raises((sa.SymasymError, SystemExit)):
             ENTRIES[entry](text)
     assert {p.name for p in tmp_path.iterdir()} <= {"t.toml"}
+
+
+def test_the_page_describes_the_grammar() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "safety.md").read_text(encoding="utf-8")
+    page = page.partition("## How an expression is written")[2].partition("## ")[0]
+    rows = dict(re.findall(r"\| ([a-z ]+) \| (.*) \|", page))
+    for about, arity in {"functions of one argument": (1, 1), "of two": (2, 2),
+                         "of one to eight": (1, 8)}.items():  # fmt: skip
+        named = re.findall(r"`(.*?)`", rows[about])[0].split()
+        assert set(named) == {n for n, k in grammar.FUNCTIONS.items() if k == arity}
+    assert set(re.findall(r"`(\w+)`", rows["names"])) == {"_", "u", *grammar.CONSTANTS}
+    taken = re.findall(r"`([a-z ]+)`\.", page)[-1].split()
+    assert taken == FUNCTIONS
+    # Each limit that it states: just below it is read, beyond it is not.
+    for text, beyond in (
+        ("1" * 4_000, "1" * 4_001), ("2**(2000*u)", "2**(2001*u)"),
+        ("gamma(u + 10000)", "gamma(u + 10001)"), ("besselj(10000, u)", "besselj(10001, u)"),
+        ("10**99999", "10**120500"), ("sqrt(10**2000*u)", "sqrt(10**2500*u)"),
+        ("Max(1, 2, 3, 4, 5, 6, 7, u)", "Max(1, 2, 3, 4, 5, 6, 7, 8, u)"),
+        ("2^3^2 - -u^2", "2 u"), (".5*u + 1.5e-3", "1_0*u"),
+    ):  # fmt: skip
+        grammar.read("A", text)
+        with pytest.raises(sa.InputError):
+            grammar.read("A", beyond)
+    assert grammar.read("A", "2^3^2 + -u^2") == 512 - U**2
 
 
 @pytest.mark.parametrize("text", [*CODE, *HUGE, *WRONG])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+import typing
 from fractions import Fraction as F
 from typing import Any
 
@@ -10,6 +12,7 @@ import numpy as np
 import pytest
 
 import symasym as sa
+from symasym import quantities
 from symasym.exact import ball_sweep
 from symasym.numbers import balls
 from symasym.workshop import reference_quadrature
@@ -245,3 +248,18 @@ def test_logarithm_of_a_value_next_to_one() -> None:
     assert relative(found, mpmath.mpf(F("2e-40").numerator) / F("2e-40").denominator) < 1e-15
     assert sa.escape_time(drift, 1, 1, dps=20, log=True) == 0
     assert sa.escape_time(drift, 1, 1, log=True) == pytest.approx(0, abs=1e-14)
+
+
+@pytest.mark.parametrize(
+    "verb", ["escape_time", "exit_probability", "occupation", "stationary_density"]
+)
+def test_types_have_the_options_that_the_verb_has(verb: str) -> None:
+    whole = inspect.unwrap(getattr(sa, verb))
+    stubs = typing.get_overloads(whole)
+    assert [s.__annotations__["return"] for s in stubs] == ["Estimate", "Value", "Answer"]
+    for stub in stubs:
+        options = getattr(quantities, stub.__annotations__["options"][len("Unpack[") : -1])
+        own = {n: kind.__forward_arg__ for n, kind in options.__annotations__.items()}
+        given = {n: x for n, x in stub.__annotations__.items() if n != "options"} | own
+        same = {"full": whole.__annotations__["full"], "return": whole.__annotations__["return"]}
+        assert given | same == whole.__annotations__

@@ -214,7 +214,7 @@ _SYMBOLIC = {"latex": {}, "cases": {}, "__str__": {}, "emit": {"target": _TARGET
              "bind": {"mu": _KAPPA, "alpha": _KAPPA, "z0": _KAPPA},
              "expression": None, "terms": None, "leading": None, "conditions": None}  # fmt: skip
 _INTEGRAL = {
-    "evaluate": {"lam": _Place(["10", "'1e3'", "50"]), "a": _Place(["2"], 0.1), "dps": _DPS,
+    "evaluate": {"lam": _Place(["10", "'1e3'", "50"]), "dps": _DPS,
                  "full": _FLAG},
     "latex": {}, "__str__": {}, "emit": {"target": _TARGET, "name": _NAME},
     "expression": None, "terms": None, "conditions": None, "error": None,
@@ -248,7 +248,7 @@ AFTER: dict[str, dict[str, dict[str, _Place] | None]] = {
 _PATIENT = {
     "escape_time", "exit_probability", "occupation", "stationary_density", "sensitivity", "plan",
     "stokes_multiplier", "weak_noise_bound", "laplace_integral", "uniform_integral", "release",
-    "plot",
+    "plot", "expand", "emit",
 }  # fmt: skip
 
 

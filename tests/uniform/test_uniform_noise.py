@@ -292,3 +292,19 @@ def test_multiplier_bad_input() -> None:
         sa.stokes_multiplier(sa.friction(3, 1, "-0.7"), "0.1", method="smooth")
     with pytest.raises(sa.InputError, match="kappa"):
         sa.stokes_multiplier(sa.friction(3, 1, "-0.7"), 0)
+
+
+@pytest.mark.parametrize("dps", [None, 25])
+def test_the_logarithm_of_p_next_to_one(dps: int | None) -> None:
+    """P = 1 - 1e-81 has a logarithm with digits and an error of its own."""
+    with mpmath.workdps(120):
+        q = 1 / mpmath.mpf("0.075") ** 2
+        outside = mpmath.exp(-q) / q / (mpmath.sqrt(mpmath.pi / q) * mpmath.erf(mpmath.sqrt(q)))
+        log = -mpmath.log1p(outside)
+        for order in (0, 1):
+            found = sa.occupation(
+                sa.linear(1, -1), "0.075", method="uniform", order=order, log=True, dps=dps,
+                full=True,
+            )  # fmt: skip
+            off = abs(mpmath.mpf(found.value) - log)
+            assert off <= found.error < abs(log) * 1e-12

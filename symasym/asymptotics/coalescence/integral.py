@@ -7,6 +7,7 @@ Comm. Pure Appl. Math. 19 (1966) 353); DLMF 2.4(v), 2.4(vi).
 
 from __future__ import annotations
 
+from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -28,7 +29,7 @@ from symasym.asymptotics.laplace.kinks import WORK, Piece, at, cut, number
 from symasym.asymptotics.laplace.maxima import peaks, vanishes_identically
 from symasym.base.call_context import own_context, patient
 from symasym.base.errors import InputError
-from symasym.base.inputs import count
+from symasym.base.inputs import count, exact
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -134,8 +135,9 @@ def uniform_integral(
     0.308419621286275
     """
     order = count("order", order, 1, _MOST, " of terms")
+    beside = None if near is None else exact("near", near)
     if isinstance(g, (tuple, list, sympy.Tuple)):
-        return _iterated(f, g, x, a, b, order, near)
+        return _iterated(f, g, x, a, b, order, beside)
     kind, formula, weight, factor, symbol, lo, hi = read_integral(f, g, x, a, b)
     given_f, given_g = (formula * sympy.I if kind == "oscillating" else formula), weight * factor
     free = set().union(*(e.free_symbols for e in (formula, given_g, lo, hi))) - {symbol}
@@ -148,7 +150,7 @@ def uniform_integral(
         if kind == "real":
             parts = _real_parts(formula, weight, symbol, lo, hi)
         else:
-            parts = _pair_parts(kind, formula, weight, symbol, lo, hi, near)
+            parts = _pair_parts(kind, formula, weight, symbol, lo, hi, beside)
 
     return UniformExpansion(
         given_f,
@@ -172,7 +174,7 @@ def _iterated(
     a: Number,
     b: Number,
     order: int,
-    near: Number | None,
+    near: Fraction | None,
 ) -> UniformExpansion:
     """`uniform_integral` of an iterated integral with the weights (g, h)."""
     if len(weights) != 2:
@@ -206,7 +208,7 @@ def _iterated(
 
 
 def _pair_parts(
-    kind: str, phase: Expr, weight: Expr, x: Symbol, lo: Expr, hi: Expr, near: Number | None
+    kind: str, phase: Expr, weight: Expr, x: Symbol, lo: Expr, hi: Expr, near: Fraction | None
 ) -> list[SumPart]:
     """The pair in Airy form, and the finite ends of an oscillating integral."""
     oscillating = kind == "oscillating"

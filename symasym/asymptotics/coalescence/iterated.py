@@ -17,6 +17,7 @@ regular part, and the path is the real line.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import sympy
@@ -38,7 +39,6 @@ if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
     from symasym.asymptotics.laplace.kinks import Real
-    from symasym.base.inputs import Number
     from symasym.numbers.arithmetic import Number as Element
 
 _FAR = (10**2, 10**4, 10**6)
@@ -47,7 +47,7 @@ _SPARE = 3
 
 
 def iterated_parts(
-    f: Expr, g: Expr, h: Expr, x: Symbol, lo: Expr, hi: Expr, near: Number | None
+    f: Expr, g: Expr, h: Expr, x: Symbol, lo: Expr, hi: Expr, near: Fraction | None
 ) -> list[IteratedPart]:
     """The parts of the integral, or the sentence that says why it is refused."""
     piece = Piece(lo, hi, f, g)

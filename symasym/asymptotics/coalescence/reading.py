@@ -7,6 +7,7 @@ conjugate complex.
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -120,17 +121,14 @@ def require_no_pole(piece: Piece, x: Symbol) -> None:
         )
 
 
-def closest_pair(piece: Piece, x: Symbol, near: Number | None, shown: Expr) -> tuple[mpf, mpf]:
+def closest_pair(piece: Piece, x: Symbol, near: Fraction | None, shown: Expr) -> tuple[mpf, mpf]:
     """The zero of f'' amid the closest pair of saddles, and a quarter of their distance squared.
 
     The latter is negative for a complex pair.
     """
     slope, curved, third_slope = (sympy.diff(piece.f, x, k) for k in (1, 2, 3))
     if near is not None:
-        from symasym.base.inputs import exact
-
-        value = exact("near", near)
-        points = [number(sympy.Rational(value.numerator, value.denominator))]
+        points = [number(sympy.Rational(near.numerator, near.denominator))]
     else:
         points = []
         for sign in (1, -1):

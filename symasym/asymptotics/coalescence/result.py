@@ -16,7 +16,7 @@ import sympy
 from symasym.asymptotics.coalescence.iterated import IteratedPart
 from symasym.asymptotics.coalescence.parts import BEYOND, PairPart, SumPart
 from symasym.asymptotics.laplace.kinks import number
-from symasym.asymptotics.laplace.result import IntegralExpansion
+from symasym.asymptotics.laplace.result import IntegralExpansion, named
 from symasym.base.call_context import mpf_of, own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import Estimate
@@ -127,7 +127,7 @@ class UniformExpansion(IntegralExpansion):
                 f"order is {self.order}; formulas are given to {MOST_TERMS} terms, beyond which "
                 "they fill pages."
             )
-        symbol = sympy.Symbol(lam, positive=True) if isinstance(lam, str) else lam
+        symbol = named(lam)
         if self.kind == "products":
             g, h = (part.as_independent(self.x, as_Add=False)[1] for part in self.g)
             ends = self.a, self.b

@@ -32,7 +32,9 @@ from symasym.base.inputs import (
     float_text,
     floats,
     is_array,
+    is_name,
     positive,
+    shown,
 )
 from symasym.derivation.printing import tex
 from symasym.numbers.float_arrays import two_product
@@ -85,7 +87,8 @@ class IntegralExpansion:
         """Refuse free parameters."""
         if self.parameters:
             raise InputError(
-                f"{', '.join(map(str, self.parameters))} have no value; call bind(…) first."
+                f"parameters have no value: {', '.join(map(str, self.parameters))}; call bind(…) "
+                "first."
             )
 
     def bind(self, **values: Number) -> Self:
@@ -234,6 +237,15 @@ class IntegralExpansion:
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self})"
+
+
+def named(lam: Symbol | str) -> Expr:
+    """The symbol of a name; an expression as it is."""
+    if isinstance(lam, str) and is_name(lam):
+        return sympy.Symbol(lam, positive=True)
+    if isinstance(lam, sympy.Expr):
+        return lam
+    raise InputError(f"lam is {shown(lam)}; give a symbol, or a name of letters, digits and _.")
 
 
 @dataclass(frozen=True, repr=False)
@@ -395,7 +407,7 @@ class LaplaceExpansion(IntegralExpansion):
         )
 
     def expression_in(self, lam: Symbol | str = "lam") -> Expr:
-        symbol = sympy.Symbol(lam, positive=True) if isinstance(lam, str) else lam
+        symbol = named(lam)
         total = sympy.Integer(0)
         for c in self.contributions:
             pairs = zip(c.exponents, c.coefficients, strict=True)
@@ -405,7 +417,7 @@ class LaplaceExpansion(IntegralExpansion):
 
     def latex(self, lam: str = "lambda") -> str:
         """The expansion with its O term, in LaTeX."""
-        symbol = sympy.Symbol(lam, positive=True)
+        symbol = named(lam)
         size = sympy.exp(symbol * _sympy(self.height)) * symbol**-self.omitted
         return f"{super().latex(lam)} + O\\left({tex(size)}\\right)"
 

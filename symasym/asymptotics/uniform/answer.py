@@ -125,9 +125,11 @@ def _times(
 def _handed(
     request: Request, value: Any, size: Any, names: tuple[str, ...], context: Any
 ) -> Answer:
+    """The answer; for P from 1 - P, whose logarithm has digits of its own."""
+    rest, value = value, 1 - value if request.name == "P" else value
     if request.log:
         size = _log_error(value, size, context)
-        value = context.log(value)
+        value = context.log1p(-rest) if request.name == "P" else context.log(value)
     size += abs(value) * context.mpf(10) ** -(request.digits + 5)
     return Answer(value, size, "estimate", names, DROPPED)
 
@@ -169,8 +171,6 @@ def _occupation(asked: Scene, request: Request) -> Answer:
         size += 10 * cost * value
         if not size < (value if complement else 1 - value):
             raise _too_strong(asked.noise, order)
-        if not complement:
-            value = 1 - value
         wells = [f"well at u = {context.nstr(p.u, 6)}" for p in places if p.kind == "well"]
         return _handed(request, value, size, (*wells, "folds and kinks"), context)
 

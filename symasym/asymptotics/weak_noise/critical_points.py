@@ -340,7 +340,9 @@ def corner_terms(weight: Any, i: int, j: int, barrier: bool, c: Any) -> list[tup
     if j % 2:
         return [(front * c.pi / c.sin(c.pi * power), power, 0)]
     front *= (-1) ** ((i + j + 2) // 2)
-    constant = c.digamma(c.mpf(1 - i) / 2 if barrier else c.mpf(j + 1) / 2) + c.log(2)
+    # psi(1/2 - m) = psi(1/2 + m), a finite sum (DLMF 5.4.15).
+    m = i // 2 if barrier else j // 2
+    constant = c.fsum(c.mpf(2) / (2 * k - 1) for k in range(1, m + 1)) - c.euler - c.log(2)
     return [(front * constant, power, 0), (-front, power, 1)]
 
 

@@ -203,7 +203,7 @@ def parts(
     wrong = lies(points)
     ours = [p for p in wrong if p.ours]
     others = [p for p in wrong if not p.ours]
-    listed = ", ".join(f"{p.method} {p.setting} ({p.scene})" for p in others)
+    listed = ", ".join(f"{p.method} {p.setting} (**{p.scene}**)" for p in others)
     blocks = {
         "scenes": [
             *head(command, machine, missing),
