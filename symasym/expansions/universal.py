@@ -131,7 +131,7 @@ def beside_start(count: int, kept: int | None, barrier: bool) -> Beside:
     plain, log, half = ([one * 0] * count for _ in range(3))
     of_sympy = SimpleNamespace(
         mpf=sympy.sympify, pi=sympy.pi, gamma=sympy.gamma, factorial=sympy.factorial,
-        sin=sympy.sin, log=sympy.log, digamma=sympy.digamma,
+        sin=sympy.sin, log=sympy.log, euler=sympy.EulerGamma, fsum=sum,
     )  # fmt: skip
     for i in range(2 * count):
         for j in range(2 * count - i):
