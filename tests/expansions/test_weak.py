@@ -168,7 +168,7 @@ def test_what_laplace_answers_has_a_formula(problem: Problem) -> None:
     [
         ("-3*u/2 + u**2/3 - u**3/5", "0", "2/5", "start=well"),
         ("3*u/2 + u**2/3 + u**3/5", "0", "2/5", "start=barrier"),
-        ("(u - 1/4)*(2 + u)*(2 - 3*u)", "1/4", "2/5", "start=barrier well"),
+        ("(u - 1/4)*(2 + u)*(2 - 3*u)", "1/4", "1/5", "start=barrier well"),
         ("-(u - 1/4)*(u + 1/2)*(u - 2/3)*(1 + u/3)", "1/4", "1/30", "well start=barrier well"),
         ("(2*u - 1)*(u + 1/2)", "-1/2", "2/5", "start=well barrier"),
         ("(2*u - 1)*(u + 1/2)", "1/2", "2/5", "well start=barrier"),
