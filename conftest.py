@@ -1,4 +1,4 @@
-"""Runs the code blocks of README.md and docs/ as tests; the files that take longest come first."""
+"""Runs the code blocks of README.md and docs/ as tests."""
 
 import contextlib
 import doctest
@@ -8,7 +8,6 @@ import sys
 import tempfile
 from pathlib import Path
 
-import pytest
 from hypothesis import settings
 from sybil import Example, Sybil
 from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser, SkipParser
@@ -20,18 +19,6 @@ settings.register_profile("symasym", deadline=None)
 settings.load_profile("symasym")
 
 _OPTIONS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
-
-# By their seconds. Begun first, so that at the end no process waits for one of them.
-_LONGEST = (
-    "expansions/test_weak", "docs/test_site", "weak_noise/test_weak_noise",
-    "derivations/test_derivations", "quantities/test_random", "laplace/test_laplace",
-)  # fmt: skip
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the tests of the longest files first; those of one file stay together, in their order."""
-    rank = {f"tests/{name}.py": k for k, name in enumerate(_LONGEST)}
-    items.sort(key=lambda item: rank.get(item.nodeid.partition("::")[0], len(rank)))
 
 
 def keep_file(example: Example) -> None:

@@ -20,6 +20,9 @@ PAPER = tuple(
 
 #: Label -> number of the equation in the paper (arXiv:1310.8328), counted through.
 NUMBERS = dict(zip(PAPER, (n for n in range(1, 57) if n not in _UNLABELLED_NUMBERS), strict=True))
+# Those that the paper has without a label: two bounds, two tails, the appendix.
+NUMBERS |= {"tails": 28, "L-bound": 31, "beta": 46, "folds": 52, "threshold": 55}
+NUMBERS |= {"first-integral": 57, "density-R": 58, "C-bound": 61, "laplace-substitution": 62}
 
 # Results without a label that carry weight, by the names given to them here.
 UNLABELLED = tuple(
@@ -111,7 +114,7 @@ REASONS = {label: defined.reason for label, defined in DEFINITIONS.items()}
 def numbered(text: str, word: str = "") -> str:
     """A sentence with equation numbers, after `word`, in place of the paper's labels."""
     return re.sub(
-        r"\((eq:\w+)\)|\b(eq:\w+)",
+        r"\((eq:\w+|fr[12])\)|\b(eq:\w+|fr[12]\b)",
         lambda m: f"{word}({NUMBERS[m[1] or m[2]]})" if (m[1] or m[2]) in NUMBERS else m[0],
         text,
     )

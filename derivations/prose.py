@@ -43,7 +43,7 @@ _GREEK = {
 _FUNCTIONS = {
     name: f"\\{name}" for name in ("log", "sin", "cos", "arccos", "min", "max", "int")
 } | {name: rf"\operatorname{{{name}}}" for name in ("erf", "Ai", "Bi")}
-_DIFFERENTIALS = ("du", "ds", "dp", "dt", "dW")
+_DIFFERENTIALS = ("du", "dy", "dz", "ds", "dp", "dt", "dW")
 _SIGNS = {
     "<=": r"\le",
     ">=": r"\ge",
@@ -176,7 +176,7 @@ TEX = {
     "kappa_phys": r"\kappa_p",
     "r_phys": r"r_p",
     "z0": "z_0",
-    "T0_z": r"(\partial_z T_0)",
+    "T0_z": r"\partial_z T_0",
     "u1": "u_1",
     "u2": "u_2",
     "V_1": "V(1)",
@@ -221,7 +221,10 @@ TEX = {
 TEX_OF = {
     # As in docs/exact.md.
     "constant-panel": {"int_e": "I", "nested_down": "N_{-}", "nested_up": "N_{+}"},
-    "panel-step": {"int_e": "I", "int_inverse": "J", "nested": "N", "fall": "f", "climb": "c"},
+    "panel-step": {
+        "int_e": "I", "int_inverse": "J", "nested": "N", "fall": "f", "climb": "c",
+        "e": "e(b)",
+    },
     "endpoint-series": {
         "E_up": "E_k^{+}", "E_down": "E_k^{-}", "side": "s_k", "term": "h_k",
         "left": "h_k^{-}", "right": "h_k^{+}", "source": "g", "drift": r"\phi",
@@ -249,7 +252,7 @@ TEX_OF = {
         "norm": "N", "slope": "c", "side": r"\sigma",
         "bi": r"\mathrm{Bi}", "bi_slope": r"\mathrm{Bi}'", "squares": "Q", "slopes": "Q'",
         "cross": "X",
-        "a_up": r"a^{+}", "b_up": r"b^{+}", "q_1": "q_{k+1}", "p_2": "p_{k+2}", "q_2": "q_{k+2}",
+        "q_1": "q_{k+1}", "p_2": "p_{k+2}", "q_2": "q_{k+2}",
     },
     "truncated-gaussian": {
         "I_up": "I_{+}", "I_down": "I_{-}", "I_both": "I_{+-}", "gap": "g", "area": "a",
@@ -258,7 +261,7 @@ TEX_OF = {
         "integral": "L", "a_down": "c", "B_down": "E", "b": "B", "b_down": "E", "weights": "w",
     },
     "release-order": {"phi_y": r"\phi_y"},
-    "saddle-series": {"S": "Q"},
+    "saddle-series": {"S": "Q", "e": r"\delta"},
     "threshold": {"ell": r"\log(1/\varepsilon)", "kappa_c": r"\kappa_{c,p}"},
     "eq:Tlarge": {"T": r"T_p"},
     "eq:TtildetoT": {"T": r"T_p", "t_s": "T"},
@@ -290,7 +293,7 @@ def _set(tokens: list[Token]) -> str:
             side = re.search(r"([afg]\^[+-])$", done)
             if side:
                 done = done[: side.start()] + f"({side[1]})"
-            done += f"^{{{_set(exponent)}}}"
+            done = done.rstrip() + f"^{{{_set(exponent)}}}"
             at = end
             continue
         if kind == "raised":

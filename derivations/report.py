@@ -101,16 +101,19 @@ def words(text: str) -> str:
 
 
 def _linked(text: str) -> str:
-    """Plain text for Markdown, where the paper's labels are equation numbers that lead to pages."""
+    """Plain text for Markdown; labels lead to pages, those of the paper by their numbers."""
 
-    def number(found: re.Match[str]) -> str:
-        label = found[0]
-        if label not in NUMBERS:
-            return label
-        shown = f"equation ({NUMBERS[label]})"
-        return shown if label in REASONS else f"[{shown}]({slug(label)}.md)"
+    def link(found: re.Match[str]) -> str:
+        label = found[0].strip("'")
+        if label in REASONS:
+            return f"equation ({NUMBERS[label]})"
+        if label not in entries():
+            return found[0]
+        numbered = label.startswith(("eq:", "fr"))
+        shown = f"equation ({NUMBERS[label]})" if numbered else f"`{label}`"
+        return f"[{shown}]({slug(label)}.md)"
 
-    return re.sub(r"\beq:\w+", number, plain(text))
+    return re.sub(r"\beq:\w+|\bfr[12]\b|'[\w-]+'|\b[A-Za-z]+(?:-[A-Za-z]+)+\b", link, plain(text))
 
 
 def plain(text: str) -> str:

@@ -47,6 +47,15 @@ _PURE = "a number"
 _DRIFT = "velocity, y/t: the same scaled and unscaled"
 _SLOPE = "1/scaled time"
 _POTENTIAL = "scaled: position times velocity"
+_H = "scaled length times lam^k"
+
+#: Domains of integration of eq:fourPieces.
+PIECES = {
+    1: "u in (-r, -1), v in (0, 1)",
+    2: "u in (-1, v), v in (0, 1)",
+    3: "u in (-r, 1), v in (1, r)",
+    4: "u in (1, v), v in (1, r)",
+}
 
 MEANINGS: dict[str, Meaning] = {
     # Position, time, scales.
@@ -58,7 +67,7 @@ MEANINGS: dict[str, Meaning] = {
     "epsilon": Meaning("half the width of the smoothed layer", "unscaled"),
     "kappa": Meaning("noise amplitude", "scaled: kappa_p/sqrt(eps)", _S),
     "kappa_phys": Meaning("noise amplitude", "unscaled"),
-    "lam": Meaning("the large parameter 2/kappa^2", "scaled", _S),
+    "lam": Meaning("the large parameter 2/kappa^2", "scaled time per scaled length squared", _S),
     "r": Meaning("radius of escape", "scaled: r_p/eps", _S),
     "r_phys": Meaning("radius of escape", "unscaled"),
     # The drift.
@@ -91,19 +100,22 @@ MEANINGS: dict[str, Meaning] = {
     "V": Meaning("potential, V' = -phi and V(-1) = 0", _POTENTIAL, _V),
     "V_1": Meaning("potential at the layer's right edge", _POTENTIAL),
     "V_top": Meaning("potential at the layer's right edge", _POTENTIAL),
-    "V_u1": Meaning("potential at the well", _POTENTIAL),
+    "V_u1": Meaning("potential at the well u1", _POTENTIAL),
+    "V_u2": Meaning("potential at the barrier u2", _POTENTIAL),
     "V_m": Meaning("lowest value of the potential", _POTENTIAL),
     "K_m": Meaning("curvature of V at its lowest point, V'' = -A'", _SLOPE),
     "D": Meaning("height of the barrier, V(u2) - V(u1)", _POTENTIAL, _V),
     "u1": Meaning("the well, a zero of the drift", "scaled: y/eps"),
     "u2": Meaning("the barrier, a zero of the drift", "scaled: y/eps"),
     "u3": Meaning("the third zero of the cubic", "scaled: y/eps"),
-    "z_plus": Meaning("fold where well and barrier meet on u > 0, 1 - beta", "unscaled", _V),
-    "z_minus": Meaning("fold where well and barrier meet on u < 0, 1 + beta", "unscaled", _V),
+    "z_plus": Meaning("fold where well and barrier coalesce on u > 0, 1 - beta", "unscaled", _V),
+    "z_minus": Meaning("fold where well and barrier coalesce on u < 0, 1 + beta", "unscaled", _V),
     # Escape.
     "T": Meaning("mean escape time from |u| < r, start 0", _SCALED_TIME, _T),
     "T_0": Meaning("mean escape time without the terms of C", _SCALED_TIME, _T),
-    **{f"T_{n}": Meaning(f"its piece {n} of four", _SCALED_TIME, _T) for n in (1, 2, 3, 4)},
+    **{
+        f"T_{n}": Meaning(f"piece of T_0: {where}", _SCALED_TIME, _T) for n, where in PIECES.items()
+    },
     "S": Meaning("Stokes multiplier of the well's term", _PURE, _T),
     "p": Meaning("density of the position at a time", "per scaled length", _R),
     "R": Meaning("density integrated over all time", "scaled time per scaled length", _T),
@@ -112,22 +124,25 @@ MEANINGS: dict[str, Meaning] = {
     "J": Meaning("flux of R", _PURE, _C),
     "kappa_c": Meaning("noise below which escape is exponentially slow", "unscaled", _T),
     "kappa_e": Meaning(
-        "noise at which the well outlasts the way to r", "scaled: kappa_p/sqrt(eps)", _T
+        "noise at which the well's term of T is r/a+", "scaled: kappa_p/sqrt(eps)", _T
     ),
     "ell": Meaning("-log(eps)", _PURE),
     # Steady state.
     "p_ss": Meaning("stationary density", "per scaled length", _R),
-    "K": Meaning("its normalizing constant", "per scaled length"),
+    "K": Meaning("normalizing constant of p_ss, its value at u = -1", "per scaled length"),
     "P": Meaning("stationary probability of |u| <= 1", _PURE, _P),
     "P_low": Meaning("lower bound on P", _PURE, _P),
-    "L": Meaning("width of the stretch beside u = 1", "scaled: y/eps"),
+    "L": Meaning("length of an interval (1 - L, 1) where V <= V(1)", "scaled: y/eps"),
     "I_left": Meaning("integral of exp(-2V/kappa^2) over u < -1", "scaled length", _P),
     "I_right": Meaning("integral of exp(-2V/kappa^2) over u > 1", "scaled length", _P),
     "Lq": Meaning("Fokker-Planck operator applied to q", "per scaled length and time", _R),
     "LR": Meaning("Fokker-Planck operator applied to R", "per scaled length", _T),
-    "q": Meaning("a density; a mode of the operator", "per scaled length"),
+    "q": Meaning("any density; a mode of the operator", "per scaled length"),
     # Terms of the exact integrals.
-    "w": Meaning("time spent at a point per unit of rate", "scaled time per scaled length"),
+    "w": Meaning(
+        "lam e^(lam V) times the integral of e^(-lam V) up to there",
+        "scaled time per scaled length",
+    ),
     "sigma_left": Meaning("Sigma/s on the left of the start, s = exp(lam V)", "scaled length"),
     "sigma_right": Meaning("Sigma/s on the right of the start, s = exp(lam V)", "scaled length"),
     "I0": Meaning("integral of exp(lam V) over (0, r)", "scaled length"),
@@ -136,6 +151,10 @@ MEANINGS: dict[str, Meaning] = {
     "J1": Meaning("double integral over v in (-r, 0), see the note", "scaled length squared"),
 }
 
+_BLOCK = {
+    "y": Meaning("velocity of the block relative to the belt", "unscaled"),
+    "z": Meaning("extension of the spring", "unscaled"),
+}
 LOCAL: dict[str, dict[str, Meaning]] = {
     "eq:cont": {
         "F": Meaning("field inside the layer", "unscaled", _A),
@@ -165,8 +184,12 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         **{f"b{n}": Meaning("strength of noise " + str(n), "unscaled") for n in (1, 2, 3)},
     },
     "eq:reducedSDEtilde": {
-        "c_1": Meaning("coefficient of the first derivative in the generator", "scaled", _S),
-        "c_2": Meaning("coefficient of the second derivative in the generator", "scaled", _S),
+        "c_1": Meaning("coefficient of the first derivative in the generator", _DRIFT, _S),
+        "c_2": Meaning(
+            "coefficient of the second derivative in the generator",
+            "scaled length squared per scaled time",
+            _S,
+        ),
     },
     "regions": {"N": Meaning("how many of the two fields point to the surface", _PURE, _A)},
     "eq:Plarge": {"P": Meaning("stationary probability of |y| <= eps", _PURE, _P)},
@@ -179,7 +202,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
     "eq:odeR": {"m": Meaning("decay rate of the mode", "per scaled time")},
     "laplace-substitution": {
         "c2": Meaning("curvature of V at the saddle, V''(u1)", _SLOPE),
-        "uhat": Meaning("distance from the saddle in units of kappa", "scaled"),
+        "uhat": Meaning("(u - u1)/kappa", "root of scaled time"),
     },
     "saddle-series": {
         "S": Meaning(
@@ -187,7 +210,10 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         ),
         "c_2": Meaning("curvature of V at the well, of -V at a barrier", _SLOPE),
         **{
-            f"c_{j}": Meaning(f"derivative {j} of V there, of -V at a barrier", "V/u^" + str(j))
+            f"c_{j}": Meaning(
+                f"derivative {j} of V there, of -V at a barrier",
+                f"scaled velocity over the power {j - 1} of length",
+            )
             for j in range(3, 7)
         },
     },
@@ -200,16 +226,16 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "J_2": Meaning("the same with s(u) s(v), its finite part", "units of lam^(-4/3)", _T),
     },
     "endpoint-series": {
-        "E_up": Meaning("coefficient of lam^-k in the integral of exp(lam V)", "in lam", _T),
-        "E_down": Meaning("coefficient of lam^-k in that of exp(-lam V)", "in lam", _T),
+        "E_up": Meaning("coefficient of lam^-k in the integral of exp(lam V)", _H, _T),
+        "E_down": Meaning("coefficient of lam^-k in that of exp(-lam V)", _H, _T),
         "side": Meaning("(-1)^k", _PURE),
-        "left": Meaning("h_k on the left of the point, 0 at a start", "in lam"),
-        "right": Meaning("h_k on the right of the point, 0 at an end", "in lam"),
+        "left": Meaning("h_k on the left of the point, 0 at a start", _H),
+        "right": Meaning("h_k on the right of the point, 0 at an end", _H),
     },
     "regular-part": {
-        "h_next": Meaning("coefficient of a power in -h'", "in t", _T),
-        "H": Meaning("coefficient of a power in the primitive", "in t", _T),
-        "term": Meaning("coefficient of a power in h", "in t"),
+        "h_next": Meaning("coefficient of t^(i - p - 1) in -h'", "h over a power of t", _T),
+        "H": Meaning("coefficient of t^(1 - p) in the primitive", "h over a power of t", _T),
+        "term": Meaning("coefficient of t^(i - p) in h", "h over a power of t"),
         "power": Meaning("order of the pole of h", "a whole number"),
         "index": Meaning("number of the coefficient, from 0 on", "a whole number"),
     },
@@ -241,48 +267,54 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "index": Meaning("power of y", "a whole number"),
     },
     "saddle-recurrences": {
-        "alpha_j": Meaning("coefficient of t^j beside the quadratic term of V", "in t", _T),
+        "alpha_j": Meaning(
+            "coefficient of t^j in V over its quadratic term", "1/scaled length to the power j", _T
+        ),
         "m_0": Meaning("integral of exp(-s^2/2)", _PURE, _T),
         "m_next": Meaning("the next moment", _PURE, _T),
         "moment": Meaning("integral of s^(2n) exp(-s^2/2)", _PURE),
         "n": Meaning("number of the moment, from 0 on", "a whole number"),
         "j": Meaning("power of t", "a whole number"),
-        "term": Meaning("coefficient of t^(j + 1) in phi", "in t"),
+        "term": Meaning("coefficient of t^(j + 1) in phi", "velocity over a power of t"),
         "slope": Meaning("slope of the drift at its zero", _SLOPE),
     },
     "two-sides": {
         "behind": Meaning("integral of exp(lam V) left of the start", "scaled length"),
         "ahead": Meaning("integral of exp(lam V) right of the start", "scaled length"),
-        "total": Meaning("the sum of both", "scaled length"),
-        "nested_left": Meaning(
-            "double integral on the left, see the note", "scaled length squared"
+        "total": Meaning("integral of exp(lam V) over both sides", "scaled length"),
+        "nested_left": Meaning("double integral left of the start", "scaled length squared"),
+        "nested_right": Meaning("double integral right of the start", "scaled length squared"),
+        "falling": Meaning(
+            "contribution of the start to the integral of exp(-lam V)", "scaled length"
         ),
-        "nested_right": Meaning(
-            "double integral on the right, see the note", "scaled length squared"
-        ),
-        "falling": Meaning("the start's share of the integral of exp(-lam V)", "scaled length"),
     },
     "airy-form": {
         "I_up": Meaning("integral of exp(lam V) over the pair", "scaled length", _T),
         "I_down": Meaning("integral of exp(-lam V) over the pair", "scaled length", _T),
         "I_both": Meaning("double integral over the pair", "scaled length squared", _T),
         "Z": Meaning("lam^(2/3) zeta, of the pair's distance", _PURE, _A),
-        "small": Meaning("lam^(-1/3)", "scaled"),
-        "a": Meaning("u' half-way between the zeros, in s", "scaled"),
-        "b": Meaning("change of u' with s there", "scaled"),
+        "small": Meaning("lam^(-1/3)", "lam^(-1/3)"),
+        "a": Meaning("du/ds half-way between the zeros", "scaled length times lam^(1/3)"),
+        "b": Meaning("slope of du/ds in s there", "scaled length times lam^(2/3)"),
     },
     "truncated-gaussian": {
-        "I_up": Meaning("the end's share of the integral of exp(lam V)", "scaled length", _T),
-        "I_down": Meaning("the end's share of the integral of exp(-lam V)", "scaled length", _T),
-        "I_both": Meaning("the end's share of the double integral", "scaled length squared", _T),
-        "t": Meaning("the square root of twice the fall of V to the end", "root of phi u"),
-        "peak": Meaning("du/dt at the barrier", "scaled"),
-        "rest": Meaning("1/phi at the end less p/t, p = du/dt at the barrier", "scaled"),
-        "tail": Meaning("the Gaussian beyond the end", "scaled"),
-        "falling": Meaning("Dawson's integral up to the end", "scaled"),
+        "I_up": Meaning(
+            "contribution of the end to the integral of exp(lam V)", "scaled length", _T
+        ),
+        "I_down": Meaning(
+            "contribution of the end to the integral of exp(-lam V)", "scaled length", _T
+        ),
+        "I_both": Meaning(
+            "contribution of the end to the double integral", "scaled length squared", _T
+        ),
+        "t": Meaning("the square root of twice the fall of V to the end", "lam^(-1/2)"),
+        "peak": Meaning("du/dt at the barrier", "root of scaled time"),
+        "rest": Meaning("1/phi at the end less p/t", "scaled time per scaled length"),
+        "tail": Meaning("the Gaussian integral beyond the end, over its value there", "lam^(-1/2)"),
+        "falling": Meaning("Dawson's integral up to the end", "lam^(-1/2)"),
         "integral": Meaning("lam times the integral of Dawson's", _PURE),
     },
-    "gaussian-step": {"G": Meaning("product of two Gaussian integrals", "scaled", _T)},
+    "gaussian-step": {"G": Meaning("lam times two Gaussian integrals", _SCALED_TIME, _T)},
     "eq:fourPieces": {
         **{
             f"T_{n}": Meaning(f"piece {n} of four of T_0, over lam", "scaled length squared", _T)
@@ -300,21 +332,25 @@ LOCAL: dict[str, dict[str, Meaning]] = {
     },
     "constant-panel": {
         "x": Meaning("lam |a| h, h the width of the panel", _PURE),
-        "int_e": Meaning("integral with the weight 1 at the high end", "widths", _X),
-        "nested_down": Meaning("double integral, falling", "squared widths", _X),
-        "nested_up": Meaning("double integral, rising", "squared widths", _X),
+        "int_e": Meaning("integral of e^(+-lam V), its largest value taken as 1", "widths", _X),
+        "nested_down": Meaning("double integral where V falls", "squared widths", _X),
+        "nested_up": Meaning("double integral where V rises", "squared widths", _X),
     },
     "panel-step": {
         "sigma": Meaning("Sigma/s at the panel's left end", "scaled length"),
         "sigma_b": Meaning("Sigma/s at the panel's right end", "scaled length", _X),
         "w_b": Meaning("w at the panel's right end", "scaled time per scaled length", _X),
-        "int_e": Meaning("climb times the integral of e = exp(lam (V - V(a)))", "scaled length"),
-        "int_inverse": Meaning("fall times the integral of 1/e", "scaled length"),
-        "nested": Meaning("fall times the double integral of e(v)/e(u)", "scaled length squared"),
+        "int_e": Meaning("c times the integral of e = exp(lam (V - V(a)))", "scaled length"),
+        "int_inverse": Meaning("f times the integral of 1/e", "scaled length"),
+        "nested": Meaning(
+            "f times the double integral of e(v)/e(u) over v < u", "scaled length squared"
+        ),
         "fall": Meaning("exp(-lam(V(a) - V(b))) where V falls, else 1", _PURE),
         "climb": Meaning("exp(-lam(V(b) - V(a))) where V rises, else 1", _PURE),
     },
+    "eq:osc2": _BLOCK,
     "eq:osc3": {
+        **_BLOCK,
         "drift_z": Meaning("drift of z", "unscaled", _A),
         "drift_y": Meaning("drift of y", "unscaled", _A),
         "noise_z": Meaning("noise amplitude of z", "unscaled", _S),
@@ -328,7 +364,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
     "release-order": {
         "T_1": Meaning("coefficient of eps in the mean time of release", _SCALED_TIME, _T),
         "Sigma": Meaning("scale function, the integral of exp(lam V) from -r", "scaled length"),
-        "s": Meaning("rate at which the motion of z and y = eps u changes T", "scaled time"),
+        "s": Meaning("source: what the motion of z and y = eps u changes T_0 by", "scaled time"),
         "T_0": Meaning("mean escape time with z frozen", _SCALED_TIME),
         "g": Meaning("velocity of the slow variable z", "unscaled"),
         "phi_y": Meaning("slope of the drift in y, unscaled", "unscaled"),
@@ -343,11 +379,11 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "T": Meaning("mean time of release", _SCALED_TIME, _T),
         "sigma_T": Meaning("standard deviation of that time", _SCALED_TIME, _T),
         "T_0": Meaning("mean escape time with z frozen at its start", _SCALED_TIME),
-        "T0_z": Meaning("its slope in z", _SCALED_TIME),
+        "T0_z": Meaning("derivative of T_0 by z", "scaled time per unscaled z"),
         "g": Meaning("velocity of the slow variable z", "unscaled"),
     },
     "fold-delay": {
-        "a": Meaning("unit of the distance from the fold's u", "scaled", _V),
+        "a": Meaning("unit of the distance from the fold's u", "scaled: y/eps", _V),
         "b": Meaning("unit of time past the fold", _SCALED_TIME, _V),
         "w_1": Meaning("distance from the fold's u in its unit", _PURE, _V),
         "s": Meaning("time past the fold in its unit", _PURE),
@@ -366,6 +402,67 @@ IN_WORDS: dict[str, dict[str, Meaning]] = {
         r"\phi": MEANINGS["phi"],
     },
     "eq:Ttildesmall": {"S": MEANINGS["S"]},
+    "eq:FPE": {
+        "p": MEANINGS["p"],
+        r"\tilde t": MEANINGS["t_s"],
+    },
+    "eq:Ttilde0": {
+        "t": MEANINGS["t_s"],
+        "u": MEANINGS["u"],
+        "G": Meaning("probability not to have left |u| < r by the time t", _PURE),
+    },
+    "eq:odeR": {
+        "t": MEANINGS["t_s"],
+        r"\delta": Meaning("Dirac's delta at the start", "per scaled length"),
+    },
+    "first-integral": {"R": MEANINGS["R"]},
+    "other-pieces": {"T_1": MEANINGS["T_1"], "T_2": MEANINGS["T_2"]},
+    "friction-well": {r"\beta": MEANINGS["beta"], "z_0": MEANINGS["z0"]},
+    "frozen-time": {"D": MEANINGS["D"]},
+    "release-adiabatic": {
+        "T": Meaning("mean escape time with z frozen where it is at t", _SCALED_TIME),
+        "A'(u_1)": MEANINGS["A_1"],
+    },
+    "fold-delay": {
+        "w": Meaning("distance of u from the fold's", "scaled: y/eps"),
+        "t": Meaning("time past the fold", _SCALED_TIME),
+    },
+    "regular-part": {"t": Meaning("distance from the zero of the drift", "scaled: y/eps")},
+    "saddle-recurrences": {"t": Meaning("distance from the zero of the drift", "scaled: y/eps")},
+    "first-three": {"r": MEANINGS["r"]},
+    "eq:phi": {"F": Meaning("field inside the layer, eq:cont", "unscaled")},
+    "eq:scaledSDEx": {
+        "y": MEANINGS["y"],
+        "t": MEANINGS["t"],
+        "W_j": Meaning("independent Brownian motions", "root of time"),
+    },
+    "eq:reducedSDE": {
+        "y": MEANINGS["y"],
+        "t": MEANINGS["t"],
+        "W": Meaning("a Brownian motion", "root of time"),
+    },
+    "eq:reducedSDEtilde": {
+        r"\tilde t": MEANINGS["t_s"],
+        "W": Meaning("a Brownian motion", "root of scaled time"),
+    },
+    "eq:fourPieces": {
+        **{
+            f"T_{n}": Meaning(f"piece of T_0: {where}", _SCALED_TIME) for n, where in PIECES.items()
+        },
+        "T_0": MEANINGS["T_0"],
+        "V": MEANINGS["V"],
+    },
+    "eq:osc3": {"t": MEANINGS["t"], "W": Meaning("a Brownian motion", "root of time")},
+    "eq:scaledSDE": {
+        "x": Meaning("position in all coordinates", "unscaled"),
+        "r_p": MEANINGS["r_phys"],
+        "M": Meaning("bound on the slopes of the coefficients", "unscaled"),
+    },
+    "eq:TtildeCzero": {
+        "C": MEANINGS["C"],
+        "J_0": MEANINGS["J0"],
+        "J_1": MEANINGS["J1"],
+    },
     "eq:S": {"A": MEANINGS["A"], r"\zeta": _ZETA},
     "C-bound": {
         r"V_{\max}": Meaning("largest value of the potential on 0 <= u <= 1", _POTENTIAL),
@@ -374,12 +471,19 @@ IN_WORDS: dict[str, dict[str, Meaning]] = {
     "pair-products": {r"\zeta": _ZETA, "s": _S_OF_U},
     "airy-form": {
         "y": Meaning("position from half-way between the zeros", "scaled: y/eps"),
-        r"\psi": Meaning("what is left of the drift, phi = +-(y^2 - D) psi(y)", "scaled"),
-        "D": Meaning("square of half the zeros' distance, negative for a complex pair", "scaled"),
+        r"\psi": Meaning(
+            "the drift over y^2 - D, up to sign", "1/(scaled length times scaled time)"
+        ),
+        "D": Meaning(
+            "square of half the zeros' distance, negative for a complex pair",
+            "scaled length squared",
+        ),
         "R": Meaning("sqrt(D), half the zeros' distance", "scaled: y/eps"),
         r"\zeta": _ZETA,
         "s": _S_OF_U,
-        "c": Meaning("R/sqrt(zeta): the zeros are s = -R/c and s = R/c", "scaled"),
+        "c": Meaning(
+            "R/sqrt(zeta): the zeros are s = -R/c and s = R/c", "scaled length times lam^(1/3)"
+        ),
     },
 }
 

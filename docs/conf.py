@@ -1,5 +1,6 @@
 """Sphinx's settings. `docs/build.py` stages the pages and runs Sphinx with them."""
 
+import re
 import sys
 from importlib import metadata
 from pathlib import Path
@@ -7,7 +8,7 @@ from pathlib import Path
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent.parent)]
 
 from sphinx.pycode import ModuleAnalyzer  # noqa: E402
-from website.api import typeset  # noqa: E402
+from website.api import TYPES, typeset  # noqa: E402
 
 project = "symasym"
 author = "The symasym developers"
@@ -33,6 +34,8 @@ default_role = "code"
 smartquotes_action = "D"
 
 autodoc_typehints = "signature"
+# Names of types that the reference explains, for the unions that they stand for.
+autodoc_type_aliases = {name: f"symasym.{name}" for name in TYPES}
 autodoc_typehints_format = "short"
 python_use_unqualified_type_names = True
 python_display_short_literal_types = True
@@ -69,7 +72,17 @@ def _whole_signatures(app) -> None:
     verbs.overloads.clear()
 
 
+def _named_types(app, what, name, value, options, arguments, returned):
+    """The signature with the names of types, also where Sphinx shows what it has for a name."""
+    plain = [
+        text and re.sub(r"TypeAliasForwardRef\('([\w.]+)'\)", r"\1", text)
+        for text in (arguments, returned)
+    ]
+    return tuple(plain)
+
+
 def setup(app) -> None:
     """Docstrings are written as for a shell; here their formulas are set and their labels lead."""
     app.connect("builder-inited", _whole_signatures)
+    app.connect("autodoc-process-signature", _named_types)
     app.connect("autodoc-process-docstring", _link_docstring)

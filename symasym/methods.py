@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Iterator
+from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
@@ -431,13 +432,21 @@ def _joined(estimates: list[Any], value: Any, error: Any, request: Request) -> E
 def _with_digits(ask: Ask, elements: Elements, request: Request, workers: int) -> Any:
     """Each element to `request.dps` digits, in an array of objects."""
     answers: list[Any] = []
-    with executors.local(workers) as executor:
-        futures = [
-            executor.submit(_batch, ask, [elements.part(int(row)) for row in rows], request, left())
-            for rows in _batches(len(elements))
-        ]
-        for future in futures:
-            answers += future.result()
+    try:
+        with executors.local(workers) as executor:
+            futures = [
+                executor.submit(
+                    _batch, ask, [elements.part(int(row)) for row in rows], request, left()
+                )
+                for rows in _batches(len(elements))
+            ]
+            for future in futures:
+                answers += future.result()
+    except BrokenExecutor:
+        raise SymasymError(
+            f"workers is {workers}, and a process of them ended at once or ran out of memory; in a "
+            "script put the call below if __name__ == '__main__':, or leave workers out."
+        ) from None
     for row, one in enumerate(answers):
         if isinstance(one, SymasymError):
             index = ", ".join(map(str, np.unravel_index(row, elements.shape)))

@@ -55,8 +55,14 @@ def plot(
     quantity : {"T", "C", "1 - C", "P", "1 - P", "p_ss"}
     drift : Drift
         Bound; one of its parameters may be the array.
-    kappa, r, start, y : number or array_like
-        Scaled, as the quantity takes them; `y` is for the stationary density ``"p_ss"``.
+    kappa : number or array_like
+        Scaled noise amplitude.
+    r : number or array_like
+        Scaled radius, for ``"T"``, ``"C"`` and ``"1 - C"``.
+    start : number or array_like
+        Scaled starting point, for the same.
+    y : number or array_like
+        Scaled position, for the stationary density ``"p_ss"``.
     ax : matplotlib Axes, optional
         Where to draw; a new figure's when left out.
     label : str, optional

@@ -165,13 +165,12 @@ def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
         )
     moved = dict.fromkeys(numbers, 0.0)
     for name, value in numbers.items():
-        if not is_array(value):
+        near = arrays[name]
+        # Python compares floats with whole numbers exactly.
+        if not (is_array(value) or (isinstance(value, (float, int)) and value == float(near))):
             known = exact(name, value)
-            moved[name] = abs(float(known - Fraction(float(arrays[name]))))
-    parameters = {
-        name: np.broadcast_to(value, shape).ravel() if is_array(value) else value
-        for name, value in drift.values.items()
-    }
+            moved[name] = abs(float(known - Fraction(float(near))))
+    parameters = drift.flat_values(shape)
     lam = flat["kappa"] ** 2
     np.divide(2.0, lam, out=lam)
     return Scenes(shape, lam, flat, parameters, moved, drift, numbers)

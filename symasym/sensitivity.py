@@ -14,7 +14,7 @@ import numpy as np
 from symasym.base.call_context import expect, mpf_of, own_context, patient, to_mpf
 from symasym.base.errors import AccuracyError, InputError, RangeError, TimeLimitError
 from symasym.base.estimate import IN_WORDS, ErrorKind, with_errors
-from symasym.base.inputs import Numbers, choice, digits, exact, floats, is_array
+from symasym.base.inputs import Numbers, choice, digits, exact, is_array
 from symasym.drift.drift import Drift
 from symasym.methods import answer, require_drift_of
 from symasym.numbers.trees import MpmathOps
@@ -130,8 +130,8 @@ def sensitivity(
     -----
     In float64: forward differentiation of the panels' integrals and of the sweep over them, from
     one set of samples; the error is an estimate, by running analysis of the derivatives' rounding
-    and of what the nodes miss of dA/dp. Where it is above 1e-7 (of p d/dp, beside the largest of
-    the scene or 1), it is found with 20 digits as below.
+    and of what the nodes miss of the derivative of A by p. Where it is above 1e-7 (of p times the
+    derivative, beside the largest of the scene or 1), it is found with 20 digits as below.
 
     With `dps`, python-flint and moderate noise: the exact integrals differentiated panel by panel
     in ball arithmetic, and the errors are proved (`error_kind` ``"bound"``).
@@ -247,7 +247,9 @@ def _by_floats(quantity: str, scenes: Scenes) -> list[_Slopes | None]:
     names = [n.removeprefix("log ") for n in directions.names]
     names += ["start"] if "start" in scenes.numbers else []
     at = {**scenes.parameters, **scenes.numbers}
-    size = np.array([np.broadcast_to(np.abs(floats(n, at[n])), scenes.lam.shape) for n in names])
+    size = np.empty((len(names), len(scenes.lam)))
+    for part, name in zip(size, names, strict=True):
+        part[:] = np.abs(at[name]) if is_array(at[name]) else abs(float(at[name]))
     per = np.where(np.array(names)[:, None] == "kappa", size, 1.0)
     size = np.where(size == 0, 1.0, size) / per
     # What counts is the relative change of a parameter, beside that of all.
@@ -420,20 +422,23 @@ def _gathered(
     }
     with own_context(dps + 10) as context:
         for scene in each:
-            log = abs(context.convert(scene.log))
+            # What forward differentiation gave are floats already.
+            number = float if isinstance(scene.log, float) else context.convert
+            log = abs(number(scene.log))
             for name, slope in scene.slopes.items():
-                value = context.convert(slope.value)
+                value = number(slope.value)
                 if shape is not None and not abs(value) < _LARGEST:
                     raise RangeError(
                         f"d log({quantity})/d({name}) is outside the range of float64; pass dps=…."
                     )
                 x = scene.values[name]
-                condition = abs(value * x.numerator / x.denominator)
+                at = float(x) if number is float else context.mpf(x.numerator) / x.denominator
+                condition = abs(value * at)
                 relative = condition and (condition / log if log else context.inf)
                 rounded = _plain(value, shape, dps)
                 # Rounding the value is part of its error, and the error itself is rounded, too.
-                error = context.convert(slope.error) + abs(context.convert(rounded) - value)
-                error = _plain(error * (1 + context.mpf(2) ** -20), shape, max(dps, 15))
+                error = number(slope.error) + abs(number(rounded) - value)
+                error = _plain(error * (1 + number(2) ** -20), shape, max(dps, 15))
                 parts["derivative"][name].append(rounded)
                 # What float64 takes for 0 is none.
                 parts["error"][name].append(error if shape is None else max(error, 5e-324))

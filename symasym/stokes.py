@@ -47,10 +47,10 @@ def stokes_multiplier(
     """Share of a well's exponential in T, from 0 before the fold to 1 beyond it (eq:Ttildesmall).
 
     With phi du = (s^2 - zeta) ds for the well and the barrier next to each other,
-    Z = lam^(2/3) zeta and G = Ai² + Bi², it is G(Z)/(G(Z) + G(-Z)): 1/2 at the fold, and over
-    a width of lam^(-2/3) in phi's least value from 0 to 1. The leading term goes with it as
+    Z = lam^(2/3) zeta and G = Ai^2 + Bi^2, it is G(Z)/(G(Z) + G(-Z)): 1/2 at the fold, and over
+    a width of lam^(-2/3) in the least value of phi from 0 to 1. The leading term goes with it as
     pi^2 p_0^2 lam^(1/3) (G(Z) + G(-Z)), which is even in Z and for Z >> 1 is the paper's; what
-    multiplier times leading term leaves of T is the outer part on a path past both zeros, which
+    multiplier times leading term leaves of T is the regular part on a path past both zeros, which
     does not notice the fold.
 
     Parameters

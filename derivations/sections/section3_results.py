@@ -54,7 +54,17 @@ def eekappar(d: Any) -> None:
         Inequality(form, ">", sympy.Integer(1)),
         Bound(difference=q**2 * s + q**2 + 2 * q * s + 2 * q + s, on="0 < kappa_phys < r_phys < 1"),
     )
-    d.conclude(Symbol("rho"), ratio)
+    d.conclude(
+        Symbol("rho"),
+        ratio,
+        note="the ordering of the scales is the paper's assumption; it makes r/kappa^2 > 1, "
+        "and large",
+        display=(
+            r"0 < \varepsilon, \kappa_p \ll r_p \ll 1 ,\quad \frac{r}{\kappa^2} = ",
+            ratio,
+            r" \gg 1",
+        ),
+    )
 
 
 def _scaled_rate(d: Any) -> None:
@@ -110,7 +120,10 @@ def p_small(d: Any) -> None:
         / (2 * sympy.sqrt(sympy.pi * eps))
         * (sympy.exp(rate * V_m) / a_minus - sympy.exp(rate * (V_m - V_1)) / a_plus_sliding)
     )
-    d.suppose("attracting sliding and kappa_phys << sqrt(eps)")
+    d.suppose(
+        "attracting sliding, kappa_phys << sqrt(eps), and one lowest well inside the layer, of "
+        "curvature V''(u_m) > 0"
+    )
     _scaled_rate(d)
     found = d.step(
         "unscale",
@@ -175,12 +188,15 @@ def t_large(d: Any) -> None:
     )
 
 
-@derives("eq:Tsmall", "Where the well outlasts the way to r", ("eq:Ttildesmall",))
+@derives("eq:Tsmall", "The noise at which the well's term equals r/a+", ("eq:Ttildesmall",))
 def t_small(d: Any) -> None:
     D = Symbol("D", positive=True)
     A1, A2 = Symbol("A_1", negative=True), Symbol("A_2", positive=True)
     prefactor = 2 * sympy.pi / sympy.sqrt(-A1 * A2)
-    d.suppose("a well at u1 and a barrier at u2 > 0, with V(u2) - V(u1) = D")
+    d.suppose("a well at u1 and a barrier at u2, 0 < u2 < 1")
+    d.suppose(
+        "r sqrt(-A_1 A_2) > 2 pi a+", where="else the well's term exceeds r/a+ at every noise"
+    )
     d.suppose(
         "drift < 0 on some interval is enough for T > O(r)",
         "fails",

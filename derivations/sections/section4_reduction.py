@@ -144,7 +144,10 @@ def component(d: Any) -> None:
         sympy.symbols("drift B1:4"),
         found,
         "O(r_phys)",
-        note="y is the second of three coordinates, u = y/eps; all else is frozen at the origin",
+        note="y is the second of three coordinates and u = y/eps; A and the second row of "
+        "the noise "
+        "matrix, d_21, d_22, d_23, are taken at the origin (eq:scaledSDE); the W_j are independent "
+        "Brownian motions",
         display=(
             *("dy = ", drift, r" \, dt + \kappa_p \left("),
             *(
@@ -284,7 +287,7 @@ def reduced(d: Any) -> None:
         sympy.symbols("drift noise"),
         found,
         "O(r_phys)",
-        note="u = y/eps; the b_j are the entries of D(0) that act on y",
+        note="u = y/eps; the b_j are the entries of D(0) that act on y, and W is a Brownian motion",
         display=("dy = ", drift, r" \, dt + ", noise, r" \, dW + O(r_p)"),
     )
 
@@ -306,14 +309,15 @@ def scaling(d: Any) -> None:
     d.step(
         "any units of length and time",
         "scale",
-        (clock / length * phi(y / length), _k * sympy.sqrt(clock) / length),
+        (clock / length * phi(y / eps), _k * sympy.sqrt(clock) / length),
         Satisfies(
             lambda new: {
-                "drift": new[0] - phi(y / length) * sympy.diff(y / length, y) * clock,
+                "drift": new[0] - phi(y / eps) * sympy.diff(y / length, y) * clock,
                 "noise": new[1] - _k * sympy.diff(y / length, y) * sympy.sqrt(clock),
             }
         ),
-        "u = y/ell and time in units of tau in dy = phi dt + kappa_phys dW, where dW^2 is dt",
+        "y = ell u and time in units of tau in dy = phi(y/eps) dt + kappa_phys dW, where "
+        "dW^2 is dt",
         left=(r"\text{drift of } u", r"\text{noise of } u"),
     )
     found = d.step(

@@ -37,6 +37,7 @@ def cubic(d: Any) -> None:
 
 @derives("folds", "Where two critical points coalesce", ("cubic", "turning-points", "beta"))
 def folds(d: Any) -> None:
+    d.suppose("mu > 1/2", where="else the folds are at |u| >= 1, outside the layer")
     at = d.step(
         "position",
         "solve",
@@ -77,7 +78,7 @@ def folds(d: Any) -> None:
     d.conclude((Symbol("z_plus"), Symbol("z_minus")), found)
 
 
-@derives("fr1", "What eq:Ttildesmall needs of the friction drift", ("eq:phifric0",))
+@derives("fr1", "a+ and A' of the friction drift", ("eq:phifric0",))
 def parameters(d: Any) -> None:
     plus = d.step(
         "a+",
@@ -316,11 +317,11 @@ def threshold(d: Any) -> None:
         return d.use("eq:TtildetoT", "T").subs(Symbol("t_s", positive=True), scaled)
 
     size = d.step(
-        "size of the well's term",
+        "exponential factor of the well's term",
         "substitute",
         eps * sympy.exp(2 * D * eps / k**2),
         Identity(exponential),
-        "its exponential alone, unscaled",
+        "without its prefactor, unscaled",
         left=r"\varepsilon e^{2 D/\kappa^2}",
     )
 

@@ -160,6 +160,7 @@ def smoothed(d: Any) -> None:
 
 @derives("turning-points", "Turning points of the friction force", ("eq:forcePerturbed",))
 def turning(d: Any) -> None:
+    d.suppose("mu > 1/2", where="else the force grows throughout the layer, see 'beta'")
     slope = d.step(
         "slope",
         "differentiate",
@@ -189,6 +190,7 @@ def turning(d: Any) -> None:
 
 @derives("beta", "The breakaway force", ("turning-points", "eq:forcePerturbed"))
 def breakaway(d: Any) -> None:
+    d.suppose("mu >= 1/2", where="else the force grows throughout the layer, and beta is alpha")
     found = d.step(
         "force at the turning point",
         "substitute",

@@ -46,8 +46,9 @@ def marched(d: Any) -> None:
         "take limit",
         phi * p + kappa**2 / 2 * p**2 + eps * g * q,
         Identity(lambda: sympy.expand(expected() / wave)),
-        "of the mean over a short time h^2, on the waves e^(p u + q z), over the wave: they "
-        "determine a differential operator, p for the derivative by u, q for that by z",
+        "rate of change of the mean of e^(p u + q z), over it: p stands for the derivative by u, "
+        "q for that by z, and these exponentials determine the operator L",
+        left=r"e^{-p u - q z} \mathcal{L} e^{p u + q z}",
     )
     T = Function("T")(u, z)
     mean = d.step(
@@ -55,7 +56,7 @@ def marched(d: Any) -> None:
         "take limit",
         sympy.S.NegativeOne,
         Identity(lambda: sympy.diff(T - h, h)),
-        "T is h more than its mean after a time h: L T = -1, T = 0 at u = -r and r",
+        "T exceeds its mean after a time h by h; T = 0 at u = -r and r",
         left=r"\mathcal{L} T",
     )
     past = Symbol("s", positive=True)
@@ -64,7 +65,8 @@ def marched(d: Any) -> None:
         "take limit",
         -2 * T,
         Identity(lambda: -sympy.diff((T + past) ** 2, past).subs(past, 0)),
-        "the square of s + time left has grown by 2 s T + ...: L M = -2 T",
+        "M is the mean of the square of the time; that of s + time has the derivative 2 T in "
+        "s at 0",
         left=r"\mathcal{L} M",
     )
 
@@ -110,15 +112,16 @@ def first_order(d: Any) -> None:
         "expand",
         g * T0.diff(z) + u * phi_y * T0.diff(u),
         Identity(order_one),
-        "L0 T1 = -(this), T1 = 0 at u = -r and r; phi_y is the slope in y = eps u",
+        "L is L_0 for eps = 0, and L_0 T_1 = -s(u) with T_1 = 0 at u = -r and r; phi_y is "
+        "the slope in y = eps u",
         left="s(u)",
     )
     Sigma, s = Function("Sigma"), Function("s")
     a, b = sympy.symbols("a b", positive=True)
     lam = 2 / kappa**2
-    left = Integral(lam * Sigma(v) / Sigma(v).diff(v) * s(v), (v, -r, x))
-    right = Integral(lam * (Sigma(r) - Sigma(v)) / Sigma(v).diff(v) * s(v), (v, x, r))
-    solution = ((Sigma(r) - Sigma(x)) * left + Sigma(x) * right) / Sigma(r)
+    left = Integral(Sigma(v) / Sigma(v).diff(v) * s(v), (v, -r, x))
+    right = Integral((Sigma(r) - Sigma(v)) / Sigma(v).diff(v) * s(v), (v, x, r))
+    solution = lam * ((Sigma(r) - Sigma(x)) * left + Sigma(x) * right) / Sigma(r)
 
     def equations(stated: Any) -> dict[str, Any]:
         """L0 T1 + s, with phi = -(kappa^2/2) Sigma''/Sigma', and the ends, on exponentials."""
@@ -128,7 +131,7 @@ def first_order(d: Any) -> None:
         known = sympy.expand(known.replace(Sigma, lambda at: scale.subs(x, at)).doit())
         drift = -scale.diff(x, 2) / scale.diff(x) / lam
         return {
-            "L0 T1 = -s": drift * known.diff(x) + known.diff(x, 2) / lam + force,
+            "L_0 T_1 = -s": drift * known.diff(x) + known.diff(x, 2) / lam + force,
             "right end": known.subs(x, r),
             "left end": known.subs(x, -r),
         }
@@ -138,8 +141,9 @@ def first_order(d: Any) -> None:
         "solve",
         solution,
         Satisfies(equations),
-        "Sigma' = e^(lam V), Sigma(-r) = 0: the time spent at v is "
-        "lam Sigma(min)(Sigma(r) - Sigma(max))/(Sigma' Sigma(r))",
+        "Sigma' = e^(lam V), Sigma(-r) = 0: each integrand times what stands before it is "
+        "s(v) times "
+        "the mean time spent at v, per length, on the way from x",
         left="T_1(x)",
     )
     d.conclude(
@@ -155,7 +159,7 @@ def first_order(d: Any) -> None:
 def adiabatic(d: Any) -> None:
     rate = Function("k")
     held = sympy.exp(-Integral(rate(x), (x, 0, t)))
-    d.suppose("relaxation in the well is fast against T, and T against its own change")
+    d.suppose("1/|A_1| << T and |dT/dt| << 1, T with z frozen where it is at t")
     d.step(
         "what is lost in a short time",
         "take limit",
@@ -191,7 +195,7 @@ def adiabatic(d: Any) -> None:
 def frozen(d: Any) -> None:
     """The first order of the adiabatic law in eps: T and its deviation, and the motion's share."""
     T0, slope = sympy.symbols("T_0 T0_z", positive=True)
-    d.suppose("escape is rare, so that the adiabatic law holds", where="kappa^2 small against D")
+    d.suppose("kappa^2 << D, so that escape is rare and the adiabatic law holds")
     d.suppose("z is far from the fold, so that T(z) has two derivatives")
     rate = d.step(
         "rate on the way",
@@ -216,8 +220,9 @@ def frozen(d: Any) -> None:
         "integrate",
         T0 + eps * g * T0 * slope,
         Identity(lambda: moment(1)),
-        "T is the time of release where eps g T_z, of the size of eps lam T, is small: T far above "
-        "r, and far below the time in which z reaches the fold",
+        "a small correction where eps g times the slope of T_0 in z is small: T_0 far above "
+        "r, and far "
+        "below the time in which z reaches the fold",
         left=r"T \sim",
     )
     deviation = d.step(
@@ -225,7 +230,7 @@ def frozen(d: Any) -> None:
         "expand",
         T0 + 2 * eps * g * T0 * slope,
         Identity(lambda: sympy.series(sympy.sqrt(moment(2 * t) - mean**2), eps, 0, 2).removeO()),
-        "T0 where z rests: a flight, which takes the same time always, is no such waiting time",
+        "T_0 where z rests: the waiting time is then exponentially distributed",
         left=r"\sigma_T \sim",
     )
     D, lam = Function("D")(z), 2 / kappa**2
@@ -234,7 +239,7 @@ def frozen(d: Any) -> None:
         "differentiate",
         lam * D.diff(z),
         Identity(lambda: sympy.diff(sympy.log(sympy.exp(lam * D)), z)),
-        "T_z/T where T grows as e^(lam D)",
+        "where T grows as e^(lam D)",
         left=r"\frac{1}{T} \frac{dT}{dz} \sim",
     )
     d.step(
@@ -256,7 +261,7 @@ def frozen(d: Any) -> None:
 @derives("fold-delay", "How late a block without noise passes the fold")
 def fold_delay(d: Any) -> None:
     w, s, a, b = sympy.symbols("w s a b", positive=True)
-    d.suppose("w is the distance of u from where well and barrier meet, and small")
+    d.suppose("w is the distance of u from the fold, where well and barrier coalesce, and small")
     d.suppose("curvature and speed of z are 1, by the units of u and z")
     found = d.step(
         "scales",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 import re
+from dataclasses import MISSING, Field, fields, is_dataclass
 from importlib import import_module
 from typing import get_args
 
@@ -63,10 +64,22 @@ MODULES = {
     "symasym.emit.source": "Emitted source code",
 }
 
+#: Classes that answers are of, though nobody calls them: page -> module and name. Only of modules
+#: without a public name, since viewcode leads back to one place of a module.
+RETURNED = {
+    "drifts": (("symasym.drift.landscape", "CriticalPoint"),),
+    "integrals": (
+        ("symasym.asymptotics.laplace.result", "LaplaceExpansion"),
+        ("symasym.asymptotics.coalescence.result", "UniformExpansion"),
+    ),
+}
+
 #: The types in signatures that are no classes, with what they are.
 TYPES = {
     "Number": "int, float, str, Fraction or Decimal; text is taken exactly.",
     "Numbers": "A number, or an array or nested list of them.",
+    "Floats": "A float, or an array of float64.",
+    "FloatArray": "An array of float64.",
     "Answer": "A float, or an array where an argument is one; with ``dps`` an mpf, or an array of "
     "them; with ``full=True`` an :class:`Estimate`.",
     **{
@@ -87,6 +100,12 @@ def pages() -> dict[str, str]:
         for place, names in grouped.items()
         if names
     }
+    for place, returned in RETURNED.items():
+        parts = [
+            f".. currentmodule:: {module}\n\n.. autoclass:: {name}()\n" + "\n".join(_CLASS)
+            for module, name in returned
+        ]
+        made[f"api/{place}.rst"] += "\n\n".join(["", *parts, ".. currentmodule:: symasym", ""])
     types = "\n".join(f".. py:type:: {name}\n\n   {text}\n" for name, text in TYPES.items())
     made["api/quantities.rst"] += f"\nTypes in signatures\n-------------------\n\n{types}"
     for module, title in MODULES.items():
@@ -132,6 +151,25 @@ def _heading(title: str) -> list[str]:
 _CLASS = ("   :members:", "   :inherited-members: str, tuple", "   :show-inheritance:")
 
 
+def _arguments(value: type) -> str:
+    """The arguments of a class with empty mappings as defaults, which Sphinx would print at length.
+
+    Empty for all other classes.
+    """
+    known = [f for f in fields(value) if f.init] if is_dataclass(value) else []
+    if all(f.default_factory is MISSING for f in known):
+        return ""
+    shown = [f"{f.name}{_default(f)}" for f in known if not f.name.startswith("_")]
+    return f"({', '.join(shown)})"
+
+
+def _default(of: Field[object]) -> str:
+    """What stands behind a field's name in a call."""
+    if of.default_factory is not MISSING:
+        return f"={of.default_factory()!r}"
+    return "" if of.default is MISSING else f"={of.default!r}"
+
+
 def _page(title: str, module: str, names: list[str]) -> str:
     lines = [*_heading(title), f".. currentmodule:: {module}", ""]
     for name in names:
@@ -140,7 +178,7 @@ def _page(title: str, module: str, names: list[str]) -> str:
             lines += [f".. autoexception:: {name}", ""]
         elif inspect.isclass(value):
             inner = [f"   :exclude-members: {', '.join(INNER[name])}"] if name in INNER else []
-            lines += [f".. autoclass:: {name}", *_CLASS, *inner, ""]
+            lines += [f".. autoclass:: {name}{_arguments(value)}", *_CLASS, *inner, ""]
         elif callable(value):
             lines += [f".. autofunction:: {name}", ""]
     return "\n".join(lines)

@@ -28,12 +28,17 @@ _SCALES = (NONE, 'sa.rescale(eps="0.01", kappa="0.03", r="0.1")')
 _POTENTIAL = (FRICTION, "drift.potential()")
 _ENDS = (FRICTION, "drift.ends")
 _CRITICAL = (FRICTION, "drift.critical_points()")
-_REDUCE = (
-    NONE,
-    'sa.reduce(("1 - z - y + alpha", "y - 1"), ("1 - z - y - alpha", "y - 1"), '
-    '("1 - z - y - alpha*(s + mu*(s - s**3))", "y - 1"), ((1,), (0,)), ("y", "z"), '
-    'at={"z": "z0"})',
-)
+_FIELDS = """\
+below = "1 - z - y + alpha", "y - 1"
+above = "1 - z - y - alpha", "y - 1"
+inside = "1 - z - y - alpha*(s + mu*(s - s**3))", "y - 1"
+reduced = sa.reduce(below, above, inside, ((1,), (0,)), ("y", "z"), at={"z": "z0"})"""
+
+
+def _reduced(*parts: str) -> tuple[str, ...]:
+    """Parts of the friction oscillator's reduction."""
+    return _FIELDS, *(f"reduced.{part}" for part in parts)
+
 
 _BLOCK = "block = sa.oscillator(mu=3, alpha=1)"
 
@@ -48,9 +53,10 @@ def _release(kappa: str, eps: str, *methods: str) -> tuple[str, ...]:
 
 #: Label -> what to start from, then the calls.
 CALLS: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(
-        ("filippov", "eq:scaledSDEx", "noise-amplitude", "eq:reducedSDE", "eq:osc3"), _REDUCE
-    ),
+    "filippov": _reduced("sliding"),
+    "eq:scaledSDEx": _reduced("normal_minus", "normal_inside", "normal_plus"),
+    "noise-amplitude": _reduced("amplitude"),
+    **dict.fromkeys(("eq:reducedSDE", "eq:osc3"), _reduced("drift", "amplitude")),
     **dict.fromkeys(("eq:Ttilde", "eq:Ttilde0", "backward", "positive-form"), _ESCAPE),
     "constant-drift": (
         "drift = sa.linear(a_minus=1, a_plus=1)",

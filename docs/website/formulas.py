@@ -19,11 +19,13 @@ import sympy
 from derivations import report
 from derivations.errata.entries import ERRATA
 from derivations.labels import NUMBERS, numbered
-from derivations.registry import entries
+from derivations.prose import prose
+from derivations.registry import build, entries
 from derivations.runner import slug
 from derivations.symbols import IN_WORDS, MEANINGS, QUANTITIES, quantities, symbols
 from symasym import friction
 from symasym.base.errors import InputError
+from symasym.derivation.results import latex
 from symasym.emit import emit
 from symasym.formula import Formula, formula
 from website import calls, graph
@@ -51,6 +53,8 @@ NAMES = {
 
 #: Symbols that stand in conditions and notes as well, as they are printed.
 _BESIDE = {"a^-": "a_minus", "a^+": "a_plus", r"\lambda": "lam", r"\kappa": "kappa"}
+_BESIDE |= {r"\kappa_p": "kappa_phys", r"\varepsilon": "epsilon", "r_p": "r_phys", "r": "r"}
+_BESIDE |= {"V": "V", r"\phi": "phi", "p_{ss}": "p_ss"}
 #: The row of an indicator function, where a formula has one.
 _INDICATOR = r"| $\mathbf{1}_{x > 0}$ | 1 where $x > 0$, 0 where $x < 0$ | a number |"
 DOCS = Path(__file__).parent.parent
@@ -93,7 +97,10 @@ def linked(text: str, records: Records) -> str:
 
 
 def machine_readable(records: Records) -> str:
-    """JSON of every formula: label, equation number, TeX, SymPy, assumptions, error, checks."""
+    """JSON of every formula: label, equation number, TeX, SymPy, assumptions, error, checks.
+
+    `sympy` is equal to what `left` has in TeX; sentences have their formulas between dollar signs.
+    """
     listed = []
     for label, record in records.items():
         found = formula(label)
@@ -103,20 +110,25 @@ def machine_readable(records: Records) -> str:
                 "equation": NUMBERS.get(label),
                 "title": record["title"],
                 "latex": record["latex"],
+                "left": latex(build(label).left, build(label).names),
                 "sympy": sympy.srepr(found.expression),
                 "remainder": None if found.remainder is None else sympy.srepr(found.remainder),
                 "limit": found.limit,
                 "assumptions": [
-                    {"statement": h["statement"], "status": h["status"], "where": h["where"]}
+                    {
+                        "statement": prose(h["statement"], str),
+                        "status": h["status"],
+                        "where": prose(h["where"], str),
+                    }
                     for h in record["hypotheses"]
                 ],
-                "error": record["error"],
-                "note": record["note"],
+                "error": prose(record["error"], str),
+                "note": prose(record["note"], str),
                 "rests_on": record["rests_on"],
                 "checks": dict(Counter(step["kind"] for step in record["steps"])),
             }
         )
-    data = {"format": "symasym-site-formulas/1", "version": VERSION, "formulas": listed}
+    data = {"format": "symasym-site-formulas/2", "version": VERSION, "formulas": listed}
     return json.dumps(data, indent=1, ensure_ascii=False) + "\n"
 
 
@@ -217,21 +229,25 @@ def sections() -> dict[str, str]:
 
 
 def _symbols(label: str, record: Mapping[str, Any]) -> list[str]:
-    shown = f"{record['latex']} {report.words(record['note'])}"
+    conditions = [h["statement"] for h in record["hypotheses"] if h["status"] != "fails"]
+    said = " ".join(map(report.words, (record["note"], record["error"], *conditions)))
+    shown = " ".join([record["latex"], *re.findall(r"\$([^$]*)\$", said)])
     # A symbol that the equation as it is written has not is not explained.
     rows = [
         f"| ${s.latex}$ | {report.words(s.meaning.text)} | {report.words(s.meaning.scale)} |"
         for s in symbols(label)
         if _stands(s.latex, shown)
     ]
-    rows += [
-        f"| ${sign}$ | {report.words(MEANINGS[name].text)} | {report.words(MEANINGS[name].scale)} |"
+    own = IN_WORDS.get(label, {})
+    general = {
+        sign: MEANINGS[name]
         for sign, name in _BESIDE.items()
-        if _stands(sign, shown) and not any(row.startswith(f"| ${sign}$") for row in rows)
-    ]
+        if sign not in own and _stands(sign, shown)
+    }
     rows += [
         f"| ${sign}$ | {report.words(meaning.text)} | {report.words(meaning.scale)} |"
-        for sign, meaning in IN_WORDS.get(label, {}).items()
+        for sign, meaning in {**general, **own}.items()
+        if not any(row.startswith(f"| ${sign}$") for row in rows)
     ]
     if r"\mathbf{1}" in record["latex"]:
         rows.append(_INDICATOR)
@@ -241,7 +257,8 @@ def _symbols(label: str, record: Mapping[str, Any]) -> list[str]:
 def _stands(sign: str, shown: str) -> bool:
     """True for a symbol in TeX that stands in a text, and not as the head of an indexed one."""
     whole = rf"{re.escape(sign)}(?![A-Za-z_])" if sign[-1].isalpha() else re.escape(sign)
-    return re.search(whole, shown) is not None
+    before = r"(?<![\\A-Za-z])" if sign[0].isalpha() else ""
+    return re.search(f"{before}{whole}", shown) is not None
 
 
 def _errata(label: str) -> list[str]:
@@ -319,7 +336,7 @@ def about(plot: Plot | Picture) -> list[str]:
         seen = (
             f"the formula {plot.label} and the exact value, and below them the error of the formula"
         )
-        if formula(plot.label).error == "exact":
+        if plot.agrees():
             title = "Computed in two ways"
             seen = f"{plot.label} by its formula and in another way, which agree to rounding"
     lines = [f"## {title}", "", f"![{seen}]({slug(plot.label)}.svg)", ""]
@@ -419,7 +436,8 @@ def index(records: Records) -> str:
             "[by quantity](quantities.md), and as [a graph](graph.md) of which rests on which. "
             "[All of them in one file](formulas.json), for programs: label, TeX, SymPy expression, "
             "assumptions, error, number of checks of each kind. After a title stand its label "
-            "and, in brackets, the number of its equation in the paper.",
+            "and, in brackets, the number of its equation in the paper, counted through from the "
+            "first (the paper's source begins anew in each section).",
             "",
             *_cite(),
             *listed,

@@ -76,6 +76,8 @@ def choice(name: str, value: object, known: Iterable[str]) -> str:
     """
     words = list(known)
     if isinstance(value, str):
+        if value in words:
+            return value
         for word in words:
             if re.sub(" *- *", "-", value) == word.replace(" - ", "-"):
                 return word
@@ -240,6 +242,8 @@ def floats(name: str, value: Numbers, copy: bool = True) -> FloatArray:
     """
     if isinstance(value, np.ma.MaskedArray):
         raise InputError(f"{name} is a masked array; give its unmasked values alone.")
+    if isinstance(value, float) and math.isfinite(value):
+        return np.asarray(value)
     if not is_array(value):
         return np.asarray(to_float(name, exact(name, value)))
     try:

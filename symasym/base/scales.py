@@ -97,9 +97,13 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
 
     Parameters
     ----------
-    eps, kappa, r : number or array_like
-        Physical half-width of the switch, noise amplitude, escape radius;
-        greater than 0. Arrays broadcast together and give float64 arrays.
+    eps : number or array_like
+        Physical half-width of the switch, greater than 0. Arrays broadcast together and give
+        float64 arrays.
+    kappa : number or array_like
+        Physical noise amplitude, greater than 0.
+    r : number or array_like
+        Physical escape radius, greater than 0.
 
     Returns
     -------

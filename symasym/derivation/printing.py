@@ -3,10 +3,12 @@ r"""Formulas in the order in which they are written by hand.
 SymPy orders factors and terms by its own canonical order, keeps roots apart and puts exponentials
 into numerators. Here a product is its sign, one fraction of numbers, symbols and one root, then
 sums, functions, exponentials, long sums and integrals, in this order; a sum has its positive terms
-first, a polynomial in :math:`u` and a series in :math:`1/\lambda` falling powers; an exponent is
-written on one line: :math:`\frac{2 \pi}{\sqrt{- A'(u_1) A'(u_2)}} e^{2 D/\kappa^2}`. Nothing is
-simplified: roots are joined only where their arguments have no negative factor left alone
-(:math:`\sqrt a \sqrt b = \sqrt{a b}` for :math:`a, b \ge 0`).
+first, a polynomial in :math:`u` or in a whole number and a series in :math:`1/\lambda` falling
+powers; an exponent and a fraction within a fraction are written on one line:
+:math:`\frac{2 \pi}{\sqrt{- A'(u_1) A'(u_2)}} e^{2 D/\kappa^2}`. Nothing is simplified: roots are
+joined only where their arguments have no negative factor left alone
+(:math:`\sqrt a \sqrt b = \sqrt{a b}` for :math:`a, b \ge 0`), and a factor's sign is taken
+out of it only where most of its terms have it (:math:`-(1 + u)/\kappa`).
 """
 
 from __future__ import annotations
@@ -50,8 +52,15 @@ def tex(expression: Any, names: Mapping[Any, str] | None = None) -> str:
     return str(_Printer({"symbol_names": dict(names or {})}).doprint(expression))
 
 
+class _TallError(Exception):
+    """Raised for a product that is not written on one line."""
+
+
 class _Printer(LatexPrinter):  # type: ignore[misc]
     """SymPy's printer with the order of factors and terms of the module's head."""
+
+    #: True while fractions are written with a slash.
+    _slash = False
 
     def _named(self, symbol: Any) -> str:
         """The LaTeX that a symbol was given; empty if none."""
@@ -91,15 +100,46 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
     def _print_Mul(self, expr: Any) -> str:
         if _negative(expr):
             shown = self._print(-expr)
-            return rf"-\left({shown}\right)" if (-expr).is_Add else f"-{shown}"
-        above, below, behind = self._sorted(expr)
-        parts = []
+            return f"-{self._parenthesised(shown)}" if (-expr).is_Add else f"-{shown}"
+        above, below, behind = self._sorted(_upwards(expr))
         top, bottom = self._row(above), self._row(below)
-        if below:
-            parts.append(rf"\frac{{{top or 1}}}{{{bottom}}}")
-        elif top:
-            parts.append(top)
-        return " ".join([*parts, *behind])
+        if not below:
+            if behind and len(above) == 1 and above[0].is_Add:
+                top = self._parenthesised(top)
+            return " ".join([*([top] if top else []), *behind])
+        if self._slash:
+            if behind:
+                raise _TallError
+            return f"{top or 1}/{self._divisor(below, bottom)}"
+        return " ".join([self._fraction(above, below, top or "1", bottom), *behind])
+
+    def _fraction(self, above: list[Any], below: list[Any], top: str, bottom: str) -> str:
+        """A fraction, those within it on one line; a sum with taller ones to the power -1."""
+        if r"\frac" in top:
+            top = self._flat(above) or top
+        if r"\frac" in bottom:
+            flat = self._flat(below)
+            if not flat and len(below) == 1 and below[0].is_Add:
+                inverse = rf"\left[{bottom}\right]^{{-1}}"
+                return inverse if top == "1" else f"{top} {inverse}"
+            bottom = flat or bottom
+        return rf"\frac{{{top}}}{{{bottom}}}"
+
+    def _flat(self, factors: list[Any]) -> str:
+        """Factors in a row with slashes for fractions; empty where that is not done."""
+        self._slash, before = True, self._slash
+        try:
+            return self._row(factors)
+        except _TallError:
+            return ""
+        finally:
+            self._slash = before
+
+    @staticmethod
+    def _divisor(below: list[Any], shown: str) -> str:
+        """What stands behind a slash, in parentheses unless it is one symbol, power or number."""
+        alone = len(below) == 1 and not below[0].is_Add
+        return shown if alone else f"({shown})"
 
     def _sorted(self, expr: Any) -> tuple[list[Any], list[Any], list[str]]:
         """Factors above and below the line, and behind the fraction as LaTeX."""
@@ -108,7 +148,7 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         below: list[Any] = []
         roots: list[Any] = []
         divisors: list[Any] = []
-        behind: list[tuple[int, Any]] = []
+        behind: list[tuple[float, Any]] = []
         # sqrt(a) sqrt(b) is sqrt(a b) where one of them may be negative, but not both.
         doubtful = None
         for factor in sympy.Mul.make_args(rest):
@@ -163,21 +203,29 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
                 # The position stands behind a sum of constants: alpha (1 + mu) u.
                 behind += [(_FUNCTION, f) for f in above if _positions(f)]
                 above = [f for f in above if not _positions(f)]
-        behind.sort(key=lambda item: (item[0], *_alphabetical(item[1])))
-        ranked = [(rank, self._behind(rank, factor)) for rank, factor in behind]
+        # sin(w) (cos(w) - sin(w)), and constants before positions.
+        waves = any(rank == _FUNCTION and not isinstance(f, AppliedUndef) for rank, f in behind)
+        behind = [
+            (_FUNCTION + 0.5 if waves and rank == _SUM and f.has(*_WAVES) else rank, f)
+            for rank, f in behind
+        ]
+        behind.sort(key=lambda item: (item[0], _positions(item[1]), *_alphabetical(item[1])))
+        ranked = [(rank, self._behind(factor)) for rank, factor in behind]
         ranked.sort(key=lambda item: _DERIVATIVE - 0.5 if _is_long(*item) else item[0])
         shown = [text for _, text in ranked]
         return above, below, [lead, *shown] if lead else shown
 
-    def _behind(self, rank: int, factor: Any) -> str:
+    def _behind(self, factor: Any) -> str:
         shown = self._print(factor)
-        return self._parenthesised(shown) if rank == _SUM and factor.is_Add else shown
+        return self._parenthesised(shown) if factor.is_Add else shown
 
     def _quotient(self, above: list[Any], below: list[Any]) -> str:
         (top, below_top), (bottom, below_bottom) = (
             sympy.fraction(sympy.Mul(*x)) for x in (above, below)
         )
         over, under = self._print(top * below_bottom), self._print(bottom * below_top)
+        if self._slash:
+            raise _TallError
         return rf"\frac{{{over}}}{{{under}}}"
 
     def _signed(self, factors: list[Any]) -> str:
@@ -205,7 +253,7 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
             row.append(rf"\, {factor}" if word else factor)
         return " ".join(row)
 
-    def _place(self, factor: Any) -> tuple[int, str]:
+    def _place(self, factor: Any) -> tuple[float, str]:
         """Order in a row: numbers, constants, symbols, u and values of functions, sums, roots."""
         if isinstance(factor, _Root):
             return (1 if all(f.is_Integer for f in factor.factors) else 5), ""
@@ -213,7 +261,7 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
             return (0 if factor.is_Rational else 1), str(factor)
         base = factor.as_base_exp()[0]
         if base.is_Add:
-            return 4, str(factor)
+            return (1 if _counts(base) else 4), str(factor)
         named = self._named(base)
         late = isinstance(base, (sympy.Function, sympy.Derivative)) or str(base) in _POSITIONS
         late = late or "(" in named or named.startswith(r"\mathrm")
@@ -223,7 +271,10 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
             if str(base) == "lam"
             else (named.lstrip("\\").removeprefix("var") or str(factor)).casefold()
         )
-        return (3 if late else 2), letters
+        # a^- a^+, as they stand on the line.
+        letters = letters.replace("^-", "^!").replace("_minus", "^!").replace("_plus", "^+")
+        # A derivative, d_z T, behind all that it does not act on.
+        return (3.5 if named.startswith(r"\partial") else 3 if late else 2), letters
 
     def _parenthesised(self, shown: str) -> str:
         return rf"\left({shown}\right)" if r"\frac" in shown else f"({shown})"
@@ -237,7 +288,11 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         if sympy.sympify(power).could_extract_minus_sign():
             if base.is_Symbol and power.is_Rational and power.q > 2:
                 return f"{self._print(base)}^{{{self._line(power)}}}"
-            return rf"\frac{{1}}{{{self._print(base**-power)}}}"
+            below = base**-power
+            shown = self._print(below)
+            if self._slash:
+                return f"1/{self._divisor([below], shown)}"
+            return self._fraction([], [below], "1", shown)
         raised = _group(self._line(power))
         if isinstance(base, sympy.Function) and not isinstance(base, sympy.exp):
             return self._applied(base, raised)
@@ -299,7 +354,7 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
             head = _FUNCTIONS.get(name, rf"\operatorname{{{name}}}")
         arguments = ", ".join(self._print(a) for a in expr.args)
         power = f"^{raised}" if raised else ""
-        fraction = r"\frac" in arguments
+        fraction = r"\frac" in arguments or r"\sqrt" in arguments
         open_, close = (r"\left(", r"\right)") if fraction else ("(", ")")
         if head.endswith("'"):
             return f"{head}{open_}{arguments}{close}{power}"
@@ -316,6 +371,13 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
 
     def _print_log(self, expr: Any, exp: Any = None) -> str:
         return self._applied(expr, f"{{{exp}}}" if exp is not None else "")
+
+    def _print_atan2(self, expr: Any) -> str:
+        y, x = expr.args
+        if not y.is_positive:
+            return str(super()._print_Function(expr))
+        # From 0 to pi as x goes from oo to -oo.
+        return rf"\operatorname{{arccot}}({self._line(x / y)})"
 
     _print_erf = _print_log
     _print_airyai = _print_log
@@ -338,6 +400,13 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         if expr.function.is_Add:
             body = self._parenthesised(body)
         return f"{signs}{body}{ends}"
+
+    def _print_Subs(self, expr: Any) -> str:
+        inner, old, new = expr.args
+        at = ", ".join(
+            f"{self._print(a)} = {self._print(b)}" for a, b in zip(old, new, strict=True)
+        )
+        return rf"{self._print(inner)} \Big|_{{{at}}}"
 
     def _print_Derivative(self, expr: Any) -> str:
         order = len(expr.variables)
@@ -374,6 +443,7 @@ _FUNCTIONS = {
     name: rf"\{name}" for name in ("log", "sin", "cos", "tan", "sinh", "cosh", "tanh")
 } | {"acos": r"\arccos", "asin": r"\arcsin", "atan": r"\arctan"}
 _FUNCTIONS["erf"] = r"\operatorname{erf}"
+_WAVES = (sympy.sin, sympy.cos)
 
 
 class _Root:
@@ -392,7 +462,31 @@ def abs_of(term: Any) -> Any:
 
 def _negative(term: Any) -> bool:
     """True for a term that is written with a minus sign."""
-    return bool(term.as_coeff_Mul()[0].is_negative)
+    turned = sum(map(_downwards, sympy.Mul.make_args(term))) if term.is_Mul else 0
+    return bool(term.as_coeff_Mul()[0].is_negative) != (turned % 2 == 1)
+
+
+def _downwards(factor: Any) -> bool:
+    """True for a sum that is written as minus another: -(1 + u) for -1 - u."""
+    if not factor.is_Add:
+        return False
+    minus = sum(bool(term.as_coeff_Mul()[0].is_negative) for term in factor.args)
+    return minus == len(factor.args) or (
+        2 * minus > len(factor.args) and bool(factor.as_coeff_Add()[0].is_negative)
+    )
+
+
+def _upwards(product: Any) -> Any:
+    """The product with minus signs taken out of its sums."""
+    factors = sympy.Mul.make_args(product)
+    turned = [-f if _downwards(f) else f for f in factors]
+    return sympy.Mul(*turned) * (-1) ** sum(map(_downwards, factors))
+
+
+def _counts(factor: Any) -> bool:
+    """True for a sum of whole numbers alone, 2 n + 1, which stands where numbers do."""
+    symbols = factor.free_symbols
+    return bool(symbols) and all(s.is_integer for s in symbols)
 
 
 def _rank(base: Any, power: Any) -> int:
@@ -407,7 +501,7 @@ def _rank(base: Any, power: Any) -> int:
         return _EXPONENTIAL
     if isinstance(base, sympy.Function) and not isinstance(base, (AppliedUndef, sympy.Heaviside)):
         return _FUNCTION
-    return _SUM if base.is_Add and power == 1 else 0
+    return _SUM if base.is_Add and power == 1 and not _counts(base) else 0
 
 
 def _positions(factor: Any) -> bool:
@@ -424,7 +518,7 @@ def _positive_quotient(base: Any) -> tuple[Any, Any]:
     return (over, under) if over.is_nonnegative and under.is_positive else (base, sympy.S.One)
 
 
-def _is_long(rank: int, shown: str) -> bool:
+def _is_long(rank: float, shown: str) -> bool:
     """True for a sum that is a series of many terms."""
     return rank == _SUM and len(shown) > _LONG
 
@@ -444,6 +538,8 @@ def _terms(expr: Any) -> list[Any]:
     terms = list(expr.args)
     if powers := _asymptotic(terms):
         return sorted(terms, key=lambda t: (-powers[t], sympy.default_sort_key(t)))
+    if _counts(expr):
+        return sorted(terms, key=lambda t: (_negative(t), t.is_number, sympy.default_sort_key(t)))
     (position,) = [s for s in expr.free_symbols if s.name in _POSITIONS][:1] or (None,)
     degree = {t: _degree(t, position) for t in terms}
     highest = max(terms, key=lambda t: degree[t])
@@ -455,10 +551,18 @@ def _terms(expr: Any) -> list[Any]:
             -degree[t] if falling else 0,
             _negative(t),
             0 if t.is_number and not _negative(t) else 1,
-            sympy.count_ops(t),
-            sympy.default_sort_key(t),
+            max((d.derivative_count for d in t.atoms(sympy.Derivative)), default=0),
+            sympy.count_ops(_variable(t)),
+            # cos before sin.
+            str(_variable(t)) if _variable(t).is_Function else "",
+            sympy.default_sort_key(_variable(t)),
         ),
     )
+
+
+def _variable(term: Any) -> Any:
+    """A term without its factors that are numbers: cos(w) of sqrt(3) cos(w)."""
+    return term.as_independent(*term.free_symbols, as_Add=False)[1] if term.free_symbols else term
 
 
 def _asymptotic(terms: list[Any]) -> dict[Any, Any]:
@@ -470,8 +574,9 @@ def _asymptotic(terms: list[Any]) -> dict[Any, Any]:
 
 
 def _alphabetical(factor: Any) -> tuple[str, Any]:
-    """Functions without a definition by their names, phi(u) R(u); all else as SymPy has it."""
+    """Functions without a definition by their names, the drift first; all else as SymPy has it."""
     name = factor.func.__name__.casefold() if isinstance(factor, AppliedUndef) else ""
+    name = "" if name == "phi" else name
     return name, sympy.default_sort_key(factor)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
@@ -31,6 +32,17 @@ _BALLS = ComplexBallOps(_NUMPY)
 _ROUNDED = ComplexBallOps(_NUMPY, 2.0**-33)
 # Values of an array in `repr`.
 _MOST_SHOWN = 1000
+# Scenes whose parameters are kept beside the drift.
+_MOST_KEPT = 4096
+
+
+class FlatValues(dict[str, Any]):
+    """Parameters of scenes, each one number or an array with one element a scene.
+
+    `field` is the field of the drift that was made of them, where it was kept.
+    """
+
+    field: Any = None
 
 
 class Drift:
@@ -107,7 +119,7 @@ class Drift:
 
     @property
     def values(self) -> dict[str, Any]:
-        """The bound parameters: Fraction, or a float64 array."""
+        """The bound parameters, each a Fraction or a float64 array."""
         return dict(self._values)
 
     @property
@@ -120,9 +132,9 @@ class Drift:
         """Name of the model, e.g. ``"friction"``."""
         return self._model.name
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
-        """Common shape of the parameters: () unless some are arrays."""
+        """Common shape of the parameters, () unless some are arrays."""
         return np.broadcast_shapes(*(np.shape(v) for v in self._values.values() if is_array(v)))
 
     def shape_with(self, name: str, array: FloatArray) -> tuple[int, ...]:
@@ -254,6 +266,23 @@ class Drift:
         result: FloatArray = np.where(np.isnan(radius), np.inf, radius)
         return result
 
+    def flat_values(self, shape: tuple[int, ...]) -> FlatValues:
+        """The parameters of scenes of this shape; for arrays, the same object when asked again."""
+        flat = self._flat.get(shape)
+        if flat is None:
+            flat = FlatValues(
+                (name, np.broadcast_to(x, shape).ravel() if is_array(x) else x)
+                for name, x in self._values.items()
+            )
+            if shape and math.prod(shape) <= _MOST_KEPT:
+                self._flat.clear()
+                self._flat[shape] = flat
+        return flat
+
+    @cached_property
+    def _flat(self) -> dict[tuple[int, ...], FlatValues]:
+        return {}
+
     def float_values(self) -> dict[str, FloatArray]:
         """The parameter values in float64."""
         self.require_bound()
@@ -311,7 +340,7 @@ class Drift:
 
     @cached_property
     def ends(self) -> tuple[Any, Any]:
-        """(a-, a+): Fractions where rational, else floats; arrays for array parameters."""
+        """The pair of a- and a+, Fractions where rational, else floats, or arrays."""
         self.require_bound()
         if self.shape:
             known = (self._model.end(self._values, side) for side in (-1, 1))
@@ -347,7 +376,7 @@ class Drift:
 
     @property
     def region(self) -> Any:
-        """The paper's table of section 4: ``"crossing"``, ``"sliding"`` or ``"repelling sliding"``.
+        """``"crossing"``, ``"sliding"`` or ``"repelling sliding"``, by the signs of a- and a+.
 
         An array of these where parameters are arrays. `crossing` holds for both
         directions; the sign of a+ is the direction.

@@ -181,8 +181,10 @@ def reduce(
 
     Parameters
     ----------
-    f_minus, f_plus : sequence of n expressions
-        The fields where h < 0 and h > 0.
+    f_minus : sequence of n expressions
+        The field where h < 0.
+    f_plus : sequence of n expressions
+        The field where h > 0.
     F : sequence of n expressions
         The field inside the layer ``|h| < eps``, in `layer` = h/eps and x.
     D : n×m matrix, or nested sequences, or a column

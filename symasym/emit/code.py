@@ -46,8 +46,8 @@ def emit(
     target : {"numpy", "mpmath", "python", "c", "javascript", "latex"}
         Or one that `symasym.emit.add_target` has added.
     parameters : mapping of str to number, optional
-        Put into the formula exactly (see `symasym.base.inputs.exact`); what vanishes is left out. A
-        float stands for its binary value, ``"-0.4"`` for -2/5.
+        Put into the formula exactly (see `symasym.base.inputs.exact`); what vanishes is left out.
+        Floats stand for their binary values, ``"-0.4"`` for -2/5.
     drift : Drift, optional
         For the formulas that hold a general drift: phi (``"eq:phi"``), V (``"eq:V"``), the escape
         time (``"eq:Ttilde"``), also in weak noise (``"eq:Ttildesmall"``), the stationary density

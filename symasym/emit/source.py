@@ -40,7 +40,7 @@ def add_target(name: str, render: Callable[[Program, list[Ready]], str], dialect
         What is given as ``target``; a name that is taken already is replaced unless it is one of
         `TARGETS`.
     render : callable
-        From a `Program` and its functions in double precision (a list of `Ready`) to the text of
+        From the `Program` and its functions in double precision (a list of `Ready`) to the text of
         the file.
     dialect : Dialect
         How the language writes a call, for `symasym.emit.writing.text`.
@@ -100,7 +100,7 @@ class Source(str):
         Raises
         ------
         InputError
-            If a C file does not end in .c, or there is no header.
+            If the name of a file in C does not end in ``.c``, or there is no header.
         OutputError
             If a file cannot be written.
         """

@@ -16,7 +16,7 @@ from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels
 from symasym.exact.float_panels import REACH, REACH_DOWN, SLOWNESS
 from symasym.numbers.complex_balls import tame
-from symasym.numbers.polynomials import poly, shifted
+from symasym.numbers.polynomials import poly
 
 #: lam |A| up to which positions are measured from u = 0.
 MILD = 5e3
@@ -274,8 +274,12 @@ def centred(
 ) -> FloatArray:
     """The polynomials of these ascending coefficients, a column each, times `scale`, about the
     middles of [low, high] in half widths."""
-    c = np.array(shifted(list(coefficients), np.asarray((low + high) / 2)))
-    half = (high - low) / 2
+    by, half = (low + high) / 2, (high - low) / 2
+    c = np.array(coefficients)
+    # `symasym.numbers.polynomials.shifted`, without new arrays.
+    for lowest in range(len(c) - 1):
+        for k in range(len(c) - 2, lowest - 1, -1):
+            c[k] += c[k + 1] * by
     for row in c:
         row *= scale
         scale = scale * half

@@ -216,23 +216,51 @@ def sampled(
 ) -> tuple[Moments, FloatArray]:
     """Blocks of equal panels on which the exponential is sampled, and their truncation errors.
 
-    What 16 nodes miss of e and of 1/e is orthogonal to the polynomials they hold, so that the
-    nested integral loses only the product of both. The errors are relative and come from the last
-    Legendre coefficients; the factors are what 10^5 random panels of degree up to 8 need, and more.
-
     Parameters
     ----------
     exponents, rise : arrays of shape (panels, NODES, blocks) and (panels, blocks)
         See `exponents_of_series`. A block's exponents must stay within the range of float64.
     h : array of shape (blocks,)
         The widths of the blocks.
+    work : array, optional
+        See `integrals`.
+    """
+    int_e, int_inverse, nested, missed = integrals(exponents, work)
+    nested = nested.sum(axis=0)
+    if rise.shape[0] > 1:
+        # As they stand at the left end of the block: neighbours differ by one exponential only.
+        ahead = np.multiply.accumulate(np.exp(rise[:-1]))
+        int_e[1:] *= ahead
+        int_inverse[1:] /= ahead
+        nested += (np.add.accumulate(int_e)[:-1] * int_inverse[1:]).sum(axis=0)
+    h = h / rise.shape[0]
+    rise = rise.sum(axis=0)
+    up = rise > 0
+    end = np.exp(np.where(up, -rise, rise))
+    up_end, down_end = np.where(up, end, 1.0) * h, np.where(up, 1.0, end) * h
+    int_e, int_inverse = int_e.sum(axis=0), int_inverse.sum(axis=0)
+    moments = Moments(rise, int_e * up_end, int_inverse * down_end, nested * h * down_end)
+    return moments, missed.max(axis=0)
+
+
+def integrals(exponents: FloatArray, work: FloatArray | None = None) -> tuple[FloatArray, ...]:
+    """The integrals of e, of 1/e and the nested one over panels of width 1, e = 1 at their left
+    ends, and what 16 nodes miss of them.
+
+    What they miss of e and of 1/e is orthogonal to the polynomials they hold, so that the
+    nested integral loses only the product of both. The errors are relative and come from the last
+    Legendre coefficients; the factors are what 10^5 random panels of degree up to 8 need, and more.
+
+    Parameters
+    ----------
+    exponents : array of shape (panels, NODES, blocks)
     work : array of `WORK` times as many numbers as there are panels, optional
         Memory to be used beside that of plain `exponents`, which are overwritten then: getting it
         anew takes as long as filling it.
     """
-    shape = rise.shape
     places: Any = [None] * 4
     if work is not None:
+        shape = len(exponents), exponents.shape[2]
         places = [exponents, *arrays_in(work, (NODES, NODES + 3, 3), shape)]
     inverse_e: Any = np.exp(exponents, out=places[0])  # 1/e at the nodes
     e = np.divide(1.0, inverse_e, out=places[1])  # costs less than a second exponential
@@ -249,21 +277,7 @@ def sampled(
     nested = gauss().weights @ inner
     single = np.maximum(of_e / value_of(int_e), of_inverse / value_of(int_inverse))
     missed = 2e-4 * of_e * of_inverse / value_of(nested) + 6e-4 * single * single
-    missed = missed.max(axis=0)
-    nested = nested.sum(axis=0)
-    if shape[0] > 1:
-        # As they stand at the left end of the block: neighbours differ by one exponential only.
-        ahead = np.multiply.accumulate(np.exp(rise[:-1]))
-        int_e[1:] *= ahead
-        int_inverse[1:] /= ahead
-        nested += (np.add.accumulate(int_e)[:-1] * int_inverse[1:]).sum(axis=0)
-    h = h / shape[0]
-    rise = rise.sum(axis=0)
-    up = rise > 0
-    end = np.exp(np.where(up, -rise, rise))
-    up_end, down_end = np.where(up, end, 1.0) * h, np.where(up, 1.0, end) * h
-    int_e, int_inverse = int_e.sum(axis=0), int_inverse.sum(axis=0)
-    return Moments(rise, int_e * up_end, int_inverse * down_end, nested * h * down_end), missed
+    return int_e, int_inverse, nested, missed
 
 
 def arrays_in(

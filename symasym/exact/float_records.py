@@ -37,8 +37,10 @@ from symasym.numbers.float_arrays import DualArray
 
 _PLANNED_AT_ONCE = 2048
 _SCENES_AT_ONCE = 128
-#: So few panels cost less than another group of blocks, or bisecting: all have one step more.
+#: So few panels, with slopes twice as many, cost less than another group of blocks, or bisecting:
+#: all have one step more.
 _FEW = 64
+_ULP = 2e-16  # of an exponent, its sum included
 _DEEPEST = 90  # bisections
 _OPEN = 1e-9  # of log T, roughly: what unresolved blocks may leave open
 #: Blocks of one scene waiting for bisection: more of them means that bisecting does not help.
@@ -159,7 +161,8 @@ def records_of(
                 moments,
                 plan.panels == 0,
                 plan.shift,
-                plan.local + missed,
+                # The exponents of a block move by `steep` at most, and as much is rounded.
+                plan.local + (missed + _ULP * np.where(plan.panels > 0, plan.steep, 0.0)),
             )
         )
     return Records.joined(done)
@@ -226,7 +229,7 @@ def _moments(
     counts = np.append(0, panel_counts(field))
     panels, place = plan.panels, np.searchsorted(counts, plan.panels.max(initial=0))
     more = counts[min(place + 1, len(counts) - 1)]
-    if n * more <= _FEW:
+    if n * more <= (2 * _FEW if field.directions else _FEW):
         panels = np.where(panels > 0, more, 0)
     order = np.argsort(panels, kind="stable")
     ends = np.searchsorted(panels[order], counts, side="right")

@@ -1,63 +1,70 @@
-r"""Sides of mild scenes in float64: from -r to the start with one row of equal panels.
+r"""Sides of mild scenes in float64: from -r to the start with panels of their own.
 
 On a side, lam phi is a polynomial q(t)/h on [-1, end], t from -1 to 1, whose coefficients have the
 sum Q of their moduli. Then lam V moves by Q at most, and where that is moderate nothing needs a
 logarithm but sigma left of u = -1, in units of which the panels are joined (`sweep.carried`).
+Panels are as long as the local |q| and q' allow, all of a side alike: they end where an integral
+over equal cells passes whole numbers. What they make together is summed as it stands.
 
 Where that sigma is above e^(Q + 45), S is constant on [-1, end] to all digits, so that
 
     w = e^{lam (V(end) - V(-1))} w(-1) + lam int_{-1}^{end} e^{lam (V(end) - V(u))} du,
 
-a single integral, of which only the part counts where the exponent is above -36 - log(1 + Q).
+a single integral, of which only the part counts where the exponent is above -36 - log(1 + Q). It
+takes one Gauss rule: with n nodes the rule of f misses at most 64/15 M rho^(-2n)/(1 - rho^-2) on
+[-1, 1], where |f| <= M on the ellipse of foci -1 and 1 whose half axes have the sum rho (L. N.
+Trefethen, Approximation Theory and Approximation Practice, theorem 19.3).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
-from symasym.base.call_context import step
+from symasym.base.call_context import own_context, step
 from symasym.base.inputs import FloatArray
 from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels, sweep
 from symasym.exact.float_blocks import FAINT, MILD, centred
 from symasym.exact.float_panels import NODES, REACH, REACH_DOWN, RESOLUTION
 from symasym.exact.sweep import Record, Swept
-from symasym.numbers.float_arrays import LogPositive, Positive
+from symasym.numbers.float_arrays import LogPositive
 
-#: Panels of a side.
-_COUNTS = np.array([1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24])
 _ULP = 2e-16  # of an exponent, its sum included
 _ROUNDING = 2e-15  # of fewer than 15 operations; and what is left out, below e^-36
+#: Largest Q of a side that is taken: e^Q, and its product with others, are floats.
+_HIGHEST = 600.0
+#: q' that take a panel of their own, or |q| = REACH; the squares of both are added.
+_BENT = 3 / 16
 #: Exponents of a single integral that change none of its digits, beside log(1 + Q).
 _BELOW = 36.0
 #: Q from which on such exponents are looked for.
 _LONG = 60.0
 _CELLS = 16  # of [-1, 1], in which they are
-#: The largest |q| of one, two, … panels where V falls, and where from the end they begin.
-_GRADED = np.array([10.0, 28.0, 50.0, 76.0])
-_FEW = 250  # panels, of which more are taken rather than another group of sides
+#: Nodes of the single integral: multiples of a number, up to another.
+_RULES, _MOST = 4, 40
+#: Sums of half axes of the ellipses.
+_AXES = np.array([3.0, 4.0, 5.5, 8.0])
+_ENOUGH = -34.5  # of log(what a rule misses times Q)
+_FEW = 32  # sides, of which more take a rule of their own
 
 
 class _Sides(NamedTuple):
-    """Some sides: lam, the coefficients of q, the sum of their moduli, the largest |q|, True where
-    q > 0, the width h, the relative error of a panel; log sigma, its error, and w at u = -1."""
+    """Some sides: lam, the coefficients of q, the sum of their moduli, the width h, the relative
+    error of a panel; log sigma, its error, and w at u = -1."""
 
     lam: FloatArray
     series: FloatArray
     size: FloatArray
-    steep: FloatArray
-    falls: np.ndarray
     h: FloatArray
     own: FloatArray
     log_sigma: FloatArray
     error: FloatArray
     w: FloatArray
 
-    def take(self, index: IntArray) -> _Sides:
+    def take(self, index: slice | IntArray) -> _Sides:
         """Some of the sides."""
         return _Sides(*(x[..., index] for x in self))
 
@@ -76,13 +83,12 @@ def swept(field: Field, lam: FloatArray, r: FloatArray, end: FloatArray) -> tupl
     """
     rate = lam * field.size()[: len(lam)]
     mild = (r > 1.0) & (end > -1.0) & (end <= 1.0) & (rate < MILD)
-    index = np.arange(len(lam)) if mild.all() else np.flatnonzero(mild)
-    coefficients = None if field.directions else field.series(index)
+    index = np.flatnonzero(mild)
+    some = _run(index)
+    coefficients = None if field.directions else field.series(some)
     if coefficients is None or not index.size:
         return index[:0], _logs(np.empty((4, 0)))
-    a_minus = field.a_minus
-    if len(index) < len(lam):
-        lam, r, end, rate, a_minus = (x[index] for x in (lam, r, end, rate, a_minus))
+    lam, r, end, rate, a_minus = (x[some] for x in (lam, r, end, rate, field.a_minus))
     h = end + 1.0
     series = centred(coefficients, -1.0, end, lam * h)
     size = np.abs(series).sum(axis=0)
@@ -92,22 +98,27 @@ def swept(field: Field, lam: FloatArray, r: FloatArray, end: FloatArray) -> tupl
     sigma, w = sweep.first(Record(tail.int_e, None, tail.nested, 1.0, None), lam)
     fall = np.maximum(-tail.rise, 0.0)
     log_sigma, error = np.log(sigma) + fall, own + _ULP * fall
-    sides = _Sides(lam, series, size, *_steepest(series, size), h, own, log_sigma, error, w)
-    # Few sides more of the general rule cost less than another.
-    alone = sides.log_sigma > FAINT + size
-    if alone.all():
-        found = _single(sides)
-    elif size[alone].sum() < _FEW * REACH:
-        found = _nested(sides)
-    else:
-        found = np.empty((4, len(index)))
-        for rule, chosen in ((_single, alone), (_nested, ~alone)):
-            some = np.flatnonzero(chosen)
-            found[:, some] = rule(sides.take(some))
+    sides = _Sides(lam, series, size, h, own, log_sigma, error, w)
+    found = np.full((4, len(index)), np.nan)
+    alone = np.flatnonzero(log_sigma > FAINT + size)
+    if alone.size > _FEW:
+        some = _run(alone)
+        found[:, some] = _single(sides.take(some))
+    rest = np.flatnonzero(np.isnan(found[3]) & (size < _HIGHEST))
+    if rest.size:
+        some = _run(rest)
+        found[:, some] = _nested(sides.take(some))
     done = np.isfinite(found).all(axis=0)
     if not done.all():
         index, found = index[done], found[:, done]
     return index, _logs(found)
+
+
+def _run(index: IntArray) -> slice | IntArray:
+    """The same indices, of which nothing is copied where they follow each other."""
+    if index.size and index[-1] - index[0] == index.size - 1:
+        return slice(int(index[0]), int(index[-1]) + 1)
+    return index
 
 
 def _logs(found: FloatArray) -> Swept:
@@ -115,110 +126,195 @@ def _logs(found: FloatArray) -> Swept:
     return Swept(LogPositive(found[0], found[1]), LogPositive(found[2], found[3]))
 
 
-def _groups(wanted: FloatArray) -> Iterator[tuple[int, IntArray]]:
-    """Numbers of panels, each with sides that want no more; few enough for the cache."""
-    place = np.searchsorted(_COUNTS, wanted)
-    order = np.argsort(place, kind="stable")
-    ends = np.searchsorted(place[order], np.arange(len(_COUNTS)), side="right").tolist()
-    low, numbers = 0, _COUNTS.tolist()
-    for count, high, following in zip(numbers, ends, [*numbers[1:], np.inf], strict=True):
-        if (high - low) * (following - count) < _FEW:
-            continue
-        at_once = min(float_panels.AT_ONCE // count, float_panels.COLUMNS)
-        for begin in range(low, high, at_once):
-            step()
-            yield count, order[begin : min(begin + at_once, high)]
-        low = high
+# -- two integrals and the nested one --------------------------------------------------------------
 
 
 def _nested(sides: _Sides) -> FloatArray:
-    """log sigma, its error, log w and its error, nan where `_COUNTS` are not enough."""
-    lam, series, size, steep, falls, h, own = sides[:7]
-    moments, missed = np.full((4, len(h)), np.nan), np.full(len(h), np.nan)
-    place, memory = float_panels.memory()
-    for count, some in _groups(steep / np.where(falls, REACH_DOWN, REACH)):
-        (out,) = float_panels.arrays_in(place, (NODES,), (count, len(some)))
-        exponents = float_panels.exponents_of_series(series[:, some], count, out)
-        moments[:, some], missed[some] = float_panels.sampled(*exponents, h[some], memory)
-    rise, int_e, int_inverse, nested = moments
+    """log sigma, its error, log w and its error, nan where the panels do not resolve e^{lam V}."""
+    lam, series, size, h, own = sides[:5]
+    fall, int_e, int_inverse, nested, missed = _integrals(series, h)
     missed[missed > RESOLUTION] = np.nan
-    moved = _ULP * size
-    own = own + missed + moved
+    # In units of sigma at u = -1.
     unit = np.exp(-sides.log_sigma)
-    record = Record(
-        Positive(int_e * unit, own + sides.error),
-        Positive(int_inverse, own),
-        Positive(nested * unit, own + sides.error),
-        Positive(np.exp(np.minimum(rise, 0.0)), moved),
-        Positive(np.exp(np.minimum(-rise, 0.0)), moved),
+    int_inverse *= fall
+    nested *= fall * unit
+    int_e *= unit
+    sigma, w = sweep.carried(
+        Swept(1.0, sides.w), Record(int_e, int_inverse, nested, fall, 1.0), lam
     )
-    sigma, w = sweep.carried(Swept(1, Positive(sides.w, 2 * own)), record, lam)
-    log = sides.log_sigma + np.log(sigma.value)
-    error = sides.error + sigma.error + _ROUNDING * (1.0 + np.abs(log))
-    return np.array((log, error, np.log(w.value), w.error + _ROUNDING))
+    # What is added has errors of its own: none is above the sum of all.
+    moved = _ULP * size
+    own = own + missed + moved + sides.error
+    log = sides.log_sigma + np.log(sigma)
+    return np.array((log, own + moved + _ROUNDING * (1.0 + np.abs(log)),
+                     np.log(w), 3 * own + moved + _ROUNDING))  # fmt: skip
+
+
+def _integrals(series: FloatArray, h: FloatArray) -> FloatArray:
+    """e^{lam V} at the ends, 1 at u = -1, the integrals of `float_panels.integrals`, and
+    what the nodes miss of them."""
+    count, ends = _panels(series)
+    number, most = len(ends) - 1, int(count.max())
+    if most > 1:
+        # The sides with most panels first, and of all of them the first panel, the second, ...
+        order = np.argsort(-count, kind="stable")
+        sides = np.searchsorted(-count[order], -np.arange(most), side="left").tolist()
+        side = np.concatenate([order[:n] for n in sides])
+        first = np.add.accumulate(count) - count
+        at = first[side] + np.repeat(np.arange(most), sides)
+    # e at the right end, the three integrals, what is missed.
+    parts = np.empty((5, number))
+    place, memory = float_panels.memory()
+    for begin in range(0, number, float_panels.AT_ONCE):
+        step()
+        some = slice(begin, min(begin + float_panels.AT_ONCE, number))
+        local, half = series[:, some], h[some]
+        if most > 1:
+            row, left = side[some], at[some]
+            low, high = ends[left] - 2.0 * row, ends[left + 1] - 2.0 * row
+            half = (high - low) / 2
+            local = centred(series.take(row, axis=1), low, high, half)
+            half *= h[row]
+        (out,) = float_panels.arrays_in(place, (NODES,), (1, len(half)))
+        exponents, rise = float_panels.exponents_of_series(local, 1, out)
+        np.exp(rise[0], out=parts[0, some])
+        parts[1:, some] = [x[0] for x in float_panels.integrals(exponents, memory)]
+        parts[1:4, some] *= half
+        parts[3, some] *= half
+    return parts if most == 1 else _joined(parts, sides, order)
+
+
+def _joined(parts: FloatArray, sides: list[int], order: IntArray) -> FloatArray:
+    """The same of the sides from that of their panels, `sides` of which have a first, a second, ...
+    one; `order` is theirs."""
+    result = np.zeros((5, sides[0]))
+    result[0] = 1.0
+    low = 0
+    for n in sides:
+        end, int_e, int_inverse, nested, missed = parts[:, low : low + n]
+        so_far = result[:, :n]
+        int_e *= so_far[0]
+        int_inverse /= so_far[0]
+        nested += so_far[1] * int_inverse
+        so_far[0] *= end
+        so_far[1:4] += parts[1:4, low : low + n]
+        np.maximum(so_far[4], missed, out=so_far[4])
+        low += n
+    back = np.empty_like(result)
+    back[:, order] = result
+    return back
+
+
+def _panels(series: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Numbers of panels of the sides, and where panels end, the k-th side being [2k - 1, 2k + 1].
+
+    On none of them lam V moves by more than `REACH`, or falls by more than `REACH_DOWN`.
+    """
+    powers, slopes, up_to = _at_cells(len(series))
+    values, bent = powers @ series, slopes @ series
+    # |q| in panels, squared.
+    np.maximum(values / -REACH, values / REACH_DOWN, out=values)
+    values *= values
+    values += np.abs(bent, out=bent)
+    values += 1e-9
+    steep = np.maximum(values[1:], values[:-1])
+    np.sqrt(steep, out=steep)
+    known = np.zeros(steep.size + 1)
+    reached = np.matmul(steep.T, up_to, out=known[1:].reshape(steep.T.shape))
+    whole = np.ceil(reached[:, -1])
+    count: IntArray = whole.astype(np.intp)
+    number = int(count.sum())
+    ends: FloatArray = np.arange(number + 1.0)
+    if number == len(count):
+        return count, ends * 2.0 - 1.0
+    reached *= (whole / reached[:, -1])[:, None]
+    reached += (np.add.accumulate(whole) - whole)[:, None]
+    ends = np.interp(ends, known, np.arange(float(len(known))))
+    return count, ends * (2.0 / len(up_to)) - 1.0
+
+
+@cache
+def _at_cells(terms: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """t^k at the ends of equal cells of [-1, 1], two for each term and not fewer than eight; its
+    derivatives times `_BENT`; the matrix from a row of values on the cells to running means."""
+    cells = max(8, 2 * terms)
+    t, k = np.linspace(-1.0, 1.0, cells + 1)[:, None], np.arange(terms)
+    return t**k, _BENT * k * t ** np.maximum(k - 1, 0), np.tri(cells).T / cells
+
+
+# -- a single integral -----------------------------------------------------------------------------
 
 
 def _single(sides: _Sides) -> FloatArray:
-    """The same where S is constant."""
-    lam, series, size, steep, falls, h, own = sides[:7]
-    to_end = float_panels.running_powers(1, len(series))[1][0]
-    rise = -(to_end @ series)
+    """The same where S is constant, by one rule for all; nan where it misses too much."""
+    lam, series, size, h, own = sides[:5]
+    # lam (V(end) - V) is the sum of these times t^k - 1, k from 1.
+    twice = 2.0 * np.arange(1, len(series) + 1)[:, None]
+    heights = series / twice
+    rise = -2.0 * (np.arange(1, len(series) + 1) % 2 @ heights)
     moved = _ULP * size
     long = np.flatnonzero(size > _LONG)
     if long.size:
-        series, h, steep, falls = (x.copy() for x in (series, h, steep, falls))
-        start = _start(series[:, long], size[long])
-        kept = centred(series[:, long], start, 1.0, (1.0 - start) / 2)
-        series[:, long] = kept
-        h[long] *= (1.0 - start) / 2
-        steep[long], falls[long] = _steepest(kept, np.abs(kept).sum(axis=0))
-    # Where V falls the first panels hardly count: they are longer. Elsewhere all are equal.
-    few = np.searchsorted(_GRADED, steep) + 1
-    equal = np.maximum(steep / REACH_DOWN, len(_GRADED) + 1)
-    wanted = np.where(falls | (few == 1), few, equal)
-    total, missed = np.full((2, len(h)), np.nan)
-    place = float_panels.memory()[0]
-    for count, some in _groups(wanted):
-        to_nodes, width = _to_end(count, len(series))
-        (terms,) = float_panels.arrays_in(place, (NODES,), (count, len(some)))
-        np.exp(np.matmul(to_nodes, series[:, some], out=terms), out=terms)
-        sums = float_panels.last_coefficients() @ terms
-        sums *= width
-        last = np.abs(sums[:, 1]) + np.abs(sums[:, 2])
-        total[some] = sums[:, 0].sum(axis=0)
-        missed[some] = 6e-4 * (last * last / sums[:, 0]).sum(axis=0) / total[some]
-    missed[missed > RESOLUTION] = np.nan
-    inside = Positive(h * total, own + missed + _ROUNDING)
-    w = Positive(np.exp(rise), moved) * Positive(sides.w, 2 * own) + lam * inside
+        some = series.take(long, axis=1)
+        start = _start(some, size[long])
+        half = (1.0 - start) / 2
+        heights[:, long] = centred(some, start, 1.0, half) / twice
+        h = h.copy()
+        h[long] *= half
+    outside, inside, bounds = _ellipses(len(series))
+    # The mean of the exponential is e^highest/(1 + Q) or more, roughly.
+    highest = np.maximum((inside @ heights).max(axis=0), 0.0)
+    enough = _ENOUGH + highest - np.log1p(size)
+    most = (outside @ heights).reshape(len(bounds), -1, len(h)).max(axis=1)
+    wanted = ((most - enough + bounds[:, :1]) * bounds[:, 1:]).min(axis=0)
+    nodes = min(-int(-wanted.max() // _RULES) * _RULES, _MOST)
+    enough[wanted > _MOST] = np.nan
+    powers, weights = _to_end(nodes, len(series))
+    total = np.empty(len(h))
+    for low in range(0, len(h), float_panels.COLUMNS):
+        step()
+        part = slice(low, low + float_panels.COLUMNS)
+        exponents = powers @ heights[:, part]
+        total[part] = weights @ np.exp(exponents, out=exponents)
+    before = np.exp(rise) * sides.w
+    w = before + lam * h * total
     log = sides.log_sigma - rise
-    error = sides.error + moved + _ROUNDING * (1.0 + np.abs(log))
-    return np.array((log, error, np.log(w.value), w.error + _ROUNDING))
-
-
-def _steepest(series: FloatArray, size: FloatArray) -> tuple[FloatArray, np.ndarray]:
-    """The largest |q|, seen at the Lobatto nodes where it is not small; True where q > 0."""
-    steep, falls = size.copy(), 2 * series[0] > size
-    large = np.flatnonzero(size > REACH)
-    if large.size:
-        powers = float_panels.lobatto_powers(len(series))[::2]
-        values = float_panels.by_columns(powers, series[:, large])
-        low, high = values.min(axis=0), values.max(axis=0)
-        steep[large], falls[large] = np.maximum(-low, high), low > 0
-    return steep, falls
+    error = 2 * (own + _ROUNDING) + np.exp(enough) / total + moved * before / w
+    return np.array((log, sides.error + moved + _ROUNDING * (1.0 + np.abs(log)), np.log(w), error))
 
 
 @cache
 def _to_end(count: int, terms: int) -> tuple[FloatArray, FloatArray]:
-    """Half the integrals of t^k from 1 to the Gauss nodes of panels of [-1, 1], of up to four in
-    the proportions of `_GRADED`; and the widths of the panels in that of [-1, 1]."""
-    ends = np.linspace(-1.0, 1.0, count + 1)
-    if count <= len(_GRADED):
-        ends = 1.0 - 2.0 * np.append(0.0, _GRADED[:count])[::-1] / _GRADED[count - 1]
-    width = np.diff(ends)
-    nodes = ends[:-1, None] + width[:, None] * float_panels.gauss().nodes
+    """t^k - 1 at the nodes of Gauss's rule, k from 1, and half its weights, rounded once.
+
+    Of NumPy's rules the weights are right to 1e-13 only.
+    """
+    powers, weights = np.empty((count, terms)), np.empty(count)
+    with own_context(30) as context:
+        for i, near in enumerate(np.polynomial.legendre.leggauss(count)[0].tolist()):
+            t = context.mpf(near)
+            for _ in range(2):
+                before, value = 1, t
+                for j in range(2, count + 1):
+                    before, value = value, ((2 * j - 1) * t * value - (j - 1) * before) / j
+                slope = count * (t * value - before) / (t * t - 1)
+                t -= value / slope
+            powers[i] = [float(t**k - 1) for k in range(1, terms + 1)]
+            weights[i] = float(1 / ((1 - t * t) * slope * slope))
+    return powers, weights
+
+
+@cache
+def _ellipses(terms: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Re z^k - 1 at points z of each ellipse, and on [-1, 1]; for each ellipse a number to add to
+    log M and one to multiply by, for the nodes with which half an integral misses 1 at most."""
+    angle = np.linspace(0.0, np.pi, terms + 4)
+    z = (_AXES[:, None] * np.exp(1j * angle) + np.exp(-1j * angle) / _AXES[:, None]) / 2
     k = np.arange(1, terms + 1)
-    powers = (nodes[..., None] ** k - 1.0) / (2 * k)
-    return powers, width[:, None, None] / 2
+    inside = np.linspace(-1.0, 0.5, 4)[:, None] ** k
+    bounds = np.log(32 / 15 / (1.0 - _AXES**-2.0)), 0.5 / np.log(_AXES)
+    outside = np.ascontiguousarray((z.reshape(-1, 1) ** k).real)
+    return outside - 1.0, inside - 1.0, np.array(bounds).T
 
 
 @cache

@@ -55,9 +55,11 @@ _UNDERFLOW = 1e-300  # below which slopes lose digits
 
 def of_scenes(scenes: Scenes, request: Request) -> Answers:
     """Logarithms right to `TOLERANCE`, and their errors by running analysis."""
-    logs = np.empty(len(scenes.lam))
-    errors = np.empty_like(logs)
-    for low in range(0, len(logs), _SCENES_AT_ONCE):
+    number = len(scenes.lam)
+    if number <= _SCENES_AT_ONCE:
+        return Answers(*_right_logs(scenes, request.name), "estimate", (request.name,))
+    logs, errors = np.empty(number), np.empty(number)
+    for low in range(0, number, _SCENES_AT_ONCE):
         part = slice(low, low + _SCENES_AT_ONCE)
         parameters = {n: x[part] if is_array(x) else x for n, x in scenes.parameters.items()}
         some = rows_of(scenes, part)._replace(parameters=parameters)
@@ -214,8 +216,8 @@ def _from_both_ends(
     field: Field, lam: FloatArray, r: FloatArray, start: FloatArray
 ) -> tuple[Swept, Swept]:
     """sigma and w at the start from the left and from the right."""
-    n, rates = len(lam), np.tile(lam, 2)
-    end, r = np.concatenate((start, -start)), np.tile(r, 2)
+    n, rates = len(lam), np.concatenate((lam, lam))
+    end, r = np.concatenate((start, -start)), np.concatenate((r, r))
     mild, known = float_sides.swept(field, rates, r, end)
     sigma, w = known
     if len(mild) < 2 * n:

@@ -16,8 +16,6 @@ the error of the smaller term, unless it could be the larger one. `LogSlopes` ca
 of their logarithms as well, in which an addition forgets the smaller term, too:
 
     d log(x + y) = s d log x + (1 - s) d log y,    s = x/(x + y).
-
-`Positive`: positive numbers that stay within the range of float64, with their relative errors.
 """
 
 from __future__ import annotations
@@ -509,12 +507,12 @@ class LogSlopes(LogPositive):
             np.expm1(np.minimum(known, 1.0)) * share,
             np.exp(np.minimum(known - apart, 0.0)),
         )
-        smaller = self.log < term.log
-        first = np.where(smaller, share, 1.0 - share) * self.slopes
-        second = np.where(smaller, 1.0 - share, share) * slopes
+        smaller, rest = self.log < term.log, 1.0 - share
+        mine, others = np.where(smaller, share, rest), np.where(smaller, rest, share)
+        first, second = mine * self.slopes, others * slopes
         slope_error = (
-            np.where(smaller, share, 1.0 - share) * self.slope_error
-            + np.where(smaller, 1.0 - share, share) * error
+            mine * self.slope_error
+            + others * error
             + off * np.abs(self.slopes - slopes)
             + _ROUNDING * (np.abs(first) + np.abs(second))
         )
@@ -544,38 +542,3 @@ def _positive(x: LogPositive | int) -> LogPositive:
     if isinstance(x, LogPositive):
         return x
     return LogPositive(np.asarray(0.0 if x else _NONE), np.asarray(0.0))
-
-
-# -- positive numbers in range ---------------------------------------------------------------------
-
-
-class Positive:
-    """Positive numbers with bounds on their relative errors, to first order; plain ones are exact.
-
-    A sum has the mean of the errors, by shares. The rounding of the operations themselves is left
-    to the caller, who knows how many there are.
-    """
-
-    __slots__ = ("error", "value")
-    # An array times this is one of these, not an array of them.
-    __array_ufunc__ = None
-
-    def __init__(self, value: FloatArray, error: FloatArray | float) -> None:
-        self.value, self.error = value, error
-
-    def __mul__(self, other: Any) -> Positive:
-        if isinstance(other, Positive):
-            return Positive(self.value * other.value, self.error + other.error)
-        return Positive(self.value * other, self.error)
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Any) -> Positive:
-        if isinstance(other, Positive):
-            return Positive(self.value / other.value, self.error + other.error)
-        return Positive(self.value / other, self.error)
-
-    def __add__(self, other: Positive) -> Positive:
-        total = self.value + other.value
-        error = (self.value * self.error + other.value * other.error) / total
-        return Positive(total, error)

@@ -149,10 +149,16 @@ def release(
     full : bool
         Compute the laws of the time and of z now, where the method has them, in place of when they
         are first asked for.
-    paths, seed, step, workers, tau
-        Of ``"simulate"``: independent paths, a seed of random numbers, the step in scaled time, and
-        processes of this machine, a dask scheduler's address, or an executor; the
-        correlation time of coloured noise, 0 for the white one.
+    paths : int
+        Of ``"simulate"``, as the next four: independent paths.
+    seed : int
+        Seed of the random numbers.
+    step : number, optional
+        Step in scaled time.
+    workers : int, str or Executor
+        Processes of this machine, a dask scheduler's address, or an executor.
+    tau : number
+        Correlation time of coloured noise, 0 for the white one.
     patience : float, optional
         Seconds of processor time that the march, or a simulation in this process, may take, 10 if
         left out.

@@ -19,11 +19,16 @@ import numpy as np
 from symasym.base.inputs import FloatArray
 from symasym.numbers.arithmetic import FLOATS, Arithmetic, Number
 from symasym.numbers.balls import flint_module
+from symasym.numbers.polynomials import poly
 
 if TYPE_CHECKING:
     from flint import arb
 
 __all__ = ["ball_quotient", "log_quotient", "mean_place", "quotients"]
+
+
+#: Coefficients of phi_2, for floats of at most 1/2.
+_SECOND = [1 / math.factorial(k) for k in range(2, 16)]
 
 
 def quotients(x: Number, numbers: Arithmetic) -> tuple[Any, Any]:
@@ -32,9 +37,12 @@ def quotients(x: Number, numbers: Arithmetic) -> tuple[Any, Any]:
     small = abs(x) < 0.5
     first = second = numbers.zero * x
     if numbers.any(small):
-        y = numbers.where(small, x, numbers.zero)
-        for k in range(_terms(numbers.eps), 0, -1):
-            second = (1 + y * second) / (k + 1)
+        y = x if numbers.all(small) else numbers.where(small, x, numbers.zero)
+        if numbers is FLOATS:
+            second = poly(_SECOND, y)
+        else:
+            for k in range(_terms(numbers.eps), 0, -1):
+                second = (1 + y * second) / (k + 1)
         first = 1 + y * second
     if not numbers.all(small):
         z = numbers.where(small, numbers.one, x)

@@ -65,6 +65,17 @@ V = sympy.Function("V")
          r"e^{a} \left(1 + \kappa \left(\frac{V(u)}{7} + \frac{V^2(u)}{49} + \frac{V^3(u)}{343} "
          r"+ \frac{V^4(u)}{2401} + \frac{V^5(u)}{16807}\right)\right)"),
         (sqrt((1 + a) / a) / sqrt(3), r"\sqrt{\frac{1 + a}{3 a}}"),
+        # A fraction within a fraction is on one line, or the outer one is a power.
+        (a / (1 / b + a / (2 * k)), r"\frac{a}{1/b + a/(2 \kappa)}"),
+        (a / (1 + exp(u) / b), r"a \left[1 + \frac{1}{b} e^{u}\right]^{-1}"),
+        # Signs are taken out where most terms have one, and whole numbers stand in front.
+        ((-1 - b) / k, r"-\frac{1 + b}{\kappa}"),
+        ((k - a - 1) * (v + 1) * b, r"-b (1 + a - \kappa) (v + 1)"),
+        (a * (2 * Symbol("j", integer=True) + 1) * V(u), "(2 j + 1) a V(u)"),
+        ((2 * Symbol("j", integer=True) - 1) * V(u), "(2 j - 1) V(u)"),
+        (b * (sympy.sin(a) + sqrt(3) * cos(a)) * sympy.sin(a),
+         r"b \sin(a) (\sqrt{3} \cos(a) + \sin(a))"),
+        (sympy.Subs(sympy.Derivative(V(u), u), u, a), r"V'(u) \Big|_{u = a}"),
         (Symbol("a_minus", positive=True) ** 2, "(a^-)^2"),
         (Symbol("nested") * a / Symbol("int_e"), r"\frac{a \, \mathrm{nested}}{\mathrm{int}_e}"),
     ],
@@ -123,7 +134,7 @@ _FUNCTIONS = {
     "Ai": mpmath.airyai, "Bi": mpmath.airybi,
     "Ai'": lambda x: mpmath.airyai(x, derivative=1),
     "Bi'": lambda x: mpmath.airybi(x, derivative=1),
-    "Gamma": mpmath.gamma,
+    "Gamma": mpmath.gamma, "arccot": lambda x: mpmath.pi / 2 - mpmath.atan(x),
 }  # fmt: skip
 _AIRY = {"airyaiprime": _FUNCTIONS["Ai'"], "airybiprime": _FUNCTIONS["Bi'"]}
 _TOKEN = re.compile(
@@ -136,6 +147,7 @@ class Reader:
 
     def __init__(self, text: str, values: list[Any]) -> None:
         text = re.sub(r"\\left|\\right|\\cdot\b|\\,", " ", text)
+        text = text.replace("[", "(").replace("]", ")")
         self.tokens = [m[0] for m in _TOKEN.finditer(text)]
         assert not any(m["bad"] for m in _TOKEN.finditer(text)), text
         self.values, self.at = values, 0
@@ -259,4 +271,4 @@ def test_printed_values_are_the_expressions(label: str) -> None:
 
 def test_a_minus_before_a_sum() -> None:
     a = sympy.Symbol("a")
-    assert tex(sympy.Mul(-1, a + 3, evaluate=False)) == r"-\left(3 + a\right)"
+    assert tex(sympy.Mul(-1, a + 3, evaluate=False)) == "-(3 + a)"

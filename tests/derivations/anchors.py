@@ -119,6 +119,7 @@ EXACT: dict[str, tuple[Draw, float]] = {
     "filippov": (on.convex, 1e-12),
     "eq:eekappar": (on.two_scales, 1e-8),
     "noise-amplitude": (on.noises, 1e-12),
+    "eq:scaledSDEx": (on.one_step, 1e-12),
     "eq:phi": (on.sliding, 1e-12),
     "eq:reducedSDE": (on.noises, 1e-12),
     "eq:tildexykappa": (on.two_scales, 1e-8),
@@ -183,6 +184,7 @@ ORDERS: dict[str, tuple[Path, tuple[str, ...], Callable[[Numbers, Any], Any] | N
     ),
     "eq:Tlarge": (on.short_way, ("1e-2", "1e-3"), lambda at, _: at["r_phys"] ** 2),
     "eq:Tsmall": (on.equal_terms, ("0.2", "0.14"), lambda at, leading: leading * at["kappa"] ** 4),
+    "eq:scaledSDE": (on.along_a_ray, ("1e-3", "1e-4"), None),
     "eq:fourthTerm": (on.strong, ("1e2", "1e3"), None),
     "first-three": (on.strong, ("1e2", "1e3"), None),
     "eq:Ttildelarge": (on.strong, ("1e2", "1e3"), None),
@@ -425,8 +427,18 @@ def second_order(_: str, left: Any, result: Any, seeds: range) -> None:
             assert 3.5 < gaps[0] / gaps[1] < 4.5, (seed, a, gaps)
 
 
+def continuity(_: str, left: Any, result: Any, seeds: range) -> None:
+    """What both sides differ by is the jump of the smoothed field across each edge."""
+    for seed in seeds:
+        at = scenes(on.edges, seed)
+        for inside, outside, jump in zip(left, result, at["jumps"], strict=True):
+            gap = value(outside, at) - value(inside, at)
+            assert abs(gap - jump) <= 1e-12, (seed, inside, gap, jump)
+
+
 OTHERS: dict[str, Callable[[str, Any, Any, range], None]] = {
     "eq:fourPieces": four_pieces,
+    "eq:cont": continuity,
     "eq:FPE": forward_operator,
     "eq:odeR": forward_operator,
     "gaussian-step": gaussians,
@@ -437,13 +449,6 @@ OTHERS: dict[str, Callable[[str, Any, Any, range], None]] = {
     "frozen-time": second_order,
     "C-bound": upper_bound,
     "L-bound": lower_bound,
-}
-
-#: Conclusions without a number, and why.
-NO_NUMBER = {
-    "eq:cont": "the condition that a smoothing has to meet",
-    "eq:scaledSDE": "a field is its value at the origin, up to O(r): Taylor's theorem",
-    "eq:scaledSDEx": "one component is picked out",
 }
 
 

@@ -7,6 +7,7 @@ The functions of the last part give a scene that moves with a parameter to a lim
 
 from __future__ import annotations
 
+import itertools
 import random
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
@@ -932,4 +933,78 @@ def beside_pair(rng: random.Random) -> Numbers:
         s_1=lambda: over_line(1), s_next=lambda: over_line(n + 1), b_next=lambda: binomial(i + 1),
         I=lambda: beyond(index + 2, n),
         h_next=lambda: CTX.re(CTX.fsum(fall(t) * t**-index for t in turns) / 16),
+    )  # fmt: skip
+
+
+def _field(rng: random.Random, arguments: int) -> Callable[..., Any]:
+    """A smooth field of so many arguments, which changes with each."""
+    rates = [of_fraction(within(rng, "0.5", "2")) for _ in range(arguments)]
+    bend = of_fraction(within(rng, "0.2", "1"))
+
+    def field(*x: Any) -> Any:
+        phase = CTX.fsum(rate * u for rate, u in zip(rates, x, strict=True))
+        return 2 + CTX.sin(phase) + bend * CTX.fprod(CTX.exp(u / 2) for u in x)
+
+    return field
+
+
+def edges(rng: random.Random) -> Numbers:
+    """A smoothed field that need not be continuous, and its values just beside both edges."""
+    eps, z = (of_fraction(within(rng, low, "0.5")) for low in ("0.1", "-0.5"))
+    below, inside, above = (_field(rng, n) for n in (2, 3, 2))
+
+    def smoothed(y: Any) -> Any:
+        if abs(y) < eps:
+            return inside(y / eps, y, z)
+        return above(y, z) if y > 0 else below(y, z)
+
+    step = CTX.mpf("1e-15")
+    return Numbers(
+        **{"f^-": lambda: below, "F": lambda: inside, "f^+": lambda: above},
+        epsilon=lambda: eps, z=lambda: z,
+        jumps=lambda: [smoothed(y + x * step) - smoothed(y - x * step)
+                       for y, x in ((eps, 1), (-eps, -1))],
+    )  # fmt: skip
+
+
+def along_a_ray(rng: random.Random) -> Path:
+    """A field of the plane at a distance from the origin, in a direction of its own."""
+    field, turn = _field(rng, 2), of_fraction(within(rng, "0.1", "1.4"))
+
+    def at(rho: Any) -> Numbers:
+        return Numbers(
+            f=lambda: field(rho * CTX.cos(turn), rho * CTX.sin(turn)),
+            f_0=lambda: field(CTX.zero, CTX.zero),
+            rho=lambda: rho,
+        )
+
+    return at
+
+
+def one_step(rng: random.Random) -> Numbers:
+    """The middle one of three coordinates after a step of dx = F dt + D dW: mean, correlations."""
+    fields = [_field(rng, 1) for _ in range(3)]
+    u, dt = of_fraction(within(rng, "-1", "1")), CTX.mpf("0.01")
+    D = [[of_fraction(within(rng, "-2", "2")) for _ in range(3)] for _ in range(3)]
+    # Gauss-Hermite with 3 nodes: exact for squares of Gaussian numbers.
+    nodes = [
+        (-CTX.sqrt(3), CTX.mpf(1) / 6),
+        (CTX.zero, CTX.mpf(2) / 3),
+        (CTX.sqrt(3), CTX.mpf(1) / 6),
+    ]
+
+    def mean(of: Callable[[Any, Any], Any]) -> Any:
+        total = CTX.zero
+        for drawn in itertools.product(nodes, repeat=3):
+            dW = [CTX.sqrt(dt) * x for x, _ in drawn]
+            step = [f(u) * dt + CTX.fdot(row, dW) for f, row in zip(fields, D, strict=True)]
+            total += CTX.fprod(w for _, w in drawn) * of(step[1], dW)
+        return total / dt
+
+    return Numbers(
+        **{f"F{k}": (lambda f=f: f) for k, f in enumerate(fields, start=1)},
+        **{f"d{i}{j}": (lambda x=x: x)
+           for i, row in enumerate(D, start=1) for j, x in enumerate(row, start=1)},
+        **{f"B{j}": (lambda j=j: mean(lambda dy, dW: dy * dW[j - 1])) for j in (1, 2, 3)},
+        u=lambda: u, drift=lambda: mean(lambda dy, dW: dy),
     )  # fmt: skip

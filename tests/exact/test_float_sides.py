@@ -70,7 +70,7 @@ def test_sides_are_the_integrals(
         monkeypatch.setattr(
             float_sides, name, lambda s, name=name, found=found: (taken.append(name), found(s))[1]
         )
-    monkeypatch.setattr(float_sides, "_FEW", 1)
+    monkeypatch.setattr(float_sides, "_FEW", 0)
     one, drift = np.ones(2), sa.polynomial(*a)
     field = field_of(drift, drift.values, 1)
     # A side, and the mirror image of the drift, which is another one.
@@ -84,15 +84,16 @@ def test_sides_are_the_integrals(
 
 
 def test_too_few_panels_are_claimed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Panels far too long: what Legendre coefficients say of them covers what they miss."""
+    """Panels far too long and rules of too few nodes say what they miss."""
     monkeypatch.setattr(float_sides, "RESOLUTION", np.inf)
-    monkeypatch.setattr(float_sides, "_FEW", 1)
+    monkeypatch.setattr(float_sides, "_FEW", 0)
     missed = dict.fromkeys(("_nested", "_single"), 0)
-    float_sides._to_end.cache_clear()
-    for factor in (2, 4, 8):
+    for factor, enough in ((2, -25.0), (4, -15.0), (8, -8.0)):
         for name in ("REACH", "REACH_DOWN"):
             monkeypatch.setattr(float_sides, name, getattr(float_panels, name) * factor)
-        monkeypatch.setattr(float_sides, "_GRADED", np.array([10.0, 28.0, 50.0, 76.0]) * factor)
+        monkeypatch.setattr(float_sides, "_BENT", 3 / 16 / factor**2)
+        float_sides._at_cells.cache_clear()
+        monkeypatch.setattr(float_sides, "_ENOUGH", enough)
         for a, lam, r, end, rule in SIDES:
             drift, one = sa.polynomial(*a), np.ones(2)
             field = field_of(drift, drift.values, 1)
@@ -103,7 +104,7 @@ def test_too_few_panels_are_claimed(monkeypatch: pytest.MonkeyPatch) -> None:
                 wrong = abs(number.log[0] - wanted)
                 assert wrong <= number.error[0]
                 missed[rule] += wrong > 1e-12
-    float_sides._to_end.cache_clear()
+    float_sides._at_cells.cache_clear()
     assert all(missed.values()), missed
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+from pathlib import Path
 from typing import Any
 
 import mpmath
@@ -93,6 +96,19 @@ def test_arrays_with_digits(workers: int | None) -> None:
             assert found.error[j, k] == alone.error
             assert isinstance(found.value[j, k], mpmath.mpf)
     assert found.error_kind == alone.error_kind
+
+
+def test_a_script_that_cannot_be_imported_is_told(tmp_path: Path) -> None:
+    script = tmp_path / "own.py"
+    script.write_text(
+        "import symasym as sa\n"
+        "print(sa.escape_time(sa.linear(1, -1), [0.5, 1], 2, dps=20, workers=2))\n"
+    )
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 1
+    last = done.stderr.rstrip().rpartition("\n")[2]
+    assert last.startswith("symasym.base.errors.SymasymError: workers is 2, and a process")
+    assert "if __name__ == '__main__':" in last
 
 
 def test_refused_elements_with_digits() -> None:

@@ -272,21 +272,28 @@ SEARCHES: dict[str, Draw] = {
 }
 
 
-def judged(count: int, seed: int, search: str, order: int, analytic: bool = False) -> Judged:
+def judged(
+    count: int,
+    seed: int,
+    search: str,
+    order: int,
+    analytic: bool = False,
+    method: str = "laplace",
+) -> Judged:
     """True over claimed errors of `count` drifts of one of the `SEARCHES`."""
     rng = np.random.default_rng(seed)
     asked, found = 0, []
     while asked < count:
         scene = SEARCHES[search](order, rng, analytic)
         if scene is not None:
-            one = _judged(scene, 10.0 ** rng.uniform(-1.7, -0.2), order)
+            one = _judged(scene, 10.0 ** rng.uniform(-1.7, -0.2), order, method)
             found += [one] if one is not None else []
             asked += 1
     ratios, claims = np.array(found).reshape(-1, 2).T
     return Judged(asked, ratios, claims)
 
 
-def _judged(scene: Scene, kappa: float, order: int) -> tuple[float, float] | None:
+def _judged(scene: Scene, kappa: float, order: int, method: str) -> tuple[float, float] | None:
     """True over claimed error of one scene, and the claim; None where it is refused."""
     drift, quantity = scene.drift, scene.quantity
 
@@ -294,6 +301,9 @@ def _judged(scene: Scene, kappa: float, order: int) -> tuple[float, float] | Non
         """The quantity in an array of one, which says estimate."""
         noise, options = np.array([kappa]), {"log": True, **more}
         if "P" in quantity:
+            if method == "uniform":
+                # Which has no arrays of it, and no bounds.
+                noise = kappa
             return sa.occupation(drift, noise, complement=True, **options)
         options |= {"start": scene.start}
         if quantity == "T":
@@ -302,12 +312,12 @@ def _judged(scene: Scene, kappa: float, order: int) -> tuple[float, float] | Non
         return sa.exit_probability(drift, noise, scene.r, complement=complement, **options)
 
     try:
-        claimed, exact = ask(method="laplace", order=order, full=True), ask()
+        claimed, exact = ask(method=method, order=order, full=True), ask()
     except sa.SymasymError:
         return None
-    rounding = 1e-12 * max(1.0, abs(exact[0]))
-    wrong = max(0.0, abs(claimed.value[0] - exact[0]) - rounding)
-    return float(wrong / claimed.error[0]), float(claimed.error[0])
+    value, error, exact = (float(np.squeeze(x)) for x in (claimed.value, claimed.error, exact))
+    wrong = max(0.0, abs(value - exact) - 1e-12 * max(1.0, abs(exact)))
+    return wrong / error, error
 
 
 def _median(numbers: FloatArray) -> float:
@@ -320,11 +330,14 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--drifts", type=int, default=1000, help="of each search and order")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--analytic", action="store_true", help="drifts that are no polynomials")
+    parser.add_argument("--method", choices=("laplace", "uniform"), default="laplace")
     options = parser.parse_args(arguments)
     worst = 0.0
     for search in SEARCHES:
         for order in (0, 1, 2):
-            result = judged(options.drifts, options.seed, search, order, options.analytic)
+            result = judged(
+                options.drifts, options.seed, search, order, options.analytic, options.method
+            )
             most = float(result.ratios.max(initial=0.0))
             worst = max(worst, most)
             print(

@@ -283,8 +283,12 @@ def test_derivatives_cost_at_most_five_values(problem: Problem) -> None:
         (sa.Drift("a + b*erf(2*u) + sqrt(2 + u)").bind(a=1, b=-2), "0.7", "0.8", "0.3", "T"),
         (sa.tanh(1, "-1/2", 5), "0.1", None, None, "1 - P"),
         (sa.Drift("1/2 - u"), "0.4", None, None, "P"),
+        # Exponents far from 0 within a block that ends as high as it begins.
+        (sa.linear(-0.9412458753167798, 1.0849805711995635), 0.1045064285367239, 3, 0, "C"),
+        (sa.friction(mu=2.5459650743031097, alpha=0.37202650653500857, z0=-0.8004263393628291),
+         0.14513512655321817, 3, 0, "C"),
     ],
-)
+)  # fmt: skip
 def test_float64_against_balls(
     drift: sa.Drift, kappa: str, r: Any, start: Any, quantity: str
 ) -> None:

@@ -189,7 +189,7 @@ def first_integral(d: Any) -> None:
         ),
         left="J",
     )
-    d.conclude(Symbol("J"), found, note="J is the flux of R")
+    d.conclude(Symbol("J"), found, note="J = (kappa^2/2) R' - phi R, the flux of R")
 
 
 @derives("density-R", "R by an integrating factor", ("first-integral",))
@@ -217,7 +217,7 @@ def density(d: Any) -> None:
         lam * sympy.exp(-lam * V(u)) * Integral((Heaviside(v) - C) * _up, (v, u, r)),
         Satisfies(
             lambda R: {
-                "(e^{lam V} R)'": sympy.diff(factor * R, u) - rate,
+                "the derivative of e^{lam V} R": sympy.diff(factor * R, u) - rate,
                 "R(r) = 0": R.subs(u, r).doit(),
             }
         ),
@@ -227,7 +227,7 @@ def density(d: Any) -> None:
     d.conclude(Function("R")(u), found)
 
 
-@derives("eq:C", "The constant C, which is the chance of leaving through -r", ("density-R",))
+@derives("eq:C", "C, the probability of leaving through -r", ("density-R",))
 def constant(d: Any) -> None:
     def at_left_end(c: Any) -> Any:
         """R(-r) over lam e^{-lam V(-r)}, its integral split at the start."""
@@ -241,7 +241,7 @@ def constant(d: Any) -> None:
         "R(-r) = 0",
         "solve",
         I0 / (I0 + I1),
-        Satisfies(lambda c: {"R(-r)": at_left_end(c)}),
+        Satisfies(lambda c: {"R(-r) = 0": at_left_end(c)}),
         "I0 and I1 are the integrals of e^{lam V} over (0, r) and (-r, 0)",
         left="C",
     )
@@ -257,7 +257,7 @@ def constant(d: Any) -> None:
                 "0 at r": h.subs(u, r).doit(),
             }
         ),
-        "independent: the chance of leaving through -r from u",
+        "independently: the probability of leaving through -r from u",
         left="h(u)",
     )
     right, whole = Integral(_up, (v, 0, r)), Integral(_up, (v, -r, r))
@@ -300,7 +300,7 @@ def escape_time(d: Any) -> None:
         return Integral(R(u), inside)
 
     of_R = d.step(
-        "time and place interchanged",
+        "order of integration in time and position",
         "interchange",
         Integral(R(u), (u, -r, r)),
         Identity(over_time),
@@ -309,7 +309,7 @@ def escape_time(d: Any) -> None:
     )
     above = Integral((Heaviside(v) - C) * _up, (v, u, r))
     iterated = d.step(
-        "R put in",
+        "R substituted",
         "substitute",
         Integral(lam * sympy.exp(-lam * V(u)) * above, (u, -r, r)),
         Identity(lambda: of_R.replace(R, lambda at: d.use("density-R", "R(u)").subs(u, at))),
@@ -336,7 +336,7 @@ def escape_time(d: Any) -> None:
         "substitute",
         lam * Integral(Integral(kernel, (u, -r, v)), (v, -r, r)),
         Identity(lambda: lam * Integral(together / lam, *swapped.limits)),
-        "f(u) g(v) is lam e^{-lam V(u)} times (H - C) e^{lam V(v)}",
+        "f(u) is lam e^{-lam V(u)}, and g(v) the rest of the integrand",
         left="T",
     )
     d.step(
@@ -344,7 +344,7 @@ def escape_time(d: Any) -> None:
         "split",
         lam * (I1 * J0 - I0 * J1) / (I0 + I1),
         Identity(lambda: in_halves(found).subs(C, C_in_halves(d))),
-        "eq:C put in: I0, I1 are integrals of e^{lam V} over (0, r), (-r, 0); J0, J1 have that of "
+        "with eq:C: I0, I1 are integrals of e^{lam V} over (0, r), (-r, 0); J0, J1 have that of "
         "e^{-lam V} from -r up to v as a factor",
         left="T",
     )

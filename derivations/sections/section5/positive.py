@@ -124,22 +124,34 @@ def positive_density(d: Any) -> None:
     M_left, M_right, scale, outer = _positive("M_left M_right s M")
     inside, outside = _positive("inside outside")
     carried = {total: rate * scale * (M_left + M_right)}
+    K = Symbol("K", positive=True)
+
+    def steady() -> Any:
+        """eq:pss by s, its e^{lam V}."""
+        return d.use("eq:pss", "p_ss(u)").subs(sympy.exp(lam * V(u)), scale)
+
+    constant = d.step(
+        "mass 1",
+        "solve",
+        1 / (M_left + M_right),
+        Satisfies(lambda k: {"mass": (steady() * scale).subs(K, k) * (M_left + M_right) - 1}),
+        "M_left and M_right are the integrals of e^{-lam V} over both sides of u",
+        left="K",
+    )
+    normal = d.step(
+        "density of mass 1",
+        "substitute",
+        1 / (scale * (M_left + M_right)),
+        Identity(lambda: steady().subs(K, constant)),
+        "s = e^{lam V(u)}",
+        left="p_{ss}(u)",
+    )
     density = d.step(
         "density",
-        "solve",
+        "substitute",
         rate / total,
-        Satisfies(
-            lambda p: {
-                "eq:pss of mass 1": p.subs(carried)
-                - d.use("eq:pss", "p_ss(u)").subs(
-                    {
-                        sympy.exp(lam * V(u)): scale,
-                        Symbol("K", positive=True): 1 / (M_left + M_right),
-                    }
-                ),
-            }
-        ),
-        "w = lam e^{lam V} times the mass of e^{-lam V} on both sides; s = e^{lam V}",
+        Satisfies(lambda p: {"with w of both sweeps": p.subs(carried) - normal}),
+        "w = lam s (M_left + M_right)",
         left="p_{ss}(u)",
     )
     share = d.step(
@@ -173,11 +185,13 @@ def positive_density(d: Any) -> None:
         ),
     )
     d.conclude(
-        Function("p_ss")(u), density, note="w = lam e^{lam V} times the integral of e^{-lam V}"
+        Function("p_ss")(u),
+        density,
+        note="w = lam e^{lam V(u)} times the integral of e^{-lam V} over all positions",
     )
 
 
-@derives("constant-panel", "Integrals over a stretch of constant drift", ("eq:V",))
+@derives("constant-panel", "Integrals over a panel of constant drift", ("eq:V",))
 def constant_panel(d: Any) -> None:
     size = Symbol("x", positive=True)
     t = Symbol("t", positive=True)
@@ -229,12 +243,14 @@ def constant_panel(d: Any) -> None:
     d.conclude(
         sympy.symbols("int_e nested_down nested_up"),
         (first, down, up),
-        note="x = lam |a| h; single in units of the width h, double in units of h^2, "
-        "each integrand divided by its largest value",
+        note="x = lam |a| h; I, the integral of e^{+-lam V}, in units of the width h, N_- "
+        "and N_+, the "
+        "double integrals of e^{lam (V(u) - V(v))} over v < u where V falls and where it rises, in "
+        "units of h^2, each integrand divided by its largest value",
     )
 
 
-@derives("panel-step", "Carrying sigma and w across a panel", ("positive-form",))
+@derives("panel-step", "One step of the sweep: sigma and w across a panel", ("positive-form",))
 def panel_step(d: Any) -> None:
     sigma, work, E, F, D, end = _positive("sigma w E F D e")
     int_e, int_inverse, nested = _positive("int_e int_inverse nested")
@@ -275,7 +291,7 @@ def panel_step(d: Any) -> None:
             (fall * work + rate * int_inverse) / (climb + int_e / sigma) + rate * nested / grown,
         ),
         Identity(lambda: [after.subs(scaled), later.subs(scaled)]),
-        "e(b) = f/c; c E, f F and f D are the panel's integrals of docs/exact.md",
+        "e(b) = f/c, I = c E, J = f F and N = f D",
         left=(
             r"\sigma_b",
             "w_b",
@@ -306,7 +322,7 @@ def panel_step(d: Any) -> None:
     d.conclude(
         sympy.symbols("sigma_b w_b"),
         found,
-        note="f = e^{-lam |V(b) - V(a)|} where V falls, c where it rises, the other is 1; I, "
-        "J and N are the panel's integrals of e, of 1/e and of both, each integrand divided by its "
-        "largest value",
+        note="from u = a to u = b; f = e^{-lam |V(b) - V(a)|} where V falls, c where it rises, the "
+        "other is 1; I, J and N are the panel's integrals of e = e^{lam (V - V(a))}, of 1/e and of "
+        "e(v)/e(u), v < u, each integrand divided by its largest value",
     )

@@ -53,7 +53,7 @@ def fokker_planck(d: Any) -> None:
     d.conclude(
         Symbol("Lq"),
         found,
-        note="p is the density of u, and q any function of u",
+        note="p is the density of u at a time, and q any function of u",
         display=(
             r"\frac{\partial p}{\partial \tilde t} = \mathcal{L}^* p ,\quad \mathcal{L}^* q = ",
             found,
@@ -93,28 +93,36 @@ def potential_pieces(d: Any) -> None:
         drift = d.use("eq:phi", "phi(u)")[piece].subs(ends)
         return d.use("eq:V", "V(u)").replace(phi, lambda at: drift.subs(u, at)).doit()
 
-    left = d.step(
-        "u <= -1",
-        "integrate",
-        -a_minus * (u + 1),
-        Identity(lambda: potential_of(0)),
-        "a- = A(-1)",
-        left="V(u)",
+    places = (r"V \big|_{u \le -1}", r"V \big|_{|u| \le 1}", r"V \big|_{u \ge 1}")
+    wanted = (
+        lambda: potential_of(0),
+        lambda: potential_of(1),
+        lambda: _V1 + potential_of(2) - potential_of(2).subs(u, 1),
     )
-    inside = d.step(
-        "-1 <= u <= 1",
+    whole = d.step(
+        "drift of each piece substituted",
         "substitute",
-        -sympy.Integral(A(v), (v, -1, u)),
-        Identity(lambda: potential_of(1)),
-        left="V(u)",
+        (
+            -sympy.Integral(a_minus, (v, -1, u)),
+            -sympy.Integral(A(v), (v, -1, u)),
+            _V1 - sympy.Integral(a_plus, (v, 1, u)),
+        ),
+        Satisfies(
+            lambda W: {
+                f"piece {k}": (piece - of()).doit()
+                for k, (piece, of) in enumerate(zip(W, wanted, strict=True), 1)
+            }
+        ),
+        "a- = A(-1), a+ = A(1); V(1) is the integral over the whole layer",
+        left=places,
     )
-    right = d.step(
-        "u >= 1",
+    inside = whole[1]
+    left, right = d.step(
+        "constant drifts integrated",
         "integrate",
-        _V1 - a_plus * (u - 1),
-        Identity(lambda: _V1 + potential_of(2) - potential_of(2).subs(u, 1)),
-        "a+ = A(1)",
-        left="V(u)",
+        (-a_minus * (u + 1), _V1 - a_plus * (u - 1)),
+        Identity(lambda: [whole[0].doit(), whole[2].doit()]),
+        left=(places[0], places[2]),
     )
     found = d.step(
         "together",
@@ -132,11 +140,7 @@ def potential_pieces(d: Any) -> None:
                 },
             }
         ),
-        left=(
-            r"V \big|_{u \le -1}",
-            r"V \big|_{|u| \le 1}",
-            r"V \big|_{u \ge 1}",
-        ),
+        left=places,
     )
     d.conclude(V(u), found, cases=(r"u \le -1", r"-1 \le u \le 1", r"u \ge 1"))
 
@@ -160,12 +164,48 @@ def steady_state(d: Any) -> None:
         }
 
     d.suppose("the density and its flux vanish at infinity")
+    p = Function("p_ss")(u)
+    flux = d.step(
+        "flux of a stationary density",
+        "integrate",
+        -phi(u) * p + _half * sympy.Derivative(p, u),
+        Satisfies(
+            lambda J: {
+                "its derivative is the right side of eq:FPE": (
+                    sympy.diff(J, u)
+                    - d.use("eq:FPE", "Lq").replace(Function("q"), Function("p_ss"))
+                ).doit()
+            }
+        ),
+        "which is 0 in the steady state: the flux is a constant, and 0, as it is at infinity",
+        left="J",
+    )
+    slope = d.step(
+        "slope where the flux is 0",
+        "solve",
+        2 * phi(u) / kappa**2,
+        Satisfies(lambda s: {"flux": flux.subs(sympy.Derivative(p, u), s * p)}),
+        left=r"\frac{p_{ss}'(u)}{p_{ss}(u)}",
+    )
+    d.step(
+        "logarithm of the density",
+        "integrate",
+        sympy.log(K) - 2 * V(u) / kappa**2,
+        Satisfies(
+            lambda found: {
+                "its slope": sympy.diff(with_potential(found), u) - slope,
+                "log K at -1": with_potential(found).subs(u, -1).doit() - sympy.log(K),
+            }
+        ),
+        "V' = -phi and V(-1) = 0",
+        left=r"\log p_{ss}(u)",
+    )
     found = d.step(
         "density of zero flux",
         "solve",
         K * sympy.exp(-2 * V(u) / kappa**2),
         Satisfies(no_flux),
-        "V' = -phi; V(-1) = 0 makes K the density at -1",
+        "K is the density at -1, and follows from the whole mass, 1 (eq:P)",
         left="p_{ss}(u)",
     )
     length = Symbol("R", positive=True)

@@ -40,7 +40,7 @@ ENDS = {a_minus: "12/5", a_plus: "2/5"}
 STRONG = ("1e1", "1e2", "1e3", "1e4")
 
 
-@derives("C-bound", "The chain that bounds C, with the conditions it needs", ("eq:C", "eq:V2"))
+@derives("C-bound", "An upper bound on C, and its conditions", ("eq:C", "eq:V2"))
 def bound_on_C(d: Any) -> None:
     X, Y, E, g, h, q, s, gap = (
         Symbol(n, positive=True) for n in ("X", "Y", "E", "g", "h", "q", "s", "delta")
@@ -148,7 +148,7 @@ def bound_on_C(d: Any) -> None:
         "eq:C, with the left integral from below and the right one from above",
     )
     dropped = d.step(
-        "drop the 1",
+        "without Y in the denominator",
         "bound",
         Inequality(sympy.together(bounded.larger.subs(I0, Y - s)), "<=", Y / X),
         Bound(difference=Y**2 / (X * (X + Y)), on="X, Y > 0"),
@@ -229,7 +229,7 @@ def bound_on_C(d: Any) -> None:
         left=r"C_{\mathrm{bound}}",
     )
     d.step(
-        "what is given away at the end",
+        "factor lost in the last step",
         "evaluate",
         sympy.Rational(3, 2),
         Satisfies(
@@ -304,7 +304,14 @@ def without_C(d: Any) -> None:
         Identity(from_the_start),
         left="T_0",
     )
-    d.conclude(Symbol("T_0"), found, "C lam (J0 + J1), exponentially small")
+    d.conclude(
+        Symbol("T_0"),
+        found,
+        "C lam (J0 + J1), exponentially small",
+        note="lam = 2/kappa^2; J0, J1: integrals over (0, r), (-r, 0) of e^{lam V(v)} times "
+        "that of "
+        "e^{-lam V} from -r up to v",
+    )
 
 
 @derives("eq:fourPieces", "Four pieces of the domain of integration", ("eq:TtildeCzero",))
@@ -342,17 +349,14 @@ def four_pieces(d: Any) -> None:
             }
         ),
         "kinks of V and the start become edges; r > 1",
-        left=(
-            r"\frac{T_1}{\lambda}",
-            r"\frac{T_2}{\lambda}",
-            r"\frac{T_3}{\lambda}",
-            r"\frac{T_4}{\lambda}",
-        ),
+        left=tuple(rf"\frac{{T_{k}}}{{\lambda}}" for k in range(1, 5)),
     )
+    shown = [(rf" ,\quad T_{k} = \lambda ", piece) for k, piece in enumerate(four, 1)]
     d.conclude(
         sympy.symbols("T_1:5"),
         four,
-        note="f(u) = e^{-lam V(u)}, g(v) = e^{lam V(v)}, and T_0 = T_1 + T_2 + T_3 + T_4",
+        note="f(u) = e^{-lam V(u)}, g(v) = e^{lam V(v)}, lam = 2/kappa^2",
+        display=("T_0 = T_1 + T_2 + T_3 + T_4", *(part for pair in shown for part in pair)),
     )
 
 
@@ -378,6 +382,7 @@ def fourth(d: Any) -> None:
         inner = sympy.integrate(sympy.expand(sympy.exp(lam * rise)), (u, low, high))
         return lam * sympy.integrate(sympy.expand(inner), (v, *outer))
 
+    d.suppose("kappa >= O(1) and r >> kappa^2", where="in weak noise eq:fourthTerm2")
     closed = d.step(
         "closed form",
         "integrate",
@@ -405,7 +410,7 @@ def fourth(d: Any) -> None:
         Order(at_weak_noise, ("1e-1", "1e-3", "1e-5"), {**ENDS, r: lambda k, ctx: 1 / k}),
         left="T_4",
     )
-    d.conclude(Symbol("T_4"), found, "O(1) + O(kappa^2), both sharp: -1/a+ - kappa^2/(2 a+^2)")
+    d.conclude(Symbol("T_4"), found, "leading terms -1/a+ - kappa^2/(2 a+^2)")
 
 
 def _piece(place: int, k: Any, ctx: Any) -> Any:

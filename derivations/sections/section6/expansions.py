@@ -25,10 +25,13 @@ drift, source, slope, term = (Symbol(n, real=True) for n in ("drift", "source", 
 side, left, right = (Symbol(name, real=True) for name in ("side", "left", "right"))
 
 
-@derives("endpoint-series", "What a start, a kink or an end contributes, and the slow manifold")
+@derives("endpoint-series", "Contributions of a start, a kink or an end, and the slow manifold")
 def endpoint_series(d: Any) -> None:
     d.suppose("phi is smooth on a side of the point, and not 0 there")
-    d.suppose("exponentials of other points count apart: the series are formal")
+    d.suppose(
+        "the series are formal: they leave out contributions of other points, smaller or "
+        "larger by an exponential"
+    )
     first = d.step(
         "first term",
         "integrate",
@@ -58,7 +61,7 @@ def endpoint_series(d: Any) -> None:
         ),
     )
     change = d.step(
-        "a kink's",
+        "at a kink",
         "split",
         right - left,
         Satisfies(lambda found: _at_kink(found, first, pair)),
@@ -129,12 +132,12 @@ def _contributions(pair: Any, first: Any, following: Any) -> dict[str, Any]:
 
 def _at_kink(found: Any, first: Any, pair: Any) -> dict[str, Any]:
     equations = {
-        f"contribution {k}": stated.subs(term, found)
+        f"of e^({'-' if k else ''}lam V)": stated.subs(term, found)
         - (stated.subs(term, right) - stated.subs(term, left))
         for k, stated in enumerate(pair)
     }
     # phi goes on without a jump, and with it h_1.
-    equations["the first"] = found.subs({left: first, right: first})
+    equations["h_1 of a drift without a jump"] = found.subs({left: first, right: first})
     return equations
 
 
@@ -145,7 +148,9 @@ power, index, k = (Symbol(name, integer=True, positive=True) for name in ("power
 
 
 @derives(
-    "regular-part", "The slow manifold beside a simple zero of the drift", ("endpoint-series",)
+    "regular-part",
+    "The slow manifold beside a simple zero of the drift, and its finite part",
+    ("endpoint-series",),
 )
 def regular_part(d: Any) -> None:
     d.suppose("phi = t psi(t), psi(0) not 0")
@@ -189,8 +194,11 @@ def regular_part(d: Any) -> None:
     d.conclude(
         (Symbol("h_next"), Symbol("H")),
         (fall, primitive),
-        note="c_i is the coefficient of t^(i - p) in h, the first that of t^(i - p - 1) in -h', "
-        "C_i that of t^(1 - p) in the primitive of c_i t^(-p)",
+        note="c_i is the coefficient of t^(i - p) in h, and c_i' that of t^(i - p - 1) in "
+        "-h'; in the "
+        "second formula c_i t^(-p) is any one term, p not 1, and C_i the coefficient of t^(1 "
+        "- p) in "
+        "its primitive",
     )
 
 
@@ -211,12 +219,14 @@ moment = Symbol("moment", positive=True)
 
 
 @derives(
-    "saddle-recurrences", "A well or barrier to every order", ("gaussian-step", "saddle-series")
+    "saddle-recurrences",
+    "The series at a well or a barrier, to every order",
+    ("gaussian-step", "saddle-series"),
 )
 def saddle_recurrences(d: Any) -> None:
     d.suppose("phi has a simple zero, where the derivative of phi is c_1; t from there")
     bend = d.step(
-        "bend",
+        "coefficients of V",
         "integrate",
         2 * term / ((j + 2) * slope),
         Satisfies(lambda found: {"t^j": sympy.simplify(found - _bend())}),
@@ -228,7 +238,7 @@ def saddle_recurrences(d: Any) -> None:
         "integrate",
         sympy.sqrt(2 * sympy.pi),
         Identity(lambda: _unit(d)),
-        "gaussian-step in units of its width",
+        "the Gaussian of gaussian-step in units of its width",
         left="m_0",
     )
     following = d.step(
@@ -276,7 +286,7 @@ def _next_moment(found: Any) -> dict[str, Any]:
     wanted = s ** (2 * n + 2) - found.coeff(moment) * s ** (2 * n)
     return {
         "by parts": sympy.simplify((by_parts - wanted * gaussian) / gaussian / s ** (2 * n)),
-        "nothing else": found.subs(moment, 0),
+        "no term without m_n": found.subs(moment, 0),
     }
 
 
@@ -311,13 +321,10 @@ own = [Symbol(f"own_{name}", real=True) for name in ("left", "right")]
 falling = Symbol("falling", real=True)
 
 
-@derives("two-sides", "The escape time from the integrals over both sides", ("positive-form",))
+@derives(
+    "two-sides", "The escape time from integrals over both sides of the start", ("positive-form",)
+)
 def two_sides(d: Any) -> None:
-    d.suppose("I_left and I_right are int e^(lam V) on both sides of the start, W is their sum")
-    d.suppose(
-        "J_left and J_right are int int e^(lam (V(v) - V(u))), v beyond u, without the start's "
-        "shares of int e^(-lam V), m_left and m_right, whose sum is m"
-    )
     apart = d.step(
         "sides",
         "substitute",
@@ -329,7 +336,7 @@ def two_sides(d: Any) -> None:
     )
     whole = {double[0]: nested[0] + own[0] * behind, double[1]: nested[1] + own[1] * ahead}
     moved = d.step(
-        "on the right alone",
+        "K_right by J_right",
         "split",
         nested[1] + ahead * falling,
         Satisfies(
@@ -340,11 +347,12 @@ def two_sides(d: Any) -> None:
                 - apart.subs(whole).subs(total, behind + ahead)
             }
         ),
-        "with the start's shares of int e^(-lam V) on both sides, T has their sum",
+        "the start contributes m_left and m_right to the integrals of e^(-lam V), and T has "
+        "their sum m",
         left=r"K_{\mathrm{right}}",
     )
     together = d.step(
-        "the start's share",
+        "contribution of the start",
         "substitute",
         (behind * (nested[1] + ahead * falling) + ahead * nested[0]) / total,
         Identity(lambda: apart.subs({double[0]: nested[0], double[1]: moved})),
@@ -356,13 +364,15 @@ def two_sides(d: Any) -> None:
         ahead / total,
         Identity(lambda: _exit_from_sweeps(d)),
         "C of positive-form",
+        left="C",
     )
     d.conclude(
         Symbol("T") / lam,
         together,
-        note="I_left and I_right are int e^(lam V) on both sides of the start, W is their sum; "
-        "J_left and J_right are the double integrals of e^(lam (V(v) - V(u))), v beyond u, without "
-        "the start's shares of the inner one, whose sum is m",
+        note="I_left and I_right are the integrals of e^(lam V) on both sides of the start, "
+        "W their "
+        "sum; J_left and J_right are the double integrals of e^(lam (V(v) - V(u))), v farther out "
+        "than u, without the start's contributions to the inner integral, whose sum is m",
     )
 
 

@@ -1,4 +1,4 @@
-"""Section 6.2, weak noise: a well and a barrier that may meet.
+"""Section 6.2, weak noise: a well and a barrier that may coalesce.
 
 The double integral over both, and the integrals of the slow manifold beside them: what
 `symasym.asymptotics.uniform.order_zero_forms` and `symasym.asymptotics.weak_noise.regular_part`
@@ -21,7 +21,7 @@ Z = Symbol("Z", real=True)
 ai, bi = sympy.airyai(Z), sympy.airybi(Z)
 
 
-@derives("pair-products", "Double integrals over a well and a barrier that may meet")
+@derives("pair-products", "Double integrals over a well and a barrier that may coalesce")
 def pair_products(d: Any) -> None:
     d.suppose("lam (V(v) - V(u)) = (s^3/3 - Z s) at u less the same at v, the well first")
     exponent = d.step(
@@ -40,7 +40,7 @@ def pair_products(d: Any) -> None:
         left=r"\int_{-\infty}^{\infty} e^{t Z - t^3/12 - m^2 t} \, dm",
     )
     d.step(
-        "what is left is a derivative",
+        "the integrand is a derivative",
         "integrate",
         -4 * sympy.sqrt(sympy.pi * t) * sympy.exp(Z * t - t**3 / 12),
         Satisfies(
@@ -82,7 +82,7 @@ def pair_products(d: Any) -> None:
         ),
         Identity(lambda: _weighted(both)),
         "J' has s(v) - s(u), whose parts are opposite by symmetry; J'' has its square, of which "
-        "s^2 is Z besides what belongs to the outer part",
+        "s^2 is Z up to the regular part",
         left=(
             "J",
             "J_1",
@@ -176,7 +176,7 @@ W = y**2 - square
 )
 def pair_primitives(d: Any) -> None:
     d.suppose("phi = (y^2 - D) psi(y), psi > 0; y from half-way between the zeros, D = +-R^2")
-    d.suppose("past a real zero the mean of both ways is taken: Hadamard's finite part")
+    d.suppose("past a real zero the mean of both complex paths is taken: Hadamard's finite part")
     real = d.step(
         "beside real zeros",
         "integrate",

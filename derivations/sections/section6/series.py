@@ -30,7 +30,11 @@ c2 = Symbol("c_2", positive=True)
 c3, c4, c5, c6 = (Symbol(f"c_{j}", real=True) for j in range(3, 7))
 
 
-@derives("saddle-series", "Two corrections of a well or barrier", ("gaussian-step",))
+@derives(
+    "saddle-series",
+    "The first two corrections to Laplace's method at a well or a barrier",
+    ("gaussian-step",),
+)
 def saddle_series(d: Any) -> None:
     d.suppose("V' = 0 and V'' > 0 at the well; at a barrier -V takes the place of V")
     rest = d.step(
@@ -38,7 +42,7 @@ def saddle_series(d: Any) -> None:
         "substitute",
         c3 * s**3 * e / 6 + c4 * s**4 * e**2 / 24 + c5 * s**5 * e**3 / 120 + c6 * s**6 * e**4 / 720,
         Identity(_rest),
-        "u = u1 + e s with e = lam^(-1/2), c_j = V^(j)(u1)",
+        "u = u1 + delta s with delta = lam^(-1/2), c_j = V^(j)(u1)",
         left=r"\lambda (V(u) - V(u_1)) - \tfrac{1}{2} c_2 s^2 \sim",
     )
     first = c3**2 * s**6 / 72 - c4 * s**4 / 24
@@ -50,14 +54,14 @@ def saddle_series(d: Any) -> None:
         - c6 * s**6 / 720
     )
     d.step(
-        "even powers of e",
+        "even powers of delta",
         "expand",
         (first, second),
         Identity(lambda: _even(rest)),
-        "odd powers of e are odd in s, and their integrals vanish",
+        "odd powers of delta are odd in s, and their integrals vanish",
         left=(
-            "[e^2]",
-            "[e^4]",
+            r"[\delta^2]",
+            r"[\delta^4]",
         ),
     )
     whole = d.step(
@@ -72,7 +76,7 @@ def saddle_series(d: Any) -> None:
                 / e
             )
         ),
-        "gaussian-step over ds = du/e, kappa = sqrt(2) e",
+        "the Gaussian of gaussian-step in ds = du/delta, kappa = sqrt(2) delta",
         left=r"\int_{-\infty}^{\infty} e^{-c_2 s^2/2} \, ds",
     )
     moments = d.step(

@@ -105,7 +105,7 @@ def probability(d: Any) -> None:
     )
 
 
-@derives("eq:P2", "The occupation probability with the tails put in", ("eq:P", "tails"))
+@derives("eq:P2", "The occupation probability by the integral over the layer", ("eq:P", "tails"))
 def probability_closed(d: Any) -> None:
     tails = kappa**2 / (2 * a_minus) - kappa**2 / (2 * a_plus) * sympy.exp(-lam * V_1)
     d.step(
@@ -166,7 +166,7 @@ def lower_bound(d: Any) -> None:
     L, gap, s = (Symbol(n, positive=True) for n in ("L", "delta", "s"))
     crossing = Symbol("a_plus", positive=True)
     slope = d.step(
-        "V grows into the right edge",
+        "slope of V at the right edge",
         "differentiate",
         -a_plus,
         Identity(lambda: sympy.diff(d.use("eq:V2", "V(u)")[2], u).subs(crossing, a_plus)),
@@ -184,12 +184,12 @@ def lower_bound(d: Any) -> None:
         ),
     )
     floor = d.step(
-        "integrate the floor",
+        "integral of the lower bound",
         "integrate",
         L * sympy.exp(-lam * V_1),
         Satisfies(
             lambda floor: {
-                "of the smaller side": floor - sympy.integrate(below.smaller, (u, 1 - L, 1)),
+                "its integral": floor - sympy.integrate(below.smaller, (u, 1 - L, 1)),
                 "the larger side is the integrand": below.larger.subs(gap, V_1 - V(u))
                 - sympy.exp(-lam * V(u)),
             }
@@ -197,7 +197,7 @@ def lower_bound(d: Any) -> None:
         left=r"\int_{1 - L}^{1} e^{-2 V(1)/\kappa^2} \, du",
     )
     low = d.step(
-        "put the floor in",
+        "N replaced by its lower bound",
         "substitute",
         1 / (1 + kappa**2 / (2 * L) * (sympy.exp(lam * V_1) / a_minus - 1 / a_plus)),
         Identity(lambda: d.use("eq:P2", "P").subs(N, floor)),
@@ -278,7 +278,7 @@ def weak(d: Any) -> None:
         "expand",
         Expansion(leading, leading * kappa**2, kappa),
         Together((measured(SCENE), measured(LEVEL))),
-        "on two scenes: one tail leading, and both of one weight",
+        "measured on two drifts: one tail leading, and both of equal size",
         left="1 - P",
     )
     d.conclude(

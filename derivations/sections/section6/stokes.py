@@ -209,4 +209,4 @@ def unscaled(d: Any) -> None:
         "kappa >= O(1)",
         where="in weak noise an O(r_phys) error of V is divided by kappa^2 in an exponent",
     )
-    d.conclude(Symbol("T"), found, "relative O(r_phys), in strong noise")
+    d.conclude(Symbol("T"), found, "relative O(r_phys)")

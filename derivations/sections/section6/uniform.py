@@ -1,7 +1,7 @@
 """Section 6.2, weak noise: integrals over a pair of zeros of phi, and from a barrier to an end.
 
 What `symasym.asymptotics.uniform.order_zero_forms` evaluates: the canonical Airy form of a well and
-a barrier that may meet (Chester, Friedman and Ursell), and the Gaussian that is cut off by an end
+a barrier that may coalesce (Chester, Friedman and Ursell), and the Gaussian truncated by an end
 (Bleistein), both to leading order; and the recurrence and the products by which
 `symasym.special.airy` has the first to every order.
 """
@@ -43,11 +43,15 @@ BI, BI_SLOPE, SQUARES, SLOPES = known
 CROSS = Symbol("cross", real=True)
 
 
-@derives("airy-form", "A well and a barrier that may meet, to leading order", ("pair-products",))
+@derives(
+    "airy-form", "A well and a barrier that may coalesce, to leading order", ("pair-products",)
+)
 def airy_form(d: Any) -> None:
     d.suppose("phi = +-(y^2 - D) psi(y) with psi > 0, y from half-way between the zeros")
     d.suppose("phi du = (s^2 - zeta) ds with u' = a + b s + ..., Z = lam^(2/3) zeta")
-    d.suppose("each single integral is the mean of both ways past the other zero")
+    d.suppose(
+        "each single integral is the mean of those along both complex paths past the other zero"
+    )
     slopes = d.step(
         "u' squared at both zeros",
         "differentiate",
@@ -80,7 +84,7 @@ def airy_form(d: Any) -> None:
         ),
     )
     d.step(
-        "share of 1/phi",
+        "pole terms of 1/phi",
         "split",
         (side * even / norm, -side * odd / norm),
         Satisfies(lambda found: _residues(found, product)),
@@ -92,11 +96,11 @@ def airy_form(d: Any) -> None:
     )
     exponential = sympy.exp(s**3 / 3 - Z * s)
     integrand = d.step(
-        "what is left is a derivative",
+        "the integrand is a derivative",
         "integrate",
         exponential,
         Satisfies(lambda found: {"I'' - Z I": sympy.diff(found, s) - (s**2 - Z) * exponential}),
-        "it vanishes at the ends of both ways, so that I'' - Z I = 0",
+        "it vanishes at the ends of both paths, so that I'' - Z I = 0",
     )
     start = d.step(
         "at Z = 0",
@@ -133,7 +137,7 @@ def airy_form(d: Any) -> None:
         "substitute",
         _double_pair(known[SQUARES], known[SLOPES]),
         Identity(lambda: _double(*d.use("pair-products", "J", "J_1", "J_2"))),
-        "s(u) and s(v) have opposite shares, whose sum has the factor a b",
+        "the contributions of s(u) and s(v), both with the factor a b, cancel",
         left="I_{+-}",
     )
     d.step(
@@ -158,7 +162,7 @@ def airy_form(d: Any) -> None:
         "integrate",
         (-sympy.diff(H, s) / lam, sympy.diff(H, s) / lam),
         Satisfies(_one_order_lower),
-        "what stands for the weight (s^2 - zeta) H(s) in the integrals of exp(-lam V) and of "
+        "the weight that replaces (s^2 - zeta) H(s) in the integrals of exp(-lam V) and of "
         "exp(lam V), by parts",
     )
     d.step(
@@ -188,14 +192,14 @@ def airy_form(d: Any) -> None:
                 )
             }
         ),
-        "what the factors stand before",
+        "what these weights multiply",
     )
     d.conclude(
         (Symbol("I_up"), Symbol("I_down"), Symbol("I_both")),
         (*single, both),
         "relative O(1/lam)",
         note="integrals of e^(lam V), of e^(-lam V) over both zeros and of e^(lam (V(v) - V(u))) "
-        "over u < v, heights left out; delta = lam^(-1/3)",
+        "over u < v, V less the mean of its heights there; delta = lam^(-1/3)",
     )
 
 
@@ -246,7 +250,7 @@ def _at_zero(n: int) -> Any:
 
 
 def _rays(n: int, integrand: Any) -> Any:
-    """The mean over both ways of int (-s)^n e^(s^3/3) ds."""
+    """The mean over both paths of int (-s)^n e^(s^3/3) ds."""
     start = integrand.subs({Z: 0, s: -x})
     if start != sympy.exp(-(x**3) / 3):
         raise ValueError(f"{start} is not the integrand that falls along both rays.")
@@ -265,7 +269,9 @@ def _solves(found: Any, start: Any, integrand: Any) -> dict[str, Any]:
     equation = sum(weight.coeff(s, n) * (-1) ** n * sympy.diff(found, Z, n) for n in range(3))
     equations = {
         "the differential equation": sympy.expand(equation),
-        "-d/dZ": sympy.simplify(sympy.diff(integrand, Z) / integrand + s),
+        "the weight s is minus the derivative by Z": sympy.simplify(
+            sympy.diff(integrand, Z) / integrand + s
+        ),
     }
     for n, wanted in enumerate(start):
         here = sympy.diff(found, Z, n).subs(Z, 0) - wanted
@@ -292,8 +298,8 @@ def _double(J: Any, J_1: Any, J_2: Any) -> Any:
 
 def _as_numbers(found: Any, stated: Any) -> dict[str, Any]:
     return {
-        str(k): sympy.expand(e.subs(known) - whole)
-        for k, (e, whole) in enumerate(zip(found, stated, strict=True))
+        f"integral {k}": sympy.expand(e.subs(known) - whole)
+        for k, (e, whole) in enumerate(zip(found, stated, strict=True), 1)
     }
 
 
@@ -303,7 +309,9 @@ def _one_order_lower(found: Any) -> dict[str, Any]:
     for sign, lower in zip((1, -1), found, strict=True):
         exponential = sympy.exp(sign * lam * (s**3 / 3 - zeta * s))
         whole = sign * sympy.diff(H * exponential, s) / (lam * exponential)
-        equations[f"{sign}"] = sympy.expand((s**2 - zeta) * H - lower - sympy.expand(whole))
+        equations[f"of e^({'-' if sign > 0 else ''}lam V)"] = sympy.expand(
+            (s**2 - zeta) * H - lower - sympy.expand(whole)
+        )
     return equations
 
 
@@ -392,12 +400,12 @@ def truncated_gaussian(d: Any) -> None:
         "mean of psi",
         "evaluate",
         sympy.sqrt(2 * area * bottom),
-        Satisfies(lambda found: {"t/peak over g": found - distance / (width * gap)}),
+        Satisfies(lambda found: {"t/(p g)": found - distance / (width * gap)}),
         "phi(g) is g psi(g), and p/t is 1/g over this",
         left=r"\bar\psi",
     )
     beside = d.step(
-        "1/phi less the peak's share",
+        "1/phi less the barrier's pole",
         "evaluate",
         (first * bottom - 2 * bottom * second - gap * second**2) / (value * mean * (value + mean)),
         Satisfies(_cancelled),
@@ -444,7 +452,7 @@ def truncated_gaussian(d: Any) -> None:
         "integrate",
         peak**2 * (integral - sympy.log(t)) / lam - peak * falling * rest / lam,
         Satisfies(_nested),
-        "L is lam int D, from 0 on; the regular part is that of 1/phi over lam",
+        "L is the integral of lam D from 0 on; the regular part is that of 1/phi over lam",
         left="I_{+-}",
     )
     d.step(
@@ -452,7 +460,7 @@ def truncated_gaussian(d: Any) -> None:
         "integrate",
         (a * tail, a_down * falling, weights * integral - a_down * falling * b),
         Satisfies(lambda found: _to_every_order(found, 1, _D)),
-        "by parts u' is a + lam t B - dB/dt for e^(-lam t^2/2) and c + lam t E + dE/dt for "
+        "by parts u' is a + lam t B - B' for e^(-lam t^2/2) and c + lam t E + E' for "
         "e^(lam t^2/2), a, c and B, E series in 1/lam; w = a c, L is the integral of D; what is "
         "left, B and E among it, is analytic at the barrier",
     )
@@ -461,13 +469,14 @@ def truncated_gaussian(d: Any) -> None:
         "integrate",
         (-a_down * falling, -a * tail, -weights * integral - a * tail * b_down),
         Satisfies(lambda found: _to_every_order(found, -1, _sigma)),
-        "integral that of sigma",
+        "as before, L now the integral of sigma",
     )
     d.conclude(
         (Symbol("I_up"), Symbol("I_down"), Symbol("I_both")),
         (*single, both),
         "relative O(1/lam)",
-        note="the end's shares of the integrals of e^(lam V) and e^(-lam V) up to it, and of "
+        note="contributions of the end to the integrals of e^(lam V) and e^(-lam V) up to "
+        "it, and of "
         "e^(lam (V(v) - V(u))) over u < v, in units of e^(+-lam V) there; sigma is "
         "e^(lam t^2/2) int e^(-lam s^2/2) ds from t on, D is Dawson's integral, L that of lam D",
     )
@@ -485,7 +494,7 @@ def _cancelled(found: Any) -> dict[str, Any]:
     gap_to = found - (1 / (gap * value) - 1 / (gap * mean))
     top = sympy.numer(sympy.together(gap_to)).subs(value, bottom + gap * second)
     return {
-        "1/phi(g) - peak/t": sympy.rem(
+        "1/phi(g) - p/t": sympy.rem(
             sympy.expand(top), mean**2 - bottom * (bottom + gap * first), mean
         )
     }

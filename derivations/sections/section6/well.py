@@ -135,7 +135,12 @@ def gaussian(d: Any) -> None:
         return whole.subs({S1: curvatures[0], S2: -curvatures[1]})
 
     found = d.step("in terms of A'", "substitute", prefactor, Identity(in_slopes), left="G")
-    d.conclude(Symbol("G"), found)
+    d.conclude(
+        Symbol("G"),
+        found,
+        note="G is lam times the integral of e^{-(V''(u1) (u - u1)^2 - V''(u2) (v - "
+        "u2)^2)/kappa^2}",
+    )
 
 
 @derives(
@@ -233,7 +238,7 @@ def fourth_weak(d: Any) -> None:
 
 @derives(
     "other-pieces",
-    "First and third piece in weak noise, against the well's term",
+    "The first and the third piece in weak noise",
     ("eq:fourPieces", "eq:V2", "gaussian-step", "eq:secondTerm"),
 )
 def others(d: Any) -> None:
@@ -269,7 +274,7 @@ def others(d: Any) -> None:
         "expand",
         Expansion(left, left * kappa**2, kappa),
         Together((Leading(first), Order(_first, WEAK, values, digits=60))),
-        "the way in from -r, times a Gaussian at the barrier",
+        "the integral of e^{-lam V} over (-r, -1), times a Gaussian at the barrier",
         left="T_1",
     )
     after = d.step(
@@ -277,7 +282,7 @@ def others(d: Any) -> None:
         "expand",
         Expansion(right, right * kappa**2, kappa),
         Together((Leading(third), Order(_third, WEAK, values, digits=60))),
-        "a Gaussian at the well, times the way out to r",
+        "a Gaussian at the well, times the integral of e^{lam V} over (1, r)",
         left="T_3",
     )
     d.step(
@@ -305,14 +310,20 @@ def others(d: Any) -> None:
     d.suppose(
         "V(u1) < V(-1) = 0 and V(1) < V(u2)",
         "checked",
-        "phi > 0 left of u1 and right of u2; so both are exponentially smaller than D's term",
+        "phi > 0 left of u1 and right of u2; so both are exponentially smaller than T_2",
         _below,
     )
     d.suppose(
         "V(u1) < V(1)",
         where="the third piece; else what u = 1 itself contributes, O(kappa^2), is larger",
     )
-    d.conclude(Symbol("T_3"), after, "relative O(kappa^2)")
+    d.conclude(
+        Symbol("T_3"),
+        after,
+        "relative O(kappa^2)",
+        note="T_1 and T_3 are exponentially smaller than T_2, the well's term of eq:secondTerm",
+        display=("T_1 = ", before, r" ,\quad T_3 = ", after),
+    )
 
 
 def _below() -> bool:

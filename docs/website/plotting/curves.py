@@ -117,10 +117,12 @@ def _of_the_force() -> list[Plot]:
         return u + m * (u - u**3)
 
     return [
-        Plot("turning-points", "turning point", "friction", mu, _each(turning),
-             _log(emitted.friction_turning_point), "μ"),
-        Plot("beta", "breakaway force", "friction, α = 1", mu, _each(breakaway),
-             _log(emitted.friction_breakaway, alpha=1), "μ"),
+        Plot("turning-points", "turning point", "friction", mu,
+             lambda mu: np.array([turning(m) for m in mu]),
+             emitted.friction_turning_point, "μ", logs=False),
+        Plot("beta", "breakaway force", "friction, α = 1", mu,
+             lambda mu: np.array([breakaway(m) for m in mu]),
+             lambda mu: emitted.friction_breakaway(mu=mu, alpha=1), "μ", logs=False),
         Plot("folds", "z₀ at the fold", "friction, α = 1", mu,
              lambda mu: np.array([1 - breakaway(m) for m in mu]),
              lambda mu: emitted.friction_folds(mu, alpha=1)[0], "μ", logs=False),

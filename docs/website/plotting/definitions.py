@@ -193,7 +193,7 @@ def _friction() -> list[Plot]:
              lambda u: 1.4 - drift.evaluate_float(u), force, "u", False, False),
         Plot("eq:forcePWC", "largest z that slides", "friction", np.linspace(0.2, 2, 40), _slides,
              along(value("eq:forcePWC", 1), "alpha"), "α", False, False),
-        Plot("cubic", "αμu³ - αμu - αu - z₀ + 1", f"{_OSCILLATOR}, z₀ = -0.4", inside,
+        Plot("cubic", "A(u)", f"{_OSCILLATOR}, z₀ = -0.4", inside,
              drift.evaluate_float, along(value("cubic"), "u", mu=3, **known), "u", False, False),
         Plot("fr1", "ϕ′", _OSCILLATOR, inside, bent,
              lambda u: emitted.friction_slope(u, mu=3, alpha=1), "u", False, False),
@@ -328,7 +328,7 @@ def _stick_slip() -> Picture:
                 z, y = found[-1]
                 field = np.array([rise(y=y), float(slope(y=y, z=z))])
                 found.append(found[-1] + h * field + dw)
-            axes.plot(*np.array(found).T, style, lw=1.2, label=f"κ = {kappa}")
+            axes.plot(*np.array(found).T, style, lw=1.2, label=f"κ = {kappa:g}")
         axes.axhspan(-eps, eps, color="0.8")
         axes.legend()
         axes.set(xlabel="z", ylabel="y", title=f"{_OSCILLATOR}, ε = 1/100; the layer in grey")
@@ -345,7 +345,7 @@ def _multiplier() -> Picture:
     def draw(axes: Any) -> None:
         for kappa in (0.2, 0.1, 0.05):
             smooth = [sa.stokes_multiplier(sa.friction(3, 1, float(z)), kappa) for z in z0]
-            axes.plot(z0, smooth, label=f"κ = {kappa}")
+            axes.plot(z0, smooth, label=f"κ = {kappa:g}")
         axes.plot([z0[0], fold, fold, z0[-1]], [0, 0, 1, 1], "k--", lw=1, label="step, κ → 0")
         axes.legend()
         axes.set(xlabel="z₀", ylabel="S", title=f"{_OSCILLATOR}: through the fold, z₀ = -7/9")

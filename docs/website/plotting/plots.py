@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from importlib import resources
 from typing import Any
 
@@ -41,8 +43,16 @@ class Plot:
 
     def values(self) -> tuple[Any, Any, Any]:
         """Over x: what is exact, the formula, and its error."""
+        return self._values
+
+    @cached_property
+    def _values(self) -> tuple[Any, Any, Any]:
         exact, formula = self.exact(self.x), self.formula(self.x)
         return exact, formula, self._error(exact, formula)
+
+    def agrees(self) -> bool:
+        """True where the error is that of rounding."""
+        return bool(np.max(self.values()[2]) < _ROUNDING)
 
     def error(self) -> Any:
         """The formula's error over x."""
@@ -80,19 +90,22 @@ def draw(plot: Plot | Picture) -> str:
         if isinstance(plot, Picture):
             figure = Figure(figsize=(6.4, 4.2))
             plot.paint(figure.subplots())
-            return encode(figure, "svg").decode()
+            return _written(figure)
         unit = np.log(10) if plot.logs else 1.0
         values, formula, error = plot.values()
-        exact = np.max(error) < _ROUNDING
+        exact = plot.agrees()
         figure = Figure(figsize=(6.4, 3.4 if exact else 5.2))
         above, *below = np.atleast_1d(figure.subplots(1 if exact else 2, 1, sharex=True))
         above.plot(plot.x, values / unit, label="exact")
-        above.plot(plot.x, formula / unit, "--", label=plot.label)
+        above.plot(plot.x, formula / unit, "--", label="formula")
         name = f"log₁₀ {plot.quantity}" if plot.logs else plot.quantity
-        above.set(ylabel=name, title=plot.title, xscale="log" if plot.log_x else "linear")
+        above.set(ylabel=name, title=plot.title)
+        above.set(xscale="log" if plot.log_x else "linear")
         above.legend()
         if exact:
-            above.set(xlabel=f"{plot.axis}\nboth agree to rounding, {np.max(error):.0e}")
+            most = np.max(error)
+            said = f"within {most:.0e}" if most else "in every digit"
+            above.set(xlabel=f"{plot.axis}\nboth agree {said}")
         else:
             if plot.logs and np.max(error) > _FAR:
                 below[0].plot(plot.x, (formula - values) / unit, "k-")
@@ -101,4 +114,39 @@ def draw(plot: Plot | Picture) -> str:
                 below[0].semilogy(plot.x, np.where(error > _NOISE, error, np.nan), "k-")
                 over = "relative error" if plot.logs else "error, over the largest value"
             below[0].set(xlabel=plot.axis, ylabel=over)
-        return encode(figure, "svg").decode()
+        return _written(figure)
+
+
+def _written(figure: Any) -> str:
+    """SVG of a figure, its texts typeset, its logarithmic axes with few labels."""
+    from matplotlib.text import Text
+
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            if axis.get_scale() == "log":
+                _few_labels(axis)
+    for text in figure.findobj(Text):
+        text.set_text(typeset(text.get_text()))
+    return encode(figure, "svg").decode()
+
+
+def _few_labels(axis: Any) -> None:
+    """Labels at 1, 2 and 5 at most between powers of ten, which stand too close otherwise."""
+    from matplotlib.ticker import LogFormatterSciNotation, LogLocator
+
+    low, high = axis.get_view_interval()
+    if low > 0 and high / low < 200:
+        axis.set_minor_locator(LogLocator(subs=(2, 5)))
+        axis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(np.inf, np.inf)))
+
+
+def typeset(text: str) -> str:
+    """Text of a figure with minus signs, and e^(lam V) and powers of lam as they are written."""
+    text = re.sub(r"(?<![^\s(=])-(?=[\s\w∫])", "−", text)
+    text = re.sub(r"([eλ])\^(?:\(([^()]*)\)|(-?\d+))", _raised, text)
+    return text
+
+
+def _raised(found: re.Match[str]) -> str:
+    base, power = (part.replace("λ", r"\lambda ") for part in (found[1], found[2] or found[3]))
+    return rf"${base}^{{{power}}}$"

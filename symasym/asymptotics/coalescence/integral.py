@@ -61,7 +61,7 @@ def uniform_integral(
 
     Parameters
     ----------
-    f, g : Expr, str or number
+    f : Expr, str or number
         Which points may coalesce depends on f:
 
         - f real, a < b real: its maxima, inside or beyond, run into ends and kinks (`Abs`, `Max`,
@@ -72,12 +72,14 @@ def uniform_integral(
           real saddles coalesce, or leave the real axis; the path runs between the valleys beside
           them. Airy functions.
 
-        g is real, up to a constant factor. Both have Taylor series at the points that count.
+        It has a Taylor series at these points.
+    g : Expr, str or number, or a pair of them
+        Real, up to a constant factor, with a Taylor series at these points.
 
         A pair (g, h) asks for the iterated integral over a < u < v < b of
         g(u) h(v) e^(lam (f(v) - f(u))), f real on a real interval that holds a minimum and a
         maximum of f, or has a complex pair near it, and no other stationary point. Products of
-        Airy functions, Ai² + Bi² the first. f falls from oo at a = -oo, and to -oo at b = oo.
+        Airy functions, Ai^2 + Bi^2 the first. f falls from oo at a = -oo, and to -oo at b = oo.
     x : Symbol or str
         Variable of integration.
     a, b : Expr or number

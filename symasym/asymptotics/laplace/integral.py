@@ -66,14 +66,17 @@ def laplace_integral(
 
     Parameters
     ----------
-    f, g : Expr, str or number
-        Real on (a, b). f has a Taylor series on each side of its maximum; g is there a power of
-        the distance, above -1, times one. Both may be cut by Abs, Max, Min, sign, Heaviside and
-        Piecewise, and may hold other symbols.
+    f : Expr, str or number
+        Real on (a, b), with a Taylor series on each side of its maximum. It may have pieces (Abs,
+        Max, Min, sign, Heaviside, Piecewise) and other symbols.
+    g : Expr, str or number
+        Likewise; at the maximum it is a power of the distance, above -1, times a Taylor series.
     x : Symbol or str
         Variable of integration.
-    a, b : Expr or number
-        Ends, a < b, possibly -oo and oo.
+    a : Expr or number
+        Lower end, possibly -oo.
+    b : Expr or number
+        Upper end, above a, possibly oo.
     order : int, "optimal" or "borel"
         Terms for each maximum, 1 to 400; ``"optimal"``: up to the smallest term at each lam;
         ``"borel"``: the median Borel–Padé sum of 41 terms, far beyond that, of polynomial f and g

@@ -27,7 +27,7 @@ _RATIO = 1.02
 
 @dataclass(frozen=True)
 class RangeBound:
-    """``|T/T_N - 1| <= constant * kappa**(2 * order + 2)`` for all ``0 < kappa <= kappa0``, proved.
+    """A proof that |T/T_N - 1| <= K kappa^(2 N + 2) for 0 < kappa <= `kappa0`, N the `order`.
 
     Attributes
     ----------

@@ -35,6 +35,7 @@ from symasym.asymptotics.uniform.coalescing_pair import (
     seen,
     zeros_of,
 )
+from symasym.asymptotics.uniform.majorant_error import allowed, allowed_of_whole
 from symasym.asymptotics.uniform.order_zero import SAFETY, closed_form
 from symasym.asymptotics.uniform.order_zero import escape_time as in_float
 from symasym.asymptotics.uniform.pairing_arrays import paired_of
@@ -160,14 +161,18 @@ def _occupation(asked: Scene, request: Request) -> Answer:
             total = whole_at(places, canonical_pairs, number, n, context)
             for sign, truncations in ((1, right), (-1, left)):
                 total += sign * corrected(truncations, [], number, n, context).falling
-            outside = sum(
-                context.exp(number * h) / (number * a) for a, h in zip(slopes, heights, strict=True)
-            )
-            return outside / total
+            return outside(number) / total
+
+        def outside(number: Any) -> Any:
+            each = zip(slopes, heights, strict=True)
+            return sum(context.exp(number * h) / (number * a) for a, h in each)
+
+        def allowed_of(n: int, value: Any) -> Any:
+            return value / outside(number) * allowed_of_whole(every, number, n, context)
 
         number = mpf_of(lam, context)
         canonical_pairs, cost = _apart(canonical_pairs, number, context)
-        value, size = _with_error(share, number, order, asked.noise, context)
+        value, size = _with_error(share, number, order, asked.noise, context, allowed_of)
         size += 10 * cost * value
         if not size < (value if complement else 1 - value):
             raise _too_strong(asked.noise, order)
@@ -276,7 +281,12 @@ def _estimate(scene: _TwoSides, lam: Fraction, order: int, kappa: str) -> tuple[
         sides.append(side._replace(pairs=canonical_pairs))
         costs.append(cost)
     scene = scene._replace(sides=sides)
-    value, size = _with_error(scene.time, number, order, kappa, context)
+    halves = [side.half for side in scene.sides]
+
+    def allowed_of(n: int, T: Any) -> Any:
+        return allowed(halves, scene.radius, number, n, T, context)
+
+    value, size = _with_error(scene.time, number, order, kappa, context, allowed_of)
     size += 10 * max(costs) * value
     if not size < value:
         raise _too_strong(kappa, order)
@@ -299,9 +309,17 @@ def _apart(
 
 
 def _with_error(
-    at: Callable[[Any, int], Any], lam: Any, order: int, kappa: str, context: Any
+    at: Callable[[Any, int], Any],
+    lam: Any,
+    order: int,
+    kappa: str,
+    context: Any,
+    more: Callable[[int, Any], Any] | None = None,
 ) -> tuple[Any, Any]:
-    """A value of (lam, order) and its error, from what the next orders add."""
+    """A value of (lam, order) and its error, from what the next orders add.
+
+    `more` is the relative error of an order and its value that majorants allow besides.
+    """
     # The next terms may vanish by chance, but not at several lam.
     rows = [[at(lam * s, n) for n in range(order + 1 + BEYOND)] for s in _BESIDE]
     value, size = rows[0][order], context.inf
@@ -310,6 +328,8 @@ def _with_error(
             _next_terms(row, n, context) * step ** (n + 1)
             for row, step in zip(rows, _BESIDE, strict=True)
         )
+        if more is not None and rows[0][n] > 0:
+            relative += more(n, rows[0][n])
         # A lower order may be known better, where noise is strong.
         size = min(size, relative * value + abs(value - rows[0][n]))
     if not (value > 0 and size < value):

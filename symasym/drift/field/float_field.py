@@ -16,7 +16,7 @@ import numpy as np
 
 from symasym.base.call_context import own_context, step
 from symasym.base.inputs import FloatArray
-from symasym.drift.drift import Drift
+from symasym.drift.drift import Drift, FlatValues
 from symasym.numbers.complex_balls import ComplexBall, tame
 from symasym.numbers.float_arrays import DoubleDouble, DoubleDoubleOps, ends_of, shift
 from symasym.numbers.polynomials import poly, real_parts
@@ -51,7 +51,7 @@ class Field(Protocol):
         """Drift at the points `u`, one row per entry of `scene`."""
         ...
 
-    def series(self, scene: IntArray) -> FloatArray | None:
+    def series(self, scene: slice | IntArray) -> FloatArray | None:
         """Coefficients in ascending powers of u, one row each, where A is a polynomial."""
         ...
 
@@ -88,13 +88,23 @@ class Field(Protocol):
 def field_of(
     drift: Drift, values: dict[str, Any], count: int, directions: Directions | None = None
 ) -> Field:
-    """The field of `drift` for `count` scenes and their mirror images."""
+    """The field of `drift` for `count` scenes and their mirror images.
+
+    That of a polynomial stays beside `values` that the drift keeps (`Drift.flat_values`).
+    """
+    kept = values if isinstance(values, FlatValues) and directions is None else None
+    if kept is not None and kept.field is not None:
+        known: PolynomialField = kept.field
+        return known
     pairs = {name: DoubleDouble.of(value) for name, value in values.items()}
     coefficients = drift.coefficients(pairs, DoubleDoubleOps())
     if coefficients is None or len(coefficients) > 13:
         shaped = {name: pair.broadcast_to((count,)) for name, pair in pairs.items()}
         return AnalyticField(drift, shaped, count, directions)
-    return PolynomialField([DoubleDouble.of(c) for c in coefficients], count, directions)
+    field = PolynomialField([DoubleDouble.of(c) for c in coefficients], count, directions)
+    if kept is not None:
+        kept.field = field
+    return field
 
 
 def extremes(field: Field, scene: IntArray) -> FloatArray:
@@ -130,7 +140,7 @@ class PolynomialField:
         value: FloatArray = poly(list(c[:, :, None]), u)
         return value
 
-    def series(self, scene: IntArray) -> FloatArray:
+    def series(self, scene: slice | IntArray) -> FloatArray:
         """Coefficients of A in ascending powers, one column for each scene."""
         result: FloatArray = self._c[:, scene]
         return result
@@ -261,7 +271,7 @@ class AnalyticField:
     def _spread_of_one(self, scene: int, centre: FloatArray, radius: FloatArray) -> ComplexBall:
         return self.spread(np.full(len(centre), scene), centre, radius)
 
-    def series(self, scene: IntArray) -> None:
+    def series(self, scene: slice | IntArray) -> None:
         return None
 
     def size(self) -> FloatArray:

@@ -226,7 +226,7 @@ def flows(mu: Number = 3, alpha: Number = 1, eps: Number = "1/10") -> Figure:
     Parameters
     ----------
     mu : number
-        Shape of the friction force in panel (ii.b), greater than 1/2; the other
+        Shape of the friction force in panel ``(ii.b)``, greater than 1/2; the other
         panels have mu = 0.
     alpha : number
         Friction strength, greater than 0.
