@@ -37,6 +37,7 @@ _KNOWN = {
         name: name
         for name in ("sinh", "cosh", "expm1", "log1p", "logaddexp", "larger", "log_modulus")
     },
+    "climb": "climb",
     # Quotients with a removable singularity at 0; each file that needs one holds it.
     **{name: name for name in ("exprel", "exprel2", "tanhc", "sinc")},
     # Functions that each file holds where it calls them (`symasym.emit.forms.LOCAL`).
@@ -60,6 +61,8 @@ class Dialect:
 
     def call(self, name: str, arguments: list[str]) -> str:
         """The call of a function on arguments that are written already."""
+        if name == "climb" and name not in self.helpers:
+            name = "exp"
         if name in self.helpers:
             return f"{self.helpers[name]}({', '.join([self.first, *arguments][not self.first :])})"
         return f"{self.prefix}{self.names.get(name, name)}({', '.join(arguments)})"
@@ -71,7 +74,11 @@ DIALECTS = {
     "numpy": Dialect(
         "np.",
         {"larger": "maximum", **{a: f"arc{a[1:]}" for a in ("asin", "acos", "atan", "atan2")}},
-        {**_OWN, "log_modulus": "_log_modulus", **{name: f"_each_{name}" for name in LOCAL}},
+        {
+            **_OWN,
+            **{name: f"_{name}" for name in ("log_modulus", "climb")},
+            **{name: f"_each_{name}" for name in LOCAL},
+        },
     ),
     "mpmath": Dialect(
         "ctx.",

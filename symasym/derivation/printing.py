@@ -99,7 +99,8 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
 
     def _print_Mul(self, expr: Any) -> str:
         if _negative(expr):
-            return f"-{self._print(-expr)}"
+            shown = self._print(-expr)
+            return f"-{self._parenthesised(shown)}" if (-expr).is_Add else f"-{shown}"
         above, below, behind = self._sorted(_upwards(expr))
         top, bottom = self._row(above), self._row(below)
         if not below:

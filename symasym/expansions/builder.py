@@ -18,14 +18,27 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 import sympy
 from sympy import Expr, Rational, S, Symbol
 
-from symasym.asymptotics.weak_noise.one_sided import Builder, CriticalPoint, OneSided, add_edge
-from symasym.asymptotics.weak_noise.series import Numbers, Part, Series, terms
+from symasym.asymptotics.weak_noise.one_sided import (
+    Builder,
+    CriticalPoint,
+    OneSided,
+    add_edge,
+    mirrored,
+)
+from symasym.asymptotics.weak_noise.series import Numbers, Part, Series, added, terms
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.drift.models import General
-from symasym.emit.symbolic_sums import X
+from symasym.emit.symbolic_sums import LAM, X
 from symasym.expansions.cases import Case
-from symasym.expansions.universal import at_zero, endpoint, gaussian, put_in
+from symasym.expansions.universal import (
+    Beside,
+    at_zero,
+    beside_start,
+    endpoint,
+    gaussian,
+    put_in,
+)
 
 if TYPE_CHECKING:
     from symasym.numbers.arithmetic import Arithmetic
@@ -121,9 +134,10 @@ class Symbols(Builder):
         self.degree, self.height_size = 0, 0.0
         self.powers = None if self.general else self.A.as_poly(U)
         self.kept = None if self.powers is None else self.powers.degree()
-        if self.kept is not None and self.kept < len(case.kinds):
+        zeros = len(case.kinds) + bool(case.at_start)
+        if self.kept is not None and self.kept < zeros:
             raise InputError(
-                f"case is {str(case)!r} with {len(case.kinds)} zeros, and A = {self.A} has degree "
+                f"case is {str(case)!r} with {zeros} zeros, and A = {self.A} has degree "
                 f"{self.kept}; give a case with fewer."
             )
         self.series: dict[Symbol, SeriesOf] = {}
@@ -136,14 +150,14 @@ class Symbols(Builder):
         self.code: dict[Symbol, Expr] = {}
         self.growth: dict[Symbol, Expr] = {}
         self.start = Rational(start.numerator, start.denominator)
-        self.edges = [-S.One, self.start, S.One]
+        self.edges = [-S.One, min(max(self.start, -S.One), S.One), S.One]
         self.beyond, self.before = True, case.before
         self.lines = self._zeros()
-        self.names = {self.edges[0]: "-1", self.edges[1]: str(start), self.edges[2]: "1"}
+        self.names = {self.start: str(start), -S.One: "-1", S.One: "1"}
         self.names |= {u: u.name for u in [*self.lines, *self.others_outside]}
+        self.a_minus, self.a_plus = (self._slope_beyond(u) for u in (-1, 1))
         self.heights = {u: self.height_at(u) for u in (self.edges[0], *self.lines, self.edges[2])}
         self.heights[self.start] = S.Zero
-        self.a_minus, self.a_plus = (self._slope_beyond(u) for u in (-1, 1))
 
     def _require_free_names(self) -> None:
         clash = sorted(s.name for s in self.A.free_symbols - {U} if s.name in self.taken)
@@ -170,27 +184,41 @@ class Symbols(Builder):
         return u
 
     def _zeros(self) -> list[Symbol]:
-        """The zeros in the layer; `others_outside` are those of a polynomial that are not."""
+        """The zeros in the layer; `others_outside` are those of a polynomial that are not.
+
+        A start on a zero is neither; they are zeros of the `factor` without it.
+        """
+        factor, at_start = self.powers, self.A.subs(U, self.start)
+        if self.case.at_start and sympy.simplify(at_start) != 0:
+            raise InputError(
+                f"case is '{self.case}', and A at the start {self.start} is {at_start}; bind what "
+                "makes it 0, or give a case without '='."
+            )
+        if self.case.at_start and factor is not None:
+            factor = factor.quo(sympy.Poly(U - self.start, U))
         inside = len(self.case.kinds)
         lines = [self._point(k + 1, True) for k in range(inside)]
-        more = 0 if self.kept is None else self.kept - inside
+        more = 0 if factor is None else factor.degree() - inside
         self.others_outside = [self._point(inside + k + 1, more == 1) for k in range(more)]
-        if self.kept in (1, 2):
-            self._solve(lines)
+        if factor is not None and factor.degree() in (1, 2):
+            self._solve(factor.all_coeffs()[::-1], lines)
         return lines
 
-    def _solve(self, lines: list[Symbol]) -> None:
-        """The zeros of A of degree 1 or 2 in closed form: A' = ±sqrt(c1^2 - 4 c0 c2) there."""
-        assert self.powers is not None
-        c = self.powers.all_coeffs()[::-1]
-        if self.kept == 1:
+    def _solve(self, c: list[Expr], lines: list[Symbol]) -> None:
+        """The zeros of c_0 + c_1 u or c_0 + c_1 u + c_2 u^2, A but for a zero at the start.
+
+        The slope of the latter is ±(c_1^2 - 4 c_0 c_2)^(1/2) there, for A's times u - start.
+        """
+        if len(c) == 2:
             (u,) = [*lines, *self.others_outside]
             self.values[u] = -c[0] / c[1]
         else:
             root = sympy.sqrt(c[1] ** 2 - 4 * c[0] * c[2])
             free = [1, -1]
-            for u, kind in zip(lines, self.case.kinds, strict=True):
+            for k, (u, kind) in enumerate(zip(lines, self.case.kinds, strict=True)):
                 sign = 1 if kind == "barrier" else -1
+                if self.case.at_start and k < self.case.before:
+                    sign = -sign
                 free.remove(sign)
                 self.values[u] = (-c[1] + sign * root) / (2 * c[2])
             for u, sign in zip(self.others_outside, free, strict=True):
@@ -203,11 +231,14 @@ class Symbols(Builder):
         height = Symbol(f"V({name})", real=True)
         self.tex[height] = f"V({self.tex.get(u, name)})"
         if not self.general:
+            near = self.edges[1]
+            slope = self.a_plus if near == 1 else self.a_minus
             if self.powers is not None:
                 primitive = sympy.integrate(self.A, U)
-                self.values[height] = primitive.subs(U, self.start) - primitive.subs(U, u)
+                rise = primitive.subs(U, near) - primitive.subs(U, u)
             else:
-                self.values[height] = -sympy.Integral(self.A, (U, self.start, u))
+                rise = -sympy.Integral(self.A, (U, near, u))
+            self.values[height] = rise + slope * (self.start - near)
         return height
 
     def _slope_beyond(self, side: int) -> Symbol:
@@ -224,8 +255,8 @@ class Symbols(Builder):
         order = "'" * j if j < 4 else f"^({j})"
         name = self.names[u]
         sign: dict[str, bool] = {} if u in self.others_outside else {"real": True}
-        if j == 2 and u in self.lines:
-            sign = {"negative" if self.barrier(self.lines.index(u)) else "positive": True}
+        if j == 2 and (kind := self._kind(u)):
+            sign = {"negative" if kind == "barrier" else "positive": True}
         symbol = Symbol(f"V{order}({name})", **sign)
         if symbol not in self.tex:
             power = "'" * j if j < 4 else f"^{{({j})}}"
@@ -233,6 +264,12 @@ class Symbols(Builder):
             if not self.general:
                 self.values[symbol] = -self.drift_slope(j - 1).subs(U, u)
         return symbol
+
+    def _kind(self, u: Expr) -> str:
+        """``"well"`` or ``"barrier"`` at a zero in the layer."""
+        if u in self.lines:
+            return self.case.kinds[self.lines.index(u)]
+        return self.case.at_start if u == self.start else ""
 
     def drift_slope(self, j: int) -> Expr:
         """The j-th derivative of A, or of phi where no drift is named."""
@@ -243,7 +280,9 @@ class Symbols(Builder):
         return self._slopes[j]
 
     def _named(self, name: str, tex: str, front: Expr, coefficients: list[Expr]) -> Series:
-        """A series of one symbol."""
+        """A series of one symbol, or of nothing where its coefficients are 0."""
+        if not any(coefficients):
+            return Series([])
         symbol = Symbol(name, real=True)
         self.tex[symbol] = tex.rstrip("_")
         self.series[symbol] = SeriesOf(front, tuple(coefficients))
@@ -260,15 +299,23 @@ class Symbols(Builder):
     def potential(self, u: Numbers) -> Any:
         return self.heights[u]
 
+    def origin(self, outside: Numbers) -> Any:
+        return S.Zero
+
     def smooth(self, u: Numbers, value: Numbers = None) -> Series:
-        phi = -self.derivative(1, u) if u == self.start else self.a_minus if u < 0 else self.a_plus
+        if u == self.start and self.case.at_start:
+            return Series([])
+        phi = {-S.One: self.a_minus, S.One: self.a_plus}.get(u) or -self.derivative(1, u)
         g = [-self.derivative(j + 1, u) / (sympy.factorial(j) * phi) for j in range(1, self.count)]
         h = [put_in(p, g) / phi**k for k, p in enumerate(endpoint(self.count, self.kept), 1)]
         return Series([Part(1.0, 0, [sympy.expand(c) for c in h])])
 
     def peak(self, k: int) -> Series:
-        u, barrier = self.lines[k], self.barrier(k)
-        bend = self.derivative(2, u)
+        return self._gaussian(self.lines[k], k + 1)
+
+    def _gaussian(self, u: Expr, number: int) -> Series:
+        """Laplace's series at a zero."""
+        barrier, bend = self._kind(u) == "barrier", self.derivative(2, u)
         steep = -bend if barrier else bend
         alpha = [
             2 * self.derivative(j + 2, u) / (sympy.factorial(j + 2) * bend)
@@ -277,7 +324,7 @@ class Symbols(Builder):
         rows = gaussian(self.count - 1, self.kept if self.kept is None else self.kept - 1)
         letter = "B" if barrier else "W"
         return self._named(
-            f"{letter}{k + 1}", f"{letter}_{{{k + 1}}}",
+            f"{letter}{number}", f"{letter}_{{{number}}}",
             sympy.sqrt(2 * sympy.pi * X) * steep ** -sympy.Rational(1, 2),
             [put_in(p, alpha) / steep**n for n, p in enumerate(rows)],
         )  # fmt: skip
@@ -287,10 +334,60 @@ class Symbols(Builder):
 
     def outer(self, sign: int, extra: Numbers) -> Series:
         side = "+" if sign > 0 else "-"
-        lo, hi = (self.start, S.One) if sign > 0 else (-S.One, self.start)
+        lo, hi = sorted((self.edges[1], self.edges[1 + sign]))
         rows = [self._regular(k, lo, hi, side) for k in range(1, self.count + 1)]
         # h_k(u) is -h_k(-u) in the mirror.
-        return self._named(f"M{side}", f"M_{side}", X, [row * sign for row in rows])
+        rows = [row * sign for row in rows]
+        rows[0] += extra
+        series = self._named(f"M{side}", f"M_{side}", X, rows)
+        if self.case.at_start:
+            corner = Symbol(f"K{side}", real=True)
+            self.tex[corner], self.values[corner] = f"K_{side}", self._corner(sign)
+            series = added(series, Series([Part(0.0, 0, [corner])]))
+        return series
+
+    # -- a start on a zero of A ---------------------------------------------------------------
+
+    def _beside(self) -> tuple[Beside, list[Expr], Expr]:
+        """The polynomials, their g_j to the right, and |phi'|."""
+        bend, barrier = self.derivative(2, self.start), self.case.at_start == "barrier"
+        g = [
+            self.derivative(j + 2, self.start) / (sympy.factorial(j + 1) * bend)
+            for j in range(1, 2 * self.count)
+        ]
+        kept = None if self.kept is None else self.kept - 1
+        return beside_start(self.count, kept, barrier), g, -bend if barrier else bend
+
+    def _corner(self, sign: int) -> Expr:
+        """The double integral beside the start, the regular part apart."""
+        known, g, steep = self._beside()
+        g = [x * sign**j for j, x in enumerate(g, 1)]
+        plain, log, half = (
+            sum((put_in(p, g) * X**n / steep**n for n, p in enumerate(row)), S.Zero)
+            for row in (known.plain, known.log, known.half)
+        )
+        y = X / steep
+        whole = plain + log * (sympy.log(2 * steep * LAM) + sympy.EulerGamma)
+        return y * (whole + sympy.sqrt(2 * sympy.pi * y) * half)
+
+    def beginning(self, sign: int) -> tuple[Series, Series, bool]:
+        """Half of a Gaussian, of a well in e^{-lam V}; else the formal series of a start."""
+        if not self.case.at_start:
+            return super().beginning(sign)
+        known, g, steep = self._beside()
+        odd = [put_in(p, g) / steep ** (n + 1) for n, p in enumerate(known.odd)]
+        formal = [c if n % 2 else -c for n, c in enumerate(odd)]
+        barrier, half = self.case.at_start == "barrier", self._gaussian(self.start, 0)
+        half = Series([Part(0.0, 0, [c / 2 for c in half.parts[0].coefficients])])
+        rising, falling = (
+            mirrored(self._named(name, name, X, row), sign)
+            for name, row in zip("YZ", (odd, formal) if barrier else (formal, odd), strict=True)
+        )
+        if barrier:
+            return added(half, rising), falling, False
+        return rising, added(half, falling), True
+
+    # -- the regular part ---------------------------------------------------------------------
 
     def _regular(self, k: int, lo: Expr, hi: Expr, side: str) -> Expr:
         """The finite part of the integral of h_k from lo to hi, as a symbol."""
@@ -313,7 +410,8 @@ class Symbols(Builder):
         if not self.kept:
             return (hi - lo) / self.A if k == 1 else S.Zero
         total = S.Zero
-        for z in [*self.lines, *self.others_outside]:
+        at_start = [self.start] if self.case.at_start else []
+        for z in [*self.lines, *self.others_outside, *at_start]:
             rate = -self.derivative(2, z)
             g = [
                 -self.derivative(j + 2, z) / (sympy.factorial(j + 1) * rate)
@@ -322,11 +420,14 @@ class Symbols(Builder):
             row = at_zero(self.count, self.kept - 1)[k - 1]
             for power, p in zip(range(1 - 2 * k, 0), row, strict=True):
                 share = put_in(p, g) / rate**k
+                # At a zero at its end the finite part leaves out what is infinite.
+                high, low = ((edge - z if edge != z else None) for edge in (hi, lo))
                 if power == -1:
-                    ratio = (hi - z) / (lo - z)
-                    total += share * sympy.log(sympy.Abs(ratio) if z in self.lines else ratio)
+                    ratio = (high or S.One) / (low or S.One)
+                    inside = z in self.lines or z == self.start
+                    total += share * sympy.log(sympy.Abs(ratio) if inside else ratio)
                 else:
-                    t = [(edge - z) ** (power + 1) for edge in (hi, lo)]
+                    t = [S.Zero if y is None else y ** (power + 1) for y in (high, low)]
                     total += share * (t[0] - t[1]) / (power + 1)
         return total
 
@@ -334,9 +435,21 @@ class Symbols(Builder):
 
     def both_sides(self) -> tuple[OneSided, OneSided]:
         """The one-sided expansions with a symbol for each series, also of kinks."""
-        return tuple(  # type: ignore[return-value]
+        left, right = (
             self._in_symbols(one, side)
             for one, side in zip(super().both_sides(), ("-", "+"), strict=True)
+        )
+        if self.case.at_start:
+            return left, right
+        # Of both sides of the start together, at a kink alone, the series of e^{-lam V} counts.
+        falling = added(left.falling_start, right.falling_start)
+        own = self._symbol_of(right.rising_start, "Y", "")
+        other = mirrored(own, -1)
+        if terms(added(left.rising_start, right.rising_start)):
+            other = self._symbol_of(left.rising_start, "Y", "-")
+        return (
+            left._replace(rising_start=other, falling_start=Series([])),
+            right._replace(rising_start=own, falling_start=self._symbol_of(falling, "Z", "")),
         )
 
     def line(self) -> list[CriticalPoint]:
@@ -366,28 +479,20 @@ class Symbols(Builder):
         if part.offset == 0:
             return series
         rows = [sympy.sympify(c) for c in part.coefficients]
-        return self._named(f"{letter}{side}", f"{letter}_{side}", X, rows)
+        index = f"{letter[1:]}{side}"
+        index = f"_{{{index}}}" if len(index) > 1 else f"_{index}" if index else ""
+        return self._named(f"{letter}{side}", letter[0] + index, X, rows)
 
     def _in_symbols(self, one: OneSided, side: str) -> OneSided:
-        """The series of the kinks and of the start as symbols; those of the start cancel in S."""
+        """The series of the kinks as symbols; one between the start and the layer is 0."""
 
         def points(known: list[CriticalPoint], letter: str) -> list[CriticalPoint]:
             return [
                 p._replace(
-                    series=self._symbol_of(p.series, letter, side),
-                    onward=p.onward and self._symbol_of(p.onward, "G", side),
+                    series=self._symbol_of(p.series, letter + "0" * (p.rank == 0), side),
+                    onward=p.onward and self._symbol_of(p.onward, "G" + "0" * (p.rank == 0), side),
                 )
                 for p in known
             ]
 
-        # No jump is at the start: what it adds on the right is taken off on the left.
-        start = (
-            self._symbol_of(one.rising_start, "Y", "")
-            if side == "+"
-            else Series([Part(0.0, 0, [-Symbol("Y", real=True)])])
-        )
-        return one._replace(
-            rising_start=start,
-            rising=points(one.rising, "E"),
-            falling=points(one.falling, "F"),
-        )
+        return one._replace(rising=points(one.rising, "E"), falling=points(one.falling, "F"))

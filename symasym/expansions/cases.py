@@ -3,7 +3,7 @@
 The contributions of a weak-noise expansion depend on the parameters by nothing else than the simple
 zeros of A in (-1, 1) and which of them are left of the start: wells, where A' < 0, and barriers,
 where A' > 0, take turns. A case is written as these words in their order, such as
-``"start well barrier"``.
+``"start well barrier"``, or ``"start=well barrier"`` where the start is a well itself.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from symasym.drift.drift import Drift
 
 __all__ = ["Case", "case_of", "found_cases", "read_case", "slides"]
 
-_WORDS = ("well", "start", "barrier")
+_WORDS = ("well", "start", "barrier", "start=well", "start=barrier")
 # Values that are tried for each free parameter, and the least of one that is positive.
 _TRIED: tuple[Fraction | int, ...] = (
     0, Fraction(1, 2), 1, 3, 8, Fraction(-1, 2), -1, -3, Fraction(1, 4), Fraction(-1, 4), 2,
@@ -38,6 +38,8 @@ _POINTS = 400
 _MOST_CHECKED = 20
 # How far zeros are from each other at least, the double precision of double ones being less.
 _APART = 1e-4
+# A zero as near to the start as this is the start, where that is known to be one.
+_SAME = 1e-9
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,7 @@ class Case:
     Attributes
     ----------
     words : tuple of str
-        ``"well"``, ``"barrier"``, and once ``"start"``.
+        ``"well"``, ``"barrier"``, and once ``"start"``, or ``"start=well"`` or ``"start=barrier"``.
     example : dict
         Parameters at which the drift is in this case, where one has been looked for.
     """
@@ -57,13 +59,18 @@ class Case:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """The wells and barriers, left to right."""
-        return tuple(word for word in self.words if word != "start")
+        """The wells and barriers beside the start, left to right."""
+        return tuple(word for word in self.words if word[:5] != "start")
 
     @property
     def before(self) -> int:
         """How many of them are left of the start."""
-        return self.words.index("start")
+        return next(k for k, word in enumerate(self.words) if word[:5] == "start")
+
+    @property
+    def at_start(self) -> str:
+        """``"well"`` or ``"barrier"`` where the start is one, else nothing."""
+        return self.words[self.before][6:]
 
     def __str__(self) -> str:
         return " ".join(self.words)
@@ -86,15 +93,16 @@ def read_case(text: str | Case) -> Case:
     if isinstance(text, Case):
         return text
     words = tuple(text.split()) if isinstance(text, str) else ()
-    kinds = [word for word in words if word != "start"]
+    kinds = [kind for word in words if (kind := word.removeprefix("start").lstrip("="))]
     if (
-        words.count("start") != 1
+        sum(word[:5] == "start" for word in words) != 1
         or any(word not in _WORDS for word in words)
         or any(a == b for a, b in itertools.pairwise(kinds))
     ):
         raise InputError(
             f"case is {text!r}; give the words 'start' (once), 'well' and 'barrier', which take "
-            "turns, from left to right, as in 'start well barrier'."
+            "turns, from left to right, as in 'start well barrier', or as in 'start=well barrier' "
+            "where the start is one."
         )
     return Case(words)
 
@@ -105,9 +113,8 @@ def case_of(drift: Drift, start: Fraction) -> Case:
     Raises
     ------
     InputError
-        At a multiple zero of A, or where the start is a zero.
+        At a multiple zero of A.
     """
-    require_no_zero(drift, start)
     points = drift.critical_points()
     for point in points:
         if point.multiplicity != 1:
@@ -115,22 +122,23 @@ def case_of(drift: Drift, start: Fraction) -> Case:
                 f"A has a zero of multiplicity {point.multiplicity} at u = {float(point.u):.6g}, "
                 "where this series does not exist; use sa.escape_time(method='uniform')."
             )
-    return Case(_ordered([(float(p.u), p.kind) for p in points], float(start)), drift.values)
+    found = [(float(p.u), p.kind) for p in points]
+    return Case(_ordered(found, float(start), zero_at(drift, start)), drift.values)
 
 
-def require_no_zero(drift: Drift, start: Fraction) -> None:
-    """Refuse a start at which A is 0, whatever free parameters are."""
+def zero_at(drift: Drift, start: Fraction) -> bool:
+    """True where A is 0 at a start in the layer, whatever free parameters are."""
     at = sympy.Rational(start.numerator, start.denominator)
-    if drift.expression().subs(sympy.Symbol("u", real=True), at) == 0:
-        raise InputError(
-            f"start is {start}, a zero of A, where the terms of an expansion with free parameters "
-            "are others; give another start, or use sa.escape_time(method='laplace')."
-        )
+    value = drift.expression().subs(sympy.Symbol("u", real=True), at)
+    return abs(start) < 1 and bool(sympy.simplify(value) == 0)
 
 
-def _ordered(points: list[tuple[float, str]], start: float) -> tuple[str, ...]:
-    """The words from left to right."""
-    return tuple(word for _, word in sorted([*points, (start, "start")]))
+def _ordered(points: list[tuple[float, str]], start: float, on_zero: bool) -> tuple[str, ...]:
+    """The words from left to right; `on_zero` tells that the start is one of the points."""
+    at = next((kind for u, kind in points if on_zero and abs(u - start) < _SAME), "")
+    others = [(u, kind) for u, kind in points if not (on_zero and abs(u - start) < _SAME)]
+    own = (start, f"start={at}" if at else "start")
+    return tuple(word for _, word in sorted([*others, own]))
 
 
 def found_cases(drift: Drift, start: Fraction, sliding: bool = False) -> tuple[Case, ...]:
@@ -142,7 +150,7 @@ def found_cases(drift: Drift, start: Fraction, sliding: bool = False) -> tuple[C
     """
     if not drift.free:
         return (case_of(drift, start),)
-    require_no_zero(drift, start)
+    on_zero = zero_at(drift, start)
     names, model = drift.free, drift.model
     lowest: dict[str, Fraction | int] = {
         **dict.fromkeys(model.not_negative, 0), **dict.fromkeys(model.positive, _LEAST)
@@ -151,10 +159,11 @@ def found_cases(drift: Drift, start: Fraction, sliding: bool = False) -> tuple[C
     rows = [[x for x in _TRIED if x >= lowest.get(n, x)][:most] for n in names]
     found: dict[Case, None] = {}
     seen: Counter[tuple[str, ...]] = Counter()
-    for values, words in _words_at(drift, names, list(itertools.product(*rows)), float(start)):
-        kinds = [word for word in words if word != "start"]
+    choices = list(itertools.product(*rows))
+    for values, words in _words_at(drift, names, choices, float(start), on_zero):
+        kinds = Case(words).kinds
         if seen[words] < _MOST_CHECKED and (not sliding or slides(kinds)):
-            case = _checked(drift, dict(zip(names, values, strict=True)), start)
+            case = _checked(drift, dict(zip(names, values, strict=True)), start, on_zero)
             # A case that holds is not looked for again.
             seen[words] += _MOST_CHECKED if case is not None and case.words == words else 1
             if case is not None and (not sliding or slides(case.kinds)):
@@ -168,10 +177,11 @@ def slides(kinds: Sequence[str]) -> bool:
 
 
 def _words_at(
-    drift: Drift, names: tuple[str, ...], choices: list[Any], start: float
+    drift: Drift, names: tuple[str, ...], choices: list[Any], start: float, on_zero: bool
 ) -> Iterator[tuple[Any, tuple[str, ...]]]:
     """Each choice of parameters with the words that A's signs on a grid in u show."""
-    u, powers = np.union1d(np.linspace(-1, 1, _POINTS), start), _powers(drift)
+    near = [start - _SAME, start + _SAME] if on_zero else [np.clip(start, -1, 1)]
+    u, powers = np.union1d(np.linspace(-1, 1, _POINTS), near), _powers(drift)
     A, lead = (
         sympy.lambdify([sympy.Symbol(n) for n in ("u", *names)], e, "numpy")
         for e in (_plain(drift.expression()), _plain(powers.LC() if powers else sympy.S.One))
@@ -185,15 +195,15 @@ def _words_at(
         for values, row in zip(part, signs, strict=True):
             if np.all(np.abs(row) == 1):
                 turns = np.flatnonzero(np.diff(row))
-                points = [(u[k + 1], "well" if row[k] > 0 else "barrier") for k in turns]
-                # A zero before the start has it, or a point before it, at its right.
-                yield values, _ordered(points, start + 1e-12)
+                middle = (u[1:] + u[:-1]) / 2
+                points = [(middle[k], "well" if row[k] > 0 else "barrier") for k in turns]
+                yield values, _ordered(points, start, on_zero)
 
 
 def _rank(case: Case) -> tuple[Any, ...]:
     return (
         case.words != ("start", "well", "barrier"),
-        "well" not in case.words,
+        "well" not in (*case.words, case.at_start),
         len(case.words),
         case.before,
         case.words[::-1],
@@ -210,7 +220,7 @@ def _plain(e: sympy.Expr) -> sympy.Expr:
     return e.xreplace({s: sympy.Symbol(s.name) for s in e.free_symbols})
 
 
-def _checked(drift: Drift, given: dict[str, Any], start: Fraction) -> Case | None:
+def _checked(drift: Drift, given: dict[str, Any], start: Fraction, on_zero: bool) -> Case | None:
     """The case at these parameters.
 
     None where zeros are multiple, or at the start or an end, or A has a pole.
@@ -232,8 +242,10 @@ def _checked(drift: Drift, given: dict[str, Any], start: Fraction) -> Case | Non
             continue
         u = float(root.real)
         rate = float(np.polynomial.polynomial.polyval(u, slope))
-        if min(abs(u - 1), abs(u + 1), abs(u - float(start)), abs(rate)) < 1e-6:
+        at_start = on_zero and abs(u - float(start)) < _SAME
+        away = 1.0 if at_start else abs(u - float(start))
+        if min(abs(u - 1), abs(u + 1), away, abs(rate)) < 1e-6:
             return None
         if abs(u) < 1:
             points.append((u, "well" if rate < 0 else "barrier"))
-    return Case(_ordered(points, float(start)), given)
+    return Case(_ordered(points, float(start), on_zero), given)

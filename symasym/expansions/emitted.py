@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +18,7 @@ import sympy
 from sympy import Expr, S, Symbol
 
 from symasym.base.errors import InputError
-from symasym.emit.forms import erfcx, expm1, larger
+from symasym.emit.forms import climb, erfcx, expm1, larger
 from symasym.emit.program import TAKEN, Case, Function, Program, by_logarithm
 from symasym.emit.symbolic_sums import LAM
 from symasym.expansions.builder import FinitePart
@@ -31,12 +31,13 @@ __all__ = ["Quotient", "one_exponential", "program"]
 
 @dataclass(frozen=True)
 class Quotient:
-    """front times a sum of products of sums, over the sum `whole`; or 1 less that.
+    """front times a sum of products of sums, over the sum of `whole`; or 1 less that.
 
     Attributes
     ----------
     products : tuple of tuples of expressions
-    whole, front : expression
+    whole : tuple of expressions
+    front : expression
     complement : bool
     sums : tuple of Symbol
         Of these, those that are sums of exponentials themselves.
@@ -47,7 +48,7 @@ class Quotient:
     """
 
     products: tuple[tuple[Expr, ...], ...]
-    whole: Expr
+    whole: tuple[Expr, ...]
     front: Expr = S.One
     complement: bool = False
     sums: tuple[Symbol, ...] = ()
@@ -55,8 +56,10 @@ class Quotient:
     growth: Mapping[Symbol, Expr] = field(default_factory=dict)
 
 
-def program(e: Expansion, quotient: Quotient, name: str) -> Program:
-    """The program of one function, with its logarithm."""
+def program(e: Expansion, quotient: Quotient | Expr, name: str) -> Program:
+    """The program of one function, of a quotient with its logarithm."""
+    if isinstance(quotient, Expr):
+        return _written(e, name, quotient, e.nested)
     grown = {s: s * sympy.exp(LAM * h) for s, h in quotient.growth.items()}
     known = {s: value.xreplace(grown) for s, value in {**e.nested, **quotient.code}.items()}
     inner = {s: known[s] for s in quotient.sums}
@@ -76,22 +79,31 @@ def program(e: Expansion, quotient: Quotient, name: str) -> Program:
         number = len([s for s in known if s.name.startswith("sum(")]) + 1
         top, total = Symbol(f"top({number})", real=True), Symbol(f"sum({number})", real=True)
         known[top] = _largest(list(parts))
-        known[total] = sum((c * sympy.exp(LAM * (h - top)) for h, c in parts.items()), S.Zero)
+        known[total] = sum((_times_climb(c, h - top) for h, c in parts.items()), S.Zero)
         return top, total
 
     made: dict[Expr, tuple[Expr, Symbol]] = {}
-    for part in dict.fromkeys([*itertools.chain(*quotient.products), quotient.whole]):
+    for part in dict.fromkeys([*itertools.chain(*quotient.products), *quotient.whole]):
         made[part] = scaled(part)
-    rows = [
-        (sum((made[x][0] for x in row), S.Zero), sympy.Mul(*(made[x][1] for x in row)))
-        for row in quotient.products
-    ]
-    above = Symbol("top(all)", real=True)
-    known[above] = _largest([h for h, _ in rows])
-    total = sum((c * sympy.exp(LAM * (h - above)) for h, c in rows), S.Zero)
-    height, below = made[quotient.whole]
-    log = sympy.log(quotient.front) + LAM * (above - height) + sympy.log(total) - sympy.log(below)
-    return _written(e, quotient, name, log, known)
+
+    def added(products: Iterable[tuple[Expr, ...]], name: str) -> tuple[Expr, Symbol]:
+        """The largest height of a sum of products, and the sum in units of its exponential."""
+        rows = [
+            (sum((made[x][0] for x in row), S.Zero), sympy.Mul(*(made[x][1] for x in row)))
+            for row in products
+        ]
+        if len(rows) == 1:
+            return rows[0]
+        top, total = Symbol(f"top({name})", real=True), Symbol(f"sum({name})", real=True)
+        known[top] = _largest([h for h, _ in rows])
+        known[total] = sum((_times_climb(c, h - top) for h, c in rows), S.Zero)
+        return top, total
+
+    (high, above), (low, below) = (
+        added(*x) for x in ((quotient.products, "all"), ([(x,) for x in quotient.whole], "whole"))
+    )
+    log = LAM * (high - low) + sympy.log(quotient.front * above / below)
+    return _written(e, name, log, known, quotient)
 
 
 def _in_code(e: Expr) -> Expr:
@@ -111,6 +123,12 @@ def one_exponential(product: Expr) -> Expr:
     return sympy.Mul(*rest, sympy.exp(sympy.factor_terms(sympy.expand(sympy.Add(*heights)))))
 
 
+def _times_climb(factor: Expr, height: Expr) -> Expr:
+    """factor e^{lam height}, one exponential where the factor has some."""
+    kind = sympy.exp if factor.has(sympy.exp, sympy.erfc) else climb
+    return factor * kind(LAM * height)
+
+
 def _largest(heights: list[Expr]) -> Expr:
     largest = heights[0]
     for h in heights[1:]:
@@ -119,9 +137,10 @@ def _largest(heights: list[Expr]) -> Expr:
 
 
 def _written(
-    e: Expansion, quotient: Quotient, name: str, log: Expr, known: Mapping[Symbol, Expr]
-) -> Program:
-    """The program of this logarithm, with names that every language has."""
+    e: Expansion, name: str, value: Expr, known: Mapping[Symbol, Expr],
+    quotient: Quotient | None = None,
+) -> Program:  # fmt: skip
+    """The program of this value, or a quotient's logarithm, in names that every language has."""
     order: dict[Symbol, Expr] = {}
 
     def visit(expression: Expr) -> None:
@@ -131,8 +150,8 @@ def _written(
                 visit(value)
                 order[s] = value
 
-    visit(log)
-    free = set().union(log.free_symbols, *(v.free_symbols for v in order.values())) - order.keys()
+    visit(value)
+    free = set().union(value.free_symbols, *(v.free_symbols for v in order.values())) - order.keys()
     require_emittable(e, free, order.values())
     plain = {s: plain_name(s.name) for s in sorted(free, key=str)}
     for s in order:
@@ -143,12 +162,14 @@ def _written(
         plain[s] = base
     named = {s: Symbol(text, **s.assumptions0) for s, text in plain.items()}
     shared = tuple((named[s], value.xreplace(named)) for s, value in order.items())
-    log = log.xreplace(named)
+    value = value.xreplace(named)
     arguments = tuple(sorted(named[s].name for s in free))
     about = f"{e.quantity} of {e.drift!r}, {e.noise} noise to order {e.order}, case '{e.case}'."
-    function = by_logarithm(name, about, arguments, log, (), shared)
-    if quotient.complement:
-        function = Function(name, about, arguments, (Case((-expm1(log),), shared=shared),))
+    if quotient is None or quotient.complement:
+        value = value if quotient is None else -expm1(value)
+        function = Function(name, about, arguments, (Case((value,), shared=shared),))
+    else:
+        function = by_logarithm(name, about, arguments, value, (), shared)
     return Program("expression", about.rstrip("."), (function,), error=e.error)
 
 

@@ -32,6 +32,7 @@ from symasym.asymptotics.weak_noise.compose import (
     stationary_sums,
 )
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
+from symasym.asymptotics.weak_noise.series import Part, Series
 from symasym.base.call_context import patient, step
 from symasym.base.errors import InputError
 from symasym.base.estimate import Answer
@@ -39,11 +40,12 @@ from symasym.base.inputs import Number, Numbers, choice, count, exact, is_array
 from symasym.derivation.printing import tex
 from symasym.drift.drift import Drift
 from symasym.emit import emit
+from symasym.emit.forms import as_printed
 from symasym.emit.program import Program
 from symasym.emit.source import rendered
 from symasym.emit.symbolic_sums import BEYOND_1, KAPPA, LAM, R, Sum, Symbolic, X
 from symasym.expansions.builder import FinitePart, Rule, SeriesOf, Symbols, U, nested
-from symasym.expansions.cases import Case, case_of, found_cases, read_case, slides
+from symasym.expansions.cases import Case, case_of, found_cases, read_case, slides, zero_at
 from symasym.expansions.emitted import (
     Quotient,
     one_exponential,
@@ -154,7 +156,7 @@ class Expansion:
         What `latex` says by one rule for several symbols.
     tex : mapping
         The symbols' LaTeX.
-    quotient : Quotient or None
+    quotient : Quotient, expression or None
         The formula as it is emitted.
     """
 
@@ -172,7 +174,7 @@ class Expansion:
     integrals: Mapping[Symbol, Expr] = field(default_factory=dict, repr=False)
     rules: Mapping[Symbol, Rule] = field(default_factory=dict, repr=False)
     tex: Mapping[Symbol, str] = field(default_factory=dict, repr=False)
-    quotient: Quotient | None = field(default=None, repr=False)
+    quotient: Quotient | Expr | None = field(default=None, repr=False)
 
     @property
     def error(self) -> str:
@@ -300,11 +302,11 @@ class Expansion:
         InputError
             Where critical points may be complex, or a finite part has no closed form.
         """
-        if self.noise == "uniform" and target == "latex":
+        if target == "latex":
             formula = Program("expression", f"{self.quantity} to order {self.order}", (),
                               latex=self.latex())  # fmt: skip
             return rendered(formula, target)
-        if self.quotient is not None and target != "latex":
+        if self.quotient is not None:
             return rendered(program(self, self.quotient, name), target)
         expression = self.expression
         require_emittable(self, expression.free_symbols, [expression])
@@ -465,11 +467,11 @@ def expand(
         0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 N), or of
         2/kappa^2; 0 or 1 for ``noise="uniform"``, 0 if left out.
     start : number, optional
-        In (-1, 1), no zero of A.
+        Also on a simple zero of A, or outside the layer; for ``noise="uniform"`` neither.
     case : str, optional
         The wells, barriers and the start from left to right, such as ``"start well barrier"``; for
         P and the density ``"well"`` or the like. For a bound drift it is found; else it is the
-        first of `Expansion.cases`.
+        first of `Expansion.cases`. ``"start=well barrier"`` is that of a start on the well.
     patience : float, optional
         Seconds of processor time that it may take, 10 if left out.
 
@@ -480,7 +482,7 @@ def expand(
     Raises
     ------
     InputError
-        For an unknown quantity or noise, an order or a start out of range, a case that the drift
+        For an unknown quantity or noise, an order out of range, a case that the drift
         is not in, a double zero of A, or a parameter with a name that the formula needs.
 
     Notes
@@ -514,8 +516,6 @@ def expand(
         order = 0 if noise == "uniform" else 2
     order = count("order", order, 0, _MOST)
     at = exact("start", start)
-    if quantity in _OF_START and not -1 < at < 1:
-        raise InputError(f"start is {start}; give a start inside the layer, between -1 and 1.")
     if quantity not in _OF_START:
         at = Fraction(-1)  # V is measured from there.
         if isinstance(case, str) and "start" not in case:
@@ -525,6 +525,12 @@ def expand(
             raise InputError("quantity is 'density', which has a formula for weak noise only.")
         return _strong(drift, quantity, order, at)
     if noise == "uniform":
+        if quantity == "T" and (abs(at) >= 1 or zero_at(drift, at)):
+            where = "a zero of A" if abs(at) < 1 else "outside of the layer"
+            raise InputError(
+                f"start is {start}, {where}; the uniform formula is that of another start in the "
+                "layer, and sa.escape_time(method='uniform') has numbers."
+            )
         if quantity not in ("T", "P", "1 - P") or order > _MOST_UNIFORM:
             raise InputError(
                 f"quantity is {quantity!r} and order {order}; the uniform formula is that of T and "
@@ -611,28 +617,32 @@ def _composed(
         else:
             left, right = (side_of(one, 1 + BEYOND_1, ring) for one in both)
         # The same composition over plain symbols, whose sums are defined beside it.
-        starts = [_expression(side.rising) for side in (left, right)]
         plain = [
-            Side(total, nested, own, S.Zero)
-            for total, nested, own in zip((_L, _R), (_LEFT, _RIGHT), starts, strict=True)
+            Side(total, nested, *map(_expression, side[2:]))
+            for total, nested, side in zip((_L, _R), (_LEFT, _RIGHT), (left, right), strict=True)
         ]
-        sides = Sides(plain[0], plain[1], S.Zero, S.Zero, both[0].corner)
+        rising, falling = (a + b for a, b in zip(plain[0][2:], plain[1][2:], strict=True))
+        sides = Sides(plain[0], plain[1], rising, falling, both[1].corner)
         behind, ahead = sides.shares
+        # Of the start itself, in T: of both sides together, or at a barrier of each.
+        starts = (S.Zero, falling) if sides.corner else (plain[0].falling, plain[1].falling)
+        rows = (ahead, _L), (behind, ahead if sides.corner else _R)
+        own = [(*row, value) for row, value in zip(rows, starts, strict=True) if value != 0]
         formula = {
             "T": LAM * mean_time(sides), "C": share_of_side(ahead, sides.total),
             "1 - C": share_of_side(behind, sides.total)
         }[quantity]  # fmt: skip
         products = {
-            "T": ((ahead, _LEFT), (behind, _RIGHT)), "C": ((ahead,),), "1 - C": ((behind,),)
+            "T": ((ahead, _LEFT), (behind, _RIGHT), *own), "C": ((ahead,),), "1 - C": ((behind,),)
         }[quantity]  # fmt: skip
-        quotient = Quotient(products, sides.total, LAM if quantity == "T" else S.One)
+        quotient = Quotient(products, (behind, ahead), LAM if quantity == "T" else S.One)
         for symbol, value in (
             (_L, left.scale), (_R, right.scale), (_LEFT, left.nested), (_RIGHT, right.nested)
         ):  # fmt: skip
             sums[symbol] = _expression(value)
         terms = () if noise == "uniform" else tuple(
-            t for one, weight in zip(both, ("C", "1 - C"), strict=True)
-            for t in _contributions(one, symbols, order, weight)
+            t for one, weight, own_share in zip(both, ("C", "1 - C"), starts, strict=True)
+            for t in _contributions(one, symbols, order, weight, own_share)
         )  # fmt: skip
     else:
         if noise == "uniform":
@@ -641,10 +651,10 @@ def _composed(
             slopes = [symbols.a_minus, -symbols.a_plus]
             sums_of = stationary_sums(symbols.line(), slopes, ring)
             outside, whole = map(_expression, sums_of)
-        quotient = Quotient(((outside,),), whole, complement=quantity == "P")
+        quotient = Quotient(((outside,),), (whole,), complement=quantity == "P")
         if quantity == "density":
             formula = sympy.exp(-LAM * symbols.height_at(_Y)) / whole
-            quotient = Quotient(((formula * whole,),), whole)
+            quotient = Quotient(((formula * whole,),), (whole,))
         else:
             formula = outside / whole if quantity == "1 - P" else 1 - outside / whole
     if symbols.general and quantity == "T":
@@ -683,11 +693,12 @@ def _strong(drift: Drift, quantity: str, order: int, start: Fraction) -> Expansi
     formula, values, tex = strong(drift, quantity, order, start)
     where: list[Any] = [sympy.Ne(values[s], 0) for s in values if s.name[:3] == "phi"]
     if quantity in _OF_START:
-        where.append(sympy.Gt(R, 1))
+        where.append(_radius(start))
     return Expansion(
-        quantity, "strong", order, drift, start, Case(("start",)), formula,
-        {**values, LAM: 2 / KAPPA**2}, tex=tex,
+        quantity, "strong", order, drift, start, Case(("start",)), as_printed(formula),
+        {**values, LAM: 2 / KAPPA**2, BEYOND_1: R - 1}, tex=tex,
         conditions=tuple(c for c in dict.fromkeys(where) if c is not sympy.true),
+        quotient=formula,
     )  # fmt: skip
 
 
@@ -699,11 +710,16 @@ def _expression(total: Sum | Expr) -> Expr:
 
 
 def _contributions(
-    one: OneSided, symbols: Symbols, order: int, weight: str
+    one: OneSided, symbols: Symbols, order: int, weight: str, start: Expr
 ) -> Iterator[Contribution]:
-    """The pairs of one side."""
+    """The pairs of one side, the first with what the start adds to int e^{-lam V}."""
     ring, sign = Symbolic(), "" if weight == "1 - C" else "-"
     rising = rising_of(one, 1 + BEYOND_1, ring)
+    if start != 0:
+        series, u = Series([Part(0.0, 0, [start])]), symbols.start
+        kind = symbols.case.at_start or "kink"
+        own = CriticalPoint(-1, S.Zero, series, None, kind, -u if sign else u)
+        one = one._replace(falling=[own, *one.falling])
     for low, high, product_of_both in pairs_of(one, rising, ring):
         if not product_of_both.terms:
             continue
@@ -733,8 +749,10 @@ def _series(series: Any, symbols: Symbols) -> SeriesOf:
     """A series by the definition of its symbol."""
     (part,) = series.parts
     (c,) = part.coefficients
-    if c in symbols.series:
-        return symbols.series[c]
+    factor, symbol = c.as_coeff_Mul()
+    if symbol in symbols.series:
+        known = symbols.series[symbol]
+        return replace(known, front=factor * known.front)
     return SeriesOf(X ** sympy.Rational(part.offset), (c,))
 
 
@@ -742,9 +760,13 @@ def _called(p: CriticalPoint, sign: str) -> str:
     """The name of a point; in the mirror its u has the other sign."""
     if p.u is None:
         return f"end u = {sign}r"
-    if p.kind == "kink":
-        return f"kink u = {sign}1"
-    return f"{p.kind} {-p.u if sign else p.u}"
+    u = -p.u if sign else p.u
+    return f"{p.kind} u = {u}" if u.is_number else f"{p.kind} {u}"
+
+
+def _radius(start: Any) -> Any:
+    """The radius beyond the layer and the start."""
+    return sympy.Gt(R, max(S.One, abs(sympy.sympify(start))))
 
 
 def _conditions(symbols: Symbols, quantity: str) -> Iterator[Any]:
@@ -752,9 +774,10 @@ def _conditions(symbols: Symbols, quantity: str) -> Iterator[Any]:
     yield from symbols.conditions()
     points: list[Any] = [-S.One, *symbols.lines, S.One]
     if quantity in _OF_START:
-        points.insert(1 + symbols.case.before, symbols.start)
+        if abs(symbols.start) < 1:
+            points.insert(1 + symbols.case.before, symbols.start)
         if not symbols.general:
-            yield sympy.Gt(R, 1)
+            yield _radius(symbols.start)
     yield from (a < b for a, b in itertools.pairwise(points) if (a < b) is not sympy.true)
     for u in symbols.lines:
         yield sympy.Eq(sympy.Function("A")(u) if symbols.general else symbols.A.subs(U, u), 0)
@@ -767,6 +790,10 @@ def _conditions(symbols: Symbols, quantity: str) -> Iterator[Any]:
     ends = symbols.A.subs(U, -1), symbols.A.subs(U, 1)
     if quantity in _OF_START:
         yield from (sympy.Ne(a, 0) for a in ends)
-        yield sympy.Ne(symbols.A.subs(U, symbols.start), 0)
+        if kind := symbols.case.at_start:
+            slope = sympy.diff(symbols.A, U).subs(U, symbols.start)
+            yield sympy.Gt(slope, 0) if kind == "barrier" else sympy.Lt(slope, 0)
+        elif abs(symbols.start) < 1:
+            yield sympy.Ne(symbols.A.subs(U, symbols.start), 0)
     else:
         yield from (sympy.Gt(ends[0], 0), sympy.Lt(ends[1], 0))

@@ -2,7 +2,8 @@
 
 The sweep is that of `symasym.exact.sweep` and the moments are the iterated integrals of
 `symasym.asymptotics.strong_noise.sweep`, both run over SymPy: polynomials in u whose coefficients
-are polynomials in the drift's parameters. Outside the layer all is closed form.
+are polynomials in the drift's parameters. Outside the layer all is closed form, of (e^x - 1)/x and
+(e^x - 1 - x)/x^2, which stand as functions (`symasym.emit.forms.exprel`).
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ from symasym.asymptotics.strong_noise.sweep import (
 from symasym.base.call_context import step
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
-from symasym.emit.symbolic_sums import LAM, R
+from symasym.emit.forms import exprel, exprel2
+from symasym.emit.symbolic_sums import BEYOND_1, LAM
 from symasym.exact.sweep import Record, Swept, carried, escape_time, first
 from symasym.expansions.builder import U
 
@@ -113,14 +115,23 @@ class _Formula:
         known = Moments(b - a, fall, rows[0], rows[1], rows[2], S.Zero)
         return layer_record(known, LAM, self.order, _Terms())
 
+    def straight(self, mirrored: bool, side: int, length: Expr) -> Record:
+        """A stretch of that length left (side -1) or right (1) of the layer."""
+        phi = self.slope(mirrored) if side < 0 else -self.slope(not mirrored)
+        x = phi * LAM * length
+        once, twice = length * exprel(x), length**2 * exprel2(x)
+        return Record(once, once, twice, S.One, sympy.exp(x))
+
     def side(self, mirrored: bool, start: Expr, mark: str) -> Swept:
-        """sigma and w at the start, absorbed at -r, r > 1."""
-        length = R - 1
-        x = self.slope(mirrored) * LAM * length
-        rising, second = (sympy.exp(x) - 1) / x, (sympy.exp(x) - 1 - x) / x**2
-        outside = Record(length * rising, length * rising, length**2 * second, S.One, sympy.exp(x))
-        inside = self.layer(mirrored, -S.One, -start if mirrored else start, mark)
-        return carried(first(outside, LAM), inside, LAM)
+        """sigma and w at the start, absorbed at -r, r > 1 and before the start."""
+        before = BEYOND_1 + min(start + 1, S.Zero)
+        swept = first(self.straight(mirrored, -1, before), LAM)
+        if start > -1:
+            layer = self.layer(mirrored, -S.One, min(start, S.One), mark)
+            swept = carried(swept, layer, LAM)
+        if start > 1:
+            swept = carried(swept, self.straight(mirrored, 1, start - 1), LAM)
+        return swept
 
 
 def strong(
@@ -132,7 +143,7 @@ def strong(
     if quantity in ("P", "1 - P"):
         formula = 1 / (1 + odds_outside(made, quantity != "P", S.One))
     else:
-        left, right = made.side(False, at, "-"), made.side(True, at, "+")
+        left, right = made.side(False, at, "-"), made.side(True, -at, "+")
         if quantity == "T":
             formula = escape_time(left, right)
         else:

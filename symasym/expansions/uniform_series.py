@@ -16,6 +16,7 @@ to p1 + q1 s, where with u = u(±zeta^(1/2)) + w1 t + w2 t^2 + w3 t^3 + ...
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
@@ -552,7 +553,7 @@ def uniform_symbols(
         if alone and (case.kinds or not drift.free or drift.expression().as_poly(U).degree() < 2):
             # To order 0 no Gaussian of a well is truncated.
             plain = order == 0 and case.kinds != ("barrier",)
-            return (Symbols if plain else Apart)(drift, case, order, start)
+            return (Alone if plain else Apart)(drift, case, order, start)
         require_pair(case)
         if order == 0:
             return Coalescing(drift, case, start)
@@ -575,7 +576,26 @@ def uniform_symbols(
     )
 
 
-class Apart(Symbols):
+class Alone(Symbols):
+    """A case without a pair, of which no Gaussian is truncated."""
+
+    def conditions(self) -> Iterator[Any]:
+        """No complex pair of zeros over the layer."""
+        yield from super().conditions()
+        others = self.others_outside
+        if self.kept == len(self.lines) + 2 <= 3:
+            # The sum of all zeros.
+            assert self.powers is not None
+            first, second = self.powers.all_coeffs()[:2]
+            middle = (-second / first - sum(self.lines, S.Zero)) / 2
+            real = sympy.Ge(sympy.discriminant(self.A, U), 0)
+            yield sympy.Or(real, sympy.Ge(sympy.Abs(middle), 1))
+        else:
+            for u in others:
+                yield sympy.Or(sympy.Eq(sympy.im(u), 0), sympy.Ge(sympy.Abs(sympy.re(u)), 1))
+
+
+class Apart(Alone):
     """A case without a pair."""
 
 

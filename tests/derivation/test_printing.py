@@ -267,3 +267,8 @@ def test_printed_values_are_the_expressions(label: str) -> None:
             wanted = sympy.lambdify(symbols, expression, [_AIRY, "mpmath"])(*numbers)
             found = Reader(text, numbers).value()
             assert abs(found - wanted) <= abs(wanted) * mpmath.mpf(10) ** -20, (text, label)
+
+
+def test_a_minus_before_a_sum() -> None:
+    a = sympy.Symbol("a")
+    assert tex(sympy.Mul(-1, a + 3, evaluate=False)) == "-(3 + a)"

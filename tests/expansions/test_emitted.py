@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -91,6 +92,55 @@ def test_emitted_strong_noise(quantity: str, target: str, tmp_path: Path) -> Non
     ((value,),) = run(target, {"strong": e.emit(target, name="value")}, [call], tmp_path)
     want = e.bind(**drift.values).evaluate("7/2", *([] if quantity == "P" else [3]))
     assert float(value) == pytest.approx(want, rel=1e-11)
+
+
+#: On a well and a barrier with odd derivatives, and outside the layer.
+STARTS = [
+    ("-u + u**2/3 + c*u**2", "0"), ("c*u + u**2/3", "0"), ("c/2 + u/4", "-9/8"),
+    ("c/2 + u/4", "1"), ("c - u/3", "9/8"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("target", ["c", "javascript", "python", "numpy", "mpmath"])
+@pytest.mark.parametrize("quantity", ["T", "1 - C"])
+def test_emitted_starts(quantity: str, target: str, tmp_path: Path) -> None:
+    """With c free, which is 1/8 or 1; in digits to 1e-18."""
+    if reason := available(target):
+        pytest.skip(reason)
+    files, calls, wanted = {}, [], []
+    for k, (drift, start) in enumerate(STARTS):
+        c = Fraction(1, 8) if k == 0 else Fraction(1)
+        bound = sa.Drift(drift).bind(c=c)
+        e = sa.expand(bound, quantity, order=2, start=start)
+        free = sa.expand(sa.Drift(drift), quantity, order=2, start=start, case=e.case)
+        files[f"scene{k}"] = free.emit(target, name=f"value{k}")
+        known = {"kappa": Fraction(1, 8), "r": Fraction(5, 4), "c": c}
+        names = files[f"scene{k}"]._ready[0].arguments
+        calls.append(Call(f"scene{k}", f"log_value{k}", tuple(float(known[n]) for n in names)))
+        wanted.append(e.evaluate("1/8", "5/4", log=True, dps=20))
+    found = run(target, files, calls, tmp_path)
+    for scene, want, (value,) in zip(STARTS, wanted, found, strict=True):
+        assert float(value) == pytest.approx(float(want), rel=1e-13), scene
+
+
+def test_whole_numbers_in_mpmath_are_no_doubles() -> None:
+    """1/9 of integers, which Python would divide as doubles, cost T its digits after 20."""
+    e = sa.expand(sa.linear(1, 3), order=1)
+    got = e.emit("mpmath").load().f("1/10", 3, dps=30)
+    with mpmath.workdps(40):
+        want = e.evaluate("1/10", 3, dps=40)
+        assert abs(got - want) < want * mpmath.mpf(10) ** -29
+
+
+def test_an_array_is_the_numbers_one_by_one() -> None:
+    """Where an exponential is 1 for all of the array, or below the least double, or for some."""
+    code = sa.expand(sa.friction(3, 1, "-0.4"), order=2).emit("numpy").load()
+    arguments = code.f.__code__.co_varnames[: code.f.__code__.co_argcount]
+    known = {**{n: float(x) for n, x in roots_of(sa.friction(3, 1, "-0.4")).items()}, "r": 10.0}
+    for kappa in (np.linspace(0.005, 0.3, 50), np.linspace(0.005, 0.02, 9), np.array([])):
+        rows = [code.log_f(*[{**known, "kappa": k}[n] for n in arguments]) for k in kappa]
+        array = code.log_f(*[{**known, "kappa": kappa}[n] for n in arguments])
+        assert array == pytest.approx(np.array(rows), rel=1e-14)
 
 
 UNIFORM: list[tuple[sa.Drift, str, str, dict[str, Any]]] = [

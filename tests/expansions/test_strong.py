@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import mpmath
@@ -27,6 +28,28 @@ def test_the_formula_is_the_methods(quantity: str, order: int) -> None:
         bound = e.bind(mu=3, alpha=1, z0="1/2")
         want = bound.evaluate(10, 4, dps=25, full=True).value
         assert abs(got - want) < abs(want) * mpmath.mpf(10) ** -22
+
+
+@pytest.mark.parametrize("quantity", ["T", "C", "1-C"])
+@pytest.mark.parametrize("start", ["-2", "-1", "1", "7/4"])
+def test_a_start_outside_the_layer(quantity: str, start: str) -> None:
+    drift = sa.friction(3, 1, "1/2")
+    e = sa.expand(drift, quantity, noise="strong", order=2, start=start)
+    kappa, r = (s for s in sorted(e.expression.free_symbols, key=str))
+    with mpmath.workdps(60):
+        got = sympy.lambdify([kappa, r], e.expression, "mpmath")(mpmath.mpf(10), mpmath.mpf(4))
+        want = e.evaluate(10, 4, dps=25, full=True).value
+        assert abs(got - want) < abs(want) * mpmath.mpf(10) ** -22
+
+
+def test_code_with_a_drift_that_may_vanish_beyond_the_layer() -> None:
+    """z0 = 0: a tangency, at which (e^x - 1)/x is 1; the code is made in seconds."""
+    e = sa.expand(sa.friction(mu=3, alpha=1), noise="strong", order=0, start="0.1")
+    begin = time.perf_counter()
+    module = e.emit("python").load()
+    assert time.perf_counter() - begin < 30
+    want = sa.escape_time(sa.friction(3, 1, 0), 20, 3, start="0.1", method="strong_noise", order=0)
+    assert module.f(20.0, 3.0, 0.0) == pytest.approx(want, rel=1e-12)
 
 
 def test_moments_are_polynomials_in_the_parameters() -> None:

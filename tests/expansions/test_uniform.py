@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import mpmath
+import numpy as np
 import pytest
 import sympy
 
@@ -279,3 +280,29 @@ def test_cases_and_conditions() -> None:
 def test_bad_input(drift: sa.Drift, options: dict[str, Any], words: str) -> None:
     with pytest.raises(sa.InputError, match=words):
         sa.expand(drift, noise="uniform", **{"order": 0, **options})
+
+
+@pytest.mark.parametrize("quantity", ["T", "P"])
+def test_a_condition_says_that_no_complex_pair_is_near(quantity: str) -> None:
+    """Friction with one well: the other zeros are real, or their real part is not in the layer."""
+    e = sa.expand(sa.friction(), quantity, noise="uniform", case="start well")
+    pair = next(c for c in e.conditions if isinstance(c, sympy.Or))
+    for mu, z0 in ((3, "1/2"), (3, "29/10"), ("1/4", "7/4"), (20, "1/2"), (30, "3")):
+        drift = sa.friction(mu, 1, z0)
+        c = [float(x) for x in drift.exact_coefficients() or ()]
+        roots = np.polynomial.polynomial.polyroots(c)
+        well = next(float(z.real) for z in roots if abs(z.imag) < 1e-9 and abs(z.real) < 1)
+        near = any(z.imag > 1e-9 and abs(z.real) < 1 for z in roots)
+        exact = {**{n: sympy.Rational(x.numerator, x.denominator) for n, x in drift.values.items()},
+                 "u1": well}  # fmt: skip
+        assert bool(pair.subs({s: exact[s.name] for s in pair.free_symbols})) is not near
+
+
+def test_complex_pairs_of_higher_degree() -> None:
+    e = sa.expand(sa.Drift("a + b*u + c*u**2 + u**4"), noise="uniform", case="start well")
+    others = [c for c in e.conditions if isinstance(c, sympy.Or)]
+    assert sorted(s.name for c in others for s in c.free_symbols) == ["u2", "u3", "u4"]
+    z = dict.fromkeys(others[0].free_symbols, 0.5 + 0.1j)
+    assert not others[0].subs(z)
+    assert others[0].subs(dict.fromkeys(z, 1.5 + 0.1j))
+    assert others[0].subs(dict.fromkeys(z, sympy.Rational(1, 2)))

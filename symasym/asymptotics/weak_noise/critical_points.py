@@ -8,6 +8,7 @@ a barrier, whose halves of Gaussians bring log(lam) into the regular part.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -35,7 +36,7 @@ from symasym.asymptotics.weak_noise.series import (
 from symasym.base.call_context import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.field.taylor_field import ExactField, to_fraction
-from symasym.numbers.arithmetic import Digits
+from symasym.numbers.arithmetic import Digits, Number
 from symasym.numbers.polynomials import bracketed_zero, laurent, power
 
 if TYPE_CHECKING:
@@ -293,21 +294,31 @@ class _FieldBuilder(Builder):
         for i, p in enumerate(a):
             for j, q in enumerate(a[: len(a) - i]):
                 if (i + j) // 2 < self.count:
-                    groups[(i + j) // 2] += _corner(p * q, i, j, bool(taylor[1] > 0), c)
+                    groups[(i + j) // 2] += corner_terms(p * q, i, j, bool(taylor[1] > 0), c)
         taylor = [c.zero, *taylor[1:], *[c.zero] * (2 * self.count + 2 - len(taylor))]
-        # u - x = a_0 s (1 + alpha_1 s + …).
-        alpha = [value / (a[0] * (i + 1)) for i, value in enumerate(a)]
-        for k, series in enumerate(laurent(taylor, True, self.count)):
-            top = 2 * k
-            change = series[top] * c.log(a[0])
-            for j in range(top):
-                p = top - j
-                constant = power(alpha, -p, 1, p + 1, c.one)[p] * a[0] ** -p
-                change += series[j] * constant / -p
-            groups[k].append((-change, k + 1, 0))
+        for k, (log, change) in enumerate(finite_part_change(taylor, a, self.count, c.one)):
+            groups[k].append((-log * c.log(a[0]) - change, k + 1, 0))
 
 
-def _corner(weight: mpf, i: int, j: int, barrier: bool, c: MPContext) -> list[tuple[Any, Any, int]]:
+def finite_part_change(
+    taylor: list[Any], a: list[Any], count: int, one: Number
+) -> Iterator[tuple[Any, Any]]:
+    """What int h_k of `regular_part` is more than with powers of s left out, k = 1 to `count`.
+
+    As a factor of log(a_0) and the rest; A has these Taylor coefficients at its zero, and
+    u - x = a_0 s (1 + alpha_1 s + …).
+    """
+    alpha = [value / (a[0] * (i + 1)) for i, value in enumerate(a)]
+    inverse = one / a[0]
+    for k, series in enumerate(laurent(taylor, True, count)):
+        top, change = 2 * k, 0 * one
+        for j in range(top):
+            p = top - j
+            change += series[j] * power(alpha, -p, 1, p + 1, one)[p] * inverse**p / -p
+        yield series[top], change
+
+
+def corner_terms(weight: Any, i: int, j: int, barrier: bool, c: Any) -> list[tuple[Any, Any, int]]:
     """Finite part of the double integral of s^i t^j beside a zero of A, 0 < t < s.
 
     With e^{lam (t^2 - s^2)/2} at a barrier; at a well t > s and the other sign: what the

@@ -504,14 +504,13 @@ class Builder:
     def both_sides(self) -> tuple[OneSided, OneSided]:
         """The one-sided expansions to the left, mirrored, and to the right of the start."""
         self.regular = self.primitives()
-        middle, start = self.edges[1], self.start
+        start = self.start
         outside = 0.0 * start
         if first(start) < -1:
             outside = (start + 1) * self.a_minus
         if first(start) > 1:
             outside = (start - 1) * self.a_plus
-        # V from the start on.
-        self.base = self.potential(middle) - outside
+        self.base = self.origin(outside)
         # Horner's rounding at both points; products with lam are rounded elsewhere.
         rounding = (self.degree + 3) * self.height_size + 2 * abs(outside)
         self.height_rounding = _EPS * rounding if self.arithmetic.context is None else 0.0
@@ -521,6 +520,10 @@ class Builder:
             known[1] = self.a_minus if first(start) < 0 else self.a_plus
         self.at_edge = [self.smooth(u, a) for u, a in zip(self.edges, known, strict=True)]
         return self.side(-1), self.side(1)
+
+    def origin(self, outside: Numbers) -> Any:
+        """V at the start, `outside` less than where the layer begins."""
+        return self.potential(self.edges[1]) - outside
 
     def side(self, sign: int) -> OneSided:
         """The one-sided expansion right of the start, or, in the mirror, left of it."""

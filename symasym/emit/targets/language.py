@@ -95,7 +95,11 @@ class Language:
             lines += wrapped("if ", asked, indent, end=end, brackets=around, deeper=self.deeper)
             indent += self.deeper
         for symbol, value in body.shared:
-            lines += self.given(str(symbol), self.text(value), indent)
+            shown = self.text(value)
+            # A quotient of Python's integers would be a double.
+            if self.target == "mpmath" and value.is_Integer:
+                shown = f"ctx.mpf({shown})"
+            lines += self.given(str(symbol), shown, indent)
         values = list(map(self.text, body.values))
         if self.target == "c" and len(values) > 1:
             for number, value in enumerate(values):

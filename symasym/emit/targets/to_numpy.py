@@ -77,6 +77,12 @@ HELPERS: dict[str, Written] = {
         raise ValueError(outside.format(*(array[left][0] for array in arrays)))
     return result.reshape(shape)[()]
 ''',
+    "_climb": '''def _climb(x):
+    """e^x, at no cost where all of it is 1, or below the least double."""
+    if not np.any(x):
+        return np.ones_like(x)
+    return np.zeros_like(x) if np.all(x < -746) else np.exp(x)
+''',
     "_exprel": '''def _exprel(x):
     safe = np.where(x == 0, 1.0, x)
     return np.where(x == 0, 1.0, np.expm1(safe) / safe)[()]
