@@ -456,7 +456,7 @@ def test_corner_against_quadrature(barrier: bool, lam: int) -> None:
                     total -= coefficient * c.log(edge)
                 else:
                     total -= coefficient * edge ** (power + 1) / (power + 1)
-            for weight, power, logs in critical_points._corner(c.mpf(2), i, j, barrier, c):
+            for weight, power, logs in critical_points.corner_terms(c.mpf(2), i, j, barrier, c):
                 found += weight * c.mpf(lam) ** -power * c.log(lam) ** logs
             wanted = (2 if barrier else -2) * total
             assert abs(found - wanted) < 1e-7 * (1 + abs(wanted)), (i, j)
@@ -738,7 +738,7 @@ def test_many_digits_of_a_high_order_are_not_refused_for_rounding() -> None:
 def test_the_constant_beside_the_logarithm_of_a_start_on_a_zero(barrier: bool) -> None:
     with mpmath.workdps(30):
         for i, j in ((0, 0), (0, 2), (2, 0), (2, 4), (6, 2)):
-            (constant, _, none), (log, _, one) = critical_points._corner(
+            (constant, _, none), (log, _, one) = critical_points.corner_terms(
                 mpmath.mpf(1), i, j, barrier, mpmath.mp
             )
             expected = mpmath.digamma(mpmath.mpf(1 - i if barrier else i + 1) / 2) + mpmath.log(2)
