@@ -475,7 +475,13 @@ IN_WORDS: dict[str, dict[str, Meaning]] = {
         "J_0": MEANINGS["J0"],
         "J_1": MEANINGS["J1"],
     },
-    "eq:S": {"A": MEANINGS["A"], r"\zeta": _ZETA},
+    "eq:S": {
+        "A": MEANINGS["A"],
+        r"\zeta": _ZETA,
+        "s": _S_OF_U,
+        "p": Meaning("du/ds half-way between the zeros", "scaled length times lam^(1/3)"),
+        "G": Meaning("Ai^2 + Bi^2", _PURE),
+    },
     "C-bound": {
         r"V_{\max}": Meaning("largest value of the potential on 0 <= u <= 1", _POTENTIAL),
         r"\Delta": Meaning("any number between 0 and 1, in the end 1/4", _PURE),

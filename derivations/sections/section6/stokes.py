@@ -154,8 +154,8 @@ def stokes(d: Any) -> None:
         "of eq:Ttildesmall, as the barrier passes the start; for u2 < 0 another term may be large. "
         "S(Z) is another multiplier, as well and barrier pass the fold, where that term diverges: "
         "it multiplies pi^2 p^2 lam^(1/3) (G(Z) + G(-Z)), G = Ai^2 + Bi^2, which is finite there "
-        "and for Z >> 1 is that term. Here p = du/ds half-way between the zeros, "
-        "phi du = (s^2 - zeta) ds and Z = lam^(2/3) zeta, as for 'pair-products'",
+        "and for Z >> 1 is that term to leading order in zeta. Here p = du/ds half-way between the "
+        "zeros, phi du = (s^2 - zeta) ds and Z = lam^(2/3) zeta, as for 'pair-products'",
     )
 
 
