@@ -79,7 +79,7 @@ def steps(record: dict[str, Any], level: int) -> list[str]:
         how = "" if step["how"] in explained else f"{words(step['how'])}. "
         checked = f"Check ({step['kind']}): {how}{_sentence(step['detail'])}."
         holds = re.fullmatch(r"holds exactly: ([^;]+)", step["detail"])
-        if holds:
+        if holds and step["kind"] == "symbolic identity":
             way = escape(step["how"])
             checked = (
                 f'<span title="{way}">Checked symbolically</span>, exactly: {words(holds[1])}.'
