@@ -50,6 +50,14 @@ def number(e: sa.Expansion, drift: sa.Drift, kappa: str, r: str = "3") -> Any:
         return mpmath.re(f(*[values[s.name] for s in symbols]))
 
 
+def _laurent(h: Any, u: Any) -> dict[int, Any]:
+    """Laurent coefficients of h about u by the mean over a circle, radius 1/2."""
+    points = [mpmath.expjpi(mpmath.mpf(2 * k) / 256) for k in range(256)]
+    values = [h(u + z / 2) for z in points]
+    return {j: mpmath.re(sum(v * z**-j for v, z in zip(values, points, strict=True))) / 256
+            * mpmath.mpf(2) ** j for j in range(-12, 120)}  # fmt: skip
+
+
 def by_definitions(e: sa.Expansion, drift: sa.Drift, kappa: str, r: str) -> Any:
     """The formula's value by its chain of definitions, at the working precision.
 
@@ -57,19 +65,29 @@ def by_definitions(e: sa.Expansion, drift: sa.Drift, kappa: str, r: str) -> Any:
     """
     known = {n: mpmath.mpf(Fraction(x).numerator) / Fraction(x).denominator
              for n, x in {**drift.values, "kappa": kappa, "r": r}.items()}  # fmt: skip
-    x = sympy.Symbol("u", real=True)
+    x, start = sympy.Symbol("u", real=True), mpmath.mpf(e.start.numerator) / e.start.denominator
     A = sympy.lambdify(x, drift.expression(), "mpmath")
     if drift.exact_coefficients():
         roots = iter(roots_of(drift).values())
-        zeros = [z for z in roots if abs(z - mpmath.mpf(e.start.numerator) / e.start.denominator)
-                 > mpmath.mpf("1e-9") or not e.case.at_start]  # fmt: skip
+        zeros = [z for z in roots if abs(z - start) > mpmath.mpf("1e-9") or not e.case.at_start]
     else:
         zeros = [mpmath.findroot(A, float(p.u)) for p in drift.critical_points()]
     known |= {f"u{k}": z for k, z in enumerate(zeros, 1)}
 
     def finite_part(h: Any, a: Any, b: Any) -> Any:
-        h, middle, radius = sympy.lambdify(x, h, "mpmath"), (a + b) / 2, (b - a) / 2
-        return mpmath.re(
+        h, total, ends = sympy.lambdify(x, h, "mpmath"), mpmath.mpf(0), []
+        for edge, side in ((a, 1), (b, -1)):
+            ends.append(edge)
+            if e.case.at_start and abs(edge - start) < mpmath.mpf("1e-9"):
+                # From the pole on by Laurent's series, without what is infinite.
+                ends[-1] = p = edge + side * mpmath.mpf(1) / 8
+                row = _laurent(h, edge)
+                total += side * sum(
+                    c * (mpmath.log(abs(p - edge)) if j == -1 else (p - edge) ** (j + 1) / (j + 1))
+                    for j, c in row.items()
+                )
+        middle, radius = sum(ends) / 2, (ends[1] - ends[0]) / 2
+        return total + mpmath.re(
             mpmath.quad(
                 lambda t: h(middle - radius * (mpmath.cos(t) - mpmath.sin(t) * 1j / 8))
                 * radius * (mpmath.sin(t) + mpmath.cos(t) * 1j / 8),
