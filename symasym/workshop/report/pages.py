@@ -215,8 +215,8 @@ def parts(
         ],
         "when": [
             "symasym's fastest method whose true error is at most that at the head of the column, "
-            "and in the row below it the fastest of the other programs. An epsrel is what `dblquad` "
-            "was asked for, not the error that it reached.",
+            "and in the row below it the fastest of the other programs. An epsrel is what "
+            "`dblquad` was asked for, not the error that it reached.",
             when(points),
         ],
         "diagram": [
@@ -233,8 +233,8 @@ def parts(
         ],
         "claims": [
             f"Points whose claimed error is below the true one: {len(ours)} of symasym.",
-            f"{len(others)} points of other programs have an error above the one they state or, where "
-            f"they state none, fewer digits than requested{listed and ': '}{listed}.",
+            f"{len(others)} points of other programs have an error above the one they state or, "
+            f"where they state none, fewer digits than requested{listed and ': '}{listed}.",
         ],
         "growth": [
             growth(grown),
