@@ -70,7 +70,7 @@ def plot(
     patience : float, optional
         Seconds of processor time that it may take, 10 if left out.
     **options
-        Of the verb: `method`, `order`, `rtol`.
+        Of the function: `method`, `order`, `rtol`.
 
     Returns
     -------
@@ -81,7 +81,7 @@ def plot(
     Raises
     ------
     InputError
-        Unless exactly one argument is an array, of one axis; and as the verb does.
+        Unless exactly one argument is an array, of one axis; and as the function does.
 
     Examples
     --------

@@ -359,14 +359,14 @@ def stationary_density(
     workers: int | None = None,
     patience: float | None = None,
 ) -> Answer:
-    """Stationary density p_ss at the scaled position y (eq:pss); the region must be sliding.
+    """Stationary density p_ss at the scaled position u = `y` (eq:pss); the region must be sliding.
 
     All other parameters are those of `escape_time`.
 
     Parameters
     ----------
     y : number or array_like
-        Scaled position, anywhere.
+        The scaled position u, anywhere; the physical one is epsilon times it.
 
     Returns
     -------

@@ -90,7 +90,7 @@ def text() -> str:
             inputs = ", ".join(f"{k} = {without_tex(v)}" for k, v in example["inputs"].items())
             lines += [
                 f"   {without_tex(example['quantity'])} at {inputs}:",
-                f"     printed {example['printed']}, true {example['true']}, "
+                f"     the print implies {example['printed']}, true {example['true']}, "
                 f"derived {example['derived']}",
             ]
     return "\n".join(lines)
@@ -126,7 +126,7 @@ def _evidence(row: dict[str, Any]) -> str:
         return str(row["argument"])
     quantity = re.sub(r" \((?:printed|derived)[^()]*\)$", "", example["quantity"])
     printed, true = _short(example["printed"]), _short(example["true"])
-    return f"{quantity}: printed {printed}, true {true}"
+    return f"{quantity}: implied {printed}, true {true}"
 
 
 def markdown() -> str:
@@ -143,6 +143,10 @@ def markdown() -> str:
         "*misprint*: another sign, symbol, number or reference was meant, as the paper's own",
         "formulas show. *not sharp*: true, and more is derived. *wording*: it says something other",
         "than what is meant, or two places contradict each other.",
+        "",
+        "*Implied* is what the print gives for the quantity beside it: the value of a printed",
+        "formula, or what a claim in words comes to, such as $\\infty$ for a time that is said to",
+        "grow without bound. *True* is the value that the details explain.",
         "",
         "| No. | Place | Printed | Correct | Kind | Consequence | Evidence |",
         "|---|---|---|---|---|---|---|",
@@ -183,7 +187,7 @@ def markdown() -> str:
             lines += [
                 f"- {numbered(example['quantity'])}, at {inputs}:",
                 "",
-                "  | printed | true | derived |",
+                "  | implied by the print | true | derived |",
                 "  |---|---|---|",
                 f"  | {' | '.join(given)} |",
             ]

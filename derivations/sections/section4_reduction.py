@@ -167,11 +167,10 @@ def amplitude(d: Any) -> None:
     theta = Symbol("theta", real=True)
 
     def from_characteristic() -> Any:
-        each = [sympy.exp(-((theta * b) ** 2) * t / 2) for b in _b]
-        second = -sympy.diff(sympy.prod(each), theta, 2).subs(theta, 0)
+        second = -sympy.diff(characteristic, theta, 2).subs(theta, 0)
         return sympy.sqrt(sympy.simplify(second / t))
 
-    d.step(
+    characteristic = d.step(
         "characteristic function of B W",
         "integrate",
         sympy.exp(-(theta**2) * t * (_b[0] ** 2 + _b[1] ** 2 + _b[2] ** 2) / 2),
@@ -197,13 +196,7 @@ def scaled_drift(d: Any) -> None:
     F = Function("F")
 
     def at_origin() -> list[Any]:
-        below, inside, above = smoothed()
         at_edge = d.use("eq:cont", "F(-1, -epsilon, z)", "F(1, epsilon, z)")
-        frozen = [
-            below.subs({y: 0, z: 0}),
-            inside.subs(y, eps * u).replace(F, lambda s, *_: F(s, 0, 0)),
-            above.subs({y: 0, z: 0}),
-        ]
         # f- and f+ at the origin are F at the ends.
         ends = {
             value.subs({eps: 0, z: 0}): F(side, 0, 0)
@@ -211,7 +204,7 @@ def scaled_drift(d: Any) -> None:
         }
         return [piece.subs(ends).replace(F, lambda s, *_: A(s)) for piece in frozen]
 
-    d.step(
+    frozen = d.step(
         "frozen at the origin",
         "substitute",
         (Function("f^-")(0, 0), F(u, 0, 0), Function("f^+")(0, 0)),
@@ -296,17 +289,18 @@ def reduced(d: Any) -> None:
 def scaling(d: Any) -> None:
     def same_equation(found: Any) -> dict[str, Any]:
         X, time, K = found
-        slope, clock = sympy.diff(X, y), sympy.diff(time, t)
+        units = {length: 1 / sympy.diff(X, y), clock: 1 / sympy.diff(time, t)}
+        drift, noise = (e.subs(units) for e in in_units)
         return {
             "edge of the layer at 1": X.subs(y, eps) - 1,
-            "drift stays phi": slope / clock - 1,
-            "noise": sympy.sqrt(_k**2 * slope**2 / clock) - K,
+            "drift stays phi": drift / phi(y / eps) - 1,
+            "noise": noise - K,
             "time starts at 0": time.subs(t, 0),
         }
 
     length, clock = sympy.symbols("ell tau", positive=True)
     d.names |= {length: r"\ell", clock: r"\tau"}
-    d.step(
+    in_units = d.step(
         "any units of length and time",
         "scale",
         (clock / length * phi(y / eps), _k * sympy.sqrt(clock) / length),
@@ -383,14 +377,14 @@ REGIONS = ((-1, -1), (-1, 1), (1, -1), (1, 1))
 def regions(d: Any) -> None:
     def count() -> Any:
         numbers = []
-        for minus, plus in REGIONS:
-            # d(y^2)/dt = 2 y dy/dt at y = -1 and y = 1: negative means towards the surface.
-            inward = [2 * side * field < 0 for side, field in ((-1, minus), (1, plus))]
-            numbers.append(sum(inward))
+        for signs in REGIONS:
+            # At speeds of 1, |u| falls (-1) or grows (1) at half the rate of u^2 at |u| = 1.
+            grows = [rate.subs(dict(zip(speeds, signs, strict=True))) / 2 for rate in rates]
+            numbers.append(sum((1 - one) / 2 for one in grows))
         return numbers
 
     ends, speeds = (-1, 1), sympy.symbols("a_minus a_plus", real=True)
-    d.step(
+    rates = d.step(
         "square of the distance from the surface",
         "differentiate",
         (-2 * speeds[0], 2 * speeds[1]),

@@ -30,27 +30,22 @@ _HALF = sympy.Rational(1, 2)
 
 @derives("eq:osc2", "The oscillator as a first-order system")
 def first_order(d: Any) -> None:
-    F = sympy.Function("F")
+    F, v = sympy.Function("F"), Symbol("v")
 
-    def from_second_order() -> list[Any]:
+    def from_second_order() -> Any:
         text, _ = DEFINITIONS["eq:osc1"].text.split(" = 0")
-        second, first = Symbol("second"), Symbol("first")
-        named = {"second": second, "first": first, "z": z, "F": F}
+        second = Symbol("second")
+        named = {"second": second, "first": v, "z": z, "F": F}
         model = sympy.sympify(text.replace("z''", "second").replace("z'", "first"), named)
         (acceleration,) = sympy.solve(model, second)
-        # y = z' + 1, whose rate is z''.
-        return [y - 1, acceleration.subs(first, y - 1)]
+        return acceleration
 
-    def rate() -> Any:
-        return from_second_order()[1].subs(y, Symbol("v") + 1)
-
-    v = Symbol("v")
     d.names |= {v: r"\dot z"}
-    d.step(
+    acceleration = d.step(
         "acceleration",
         "solve",
         -v - z - F(v + 1),
-        Identity(rate),
+        Identity(from_second_order),
         "the equation of motion, eq:osc1, solved for the second derivative",
         left=r"\ddot z",
     )
@@ -58,8 +53,8 @@ def first_order(d: Any) -> None:
         "y = z' + 1",
         "substitute",
         (y - 1, 1 - z - y - F(y)),
-        Identity(from_second_order),
-        "y is the velocity of the block relative to the belt",
+        Identity(lambda: [y - 1, acceleration.subs(v, y - 1)]),
+        "y is the velocity of the block relative to the belt, and its rate that of z'",
         left=(
             r"\dot z",
             r"\dot y",

@@ -160,7 +160,7 @@ def adiabatic(d: Any) -> None:
     rate = Function("k")
     held = sympy.exp(-Integral(rate(x), (x, 0, t)))
     d.suppose("1/|A_1| << T and |dT/dt| << 1, T with z frozen where it is at t")
-    d.step(
+    lost = d.step(
         "what is lost in a short time",
         "take limit",
         -rate(t) * Function("H")(t),
@@ -176,7 +176,7 @@ def adiabatic(d: Any) -> None:
         held,
         Satisfies(
             lambda h: {
-                "rate": sympy.simplify(h.diff(t) / h + rate(t)),
+                "rate": sympy.simplify(h.diff(t) - lost.subs(Function("H")(t), h)),
                 "all at the start": h.subs(t, 0).doit() - 1,
             }
         ),

@@ -199,7 +199,8 @@ def _cite(label: str = "") -> list[str]:
         "  author = {{The symasym developers}},",
         "  title = {symasym: escape times and {Laplace}-type integrals of smoothed switches",
         "           with noise},",
-        f"  version = {{{VERSION}}}{label and ','}",
+        f"  version = {{{VERSION}}},",
+        f"  year = {{2026}}{label and ','}",
         *([f"  note = {{Formula {label}}}"] if label else []),
         "}",
     ]
@@ -279,14 +280,14 @@ def _stands(sign: str, shown: str) -> bool:
 
 
 def _errata(label: str) -> list[str]:
-    """Boxes of the errata about a formula."""
-    lines: list[str] = []
+    """Boxes of the errata about a formula, folded where there are several."""
+    boxes: list[list[str]] = []
     for number, slip in enumerate(ERRATA, 1):
         if label == slip.label or (label == slip.derivation and slip.counterexample is not None):
             place, printed, right = (
                 numbered(text, "equation ") for text in (slip.place, slip.printed, slip.right)
             )
-            lines += [
+            box = [
                 f":::{{admonition}} The paper differs ({slip.kind}): {place}",
                 f"Printed: {printed}.",
                 "",
@@ -297,7 +298,9 @@ def _errata(label: str) -> list[str]:
                 ":::",
                 "",
             ]
-    return lines
+            boxes.append(box)
+    lines = [line for box in boxes for line in box]
+    return folded(f"The paper differs in {len(boxes)} places", lines) if boxes[1:] else lines
 
 
 def _evaluation(label: str) -> list[str]:
@@ -512,6 +515,9 @@ def graph_page(records: Records) -> str:
         if record["rests_on"] or label in used
     ]
     lines = [
+        "---",
+        "hide-toc: true",
+        "---",
         "# Which formula rests on which",
         "",
         "An arrow leads down from a result to one that uses it. Results that rest on definitions "

@@ -167,13 +167,13 @@ def add_report(commands: Commands) -> None:
     """Add the parser of ``report``."""
     parser = command(
         commands, "report",
-        "measure error against run time, of all methods and the peers that are installed",
+        "measure error against run time, of all methods and the other programs that are installed",
         _report, "symasym report --quick", 'symasym report --scene "friction k=0.1" --quick',
     )  # fmt: skip
     parser.add_argument(
         "--scene", nargs="+", action="extend", metavar="NAME", help="these scenes, not all"
     )
-    parser.add_argument("--quick", action="store_true", help="fewer orders and peers: minutes")
+    parser.add_argument("--quick", action="store_true", help="fewer orders and programs: minutes")
     parser.add_argument(
         "--stability", action="store_true", help="digits claimed and true, over the extreme scenes"
     )

@@ -267,7 +267,7 @@ def require_closed(program: Program) -> Program:
             if held:
                 raise InputError(
                     f"{program.label} cannot be emitted: {held[0]} has no closed form; give "
-                    "drift=… where it is the drift or its potential, or use the verb that "
+                    "drift=… where it is the drift or its potential, or use the function that "
                     "evaluates it."
                 )
     return program

@@ -60,7 +60,7 @@ def text(e: Expr, target: str) -> str:
     try:
         return str(CodePrinter(target).doprint(e))
     except NotEmittable as error:
-        raise InputError(f"{str(error).rstrip('.')}; use the verb that evaluates it.") from None
+        raise InputError(f"{str(error).rstrip('.')}; use the function that evaluates it.") from None
 
 
 def wrapped(

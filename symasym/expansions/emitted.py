@@ -178,7 +178,7 @@ def require_emittable(e: Expansion, free: Any, expressions: Any) -> None:
     if any(x.has(FinitePart, sympy.Integral) for x in expressions):
         raise InputError(
             f"A = {e.drift.expression()} is no polynomial in u, so that the regular part "
-            "has no closed form; emit a term's expression, or use the verb."
+            "has no closed form; emit a term's expression, or use the function."
         )
     odd = [s for s in free if s in e.equations and not s.is_real]
     if odd:

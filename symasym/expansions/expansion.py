@@ -260,7 +260,7 @@ class Expansion:
         )  # fmt: skip
 
     def evaluate(self, kappa: Numbers, r: Numbers | None = None, **options: Any) -> Answer:
-        """The value for a bound drift, by the verb of the quantity with this order.
+        """The value for a bound drift, by the function of the quantity with this order.
 
         Parameters
         ----------
@@ -272,7 +272,7 @@ class Expansion:
         Raises
         ------
         InputError
-            For free parameters, and as the verb.
+            For free parameters, and as the function.
         """
         method = {"weak": "laplace", "strong": "strong_noise"}.get(self.noise, self.noise)
         known: dict[str, Any] = {"method": method, "order": self.order, **options}

@@ -192,7 +192,10 @@ def test_a_page_says_what_where_and_under_which_conditions(
     false = text[order[2] : order[3]]
     assert false.count("- It is false that it holds up to ") == 2
     assert false.count(": friction, $\\mu = 3$") == 2
-    assert text.count("<details>") == 2
+    several = text.count("{admonition} The paper differs")
+    assert several > 1
+    assert f"<summary>The paper differs in {several} places</summary>" in text
+    assert text.count("<details>") == 3
     assert 'data-copy="T = \\frac{r}{a^+} + ' in text
     # Titles are words alone, in the sidebar as well.
     for label in records:

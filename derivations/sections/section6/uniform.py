@@ -8,6 +8,7 @@ a barrier that may coalesce (Chester, Friedman and Ursell), and the Gaussian tru
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import sympy
@@ -423,6 +424,22 @@ def truncated_gaussian(d: Any) -> None:
             r"\rho'(0)",
         ),
     )
+    barrier = d.step(
+        "a barrier to every order",
+        "integrate",
+        (a * tail, a_down * falling, weights * integral - a_down * falling * b),
+        Satisfies(lambda found: _to_every_order(found, 1, _D)),
+        "by parts u' is a + lam t B - B' for e^(-lam t^2/2) and c + lam t E + E' for "
+        "e^(lam t^2/2), a, c and B, E series in 1/lam; w = a c, L is the integral of D; what is "
+        "left, B and E among it, is analytic at the barrier",
+    )
+    well = d.step(
+        "a well to every order",
+        "integrate",
+        (-a_down * falling, -a * tail, -weights * integral - a * tail * b_down),
+        Satisfies(lambda found: _to_every_order(found, -1, _sigma)),
+        "as before, L now the integral of sigma",
+    )
     parts = d.step(
         "by parts",
         "integrate",
@@ -440,8 +457,9 @@ def truncated_gaussian(d: Any) -> None:
         "single integrals",
         "substitute",
         (-(peak * tail + rest / lam), peak * falling + rest / lam),
-        Satisfies(lambda found: _single(found, parts)),
-        "in units of e^(-+lam t^2/2), q = rho(t) at the end; what is left is rho' over lam",
+        Satisfies(lambda found: _single(found, parts) | _first(found, barrier, well)),
+        "the first terms, a = c = p and B = E = q/lam with q = rho(t) at the end, in units of "
+        "e^(-+lam t^2/2); what is left is rho' over lam",
         left=(
             "I_{+}",
             "I_{-}",
@@ -451,25 +469,9 @@ def truncated_gaussian(d: Any) -> None:
         "both",
         "integrate",
         peak**2 * (integral - sympy.log(t)) / lam - peak * falling * rest / lam,
-        Satisfies(_nested),
+        Satisfies(lambda found: _nested(found) | _first_both(found, barrier, well)),
         "L is the integral of lam D from 0 on; the regular part is that of 1/phi over lam",
         left="I_{+-}",
-    )
-    d.step(
-        "a barrier to every order",
-        "integrate",
-        (a * tail, a_down * falling, weights * integral - a_down * falling * b),
-        Satisfies(lambda found: _to_every_order(found, 1, _D)),
-        "by parts u' is a + lam t B - B' for e^(-lam t^2/2) and c + lam t E + E' for "
-        "e^(lam t^2/2), a, c and B, E series in 1/lam; w = a c, L is the integral of D; what is "
-        "left, B and E among it, is analytic at the barrier",
-    )
-    d.step(
-        "a well to every order",
-        "integrate",
-        (-a_down * falling, -a * tail, -weights * integral - a * tail * b_down),
-        Satisfies(lambda found: _to_every_order(found, -1, _sigma)),
-        "as before, L now the integral of sigma",
     )
     d.conclude(
         (Symbol("I_up"), Symbol("I_down"), Symbol("I_both")),
@@ -536,6 +538,40 @@ def _to_every_order(found: Any, inward: int, of_area: Any) -> dict[str, Any]:
         "e^(lam t^2/2)": sympy.expand(slope_of(by_dawson) + lam * t * by_dawson - weight_down),
         "the regular part has D": left_out.coeff(_D(t)),
         "the regular part has sigma": left_out.coeff(_sigma(t)),
+    }
+
+
+def _first_terms(barrier: Any, well: Any) -> Iterator[tuple[str, Any]]:
+    """A barrier's pieces to first order: its own, and a well's with the sign of lam changed."""
+    mirror = {
+        tail: -falling, falling: -tail, integral: -integral, a: a_down, a_down: a, b_down: -b,
+    }  # fmt: skip
+    first = {a: peak, a_down: peak, weights: peak**2, b: rest / lam, integral: integral / lam}
+    for name, pieces in {
+        "barrier": barrier,
+        "well": [e.subs(mirror, simultaneous=True) for e in well],
+    }.items():
+        yield name, [e.subs(first) for e in pieces]
+
+
+def _first(found: Any, barrier: Any, well: Any) -> dict[str, Any]:
+    """What is beyond the end, and what is before it, less rho over lam."""
+    return {
+        f"{way} of a {name}": e
+        for name, (up, down, _) in _first_terms(barrier, well)
+        for way, e in {
+            "beyond": found[0] + up + rest / lam,
+            "before": found[1] - down - rest / lam,
+        }.items()
+    }
+
+
+def _first_both(found: Any, barrier: Any, well: Any) -> dict[str, Any]:
+    """The iterated integral but for the logarithm, which the regular part leaves."""
+    logarithm = peak**2 * sympy.log(t) / lam
+    return {
+        f"of a {name}": sympy.expand(found + logarithm - regular)
+        for name, (*_, regular) in _first_terms(barrier, well)
     }
 
 

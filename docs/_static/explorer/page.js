@@ -105,15 +105,15 @@ function short(x, count = 4) {
   return Number(x.toPrecision(count)).toString().replace("-", "−");
 }
 
-/** e^log to four digits, whatever its size, as HTML. */
-function fromLog(log) {
+/** e^log to so many digits, whatever its size, as HTML. */
+function fromLog(log, digits = 4) {
   if (log === null) return NONE;
   const log10 = log / Math.LN10;
-  if (log10 > -3 && log10 < 5) return short(Math.exp(log));
+  if (log10 > -3 && log10 < 5) return short(Math.exp(log), digits);
   let power = Math.floor(log10);
-  let digits = (10 ** (log10 - power)).toFixed(3);
-  if (digits === "10.000") [digits, power] = ["1.000", power + 1];
-  return `${digits} × 10<sup>${String(power).replace("-", "−")}</sup>`;
+  let mantissa = (10 ** (log10 - power)).toFixed(digits - 1);
+  if (mantissa.startsWith("10")) [mantissa, power] = [(1).toFixed(digits - 1), power + 1];
+  return `${mantissa} × 10<sup>${String(power).replace("-", "−")}</sup>`;
 }
 
 const REGION = {
@@ -158,8 +158,8 @@ function rows(n) {
     "height of the barrier": short(height),
     "Stokes multiplier, and as a step": `${short(n.smooth)}, ${short(n.step)}`,
     "T, scaled, z frozen": fromLog(n.logExact),
-    "relative error of T itself, at most about": fromLog(n.logOwnError),
-    "until the belt has z at the fold z₀⁽⁺⁾": dragged(n),
+    "relative error of T itself, at most about": fromLog(n.logOwnError, 2),
+    "time for the belt to carry z to the fold z₀⁽⁺⁾": dragged(n),
     "T, physical: ε times that": fromLog(physical),
     "T, scaled, by the paper’s formula": fromLog(n.logTime),
     "relative error of the paper’s formula": relative(n.logTime, n.logExact),

@@ -96,7 +96,7 @@ def laplace_integral(
     Returns
     -------
     LaplaceExpansion
-        With the verbs of `Expansion`: ``expression``, ``terms``, ``conditions``, ``error``,
+        With the methods of `Expansion`: ``expression``, ``terms``, ``conditions``, ``error``,
         ``bind(**values)``, ``evaluate(lam, dps=None, log=False, full=False)``, ``latex()`` and
         ``emit(target)``; and ``bound``, ``contributions`` and ``dropped``.
 

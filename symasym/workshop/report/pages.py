@@ -79,17 +79,19 @@ def head(command: str, machine: str, missing: list[str]) -> list[str]:
     gone = ", ".join(missing)
     return [
         f"Made by `{command}`, and nothing in it is typed by hand. {machine}",
-        f"Not installed, and left out: {gone}." if gone else "Every peer was installed.",
+        f"Not installed, and left out of these parts: {gone}."
+        if gone
+        else "Every other program was installed for these parts.",
     ]
 
 
 def when(points: list[Point]) -> str:
-    """The table of symasym's cheapest for each error, and the fastest peer below it."""
+    """The table of symasym's cheapest for each error, and below it the fastest other program."""
     rows = []
     for scene in dict.fromkeys(p.scene for p in points):
         own = [p for p in points if p.scene == scene]
         for mine in (True, False):
-            cells = [f"**{scene}**" if mine else "(peers)"]
+            cells = [f"**{scene}**" if mine else "(others)"]
             for allowed in THRESHOLDS.values():
                 best = cheapest(own, allowed, mine)
                 cells.append("–" if best is None else _cell(best))
@@ -213,8 +215,8 @@ def parts(
         ],
         "when": [
             "symasym's fastest method whose true error is at most that at the head of the column, "
-            "and in the row below it the fastest peer. An epsrel is what `dblquad` was asked for, "
-            "not the error that it reached.",
+            "and in the row below it the fastest of the other programs. An epsrel is what "
+            "`dblquad` was asked for, not the error that it reached.",
             when(points),
         ],
         "diagram": [
@@ -230,8 +232,9 @@ def parts(
             reached(points),
         ],
         "claims": [
-            f"Points whose claimed error is below the true one: {len(ours)} of symasym"
-            + (f", {len(others)} of the peers: {listed}." if others else ", none of the peers."),
+            f"Points whose claimed error is below the true one: {len(ours)} of symasym.",
+            f"{len(others)} points of other programs have an error above the one they state or, "
+            f"where they state none, fewer digits than requested{listed and ': '}{listed}.",
         ],
         "growth": [
             growth(grown),
