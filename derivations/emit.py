@@ -383,7 +383,10 @@ def doc(item: Emitted) -> str:
 
 
 def statement(item: Emitted) -> dict[str, Any]:
-    """A function as data, its symbols named as in the code: what `sa.emit` prints."""
+    """A function as data, its symbols named as in the code: what `sa.emit` prints.
+
+    Of a step, the step's LaTeX as well.
+    """
     stated = expression(item)
     names, arguments = named(stated)
     called = {s: sympy.Symbol(names[s], **s._assumptions_orig) for s in arguments}
@@ -393,7 +396,13 @@ def statement(item: Emitted) -> dict[str, Any]:
         "doc": doc(item),
         "arguments": [names[s] for s in arguments],
         "expression": sympy.srepr(pieces[0] if len(pieces) == 1 else sympy.Tuple(*pieces)),
+        "latex": _latex_of_step(item) if item.step else "",
     }
+
+
+def _latex_of_step(item: Emitted) -> str:
+    derivation = build(item.label)
+    return next(s.latex(derivation.names) for s in derivation.steps if s.name == item.step)
 
 
 def formulas() -> str:

@@ -36,6 +36,18 @@ UNLABELLED = tuple(
     """.split()  # noqa: SIM905
 )
 
+#: Those that the paper has not, with the entry of docs/paper.bib that has the method, if any.
+BEYOND = dict.fromkeys(
+    """
+    positive-form positive-density constant-panel panel-step saddle-series endpoint-series
+    regular-part saddle-recurrences two-sides release-time release-order release-adiabatic
+    frozen-time fold-delay
+    """.split(),  # noqa: SIM905
+    "",
+)
+BEYOND |= dict.fromkeys(("pair-products", "pair-primitives", "airy-form"), "ChesterFriedmanUrsell")
+BEYOND |= {"truncated-gaussian": "Bleistein"}
+
 
 @dataclass(frozen=True)
 class Definition:

@@ -78,7 +78,13 @@ def steps(record: dict[str, Any], level: int) -> list[str]:
             lines += [f"Why: {words(step['reason'])}.", ""]
         how = "" if step["how"] in explained else f"{words(step['how'])}. "
         checked = f"Check ({step['kind']}): {how}{_sentence(step['detail'])}."
-        if re.fullmatch(r"(difference is exactly 0 \([^()]*\)(; )?)+", step["detail"]):
+        holds = re.fullmatch(r"holds exactly: ([^;]+)", step["detail"])
+        if holds and step["kind"] == "symbolic identity":
+            way = escape(step["how"])
+            checked = (
+                f'<span title="{way}">Checked symbolically</span>, exactly: {words(holds[1])}.'
+            )
+        elif re.fullmatch(r"(difference is exactly 0 \([^()]*\)(; )?)+", step["detail"]):
             # How it was checked is shown when the words are pointed at.
             way = escape(f"{step['how']}: {step['detail']}")
             sides = "the leading parts" if "leading part" in step["how"] else "both sides"

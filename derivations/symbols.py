@@ -48,6 +48,7 @@ _DRIFT = "velocity, y/t: the same scaled and unscaled"
 _SLOPE = "1/scaled time"
 _POTENTIAL = "scaled: position times velocity"
 _H = "scaled length times lam^k"
+_LENGTH = "scaled length to the power"
 
 #: Domains of integration of eq:fourPieces.
 PIECES = {
@@ -121,7 +122,7 @@ MEANINGS: dict[str, Meaning] = {
     "R": Meaning("density integrated over all time", "scaled time per scaled length", _T),
     "C": Meaning("probability of leaving through -r", _PURE, _C),
     "C_high": Meaning("upper bound on C", _PURE, _C),
-    "J": Meaning("flux of R", _PURE, _C),
+    "J": Meaning("flux of R to the left", _PURE, _C),
     "kappa_c": Meaning("noise below which escape is exponentially slow", "unscaled", _T),
     "kappa_e": Meaning(
         "noise at which the well's term of T is r/a+", "scaled: kappa_p/sqrt(eps)", _T
@@ -211,10 +212,15 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "c_2": Meaning("curvature of V at the well, of -V at a barrier", _SLOPE),
         **{
             f"c_{j}": Meaning(
-                f"derivative {j} of V there, of -V at a barrier",
-                f"scaled velocity over the power {j - 1} of length",
+                f"{nth} derivative of V there, of -V at a barrier",
+                f"scaled velocity per scaled length {power}",
             )
-            for j in range(3, 7)
+            for j, nth, power in (
+                (3, "third", "squared"),
+                (4, "fourth", "cubed"),
+                (5, "fifth", "to the fourth"),
+                (6, "sixth", "to the fifth"),
+            )
         },
     },
     "pair-products": {
@@ -240,27 +246,33 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "index": Meaning("number of the coefficient, from 0 on", "a whole number"),
     },
     "pair-primitives": {
-        "H_even": Meaning("primitive of alpha/(y^2 - R^2), y > 0", "in y", _T),
-        "H_line": Meaning("primitive of alpha/(y^2 + R^2)", "in y", _T),
-        "H_odd": Meaning("primitive of beta y/(y^2 - D)", "in y", _T),
-        "s_1": Meaning("integral of 1/(y^2 + R^2) over the line", "in y", _T),
-        "s_next": Meaning("that of the next power", "in y", _T),
+        "H_even": Meaning("primitive of alpha/(y^2 - R^2), y > 0", _SCALED_TIME, _T),
+        "H_line": Meaning("primitive of alpha/(y^2 + R^2)", _SCALED_TIME, _T),
+        "H_odd": Meaning("primitive of beta y/(y^2 - D)", _SCALED_TIME, _T),
+        "s_1": Meaning("integral of 1/(y^2 + R^2) over the line", "1/scaled length", _T),
+        "s_next": Meaning("that of the next power", f"{_LENGTH} -1 - 2 n", _T),
         "b_next": Meaning("the next binomial coefficient", _PURE, _T),
-        "I": Meaning("integral of y^(j + 2) (y^2 - D)^(-n)", "in y", _T),
-        "h_next": Meaning("coefficient of a power in -h'", "in y", _T),
-        "alpha": Meaning("even part of the pair's share of 1/phi", "in y"),
-        "beta": Meaning("odd part of the pair's share of 1/phi", "in y"),
+        "I": Meaning("integral of y^(j + 2) (y^2 - D)^(-n)", f"{_LENGTH} j + 3 - 2 n", _T),
+        "h_next": Meaning("coefficient of a power in -h'", f"h times {_LENGTH} 2 p + 1 - j", _T),
+        "alpha": Meaning(
+            "coefficient in the pole part of 1/phi, (alpha + beta y)/(y^2 - D)",
+            "scaled time times scaled length",
+        ),
+        "beta": Meaning("coefficient of y in it", _SCALED_TIME),
         "y": Meaning("position from half-way between the zeros", "scaled: y/eps"),
         "R": Meaning("sqrt(|D|), half the zeros' distance if they are real", "scaled: y/eps"),
         "gap": Meaning("y - R", "scaled: y/eps"),
-        "square": Meaning("D, the square of half the zeros' distance", "scaled"),
-        "product": Meaning("|y^2 - D|", "scaled"),
-        "share": Meaning("integral of (y^2 + R^2)^(-n) over the line", "in y"),
+        "square": Meaning(
+            "square of half the zeros' distance, negative for a complex pair",
+            "scaled length squared",
+        ),
+        "product": Meaning("|y^2 - D|", "scaled length squared"),
+        "share": Meaning("integral of (y^2 + R^2)^(-n) over the line", f"{_LENGTH} 1 - 2 n"),
         "term": Meaning("binomial coefficient of D^i y^(-2n - 2i)", _PURE),
-        "lower": Meaning("integral of y^j (y^2 - D)^(1 - n)", "in y"),
-        "same": Meaning("integral of y^j (y^2 - D)^(-n)", "in y"),
-        "before": Meaning("coefficient of the power below", "in y"),
-        "after": Meaning("coefficient of the power above", "in y"),
+        "lower": Meaning("integral of y^j (y^2 - D)^(1 - n)", f"{_LENGTH} j + 3 - 2 n"),
+        "same": Meaning("integral of y^j (y^2 - D)^(-n)", f"{_LENGTH} j + 1 - 2 n"),
+        "before": Meaning("coefficient of the power below", f"h times {_LENGTH} 2 p + 1 - j"),
+        "after": Meaning("coefficient of the power above", f"h times {_LENGTH} 2 p - 1 - j"),
         "n": Meaning("power of the pole", "a whole number"),
         "i": Meaning("number of the coefficient, from 0 on", "a whole number"),
         "power": Meaning("power of the pole of h", "a whole number"),
@@ -463,7 +475,13 @@ IN_WORDS: dict[str, dict[str, Meaning]] = {
         "J_0": MEANINGS["J0"],
         "J_1": MEANINGS["J1"],
     },
-    "eq:S": {"A": MEANINGS["A"], r"\zeta": _ZETA},
+    "eq:S": {
+        "A": MEANINGS["A"],
+        r"\zeta": _ZETA,
+        "s": _S_OF_U,
+        "p": Meaning("du/ds half-way between the zeros", "scaled length times lam^(1/3)"),
+        "G": Meaning("Ai^2 + Bi^2", _PURE),
+    },
     "C-bound": {
         r"V_{\max}": Meaning("largest value of the potential on 0 <= u <= 1", _POTENTIAL),
         r"\Delta": Meaning("any number between 0 and 1, in the end 1/4", _PURE),

@@ -200,7 +200,7 @@ ERRATA: tuple[Erratum, ...] = (
         "",
         "wrong",
         r"in weak noise eq:Ttildesmall makes $T$ exponentially large",
-        r"only with a well ahead of the start, as eq:S itself says",
+        r"only if there is a well, and $u_2 > 0$ or $V(0) > V(u_1)$",
         r"none",
         "eq:S",
         evidence.no_well,

@@ -186,7 +186,7 @@ def adiabatic(d: Any) -> None:
     d.conclude(
         Function("H")(t),
         found,
-        "what the supposition leaves out",
+        "not estimated; small where the conditions hold",
         note="H is the chance to be held at t, k(t) = 1/T with z frozen where it is then",
     )
 

@@ -113,7 +113,8 @@ CALLS: dict[str, tuple[str, ...]] = {
     "release-order": _release("0.5", "1e-5", "frozen", "first_order", "march"),
     "release-adiabatic": _release("0.1", "0.01", "adiabatic", "march"),
     "frozen-time": _release("0.3", "1e-6", "frozen", "march"),
-    "fold-delay": (_BLOCK, 'block.drag_time("-0.4", "0.01")'),
+    # In the page's units; curvature times speed is 1.
+    "fold-delay": ("from mpmath import airyaizero, cbrt", "-airyaizero(1)/cbrt(0.01)"),
 }
 
 

@@ -18,11 +18,11 @@ import sympy
 
 from derivations import report
 from derivations.errata.entries import ERRATA
-from derivations.labels import NUMBERS, numbered
+from derivations.labels import BEYOND, NUMBERS, numbered
 from derivations.prose import prose
 from derivations.registry import build, entries
 from derivations.runner import slug
-from derivations.symbols import IN_WORDS, MEANINGS, QUANTITIES, quantities, symbols
+from derivations.symbols import IN_WORDS, LOCAL, MEANINGS, QUANTITIES, quantities, symbols
 from symasym import friction
 from symasym.base.errors import InputError
 from symasym.derivation.results import latex
@@ -161,9 +161,10 @@ def heading(title: str) -> str:
 
 
 def place(label: str) -> str:
-    """A label, and the number of its equation in the paper if it has one."""
+    """A label, and the number of its equation in the paper, or that the paper has it not."""
     number = f", equation ({NUMBERS[label]}) of [the paper]({_ARXIV})" if label in NUMBERS else ""
-    return f"`{label}`{number}"
+    beyond = f", not in [the paper]({_ARXIV})" if label in BEYOND else ""
+    return f"`{label}`{number}{beyond}"
 
 
 def _link(label: str, text: str = "") -> str:
@@ -172,13 +173,17 @@ def _link(label: str, text: str = "") -> str:
 
 def _section(label: str) -> str:
     """The first words of the section module's docstring: where in the paper the formula is."""
-    return sections()[entries()[label].module].partition(":")[0]
+    place = sections()[entries()[label].module].partition(":")[0]
+    return f"It belongs to {place}" if label in BEYOND and place.startswith("Section") else place
 
 
 def _cite(label: str = "") -> list[str]:
-    """BibTeX of the paper and of symasym, folded; of a formula's label with its place in both."""
+    """BibTeX of the paper and of symasym, folded; of a formula's label with its place in both.
+
+    What the paper has not begins with its own source.
+    """
     number = f"Equation ({NUMBERS[label]})" if label in NUMBERS else ""
-    entry = [
+    paper = [
         "@misc{JeffreySimpson,",
         "  author = {Jeffrey, M. R. and Simpson, D. J. W.},",
         "  title = {Non-{F}ilippov dynamics arising from the smoothing of nonsmooth systems, and",
@@ -188,6 +193,8 @@ def _cite(label: str = "") -> list[str]:
         f"  year = {{2013}}{number and ','}",
         *([f"  note = {{{number}}}"] if number else []),
         "}",
+    ]
+    software = [
         "@software{symasym,",
         "  author = {{The symasym developers}},",
         "  title = {symasym: escape times and {Laplace}-type integrals of smoothed switches",
@@ -197,7 +204,17 @@ def _cite(label: str = "") -> list[str]:
         *([f"  note = {{Formula {label}}}"] if label else []),
         "}",
     ]
-    return folded("Cite", ["```bibtex", *entry, "```", ""])
+    cited = [*paper, *software]
+    if label in BEYOND:
+        cited = [*_source(BEYOND[label]), *software, *paper]
+    return folded("Cite", ["```bibtex", *cited, "```", ""])
+
+
+def _source(key: str) -> list[str]:
+    """The lines of an entry of docs/paper.bib; none for no key."""
+    bibliography = (DOCS / "paper.bib").read_text("utf-8")
+    found = re.search(rf"^@\w+{{{key},.*?^}}$", bibliography, re.DOTALL | re.MULTILINE)
+    return found[0].splitlines() if key and found else []
 
 
 def _tools(label: str, record: Mapping[str, Any]) -> list[str]:
@@ -367,7 +384,7 @@ def _used(label: str, records: Records) -> list[str]:
 
 
 def _rows(labels: Iterable[str], records: Records) -> list[str]:
-    """Each formula under its title, with its error."""
+    """Each formula under its title, with its error and the symbols that are its own."""
     lines: list[str] = []
     for label in labels:
         record = records[label]
@@ -375,8 +392,29 @@ def _rows(labels: Iterable[str], records: Records) -> list[str]:
             f"**{_link(label)}**, {_named(label)}; error: {report.words(record['error'])}.",
             "",
             *report.display(record["latex"]),
+            *_own(label, record["latex"]),
         ]
     return lines
+
+
+#: Symbols of the problem, which need no explanation beside every formula.
+_COMMON = frozenset(
+    """
+    u v y z t a phi A V T C P r kappa lam epsilon kappa_phys r_phys a_minus a_plus u1 u2 mu alpha
+    z0
+    """.split()  # noqa: SIM905
+)
+
+
+def _own(label: str, shown: str) -> list[str]:
+    """A line that explains the symbols of a formula that are not the problem's."""
+    local = LOCAL.get(label, {})
+    own = [
+        f"${s.latex}$: {report.words(s.meaning.text)}"
+        for s in symbols(label)
+        if (s.name in local or not (s.left or s.name in _COMMON)) and _stands(s.latex, shown)
+    ]
+    return [f"where {'; '.join(own)}.", ""] if own else []
 
 
 def _named(label: str) -> str:

@@ -368,9 +368,13 @@ def drag_time(
     """
     times = []
     for one, other in zip(points[:-1], points[1:], strict=True):
-        u = np.linspace(float(one.u), float(other.u), 2001)
-        depth = phi(u)
-        k = int(np.argmax(np.abs(depth)))
+        low, high = float(one.u), float(other.u)
+        # The depth is stationary at its place: three grids in turn have it to rounding.
+        for _ in range(3):
+            u = np.linspace(low, high, 2001)
+            depth = phi(u)
+            k = int(np.argmax(np.abs(depth)))
+            low, high = u[max(k - 1, 0)], u[min(k + 1, u.size - 1)]
         change = float(rate(u[k : k + 1])[0])
         if {one.kind, other.kind} == {"well", "barrier"} and change * depth[k] < 0.0:
             times.append(float(abs(depth[k] / change)))

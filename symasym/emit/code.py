@@ -124,7 +124,13 @@ def _numbers(parameters: Mapping[str, Any] | None) -> dict[str, Any]:
 def _of_formula(formula: Record) -> Program:
     """The functions that the derivations emit, or one function of all symbols."""
     functions = tuple(
-        Function(item["name"], item["doc"], tuple(item["arguments"]), (Case(item["values"]),))
+        Function(
+            item["name"],
+            item["doc"],
+            tuple(item["arguments"]),
+            (Case(item["values"]),),
+            latex=item["latex"],
+        )
         for item in formula.code
     )
     label = formula.label
@@ -134,7 +140,8 @@ def _of_formula(formula: Record) -> Program:
     )  # fmt: skip
     if functions:
         return program
-    return replace(program, functions=(_function(program.name, formula.title, formula.expression),))
+    whole = _function(program.name, formula.title, formula.expression)
+    return replace(program, functions=(replace(whole, latex=""),))
 
 
 def _of_expression(what: Any, name: str) -> Program:

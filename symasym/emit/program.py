@@ -155,6 +155,8 @@ class Function:
         The logarithm of the value, where it is known better than by taking it.
     outside : str
         What is wrong where no case holds.
+    latex : str, optional
+        The step that states it; empty where the formula itself does.
     """
 
     name: str
@@ -165,6 +167,7 @@ class Function:
     outside: str = "no case of the formula holds there"
     quadrature: Quadrature | None = None
     first_passage: FirstPassage | None = None
+    latex: str | None = None
 
     @property
     def symbols(self) -> set[Any]:

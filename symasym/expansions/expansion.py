@@ -493,7 +493,7 @@ def expand(
     ``noise="uniform"`` is ``method="uniform"`` of this order (`symasym.expansions.uniform`,
     `symasym.expansions.uniform_series`). Its expression is long: numbers are sooner put into
     `formula` and `definitions`, one after the other.
-    That r > 1 is supposed.
+    r > 1 is assumed.
 
     Examples
     --------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import shutil
 import subprocess
 from fractions import Fraction
@@ -372,6 +373,18 @@ def test_parameters_are_called_as_the_user_likes(target, name):
     assert float(time) == pytest.approx(sa.escape_time(bound, 0.5, 2, log=True), rel=1e-12)
     share = sa.emit("eq:P", target, drift=drift).load().occupation(0.5, 0.75)
     assert float(share) == pytest.approx(sa.occupation(bound, 0.5), rel=1e-12)
+
+
+def test_latex_has_the_symbols_of_the_formula_and_no_names_of_programs():
+    for label in ("saddle-recurrences", "pair-primitives", "eq:secondTerm", "eq:pss"):
+        text = sa.emit(label, "latex")
+        words = set(re.findall(r"\\mathrm\{([^}]*)\}", text))
+        assert words <= {"even", "line", "odd"}
+        # What the formula states stands there once, what a step states besides it as well.
+        assert text.count(sa.formula(label).latex()) == 1
+    assert r"\log T_2" in sa.emit("eq:secondTerm", "latex")
+    # With a number in it, it is no step any more.
+    assert "next" in sa.emit("saddle-recurrences", "latex", {"n": 2})
 
 
 def test_latex_is_typeset(tmp_path):

@@ -343,7 +343,7 @@ def test_a_reduction_becomes_a_system():
 def test_the_drag_time_is_the_way_to_the_fold():
     fold = sa.friction(mu=2, alpha=1).folds().z0[0]
     block = sa.oscillator(mu=2, alpha=1)
-    assert block.drag_time("-0.3", "0.02") == pytest.approx((-0.3 - fold) / 0.02, rel=1e-5)
+    assert block.drag_time("-0.3", "0.02") == pytest.approx((-0.3 - fold) / 0.02, rel=1e-14)
     assert block.drag_time("-3", "0.02") == float("inf")
     # Marched without much noise, the block is past the fold that much later and its flight.
     answer = sa.release(block, 0.05, 10, eps="0.02", start=(0, "-0.3"), rtol=1e-3)

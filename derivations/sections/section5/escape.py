@@ -189,7 +189,7 @@ def first_integral(d: Any) -> None:
         ),
         left="J",
     )
-    d.conclude(Symbol("J"), found, note="J = (kappa^2/2) R' - phi R, the flux of R")
+    d.conclude(Symbol("J"), found, note="J = (kappa^2/2) R' - phi R, the flux of R to the left")
 
 
 @derives("density-R", "R by an integrating factor", ("first-integral",))

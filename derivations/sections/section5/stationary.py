@@ -164,9 +164,10 @@ def steady_state(d: Any) -> None:
         }
 
     d.suppose("the density and its flux vanish at infinity")
+    d.suppose("a- > 0 > a+, for K > 0 to exist", where="else the mass is infinite")
     p = Function("p_ss")(u)
     flux = d.step(
-        "flux of a stationary density",
+        "flux to the left of a stationary density",
         "integrate",
         -phi(u) * p + _half * sympy.Derivative(p, u),
         Satisfies(
@@ -208,10 +209,10 @@ def steady_state(d: Any) -> None:
         "K is the density at -1, and follows from the whole mass, 1 (eq:P)",
         left="p_{ss}(u)",
     )
-    length = Symbol("R", positive=True)
+    length = Symbol("ell", positive=True)
     decay = sympy.exp(-2 * a_minus * (length - 1) / kappa**2)
     d.step(
-        "mass left of the layer, up to -R",
+        "mass left of the layer, up to -ell",
         "integrate",
         kappa**2 / (2 * a_minus) * (1 - decay),
         Identity(
@@ -219,7 +220,7 @@ def steady_state(d: Any) -> None:
                 with_potential(found / K).replace(phi, lambda _: a_minus).doit(), (u, -length, -1)
             )
         ),
-        "finite as R grows only for a- > 0; on the right in the same way only for a+ < 0",
-        left=r"\int_{-R}^{-1} e^{-2 V(u)/\kappa^2} \, du",
+        "finite as ell grows only for a- > 0; on the right in the same way only for a+ < 0",
+        left=r"\int_{-\ell}^{-1} e^{-2 V(u)/\kappa^2} \, du",
     )
     d.conclude(Function("p_ss")(u), found)

@@ -253,8 +253,11 @@ def pair_primitives(d: Any) -> None:
     d.conclude(
         tuple(map(Symbol, ("H_even", "H_line", "H_odd", "s_1", "s_next", "b_next", "I", "h_next"))),
         (real, line, logarithm, whole, following, binomial, reduced, fall),
-        note="primitives of alpha/(y^2 - R^2), alpha/(y^2 + R^2) and beta y/(y^2 - D), of which "
-        "the first two vanish at oo; s_n is the integral of (y^2 + R^2)^(-n) over the line",
+        note="the pole part of 1/phi beside two close zeros, (alpha + beta y)/(y^2 - D), is "
+        "integrated, and its powers by recurrence. The first three are primitives of "
+        "alpha/(y^2 - R^2), alpha/(y^2 + R^2) and beta y/(y^2 - D), of which the first two vanish "
+        "at oo; arccot lies between 0 and pi; s_n is the integral of (y^2 + R^2)^(-n) over the "
+        "line",
     )
 
 

@@ -121,7 +121,8 @@ def stokes(d: Any) -> None:
         "substitute",
         products[0] / sum(products),
         Identity(of_the_pair),
-        "J(Z) of 'pair-products' over J(Z) + J(-Z), which is even in Z",
+        "J(Z) of 'pair-products' over J(Z) + J(-Z), which is even in Z; T has "
+        "p^2 lam^(1/3) J(Z), finite on the fold",
         left="S(Z)",
     )
     d.step(
@@ -149,9 +150,12 @@ def stokes(d: Any) -> None:
             r"u_2 = O(\kappa) \text{: uniform through } u_2 = 0",
             r"Z = O(1) \text{: uniform through the fold}",
         ),
-        note="A > 0 on the layer means that there is no well; Z = lam^(2/3) zeta, with zeta of "
-        "'pair-products'; the multiplier belongs to the well's term of eq:Ttildesmall, and for "
-        "u2 < 0 another term may be large",
+        note="A > 0 on the layer means that there is no well. S of u2 multiplies the well's term "
+        "of eq:Ttildesmall, as the barrier passes the start; for u2 < 0 another term may be large. "
+        "S(Z) is another multiplier, as well and barrier pass the fold, where that term diverges: "
+        "it multiplies pi^2 p^2 lam^(1/3) (G(Z) + G(-Z)), G = Ai^2 + Bi^2, which is finite there "
+        "and for Z >> 1 is that term to leading order in zeta. Here p = du/ds half-way between the "
+        "zeros, phi du = (s^2 - zeta) ds and Z = lam^(2/3) zeta, as for 'pair-products'",
     )
 
 

@@ -145,7 +145,7 @@ def gaussian(d: Any) -> None:
 
 @derives(
     "eq:secondTerm",
-    "The second piece: the well's term and its sharp order",
+    "The second piece: Kramers' time and its first correction",
     ("gaussian-step", "saddle-series"),
 )
 def second(d: Any) -> None:
@@ -204,7 +204,10 @@ def second(d: Any) -> None:
         Symbol("T_2"),
         found,
         "relative O(kappa^2)",
-        note="D = V(u2) - V(u1), the height of the barrier",
+        note="D = V(u2) - V(u1), the height of the barrier. With its first correction, the factor "
+        "1 + (kappa^2/2) (Q(u1) + Q(u2)), the error is relative O(kappa^4): "
+        "Q = 5 c_3^2/(24 c_2^3) - c_4/(8 c_2^2), with c_j the derivatives of V at the well and of "
+        "-V at the barrier ('saddle-series')",
     )
 
 

@@ -22,11 +22,18 @@ _WORDS = {"start", "well", "barrier", "kink", "end", "between", "beyond"}
 
 
 def render(program: Program, _: list[Ready]) -> str:
-    """The file: the formula as it is derived, then the functions the other targets emit."""
+    """The file: the formula as it is derived, then the functions that it does not state itself.
+
+    One that a step of the derivation states is written as there, in the formula's symbols.
+    """
     # The drift stands beside a formula that holds it.
     general = not program.folded or any(f.first_passage for f in program.functions)
     parts = [_block("equation*", program.latex)] if general and program.latex else []
     for function in program.functions:
+        if general and function.latex is not None and not program.folded:
+            step = _block("equation*", function.latex)
+            parts += [step] if function.latex not in program.latex and step not in parts else []
+            continue
         parts.append(_block("equation*", _function(function)))
         shared = dict.fromkeys(part for case in function.cases for part in case.shared)
         if shared:
