@@ -7,7 +7,6 @@ from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent.parent)]
 
-from sphinx.pycode import ModuleAnalyzer  # noqa: E402
 from website.api import TYPES, typeset  # noqa: E402
 
 project = "symasym"
@@ -67,6 +66,8 @@ def _link_docstring(app, what, name, value, options, lines) -> None:
 
 def _whole_signatures(app) -> None:
     """Show a verb's own signature, with all its options, in place of its overloads for checkers."""
+    from sphinx.pycode import ModuleAnalyzer  # the tests read this file without Sphinx
+
     verbs = ModuleAnalyzer.for_module("symasym.quantities")
     verbs.analyze()
     verbs.overloads.clear()

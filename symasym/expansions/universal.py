@@ -120,7 +120,7 @@ def beside_start(count: int, kept: int | None, barrier: bool) -> Beside:
     Examples
     --------
     >>> beside_start(2, None, True).odd
-    [-2/3*a1, -64/135*a1**3 + 4/3*a1*a2 - 4/5*a3]
+    [-2/3*a1, -64/27*a1**3 + 4*a1*a2 - 8/5*a3]
     """
     one, g = _generators(2 * count - 1, _length(2 * count - 1, kept))
     f = [0, 0, -1, *(-2 * x / (j + 2) for j, x in enumerate(g, 1))]
