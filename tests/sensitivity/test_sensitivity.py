@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import time
 from fractions import Fraction
 from typing import Any
 
@@ -15,7 +14,7 @@ import symasym as sa
 from symasym.base.errors import AccuracyError, InputError
 from symasym.numbers import balls
 from symasym.workshop import reference_quadrature
-from symasym.workshop.problems import Problem, answered, tagged
+from symasym.workshop.problems import Problem, tagged
 
 slopes = importlib.import_module("symasym.sensitivity")
 
@@ -255,22 +254,6 @@ def test_float64_claims_no_less_than_its_error(problem: Problem) -> None:
     for name, value in found.derivative.items():
         assert abs(mpf(value) - more.derivative[name]) <= found.error[name] + more.error[name], name
         assert found.error[name] <= 1e-7 * max(1, abs(value))
-
-
-@pytest.mark.parametrize("problem", answered()[::6], ids=lambda p: p.name)
-def test_derivatives_cost_at_most_five_values(problem: Problem) -> None:
-    drift, scene = problem.make(), (problem.kappa, problem.r)
-
-    def cost(call: Any) -> float:
-        times = []
-        for _ in range(5):
-            begun = time.thread_time()
-            call()
-            times.append(time.thread_time() - begun)
-        return min(times)
-
-    value = cost(lambda: sa.escape_time(drift, *scene, start=problem.start, log=True))
-    assert cost(lambda: sa.sensitivity(drift, *scene, start=problem.start)) < 5 * value
 
 
 @pytest.mark.parametrize(
