@@ -247,7 +247,7 @@ def _composed(halves: tuple[OneSided, OneSided], names: Names, r: Fraction | Non
         side_of(names.half(one, side), radius, ops)
         for one, side in zip(halves, ("left", "right"), strict=True)
     )
-    ratio = mean_time(Sides(left, right, rising, falling, one.corner))
+    ratio = mean_time(Sides(left, right, rising, falling, one.endpoint_product))
     assert isinstance(ratio, Ratio)
     return ratio
 

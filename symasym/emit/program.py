@@ -136,7 +136,7 @@ class FirstPassage(_OfDrift):
     uniform: bool = False
 
     @property
-    def rough(self) -> Expr:
+    def rounding(self) -> Expr:
         """The absolute rounding error of the drift in doubles."""
         return rounded(sympy.Float("4e-16", 20) * self.size)
 

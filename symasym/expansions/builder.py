@@ -310,7 +310,7 @@ class Symbols(Builder):
         h = [put_in(p, g) / phi**k for k, p in enumerate(endpoint(self.count, self.kept), 1)]
         return Series([Part(1.0, 0, [sympy.expand(c) for c in h])])
 
-    def peak(self, k: int) -> Series:
+    def saddle(self, k: int) -> Series:
         return self._gaussian(self.lines[k], k + 1)
 
     def _gaussian(self, u: Expr, number: int) -> Series:
@@ -341,9 +341,12 @@ class Symbols(Builder):
         rows[0] += extra
         series = self._named(f"M{side}", f"M_{side}", X, rows)
         if self.case.at_start:
-            corner = Symbol(f"K{side}", real=True)
-            self.tex[corner], self.values[corner] = f"K_{side}", self._corner(sign)
-            series = added(series, Series([Part(0.0, 0, [corner])]))
+            endpoint_product = Symbol(f"K{side}", real=True)
+            self.tex[endpoint_product], self.values[endpoint_product] = (
+                f"K_{side}",
+                self._endpoint_product(sign),
+            )
+            series = added(series, Series([Part(0.0, 0, [endpoint_product])]))
         return series
 
     # -- a start on a zero of A ---------------------------------------------------------------
@@ -358,7 +361,7 @@ class Symbols(Builder):
         kept = None if self.kept is None else self.kept - 1
         return beside_start(self.count, kept, barrier), g, -bend if barrier else bend
 
-    def _corner(self, sign: int) -> Expr:
+    def _endpoint_product(self, sign: int) -> Expr:
         """The double integral beside the start, the regular part apart."""
         known, g, steep = self._beside()
         g = [x * sign**j for j, x in enumerate(g, 1)]

@@ -622,11 +622,13 @@ def _composed(
             for total, nested, side in zip((_L, _R), (_LEFT, _RIGHT), (left, right), strict=True)
         ]
         rising, falling = (a + b for a, b in zip(plain[0][2:], plain[1][2:], strict=True))
-        sides = Sides(plain[0], plain[1], rising, falling, both[1].corner)
+        sides = Sides(plain[0], plain[1], rising, falling, both[1].endpoint_product)
         behind, ahead = sides.shares
         # Of the start itself, in T: of both sides together, or at a barrier of each.
-        starts = (S.Zero, falling) if sides.corner else (plain[0].falling, plain[1].falling)
-        rows = (ahead, _L), (behind, ahead if sides.corner else _R)
+        starts = (
+            (S.Zero, falling) if sides.endpoint_product else (plain[0].falling, plain[1].falling)
+        )
+        rows = (ahead, _L), (behind, ahead if sides.endpoint_product else _R)
         own = [(*row, value) for row, value in zip(rows, starts, strict=True) if value != 0]
         formula = {
             "T": LAM * mean_time(sides), "C": share_of_side(ahead, sides.total),

@@ -25,11 +25,11 @@ from sympy import Expr, Rational, S, Symbol
 
 from symasym.asymptotics.uniform.order_zero import OrderZero, Together
 from symasym.asymptotics.uniform.order_zero_forms import (
-    FADE,
+    BLENDING,
     AiryForm,
     Truncated,
     TruncatedIntegral,
-    faded,
+    blended,
     regular_share,
 )
 from symasym.asymptotics.weak_noise.one_sided import Builder, CriticalPoint, Joint
@@ -249,7 +249,7 @@ class Coalescing(PairSymbols, OrderZero):
         self.locals: dict[Symbol, Expr] = {}
         super().__init__(drift, case, 0, start, place, (0, 1) if case.kinds else ())
         self.arithmetic = Expressions()  # type: ignore[assignment]
-        self.slack = S.Zero
+        self.exponential_gap = S.Zero
         self.apart = []
         self.together = [self._pair()]
         self.prepared()
@@ -315,8 +315,8 @@ class Coalescing(PairSymbols, OrderZero):
         rho, slope = Symbol("rho", positive=True), self._slope(sign)
         self.tex |= {rho: r"\rho", rest: "Q"}
         drop = self.heights[barrier] - self.heights[well]
-        self.values[rho] = faded(self.arithmetic, drop, S.One, fall)[0]
-        keep = faded(self.arithmetic, rho / FADE, S.One, S.One)[1]
+        self.values[rho] = blended(self.arithmetic, drop, S.One, fall)[0]
+        keep = blended(self.arithmetic, rho / BLENDING, S.One, S.One)[1]
         self.values[t] = sympy.sqrt(2 * fall)
         self.values[peak] = (1 - keep) / sympy.sqrt(-self.derivative(2, barrier))
         self.values[rest] = 1 / slope - peak / t

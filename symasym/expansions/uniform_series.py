@@ -364,7 +364,7 @@ def _zeros(symbols: Symbols) -> list[CriticalPoint]:
     points, at = [], positions(symbols)
     for k, u in enumerate(symbols.lines):
         barrier = symbols.barrier(k)
-        symbols.peak(k)
+        symbols.saddle(k)
         series = symbols.series[Symbol(f"{'B' if barrier else 'W'}{k + 1}", real=True)]
         front = series.front * LAM ** Rational(1, 2)
         front = front.subs(X, 1 / LAM)

@@ -32,7 +32,7 @@ from symasym.asymptotics.uniform.coalescing_pair import (
     lost_digits,
     parabola,
     place_at,
-    seen,
+    windows,
     zeros_of,
 )
 from symasym.asymptotics.uniform.majorant_error import allowed, allowed_of_whole
@@ -255,7 +255,7 @@ def _sides(
     extra, offset = lost_digits(drift, order, digits, x)
     context.dps = digits + extra
     left, right = (ExactField(drift, mirrored, context, offset) for mirrored in (True, False))
-    sides = seen((left, right), x, r, order, digits, context)
+    sides = windows((left, right), x, r, order, digits, context)
     halves = sides[0].half, sides[1].half
     return sides, truncations_of(right, halves, x, r, order, digits, context)
 
@@ -478,7 +478,7 @@ def sides_at(
     sums[1].correct(left, start, right, 1)
     low, high = (part.side() for part in sums)
     rising, falling = low.rising + high.rising, low.falling + high.falling
-    return Sides(low, high, rising, falling, sides[0].half.corner)
+    return Sides(low, high, rising, falling, sides[0].half.endpoint_product)
 
 
 class Member(NamedTuple):
@@ -497,7 +497,7 @@ class Member(NamedTuple):
 def _weighed(member: Member, beside: list[Truncation], context: MPContext) -> list[Member]:
     """With its weight where it is next to the start."""
     return [
-        member._replace(weight=truncation.keep)
+        member._replace(weight=truncation.weight)
         for truncation in beside
         if _same(member, truncation, context)
     ]

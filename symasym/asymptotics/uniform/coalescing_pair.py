@@ -211,7 +211,7 @@ class LayerPart(NamedTuple):
         return self.lo < point < self.hi
 
 
-def seen(
+def windows(
     fields: tuple[ExactField, ExactField],
     x: Fraction,
     r: Fraction,

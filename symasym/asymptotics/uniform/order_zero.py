@@ -104,12 +104,12 @@ class OrderZero(Builder):
     """Scenes of one structure to order 0, or one with any digits, and the size of order 1.
 
     `together` and `apart` are the pairs of zeros, these complex and each with its rounding bound;
-    e^{-lam slack} is what leaving complex ones out costs.
+    e^{-lam exponential_gap} is what leaving complex ones out costs.
     """
 
     together: list[Together]
     apart: list[tuple[Pair, Any]]
-    slack: Any
+    exponential_gap: Any
     #: Where numbers have any digits: the same in float64, for the sizes of order 1.
     in_float: Builder | None = None
 
@@ -149,7 +149,7 @@ class OrderZero(Builder):
             self.order[sign] = super().inside(sign)
         return self.order[sign]
 
-    def peak(self, k: int) -> Series:
+    def saddle(self, k: int) -> Series:
         """Laplace's series at a single zero; one of a pair has none."""
         if k in self.members:
             return Series([])
@@ -163,7 +163,7 @@ class OrderZero(Builder):
 
     def next_orders(self, k: int) -> Series:
         """Laplace's series at a zero, also at one of a pair, in float64."""
-        return super().peak(k) if self.in_float is None else self.in_float.peak(k)
+        return super().saddle(k) if self.in_float is None else self.in_float.saddle(k)
 
     def smooth(self, u: Any, value: Any = None) -> Series:
         if self.in_float is None:
@@ -200,7 +200,7 @@ class OrderZero(Builder):
                 barrier = bool(first(self.slope(z)) > 0)
                 points = rising if barrier else falling
                 points.append(
-                    CriticalPoint(rank, height if barrier else -height, self.peak(k), None)
+                    CriticalPoint(rank, height if barrier else -height, self.saddle(k), None)
                 )
         for pair in self.together:
             if pair.side == sign:
@@ -242,7 +242,7 @@ class OrderZero(Builder):
     def side(self, sign: int) -> OneSided:
         self.joint: list[Joint] = []
         one_sided = super().side(sign)
-        return one_sided._replace(joint=self.joint, slack=self.slack)
+        return one_sided._replace(joint=self.joint, exponential_gap=self.exponential_gap)
 
     # -- the end ------------------------------------------------------------------------------
 
@@ -254,7 +254,7 @@ class OrderZero(Builder):
             return super().end(sign, rank, rising, falling)
         # A complex pair may be between them.
         last = self.inside(sign).index(before.barrier) + 1
-        barrier = next(spot for spot in rising if spot.rank == last)
+        barrier = next(point for point in rising if point.rank == last)
         gaussian = before.gaussian
         height = barrier.height - gaussian.t**2 / 2
         onward = TruncatedIntegral(gaussian, "onward")
@@ -374,7 +374,7 @@ def escape_time(composed: Composed, at: Point) -> tuple[FloatArray, Any]:
     point = UniformPoint(at, composed.r)
     log, error = compose.float_log(compose.escape_time, composed, point)
     if error is not None:
-        error = with_left_out(error, np.exp(-point.lam * composed.slack))
+        error = with_left_out(error, np.exp(-point.lam * composed.exponential_gap))
         error = np.where(error < 1, -np.log1p(-np.minimum(error, 0.999)), np.inf)
     return log, error
 
@@ -414,7 +414,11 @@ class ClosedForm(NamedTuple):
         relative = known.error / known.value if known.sure else c.inf
         if not relative < _MOST:
             return None
-        left_out = c.exp(-lam * composed.slack) if composed.slack < math.inf else c.zero
+        left_out = (
+            c.exp(-lam * composed.exponential_gap)
+            if composed.exponential_gap < math.inf
+            else c.zero
+        )
         error = with_left_out(relative / (1 - relative), left_out)
         return (known.value, error * known.value) if error < 1 else None
 
@@ -466,16 +470,18 @@ def _of_drift(
     if not near[-1]:
         return None
     n = len(near)
-    lines, rows, psi, x_above, y_above, slack = ([0.0] * k for k in (13, 208, 169, 13, 13, 1))
+    lines, rows, psi, x_above, y_above, exponential_gap = (
+        [0.0] * k for k in (13, 208, 169, 13, 13, 1)
+    )
     owner, counts = [0] * 13, [0, 0]
     count = _structure(
-        near, n, start, radius, lines, owner, rows, psi, x_above, y_above, counts, slack
+        near, n, start, radius, lines, owner, rows, psi, x_above, y_above, counts, exponential_gap
     )
     if count < 0:
         return None
     context, zero = arithmetic.context, arithmetic.zero
     one = _without_zeros([arithmetic.number(a) for a in exact], x, r, arithmetic)
-    one.slack = slack[0]
+    one.exponential_gap = exponential_gap[0]
     real = [
         (refined(one.c, arithmetic.number(z), context), -1)
         for z, own in zip(lines[:count], owner, strict=False)

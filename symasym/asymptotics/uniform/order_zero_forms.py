@@ -17,8 +17,8 @@ are
     int e^{lam V} = -(peak sigma + rest/lam),   int e^{-lam V} = peak D + rest/lam,
 
 sigma and D the complementary error function and Dawson's integral, scaled (DLMF 7.2), each in
-units of e^{±lam V(g)}. Near a well the peak is faded out, so that nothing is singular when pair and
-end come together.
+units of e^{±lam V(g)}. Near a well the peak is blended out, so that nothing is singular when pair
+and end come together.
 
 All is derived (`airy-form`, `pair-primitives`, `truncated-gaussian`), and what is imported here is
 what the derivations emitted. What is singular at a coalescence is combined beforehand, so nothing
@@ -57,8 +57,8 @@ from symasym.special.dawson import dawson, gaussians
 from symasym.special.exponentials import quotients
 
 __all__ = [
-    "EMITTED", "FADE", "AiryForm", "AiryIntegral", "Truncated", "TruncatedIntegral", "airy_form",
-    "regular_share", "truncated_gaussian",
+    "BLENDING", "EMITTED", "AiryForm", "AiryIntegral", "Truncated", "TruncatedIntegral",
+    "airy_form", "regular_share", "truncated_gaussian",
 ]  # fmt: skip
 
 #: An array over the scenes, or the number of one.
@@ -66,9 +66,9 @@ Number = Any
 
 # Sizes of order 1 are found in float64.
 _SIZES: Arithmetic = FLOATS
-#: How fast the peak's share is faded out as a well comes near: any number would do for every order;
-#: this is about the best for friction with mu = 3.
-FADE = 8
+#: How fast the peak's share is blended out as a well comes near: any number would do for every
+#: order; this is about the best for friction with mu = 3.
+BLENDING = 8
 # For the size of order 1, zeros closer than this (by the layer's width) are taken to be so far
 # apart: it hardly depends on the distance there, and is not lost to rounding.
 _APART = 0.03
@@ -98,12 +98,14 @@ def _past_barrier(
     return even_share(c, alpha, root, y, gap), odd_share(c, beta, gap * (y + root))
 
 
-def faded(c: Arithmetic, drop: Number, gap: Number, area: Number) -> tuple[Number, Number, Number]:
-    """rho, and the shares of the barrier's order 0 and 1 that are faded out as a well comes near.
+def blended(
+    c: Arithmetic, drop: Number, gap: Number, area: Number
+) -> tuple[Number, Number, Number]:
+    """rho, and the shares of the barrier's order 0 and 1 that are blended out as a well comes near.
 
     `drop` is V from the barrier down to the well: as they meet, its own series breaks down.
     """
-    rho = FADE * drop / (gap * gap * area)
+    rho = BLENDING * drop / (gap * gap * area)
     fade = c.exp(-rho)
     return rho, (1 + rho) * fade, (1 + rho + rho * rho / 2) * fade
 
@@ -116,21 +118,21 @@ def _before_end(
     first: Number,
     second: Number,
     value: Number,
-    keep: Number,
+    weight: Number,
 ) -> tuple[Number, Number, Number]:
     """t, peak and rest of a barrier before an end: t^2/2 = gap^2 area, phi(end) = gap value."""
     whole = end_peak(c, bottom)
     t = end_distance(c, gap, area)
     mean = end_mean(c, bottom, area)
-    rest = end_rest(c, bottom, gap, first, second, value, mean) + whole / t * keep
-    apart = 1 / (gap * value) - whole * (1 - keep) / t
-    return t, whole * (1 - keep), c.where(keep > 0.5, apart, rest)
+    rest = end_rest(c, bottom, gap, first, second, value, mean) + whole / t * weight
+    apart = 1 / (gap * value) - whole * (1 - weight) / t
+    return t, whole * (1 - weight), c.where(weight > 0.5, apart, rest)
 
 
 #: The functions that are emitted as well.
 EMITTED = (
     pair_norm, canonical, over_pair, over_pair_twice, pair_share, even_share, even_share_on_line,
-    odd_share, _past_pair, _past_barrier, faded, end_peak, end_distance, end_mean, end_rest,
+    odd_share, _past_pair, _past_barrier, blended, end_peak, end_distance, end_mean, end_rest,
     _before_end, gaussians, over_end,
 )  # fmt: skip
 
@@ -254,24 +256,24 @@ def truncated_gaussian(
     own series.
     """
     c = arithmetic
-    keep: Any = c.zero
-    keep_next: Any = c.zero
+    weight: Any = c.zero
+    weight_next: Any = c.zero
     area = _area(psi, gap)
     if drop is not None:
-        rho, keep, keep_next = faded(c, drop, gap, area)
+        rho, weight, weight_next = blended(c, drop, gap, area)
         ratio = c.where(rho > 1e-6, ratio, c.zero)
     bottom = c.maximum(psi[0], c.eps**6)
     value = poly(psi, gap)
     first = poly([2 * a / (k + 3) for k, a in enumerate(psi[1:])], gap)
     second = poly(psi[1:], gap)
-    t, peak, rest = _before_end(c, bottom, gap, area, first, second, value, keep)
+    t, peak, rest = _before_end(c, bottom, gap, area, first, second, value, weight)
     # Order 1 hardly depends on where the end is, close to the barrier.
     near, psi = _SIZES, [c.size(a) for a in psi]
     far = near.maximum(c.size(gap), _APART)
     t_far = far * near.sqrt(2 * _area(psi, far))
     value = far * poly(psi, far)
     bend = poly([(k + 1) * x for k, x in enumerate(psi)], far)
-    next_peak = c.size(ratio) * (1 - c.size(keep_next))
+    next_peak = c.size(ratio) * (1 - c.size(weight_next))
     next_rest = -bend / value**3 - next_peak / near.sqrt(c.size(bottom)) / t_far
     next_rest = next_rest + c.size(peak) / t_far**3
     return Truncated(key, t, peak, rest, next_peak, abs(next_rest), slope)

@@ -51,7 +51,7 @@ def paired_of(scenes: Scenes, order: int) -> Iterator[ExpandedScenes]:
 
 def _found(scenes: Scenes) -> Iterator[ExpandedScenes]:
     zeros = zeros_of(scenes.c)
-    pairs, slack = pairs_beside(scenes, zeros)
+    pairs, exponential_gap = pairs_beside(scenes, zeros)
     keys = [structure(scenes, zeros), *(key_of(scenes, zeros, p) for p in pairs)]
     # a± may be as small as they like.
     good = zeros.complete & clear_of_zero(scenes, ends=False)
@@ -62,7 +62,7 @@ def _found(scenes: Scenes) -> Iterator[ExpandedScenes]:
         for low in range(0, len(members), _AT_ONCE):
             part = members[low : low + _AT_ONCE]
             some = mapped(pairs, itemgetter(part))
-            builder = _of_columns(scenes.take(part), zeros.take(part), some, slack[part])
+            builder = _of_columns(scenes.take(part), zeros.take(part), some, exponential_gap[part])
             if builder.beside_a_barrier():
                 break
             both_sides = builder.both_sides()
@@ -85,11 +85,11 @@ def _numbered(keys: list[IntArray]) -> IntArray:
 
 
 def _of_columns(
-    scenes: Scenes, zeros: Zeros, pairs: list[PairColumns], slack: FloatArray
+    scenes: Scenes, zeros: Zeros, pairs: list[PairColumns], exponential_gap: FloatArray
 ) -> OrderZero:
     """The columns of one structure."""
     one = OrderZero(scenes, zeros, 0)
-    one.edges, one.slack = np.array(one.edges), slack
+    one.edges, one.exponential_gap = np.array(one.edges), exponential_gap
     good = [p for p in pairs if p.good[0]]
     one.together = []
     for key, p in enumerate(good, start=2):
@@ -131,14 +131,14 @@ class PairColumns(NamedTuple):
 
 
 def pairs_beside(scenes: Scenes, zeros: Zeros) -> tuple[list[PairColumns], FloatArray]:
-    """Those to be taken together, and what leaving others out costs: e^{-lam slack}."""
+    """Those to be taken together, and what leaving others out costs: e^{-lam exponential_gap}."""
     with np.errstate(all="ignore"):
-        slack = np.full(len(scenes.r), np.inf)
+        exponential_gap = np.full(len(scenes.r), np.inf)
         pairs = list(_candidates(scenes, zeros))
         for found in pairs:
-            slack = np.minimum(slack, _beside(scenes, found))
+            exponential_gap = np.minimum(exponential_gap, _beside(scenes, found))
         _choose(pairs)
-    return pairs, slack
+    return pairs, exponential_gap
 
 
 def _candidates(scenes: Scenes, zeros: Zeros) -> Iterator[PairColumns]:
@@ -161,17 +161,17 @@ def _candidates(scenes: Scenes, zeros: Zeros) -> Iterator[PairColumns]:
             yield found
 
 
-def _room(
+def _barrier(
     scenes: Scenes, height: FloatArray, start: FloatArray, end: FloatArray, middle: FloatArray
 ) -> FloatArray:
     """The distance of V from this height where the line is cut off; 0 for a pair beyond."""
     v = [-row / (k + 1) for k, row in enumerate(scenes.c)]
-    room = np.full(len(start), np.inf)
+    barrier = np.full(len(start), np.inf)
     for cut, there in ((start, np.abs(scenes.start) < 1), (end, scenes.r < 1)):
-        room = np.where(there, np.minimum(room, np.abs(poly(v, cut) * cut - height)), room)
+        barrier = np.where(there, np.minimum(barrier, np.abs(poly(v, cut) * cut - height)), barrier)
     # Beyond the layer phi is another function, and the pair none of its own.
     within = (np.minimum(start, end) < middle) & (middle < np.maximum(start, end))
-    return np.where(within, room, 0.0)
+    return np.where(within, barrier, 0.0)
 
 
 def _pairs(
@@ -212,7 +212,7 @@ def _pairs(
 
 
 def _choose(pairs: list[PairColumns]) -> None:
-    """Each real zero goes with the neighbour that it meets first."""
+    """Each real zero goes with the neighbour with which it coalesces first."""
     if len(pairs) < 2:
         return
     gaps = np.array([np.where(p.good & (p.first >= 0), np.abs(p.pair.zeta), np.inf) for p in pairs])
@@ -230,7 +230,7 @@ def _choose(pairs: list[PairColumns]) -> None:
 
 
 def _beside(scenes: Scenes, found: PairColumns) -> FloatArray:
-    """Leave out complex pairs that are cut through; e^{-lam slack} is what either way costs.
+    """Leave out complex pairs that are cut through; either way costs e^{-lam exponential_gap}.
 
     Airy functions take the integrals over all of the line. Where the start or an end cuts through
     the pair and it is far from the real line, the regular part alone has all that counts.
@@ -241,12 +241,12 @@ def _beside(scenes: Scenes, found: PairColumns) -> FloatArray:
     v = [-row / (k + 1) for k, row in enumerate(scenes.c)]
     height = poly(v, found.point) * found.point - found.pair.level
     middle = found.point + side * found.pair.middle
-    room = _room(scenes, height, start, side * reach, middle)
+    barrier = _barrier(scenes, height, start, side * reach, middle)
     fall = 4 / 3 * np.maximum(-found.pair.zeta, 0.0) ** 1.5
     cuts = found.good & (found.pair.zeta < 0)
-    found.good[:] &= ~cuts | (fall <= room)
-    slack: FloatArray = np.where(cuts, np.maximum(room, fall), np.inf)
-    return slack
+    found.good[:] &= ~cuts | (fall <= barrier)
+    exponential_gap: FloatArray = np.where(cuts, np.maximum(barrier, fall), np.inf)
+    return exponential_gap
 
 
 def key_of(scenes: Scenes, zeros: Zeros, found: PairColumns) -> IntArray:

@@ -340,12 +340,12 @@ def _split(c: list[float], n: int, psi: list[float], at: int, row: list[float], 
 
 def _pairs(
     c: list[float], n: int, start: float, r: float, lines: list[float], real: int,
-    rows: list[float], psi: list[float], slack: list[float],
+    rows: list[float], psi: list[float], exponential_gap: list[float],
 ) -> int:  # fmt: skip
     """Pairs of zeros about the turning points on one side of the start each: how many rows.
 
     `start` is in the layer or at its end. Leaving complex pairs out, or taking them where they are
-    cut through, costs e^(-lam slack[0]).
+    cut through, costs e^(-lam exponential_gap[0]).
     """
     slope, turning, here = [0.0] * 13, [0.0] * 13, [0.0] * 13
     for k in range(1, n):
@@ -388,19 +388,19 @@ def _pairs(
             if own == 0 or seen == 1 or square > 1e-6:
                 continue
             # Airy functions take the integrals over all of the line: not where that is cut.
-            height, room = _potential(c, n, point) - rows[to + 5], math.inf
+            height, barrier = _potential(c, n, point) - rows[to + 5], math.inf
             if abs(start) < 1:
-                room = abs(_potential(c, n, start) - height)
+                barrier = abs(_potential(c, n, start) - height)
             if r < 1:
-                room = min(room, abs(_potential(c, n, side * reach) - height))
+                barrier = min(barrier, abs(_potential(c, n, side * reach) - height))
             # Beyond the layer the drift is another function, and the pair none of its own.
             if side * middle <= side * start or side * middle >= reach:
-                room = 0.0
+                barrier = 0.0
             fall = max(-rows[to + 3], 0.0)
             fall = 4 * fall * math.sqrt(fall) / 3
             if square < 0:
-                slack[0] = min(slack[0], max(room, fall))
-            if fall > room:
+                exponential_gap[0] = min(exponential_gap[0], max(barrier, fall))
+            if fall > barrier:
                 continue
         rows[to + 6] = point
         rows[to + 7] = side
@@ -411,7 +411,7 @@ def _pairs(
 
 
 def _choose(rows: list[float], count: int) -> None:
-    """Each real zero goes with the neighbour that it meets first."""
+    """Each real zero goes with the neighbour with which it coalesces first."""
     for _ in range(count):
         best = -1
         for k in range(count):
@@ -428,7 +428,7 @@ def _choose(rows: list[float], count: int) -> None:
 def _structure(
     c: list[float], n: int, start: float, r: float, lines: list[float], owner: list[int],
     rows: list[float], psi: list[float], x: list[float], y: list[float], counts: list[int],
-    slack: list[float],
+    exponential_gap: list[float],
 ) -> int:  # fmt: skip
     """How many real zeros: `lines`, each with the row that it is taken together in, or -1.
 
@@ -438,12 +438,12 @@ def _structure(
     real: int = _lines(c, n, lines)
     count: int = 0
     above: int = 0
-    slack[0] = math.inf
+    exponential_gap[0] = math.inf
     for k in range(13):
         owner[k] = -1
     if _PAIRS:
         if n > 2:
-            count = _pairs(c, n, start, r, lines, real, rows, psi, slack)
+            count = _pairs(c, n, start, r, lines, real, rows, psi, exponential_gap)
             _choose(rows, count)
         for k in range(count):
             first: int = int(rows[16 * k + 8])

@@ -30,7 +30,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from symasym.asymptotics.uniform.order_zero_forms import FADE
+from symasym.asymptotics.uniform.order_zero_forms import BLENDING
 from symasym.asymptotics.weak_noise.critical_points import wells_and_barriers
 from symasym.asymptotics.weak_noise.one_sided import (
     CriticalPoint,
@@ -61,7 +61,7 @@ __all__ = [
 
 
 class Truncation(NamedTuple):
-    """A point p of A's layer seen from one zero of A.
+    """A point p of A's layer with regard to one zero of A.
 
     Attributes
     ----------
@@ -72,11 +72,11 @@ class Truncation(NamedTuple):
     t : mpf
         Positive to the right of the zero.
     peak : list
-        a_n, faded out as another zero comes near.
+        a_n, blended out as another zero comes near.
     whole : list
         a_n as they are.
-    keep : mpf
-        What is not faded out of all that is beyond the order.
+    weight : mpf
+        What is not blended out of all that is beyond the order.
     series : list
         b_k at p.
     digits : int
@@ -92,7 +92,7 @@ class Truncation(NamedTuple):
     t: Any
     peak: list[Any]
     whole: list[Any]
-    keep: Any
+    weight: Any
     series: list[Any]
     digits: int
     known: dict[Any, _Functions]
@@ -172,7 +172,7 @@ def truncations_at(
     digits: int,
     context: MPContext,
 ) -> list[Truncation]:
-    """The point `p`, where V is `height`, seen from the zeros left and right of it."""
+    """The point `p`, where V is `height`, between the zeros left and right of it."""
     count = order + 1 + BEYOND
     taylor = [mpf_of(c, context) for c in field.taylor(p, Fraction(1), count)[:count]]
     h = endpoint_coefficients(taylor, count)
@@ -220,7 +220,7 @@ class _Neighbours(NamedTuple):
 
     def _ratio(self, height: mpf, other: CriticalPoint) -> Any:
         """The change of V from `height` to another zero, in the same units."""
-        return FADE * abs(height - _rise(other)) / abs(self.height - _rise(self.zero))
+        return BLENDING * abs(height - _rise(other)) / abs(self.height - _rise(self.zero))
 
 
 def _rise(point: CriticalPoint) -> Any:
@@ -229,13 +229,13 @@ def _rise(point: CriticalPoint) -> Any:
 
 
 def _cut(
-    seen: _Neighbours, h: list[Any], count: int, digits: int, context: MPContext
+    point: _Neighbours, h: list[Any], count: int, digits: int, context: MPContext
 ) -> Truncation:
     """The Gaussian of one zero truncated at p, with h_k at p for what is analytic."""
-    c, zero = context, seen.zero
+    c, zero = context, point.zero
     barrier = zero.kind == "barrier"
     rise = _rise(zero)
-    t = c.sqrt(2 * abs(rise - seen.height)) * (1 if seen.at > zero.u else -1)
+    t = c.sqrt(2 * abs(rise - point.height)) * (1 if point.at > zero.u else -1)
     root = c.sqrt(2 * c.pi)
     known = zero.series.parts[0].coefficients
     whole = [a / root for a in (*known, *[c.zero] * (count - len(known)))]
@@ -244,14 +244,16 @@ def _cut(
     # higher order anyway where they set in; they set in faster than any power.
     beside, behind = (
         [_fade(n, ratio, c) for n in range(count)]
-        for ratio in (seen.beside_ratio(), seen.behind_ratio())
+        for ratio in (point.beside_ratio(), point.behind_ratio())
     )
     peak = [a * f * g for a, f, g in zip(whole, beside, behind, strict=True)]
     sigma_series = product(peak, sigma_terms(t, count, c), count)
     formal = [(-1) ** k * y if barrier else -y for k, y in enumerate(h)]
     series = [(y - z) * f for y, z, f in zip(formal, sigma_series, beside, strict=True)]
-    keep = beside[-1] * behind[-1]
-    return Truncation(barrier, zero.u, seen.height, rise, t, peak, whole, keep, series, digits, {})
+    weight = beside[-1] * behind[-1]
+    return Truncation(
+        barrier, zero.u, point.height, rise, t, peak, whole, weight, series, digits, {}
+    )
 
 
 def _fade(n: int, ratio: mpf | None, context: MPContext) -> Any:

@@ -231,7 +231,7 @@ class Sides:
     right: Side
     rising: Any
     falling: Any
-    corner: bool
+    endpoint_product: bool
 
     @cached_property
     def total(self) -> Any:
@@ -319,7 +319,7 @@ def sides_of(both: tuple[OneSided, OneSided], r: Numbers, sums: ExponentialSums)
         side_of(right, r, sums),
         sums.leaf(0.0, rising),
         sums.leaf(0.0, falling),
-        left.corner,
+        left.endpoint_product,
     )
 
 
@@ -332,7 +332,7 @@ def mean_time(sides: Sides) -> Any:
     """
     left, right = sides.left, sides.right
     behind, ahead = sides.shares
-    if sides.corner:
+    if sides.endpoint_product:
         together = on_the_right(ahead, right.nested, sides.falling)
         return time_of_doubles(behind, ahead, left.nested, together, sides.total)
     # At a barrier the regular part has the products of the start's own shares.
@@ -366,7 +366,7 @@ class Composed:
         rounding: Numbers = ROUNDING,
     ) -> None:
         self.both, self.r = both, r
-        self.slack = lower(both[0].slack, both[1].slack)
+        self.exponential_gap = lower(both[0].exponential_gap, both[1].exponential_gap)
         self.nodes = Nodes(rounding)
 
     @cached_property
@@ -414,7 +414,7 @@ def time_and_error(sides: Sides) -> tuple[Any, Any]:
     left, right, total = sides.left, sides.right, sides.total
     value = mean_time(sides)
     behind, ahead = sides.shares
-    if sides.corner:
+    if sides.endpoint_product:
         slopes = behind * sides.falling, ahead * sides.falling
     else:
         slopes = left.falling * left.scale, right.falling * right.scale

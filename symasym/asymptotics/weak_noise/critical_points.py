@@ -185,7 +185,7 @@ class _FieldBuilder(Builder):
         known = endpoint_majorants(taylor, self.count)
         return Series([Part(1.0, 0, trimmed(h), known)], self.least)
 
-    def peak(self, k: int) -> Series:
+    def saddle(self, k: int) -> Series:
         taylor = self.taylor(self.lines[k], 2 * self.count + 2 + FURTHER)
         arc = arc_coefficients(taylor, 2 * self.count, 2, self.context.one)
         self.require_estimate(self.lines[k], abs(taylor[1]), arc, 2)

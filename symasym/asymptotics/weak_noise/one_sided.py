@@ -85,7 +85,7 @@ class OneSided(NamedTuple):
     ----------
     rising_start, falling_start : Series
         Of e^{lam V} and of e^{-lam V} to the right of the start, V measured from it.
-    corner : bool
+    endpoint_product : bool
         Whether their product is part of the double integral, which at a barrier the regular part
         has already.
     rising, falling : list of CriticalPoint
@@ -96,19 +96,19 @@ class OneSided(NamedTuple):
         (u, V(u), phi) where the straight part beyond the layer begins, which ends at r.
     height_rounding : rounding of every height, 0 where digits are to spare
     joint : pairs of critical points that coalesce
-    slack : what that costs, e^{-lam slack} of the value
+    exponential_gap : what that costs, e^{-lam exponential_gap} of the value
     """
 
     rising_start: Series
     falling_start: Series
-    corner: bool
+    endpoint_product: bool
     rising: list[CriticalPoint]
     falling: list[CriticalPoint]
     outer: Series
     beyond: tuple[Any, Any, Any] | None
     height_rounding: Numbers = 0.0
     joint: list[Joint] = []
-    slack: Numbers = np.inf
+    exponential_gap: Numbers = np.inf
 
     def all_series(self) -> list[Series]:
         """Every power series of this side."""
@@ -450,7 +450,7 @@ class Builder:
         """h_1 = 1/phi beside a straight potential."""
         return Series([Part(1.0, 0, [1 / a])], self.least)
 
-    def peak(self, k: int) -> Series:
+    def saddle(self, k: int) -> Series:
         """Laplace's series at the k-th real zero."""
         taylor = self.taylor(self.lines[k])
         arc = arc_coefficients(taylor, 2 * self.count, 2, self.arithmetic.one)
@@ -563,7 +563,7 @@ class Builder:
             barrier, u = self.barrier(k), sign * self.lines[k]
             points, kind = (rising, "barrier") if barrier else (falling, "well")
             height = height if barrier else -height
-            points.append(CriticalPoint(rank, height, self.peak(k), None, kind, u))
+            points.append(CriticalPoint(rank, height, self.saddle(k), None, kind, u))
         return len(inside) + 1
 
     def end(

@@ -111,7 +111,7 @@ def _layered(sizes: list[float], noise: float, slip: float, panel: list[float]) 
 
 
 def _crossed(
-    drift: Curve, rough: float, lam: float, p: float, q: float, result: list[float]
+    drift: Curve, rounding: float, lam: float, p: float, q: float, result: list[float]
 ) -> float:
     """M' = 1 - lam |drift| M from p, M = 0, to q: M there. Also, of the stretch, M at p backwards
     from q, its integral, lam times the drift's, and the errors of that and, relative, of M's."""
@@ -128,7 +128,7 @@ def _crossed(
             sizes[j] = lam * h * abs(drift(u + _LOBATTO[j] * step))
             high = max(high, sizes[j])
         # What the drift's rounding makes of the sizes: no halving gets below it.
-        noise = lam * h * rough
+        noise = lam * h * rounding
         ending = _last_terms(sizes)
         # What it makes of their sum; where phi is resolved, the last terms are rounding.
         slip = min(noise / 16, 8 * ending + 4e-16 * high)
@@ -177,7 +177,7 @@ def _crossed(
 
 
 def _sweep(
-    drift: Curve, ends: list[float], rough: float, lam: float, points: list[float], count: int,
+    drift: Curve, ends: list[float], rounding: float, lam: float, points: list[float], count: int,
     result: list[float], most: list[float],
 ) -> None:  # fmt: skip
     """log sigma and log w at the last of the points, from the end at the first; their errors.
@@ -195,7 +195,7 @@ def _sweep(
             ahead = h * _exprel(-x)
             back, area, slip, wrong = ahead, h * h * _exprel2(-x), 2e-16 * x, 1e-15
         else:
-            ahead = _crossed(drift, rough, lam, p, q, here)
+            ahead = _crossed(drift, rounding, lam, p, q, here)
             back, area, drop, x = here[1], here[2], here[3], abs(here[3])
             slip, wrong = here[4], here[5]
             most[0] = max(most[0], slip)
@@ -248,12 +248,12 @@ def _stretches(end: float, marks: list[float], count: int, points: list[float]) 
 
 
 def _log_time(
-    drift: Curve, ends: list[float], rough: float, marks: list[float], count: int, kappa: float,
+    drift: Curve, ends: list[float], rounding: float, marks: list[float], count: int, kappa: float,
     r: float,
 ) -> float:  # fmt: skip
     """log T from 0, where `drift` is that of the layer and `ends` are those beyond it."""
     points, left, right, most = [0.0] * 1032, [0.0] * 4, [0.0] * 4, [0.0] * 2
-    size = rough / 4e-16
+    size = rounding / 4e-16
     if not (1e-8 <= kappa <= 1e8 and 1e-100 <= r <= 1e12):
         raise ValueError(
             f"kappa is {kappa}, r is {r}; give kappa in 1e-8..1e8 and r in 1e-100..1e12"
@@ -265,9 +265,9 @@ def _log_time(
         )
     lam = 2 / (kappa * kappa)
     number = _stretches(-r, marks, count, points)
-    _sweep(drift, ends, rough, lam, points, number, left, most)
+    _sweep(drift, ends, rounding, lam, points, number, left, most)
     number = _stretches(r, marks, count, points)
-    _sweep(drift, ends, rough, lam, points, number, right, most)
+    _sweep(drift, ends, rounding, lam, points, number, right, most)
     time, rate = _logaddexp(left[1], right[1]), _logaddexp(-left[0], -right[0])
     value = time - rate
     loose = math.exp(-left[0] - rate) * left[2] + math.exp(left[1] - time) * left[3]

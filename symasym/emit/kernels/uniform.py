@@ -39,7 +39,7 @@ _DAWSON_BEYOND: list[float] = []
 _FORM: Any = None
 pair_norm = canonical = over_pair = over_pair_twice = pair_share = over_end = _FORM
 even_share = even_share_on_line = odd_share = _past_pair = _past_barrier = _FORM
-faded = _before_end = gaussians = _FORM
+blended = _before_end = gaussians = _FORM
 
 
 def _dawson(x: float, result: list[float]) -> None:
@@ -102,7 +102,7 @@ def _edge(
         edge[at + 4] = -2
         return
     if drop >= 0:
-        faded(drop, gap, area, kept)
+        blended(drop, gap, area, kept)
     _before_end(max(psi[1], 1e-94), gap, area, first, second, value, kept[1], form)
     for k in range(3):
         edge[at + k] = form[k]
@@ -259,7 +259,7 @@ def _log_uniform(
     # The drift beyond the layer may be small, a sum of what is not.
     a_minus, a_plus = _added(left_terms, left_count), _added(right_terms, right_count)
     lines, rows, psi, x, y = [0.0] * 13, [0.0] * 208, [0.0] * 169, [0.0] * 13, [0.0] * 13
-    owner, counts, slack, edge = [0] * 13, [0] * 2, [0.0] * 1, [0.0] * 10
+    owner, counts, exponential_gap, edge = [0] * 13, [0] * 2, [0.0] * 1, [0.0] * 10
     left, right, ends = [0.0] * 6, [0.0] * 6, [0.0] * 3
     while n > 1 and c[n - 1] == 0.0:
         n -= 1
@@ -270,7 +270,7 @@ def _log_uniform(
         return math.nan
     if r <= 1 and (_clear(c, n, reach) == 0 or _clear(c, n, -reach) == 0):
         return math.nan
-    real: int = _structure(c, n, 0.0, r, lines, owner, rows, psi, x, y, counts, slack)
+    real: int = _structure(c, n, 0.0, r, lines, owner, rows, psi, x, y, counts, exponential_gap)
     if real < 0:
         return math.nan
     for k in range(real):

@@ -145,7 +145,7 @@ class Language:
     def first_passage(self, function: Ready, q: FirstPassage) -> list[str]:
         """The body of an exact time: its drift, where that is zero, its value."""
         drift = self.passed(function, q.drift)
-        value = f"{drift}, ends, {self.text(q.rough)}, marks, count, kappa, r"
+        value = f"{drift}, ends, {self.text(q.rounding)}, marks, count, kappa, r"
         return [
             *self.listed("ends", list(map(self.text, q.ends))),
             *self.marks(q),
