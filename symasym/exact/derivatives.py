@@ -20,7 +20,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.base.errors import AccuracyError
 from symasym.exact import sweep
-from symasym.exact.ball_panels import (
+from symasym.exact.ball_sweep import (
+    excess_bits,
+    pieces_of,
+    refined,
+    sliding_slopes,
+)
+from symasym.exact.balls.panels import (
     EndSlope,
     Outer,
     OuterSlope,
@@ -28,12 +34,6 @@ from symasym.exact.ball_panels import (
     PanelSlope,
     Piece,
     cut,
-)
-from symasym.exact.ball_sweep import (
-    excess_bits,
-    pieces_of,
-    refined,
-    sliding_slopes,
 )
 from symasym.exact.sweep import Deferred, Sum, Swept
 from symasym.generated import formulas
