@@ -5,7 +5,7 @@
 integrals over a panel are found in three ways that share no code: `floats` with `float_blocks`
 (which panels), `float_records` (their bisection) and `float_panels` (Gauss samples, slow layers)
 for arrays of float64; `digits`
-with `digit_panels` (Taylor recurrences) to any number of digits; `ball_sweep` with `balls.panels`
+with `digit_panels` (Taylor recurrences) to any number of digits; `balls.sweep` with `balls.panels`
 (Taylor models) as proved enclosures. `derivatives` differentiates the sweeps of digits and balls
 for `sa.sensitivity`; that of float64 carries its slopes along (`symasym.numbers.float_arrays`).
 """

@@ -20,12 +20,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.base.errors import AccuracyError
 from symasym.exact import sweep
-from symasym.exact.ball_sweep import (
-    excess_bits,
-    pieces_of,
-    refined,
-    sliding_slopes,
-)
 from symasym.exact.balls.panels import (
     EndSlope,
     Outer,
@@ -34,6 +28,12 @@ from symasym.exact.balls.panels import (
     PanelSlope,
     Piece,
     cut,
+)
+from symasym.exact.balls.sweep import (
+    excess_bits,
+    pieces_of,
+    refined,
+    sliding_slopes,
 )
 from symasym.exact.sweep import Deferred, Sum, Swept
 from symasym.generated import formulas
