@@ -191,8 +191,13 @@ def uniform(order: int) -> Asked:
         names = files[f"scene{k}"]._ready[0].arguments
         given = tuple(float(known[name]) for name in names)
         exact = {name: x for name, x in zip(names, given, strict=True) if name in values}
-        at = (given[names.index("kappa")], *([3 / 2] if quantity == "T" else []))
-        wanted.append((e.bind(**exact).evaluate(*at, dps=20), values.get("z0")))
+        asked = drift.bind(**exact), given[names.index("kappa")]
+        options: dict[str, Any] = {"method": "uniform", "order": order, "dps": 20}
+        want = (
+            sa.escape_time(*asked, 3 / 2, **options) if quantity == "T"
+            else sa.occupation(*asked, complement=quantity == "1 - P", **options)
+        )  # fmt: skip
+        wanted.append((want, values.get("z0")))
         calls.append(Call(f"scene{k}", "value", given))
     return files, calls, wanted
 
