@@ -66,7 +66,12 @@ def draw(count: int) -> Any:
     from matplotlib.figure import Figure
 
     panels = (
-        (along_noise(count), r"noise amplitude $\kappa$", "log", r"(a) weak to strong noise, $z_0 = -0.4$"),
+        (
+            along_noise(count),
+            r"noise amplitude $\kappa$",
+            "log",
+            "(a) weak to strong noise, $z_0 = -0.4$",
+        ),
         (along_spring(count), "$z_0$", "linear", r"(b) through the fold, $\kappa = 0.1$"),
     )
     with style():

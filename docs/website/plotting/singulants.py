@@ -67,7 +67,9 @@ def draw() -> Any:
         left.legend(loc="upper right")
         right.semilogy(counts, errors[0], marker=".", label="sum of the terms")
         right.semilogy(counts, errors[1], marker=".", label="median Borel–Padé")
-        right.set(xlabel="number of terms", ylabel="relative error", title=rf"(b) $\kappa = {KAPPA}$")
+        right.set(
+            xlabel="number of terms", ylabel="relative error", title=rf"(b) $\kappa = {KAPPA}$"
+        )
         right.legend()
         return figure
 
@@ -105,6 +107,8 @@ def draw_orders(count: int) -> Any:
             color = f"C{order}" if order < 4 else "black"
             label = f"order {order}: slope {slope:.2f}"
             axes.loglog(kappas, row, color=color, marker=".", label=label)
-        axes.set(xlabel=r"noise amplitude $\kappa$", ylabel="relative error of $T$", title="$z_0 = -0.6$")
+        axes.set(
+            xlabel=r"noise amplitude $\kappa$", ylabel="relative error of $T$", title="$z_0 = -0.6$"
+        )
         axes.legend()
         return figure

@@ -297,9 +297,7 @@ def regimes(
             xlim=(1e-5, 0.05),
             ylim=(1e-4, 1.0),
         )
-        axes.text(
-            0.8, 0.1, "sticks to the fold", transform=axes.transAxes, ha="right", color=FAINT
-        )
+        axes.text(0.8, 0.1, "sticks to the fold", transform=axes.transAxes, ha="right", color=FAINT)
         axes.text(0.03, 0.93, "passes", transform=axes.transAxes, va="top", color=FAINT)
         axes.text(
             0.27,

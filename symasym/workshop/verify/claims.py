@@ -170,4 +170,6 @@ def arrays(problem: Problem, full: bool) -> Iterator[Finding]:
             for value, stated, wanted in each:
                 gap = distance(float(value), wanted)
                 allowed = float(stated) + abs(float(value)) * 2.3e-16
-                yield compared(LABELS[quantity], method, "stated errors of arrays", gap, allowed, where)
+                yield compared(
+                    LABELS[quantity], method, "stated errors of arrays", gap, allowed, where
+                )

@@ -174,7 +174,9 @@ def _claims(
         if "dps" not in options:
             name = "float64"
         gap = distance(estimate.value, wanted)
-        yield compared(label(quantity), name, "stated error", gap, _sum(estimate.error, room), where)
+        yield compared(
+            label(quantity), name, "stated error", gap, _sum(estimate.error, room), where
+        )
 
 
 def _sum(a: mpf | float, b: mpf | float) -> Any:
