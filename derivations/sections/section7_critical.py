@@ -118,8 +118,8 @@ def critical_points(d: Any) -> None:
         Identity(vieta),
         "A is alpha mu (u - u1)(u - u2)(u - u3)",
         left=(
-            "A'(u_1)",
-            "A'(u_2)",
+            r"A'(u_1) = \lim_{u \to u_1} \frac{A(u)}{u - u_1} =",
+            r"A'(u_2) = \lim_{u \to u_2} \frac{A(u)}{u - u_2} =",
         ),
     )
     lower, upper, gap = (Symbol(n, positive=True) for n in ("p", "q", "h"))

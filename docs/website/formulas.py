@@ -254,7 +254,7 @@ def _symbols(label: str, record: Mapping[str, Any]) -> list[str]:
     rows = [
         f"| ${s.latex}$ | {report.words(s.meaning.text)} | {report.words(s.meaning.scale)} |"
         for s in symbols(label)
-        if _stands(s.latex, shown)
+        if s.meaning.text and _stands(s.latex, shown)
     ]
     own = IN_WORDS.get(label, {})
     general = {

@@ -193,7 +193,7 @@ def unscaled(d: Any) -> None:
                 "inverse of the scaling": d.use("eq:tildexykappa", "t_s").subs(t, real) - time
             }
         ),
-        left="T_p",
+        left=r"T_p = \mathbb{E}\, t = \varepsilon \, \mathbb{E}\, \tilde t =",
     )
     rho, c = Symbol("rho", positive=True), Symbol("c", positive=True)
 

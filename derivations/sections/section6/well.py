@@ -368,13 +368,13 @@ def _third(k: Any, ctx: Any) -> Any:
 def small(d: Any) -> None:
     d.suppose("u1 and u2 are simple zeros; u1, u2, 0 and 1 are several kappa apart")
     d.suppose(
-        "it holds up to the fold",
+        "the formula holds up to the fold",
         "fails",
         "friction, mu = 3, z0 = -777/1000, kappa = 1/10",
         lambda: d.holds("near_fold"),
     )
     d.suppose(
-        "it holds up to u2 = 1",
+        "the formula holds up to u2 = 1",
         "fails",
         "friction, mu = 3, z0 = -1/10000, kappa = 1/10",
         lambda: d.holds("near_edge"),
