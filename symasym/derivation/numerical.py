@@ -308,9 +308,10 @@ class Order:
         """One line on the range."""
         where = ", ".join(f"{s} = {text(v)}" for s, v in self.fixed.items() if not callable(v))
         moving = ", ".join(str(s) for s, v in self.fixed.items() if callable(v))
-        where += f"{'; ' if where else ''}{moving} computed at each point" if moving else ""
-        return f"the remainder, at {self.digits} digits, over what stands in O" + (
-            f", for {where}" if where else ""
+        return (
+            f"the remainder, at {self.digits} digits, over what stands in O"
+            + (f", for {where}" if where else "")
+            + (f", with {moving} computed at each point" if moving else "")
         )
 
 

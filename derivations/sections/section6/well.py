@@ -419,7 +419,7 @@ def small(d: Any) -> None:
         Order(
             _whole, ("1e-1", "3e-2", "1e-2", "3e-3"), {**at_scene(SCENE), r: _comparable}, digits=60
         ),
-        "r = e^{2D/kappa^2}; relative O(kappa^2) for the first term, O(1) for the second",
+        "r = e^{2D/kappa^2}; relative O(kappa^2) for the exponential term, O(1) for the other",
         left="T",
     )
     d.conclude(
