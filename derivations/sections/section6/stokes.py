@@ -153,9 +153,10 @@ def stokes(d: Any) -> None:
         note="A > 0 on the layer means that there is no well. S of u2, uniform through u2 = 0, "
         "multiplies the well's term of eq:Ttildesmall, as the barrier passes the start; for "
         "u2 < 0 another term may be large. S(Z) is another multiplier, uniform through the fold of "
-        "well and barrier, where that term diverges: it multiplies pi^2 p^2 lam^(1/3) (G(Z) + G(-Z)), G = Ai^2 + Bi^2, which is finite there "
-        "and for Z >> 1 is that term to leading order in zeta. Here p = du/ds half-way between the "
-        "zeros, phi du = (s^2 - zeta) ds and Z = lam^(2/3) zeta, as for 'pair-products'",
+        "well and barrier, where that term diverges: it multiplies pi^2 p^2 lam^(1/3) (G(Z) + "
+        "G(-Z)), G = Ai^2 + Bi^2, which is finite there and for Z >> 1 is that term to leading "
+        "order in zeta. Here p = du/ds half-way between the zeros, phi du = (s^2 - zeta) ds and "
+        "Z = lam^(2/3) zeta, as for 'pair-products'",
     )
 
 
