@@ -111,7 +111,7 @@ DEFINITIONS = {
         r"p(u, 0) = \delta(u) ,\quad p(\pm r, t) = 0",
         "p(u, 0) = delta(u), p(-r, t) = p(r, t) = 0",
         "Definition of the problem: the start at 0 and absorption at both ends; used in eq:odeR, "
-        "density-R and eq:C.",
+        "'density-R' and eq:C.",
     ),
     "eq:osc1": Definition(
         r"\ddot z + \dot z + z + F(\dot z + 1) = 0",

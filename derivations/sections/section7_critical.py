@@ -350,9 +350,9 @@ def threshold(d: Any) -> None:
     d.step(
         "the time at the threshold",
         "substitute",
-        sympy.exp(big),
-        Identity(lambda: size.subs(k, found) / eps),
-        "1/eps in scaled time",
+        1 / eps,
+        Identity(lambda: (size.subs(k, found) / eps).subs(big, -sympy.log(eps))),
+        "of order 1/eps in scaled time, the prefactor left out",
         left=r"e^{2 D \varepsilon/\kappa_{c,p}^2}",
     )
     d.step(

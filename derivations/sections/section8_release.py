@@ -270,8 +270,8 @@ def fold_delay(d: Any) -> None:
         Satisfies(
             lambda units: {
                 # a dw/ds / b = a^2 w^2 + eps b s, one number before each term.
-                "w^2": units[0] / units[1] - units[0] ** 2,
-                "drag": units[0] / units[1] - eps * units[1],
+                "coefficient of w1^2": units[0] / units[1] - units[0] ** 2,
+                "coefficient of s": units[0] / units[1] - eps * units[1],
             }
         ),
         "w = a w1, t = b s leave w1' = w1^2 + s",

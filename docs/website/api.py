@@ -138,7 +138,7 @@ def _heading(title: str) -> list[str]:
 
 
 # What a class has of its own and of a class of the project, and not of str, a NamedTuple or Drift.
-_CLASS = ("   :members:", "   :inherited-members: str, tuple, Drift", "   :show-inheritance:")
+_CLASS = ("   :members:", "   :inherited-members: str, tuple, Drift")
 
 
 def _arguments(value: type) -> str:
@@ -169,7 +169,8 @@ def _page(title: str, module: str, names: list[str]) -> str:
         elif inspect.isclass(value):
             inner = [f"   :exclude-members: {', '.join(INNER[name])}"] if name in INNER else []
             given = "()" if name in RETURNED else _arguments(value)
-            lines += [f".. autoclass:: {name}{given}", *_CLASS, *inner, ""]
+            below = [] if value.__bases__ == (object,) else ["   :show-inheritance:"]
+            lines += [f".. autoclass:: {name}{given}", *_CLASS, *below, *inner, ""]
         elif callable(value):
             lines += [f".. autofunction:: {name}", ""]
     return "\n".join(lines)
