@@ -213,6 +213,7 @@ TEX = {
     "inside": r"M_{\mathrm{in}}",
     "outside": r"M_{\mathrm{out}}",
     "g_s": "g_s",
+    "p_ss": r"p_{\mathrm{ss}}",
     "I_left": r"I_{\mathrm{left}}",
     "I_right": r"I_{\mathrm{right}}",
 }

@@ -186,7 +186,7 @@ def steady_state(d: Any) -> None:
         "solve",
         2 * phi(u) / kappa**2,
         Satisfies(lambda s: {"flux": flux.subs(sympy.Derivative(p, u), s * p)}),
-        left=r"\frac{p_{ss}'(u)}{p_{ss}(u)}",
+        left=r"\frac{p_{\mathrm{ss}}'(u)}{p_{\mathrm{ss}}(u)}",
     )
     d.step(
         "logarithm of the density",
@@ -199,7 +199,7 @@ def steady_state(d: Any) -> None:
             }
         ),
         "V' = -phi and V(-1) = 0",
-        left=r"\log p_{ss}(u)",
+        left=r"\log p_{\mathrm{ss}}(u)",
     )
     found = d.step(
         "density of zero flux",
@@ -207,7 +207,7 @@ def steady_state(d: Any) -> None:
         K * sympy.exp(-2 * V(u) / kappa**2),
         Satisfies(no_flux),
         "K is the density at -1, and follows from the whole mass, 1 (eq:P)",
-        left="p_{ss}(u)",
+        left=r"p_{\mathrm{ss}}(u)",
     )
     length = Symbol("ell", positive=True)
     decay = sympy.exp(-2 * a_minus * (length - 1) / kappa**2)
