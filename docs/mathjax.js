@@ -30,6 +30,10 @@ window.MathJax = {
           if (node.isKind("mspace") && /^[12]em$/.test(node.attributes.get("width"))) {
             node.attributes.set("linebreak", "goodbreak");
           }
+          // Not between an integrand and its differential.
+          if (node.isKind("mspace") && node.attributes.get("width") === "0.167em") {
+            node.attributes.set("linebreak", "nobreak");
+          }
           if (node.isKind("mtable")) data.root.attributes.set("overflow", "scale");
         });
       });
