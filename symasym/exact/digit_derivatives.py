@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import cached_property
 from operator import floordiv, mul
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +30,7 @@ from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField
 from symasym.exact import sweep
-from symasym.exact.derivatives import Dual
+from symasym.exact.derivatives import Dual, derivative_of
 from symasym.exact.digit_panels import (
     MORE_TERMS,
     Constant,
@@ -88,7 +88,7 @@ def log_slopes(
     kappa = numbers["kappa"]
     with own_context(dps) as context:
         precise(context, dps + size + _GUARD)
-        changes = [_derivative(drift, name) for name in drift.parameters]
+        changes = [derivative_of(drift, name) for name in drift.parameters]
         names = [*drift.parameters, "kappa", *(["r"] if "r" in numbers else [])]
         sides = [
             _Side(drift, changes, mirrored, kappa, "r" in numbers, context)
@@ -114,12 +114,6 @@ def log_slopes(
             found = formulas.exit_share(left.sigma, right.sigma).log_slopes(names)
             found["start"] = (1 if quantity == "1 - C" else -1) / right.sigma.value
         return to_mpf(log, dps), {name: to_mpf(x, dps) for name, x in found.items()}
-
-
-@lru_cache(maxsize=64)
-def _derivative(drift: Drift, name: str) -> Drift:
-    """dA/dp as a drift."""
-    return drift.derivative(name)
 
 
 class _Side:
