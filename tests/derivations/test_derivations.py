@@ -257,6 +257,17 @@ def test_every_hypothesis_has_a_known_status():
             assert line.status == "assumed" or line.check is not None
 
 
+def test_every_step_is_a_relation_and_the_first_is_no_answer():
+    """No step shows an expression alone, and none of the first states what is derived."""
+    relation = re.compile(r"=|\\sim|\\to\b|\\le\b|\\ge\b|[<>]")
+    for label in registry.entries():
+        derivation = registry.build(label)
+        shown = [step.latex(derivation.names) for step in derivation.steps]
+        for row in (row for step in shown for row in step.split(r" ,\quad ")):
+            assert relation.search(row), (label, row)
+        assert shown[0] != derivation.latex(), label
+
+
 def test_steps_use_what_they_rest_on():
     """Every label named in `use` is declared; nothing is declared that has no derivation."""
     for label, entry in registry.entries().items():
