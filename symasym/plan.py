@@ -440,7 +440,7 @@ def _of_parts(parts: Parts, rtol: float, request: Request) -> Plan:
 
 
 def _singulants(drift: Drift, lam: float, kept: str) -> Iterator[Singulant]:
-    """Those of the wells and barriers that the names of terms hold, of a polynomial A."""
+    """Singulants of the wells and barriers named in the terms, polynomial A."""
     c = [float(x) for x in drift.exact_coefficients() or (0,)]
     zeros = np.polynomial.polynomial.polyroots(np.trim_zeros(c, "b") or [0.0])
     own = abs(zeros.imag) < 1e-9 * (1 + abs(zeros))

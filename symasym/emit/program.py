@@ -92,7 +92,7 @@ class _OfDrift:
         return tuple(e for e in listed if isinstance(e, sympy.Basic))
 
     def changed(self, change: Callable[[Any], Any]) -> Self:
-        """With `change` made to each expression."""
+        """The same with `change` made to each expression."""
         known = ((f.name, getattr(self, f.name)) for f in fields(self))
         new = {
             name: tuple(map(change, e)) if isinstance(e, tuple) else change(e)

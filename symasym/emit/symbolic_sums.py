@@ -237,7 +237,7 @@ def _all_below(lines: list[Any], others: list[Any], far: float = 0.0) -> bool:
 
 
 def _highest(heights: list[Any]) -> list[Any]:
-    """Those of the heights that are the largest for some r > 1."""
+    """Heights that are the largest for some r > 1."""
     highest: list[Any] = []
     for h in heights:
         if not any(_all_below([h], [k]) for k in highest):

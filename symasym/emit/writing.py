@@ -113,7 +113,7 @@ def comment(lines: list[str], mark: str) -> list[str]:
 
 
 def helpers(code: str, known: Mapping[str, Written]) -> list[str]:
-    """Those of the `known` helpers that the code calls, and that these call."""
+    """Helpers, of the `known` ones, that the code calls, and that these call."""
     called: list[str] = []
     seen: set[str] = set()
 

@@ -119,7 +119,7 @@ class Constant(Panel):
 
 
 def log_size(x: Fraction) -> float:
-    """At least log |x|, also where x is no float64."""
+    """An upper bound of log |x|, also where x is no float64."""
     if not x:
         return -math.inf
     bits = int(abs(x.numerator).bit_length() - x.denominator.bit_length() + 1)

@@ -54,7 +54,7 @@ class DoubleDouble:
 
     @classmethod
     def of(cls, value: DoubleDouble | Fraction | Floats) -> DoubleDouble:
-        """From a Fraction, an int, a float or a float array."""
+        """The double-double of a Fraction, an int, a float or a float array."""
         if isinstance(value, DoubleDouble):
             return value
         if isinstance(value, (int, Fraction)):
@@ -385,7 +385,7 @@ class LogPositive:
 
     @classmethod
     def of(cls, value: FloatArray | DualArray, error: FloatArray | float = 0.0) -> LogPositive:
-        """From float64 numbers that are not negative; `LogSlopes` from dual ones."""
+        """Logarithms of float64 numbers that are not negative; `LogSlopes` of dual ones."""
         with np.errstate(divide="ignore"):
             log = np.maximum(np.log(value_of(value)), _NONE)
         if isinstance(value, DualArray):

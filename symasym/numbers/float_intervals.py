@@ -263,7 +263,7 @@ def _nearest(value: Fraction) -> float:
 
 
 def _outward(low: Any, high: Any) -> Intervals:
-    """From ends as they were rounded to the nearest float."""
+    """Intervals that enclose those whose ends were rounded to the nearest float."""
     return Intervals(np.nextafter(low, -np.inf), np.nextafter(high, np.inf))
 
 

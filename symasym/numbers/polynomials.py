@@ -104,7 +104,7 @@ class Zeros(NamedTuple):
     complete: Any
 
     def take(self, rows: Any) -> Zeros:
-        """Those of some polynomials, with as many real zeros each."""
+        """Zeros of some of the polynomials, with as many real ones each."""
         real = self.real[rows]
         above = (len(self.values) - int(real[0])) // 2
         pairs = [pair[rows] for pair in self.pairs[:above]]
@@ -186,7 +186,7 @@ def bracketed_zero(
 
 
 def _chosen(zeros: Any, above: np.ndarray[Any, Any]) -> list[Any]:
-    """Those above the real axis first, as many as there may be."""
+    """Zeros above the real axis first, as many as there may be."""
     half = len(zeros) // 2
     if half == 1:
         # Sorting is slow for so few.

@@ -229,7 +229,7 @@ def release(
 
 
 def _marched(scene: Scene, rtol: float) -> Release:
-    """By the parabolic equation."""
+    """The release by the parabolic equation."""
     marched = march(scene, rtol)
     left = min(max(marched.left, 0.0), 1.0)
     std, sides = marched.variance**0.5, (left, 1.0 - left)
@@ -237,13 +237,13 @@ def _marched(scene: Scene, rtol: float) -> Release:
 
 
 def _frozen(scene: Scene, rtol: float) -> Release:
-    """With z frozen."""
+    """The release with z frozen."""
     time, first = expanded(scene)
     return _of_order(scene, "frozen", time, abs(first) + 3.0 * first**2 / time, first / time)
 
 
 def _first_order(scene: Scene, rtol: float) -> Release:
-    """With the first correction."""
+    """The release with z frozen, and its first correction in eps."""
     time, first = expanded(scene)
     if abs(first) > _SMALL * time:
         enough = _SMALL * scene.eps * time / abs(first)
@@ -269,7 +269,7 @@ def _of_order(scene: Scene, name: str, mean: float, error: float, share: float) 
 
 
 def _adiabatic(scene: Scene, rtol: float) -> Release:
-    """By the rate 1/T(z)."""
+    """The release by the rate 1/T(z)."""
     density = adiabatic(scene)
     time, _ = laws(density, scene.z, scene.sign)
     note = "the flight past the fold is taken for a waiting time."
@@ -308,7 +308,7 @@ def _simulated(
     workers: int | str | Executor,
     tau: float,
 ) -> Release:
-    """By Monte Carlo, a fifth of the paths at twice the step for what bias is left."""
+    """The release by Monte Carlo, a fifth of the paths at twice the step for the bias left."""
     system, kappa, r, eps, u, z = scene
     if step is None:
         across = np.linspace(-1.0, 1.0, 201)

@@ -111,7 +111,7 @@ class Forward(NamedTuple):
     def of(
         cls, way: list[float], rows: list[list[FloatArray]], weight: list[FloatArray]
     ) -> Forward:
-        """From the slabs' `held`, `left`, `flux` and `clock`, one after the other."""
+        """The forward march from the slabs' `held`, `left`, `flux` and `clock` in turn."""
         held, left, flux, clock = (np.array(row) for row in rows)
         return cls(np.array(way), held, left, flux, clock, weight)
 

@@ -190,7 +190,7 @@ def tiny(context: MPContext | None) -> Any:
 
 
 def _shifted_in(context: MPContext, c: list[Any], by: Number) -> list[Any]:
-    """The same as convolutions, whose sums mpmath rounds once and takes a quarter of the time."""
+    """Coefficients about `by`, as convolutions, which mpmath rounds once: a quarter of the time."""
     powers, factorials = [context.one], [context.one]
     for k in range(1, len(c)):
         powers.append(powers[-1] * by / k)

@@ -91,7 +91,7 @@ def _products(z: mpf, c: MPContext) -> tuple[Any, ...]:
 
 
 def _beyond(sign: int) -> Exact:
-    """Without their powers of |Z|, in (8/|Z|)^(3/2) from 0 to 1."""
+    """Airy products without their powers of |Z|, in (8/|Z|)^(3/2) from 0 to 1."""
 
     def scaled_products(t: mpf, c: MPContext) -> tuple[Any, ...]:
         """The products at Z = sign 8 t^(-2/3), without powers of |Z| and without their turning."""
@@ -188,7 +188,7 @@ def _beyond_table(table: Table, sign: int, size: FloatArray, chosen: list[int]) 
 
 
 def _of_digits(z: mpf, context: MPContext) -> AiryProducts:
-    """At one mpf; relative errors are a few units of rounding."""
+    """Airy products at one mpf; relative errors are a few units of rounding."""
     xi = 2 * abs(z) * context.sqrt(abs(z)) / 3
     # The asymptotic series are good to e^{-2 xi}.
     if 2 * xi * BITS > context.prec + GUARD:

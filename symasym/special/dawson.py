@@ -72,7 +72,7 @@ def _dawsons(x: mpf, c: MPContext) -> tuple[Any, ...]:
 
 
 def _dawsons_beyond(t: mpf, c: MPContext) -> tuple[Any, ...]:
-    """Without their powers of x, the area without its logarithm, in (6/x)² from 0 to 1."""
+    """The functions without powers of x, the area without its logarithm, in (6/x)² to 1."""
     x = _DAWSON_END / c.sqrt(t)
     with c.workdps(2 * DIGITS):
         scaled, value, area = _dawsons(x, c)

@@ -34,7 +34,7 @@ ClosedForm = Callable[[Any, Any, Any, Any], Any]
 
 
 def constant_drift(a: str) -> dict[str, ClosedForm]:
-    """T and C of the drift `a` everywhere (design.md, section 5, fact 9, with any start)."""
+    """T and C of the drift `a` everywhere by elementary integration, from any start."""
 
     def number(mp: MPContext) -> Any:
         """The drift a."""

@@ -34,7 +34,7 @@ def decades() -> list[tuple[int, int, int]]:
 
 
 def closed(a: int, r: int, k: int, dps: int = 40) -> tuple[Any, Any, Any]:
-    """T, log C and log(1 - C) of the drift 10^a, by the formulas of design.md."""
+    """T, log C and log(1 - C) of the drift 10^a, by elementary integration."""
     mp = mpmath.MPContext()
     mp.dps = dps
     power = mp.mpf(10)

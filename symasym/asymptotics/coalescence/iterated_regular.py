@@ -270,7 +270,7 @@ def _line(a: mpf, b: mpf, scale: mpf, context: MPContext) -> Path:
 
 
 def _half_circle(middle: mpf, radius: mpf, context: MPContext) -> Path:
-    """Above the real line, from left to right."""
+    """The half circle above the real line, from left to right."""
 
     def path(t: mpf) -> tuple[mpc, mpc]:
         turn = radius * context.expjpi(1 - t)

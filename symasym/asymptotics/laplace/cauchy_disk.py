@@ -211,7 +211,7 @@ class _Surroundings:
 
     @cached_property
     def _shifted(self) -> dict[Expr, arb_poly]:
-        """Those of f and G that are polynomials, in t: quicker by far than a tree, and tighter."""
+        """Polynomials in t of f and G, where these are some: faster than a tree, and tighter."""
         flint, shifted = flint_module(), {}
         line = flint.arb_poly([self.center, 1])
         for expression in (self.f, self.smooth):

@@ -223,7 +223,7 @@ class IntegralExpansion:
         InputError
             For a target that does not have its functions.
         """
-        # The public verb, which is in a room above this one.
+        # The public verb, which is in a layer above this one.
         import symasym
 
         return symasym.emit(self.expression, target, name=name)

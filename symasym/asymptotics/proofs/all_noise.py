@@ -95,14 +95,14 @@ class _Evaluation:
         return total, small + group.others
 
     def least(self, leading: LeadingCell) -> tuple[Any, int]:
-        """Of y^(-power) times the integral over a cell, and that power."""
+        """A lower bound of y^(-power) times the integral over a cell, and that power."""
         model, small = self.integral(leading)
         if leading.cell not in self._least:
             self._least[leading.cell] = _surely(model, small, self.over)
         return self._least[leading.cell], model.power
 
     def most(self, group: Group) -> tuple[Any, int]:
-        """Of y^(-power) times the integral over a group, and that power."""
+        """An upper bound of y^(-power) times the integral over a group, and that power."""
         if id(group) not in self._most:
             model, small = self.sum_of(group)
             more = supremum(small, model.power, 0 * self.over.top, self.over.top)
@@ -236,7 +236,7 @@ def _surely(model: Model, small: SmallTerms, over: Range) -> Any:
 
 
 def _inverse(small: SmallTerms, over: Range) -> SmallTerms:
-    """Of 1/(1 + e) - 1."""
+    """Exponentially small terms that bound 1/(1 + e) - 1."""
     most = supremum(small, 0, flint_module().arb(0), over.top)
     if not most < 1:
         raise NotProved
@@ -244,7 +244,7 @@ def _inverse(small: SmallTerms, over: Range) -> SmallTerms:
 
 
 def together(errors: Sequence[SmallTerms], over: Range) -> SmallTerms:
-    """Of (1 + e_1)(1 + e_2) … - 1."""
+    """Exponentially small terms that bound (1 + e_1)(1 + e_2) … - 1."""
     flint = flint_module()
     errors_of_product: list[SmallTerm] = []
     grown = flint.arb(1)
@@ -538,7 +538,7 @@ def _with_heights(one: OneSided, ops: Formal) -> OneSided:
 
 
 def _height(x: Number, ops: Formal) -> Any:
-    """Small ones are differences: their error is not relative."""
+    """The ball of a height; small ones are differences, and their error is not relative."""
     return ops.ball(x) + flint_module().arb(0, ops.radius.upper())
 
 

@@ -169,7 +169,7 @@ class Dominance:
                 (self.high if p.sign > 0 else self.low)[k] = made
 
     def group(self, indices: Sequence[int], loose: Sequence[int] = ()) -> Group:
-        """Of these cells; of the loose ones any part may count."""
+        """The group of these cells; of the loose ones any part may count."""
         everything = [*indices, *loose]
         sizes = self._sizes(everything)
         length = sum((self.sizes[k] for k in everything), flint_module().arb(0))
@@ -203,7 +203,7 @@ class Dominance:
         return tuple(sizes)
 
     def sides(self, k: int) -> tuple[Sequence[int], Sequence[int], Sequence[int], Sequence[int]]:
-        """Beyond cell k, between it and the start, behind the start, and the start's own."""
+        """Cells beyond cell k, between it and the start, behind the start, and the start's own."""
         at, inside, n = self.landscape.start_cell, self.landscape.inside, len(self.cells)
         first = at + 1 if inside else at
         own = [at] if inside and k != at else []

@@ -1,7 +1,7 @@
 """Weak noise through the coalescence of wells, barriers and ends: T by uniform approximation.
 
 Laplace's sums (`symasym.asymptotics.weak_noise.answer`) with coalescing critical points taken
-together: a well and the barrier next to it, also past the canonical where they are a complex pair
+together: a well and the barrier next to it, also beyond the coalescence, where they are complex
 (`.coalescing_pair`: the canonical Airy form of Chester, Friedman and Ursell), and each of them with
 the start and with the ends of the layer (`.truncated_gaussian`: Bleistein). Their own series stay
 below the sum, in the places and in the regular part; the singular terms cancel there, for which
@@ -237,7 +237,7 @@ class _TwoSides(NamedTuple):
 def _analysed(
     drift: Drift, r: Fraction, x: Fraction, lam: Fraction, order: int, digits: int, local: bool
 ) -> _TwoSides:
-    """For any lam up to this one, to `order` and what tells its error."""
+    """Both sides of the start to `order` and the next ones, for any lam up to this one."""
     context, (sides, truncations) = _sides(drift, r, x, order, working_digits(digits, lam, r))
     centres = [
         sign * float(f.point) for sign, s in zip((-1, 1), sides, strict=True) for f in s.pairs
@@ -302,7 +302,7 @@ def _estimate(scene: _TwoSides, lam: Fraction, order: int, kappa: str) -> tuple[
 def _apart(
     canonical_pairs: list[CanonicalPair], lam: Any, context: Any
 ) -> tuple[list[CanonicalPair], Any]:
-    """Without complex pairs that the start or an end cuts through, and what either way costs."""
+    """Pairs without complex ones cut through by the start or an end; what either way costs."""
     cut = [cut_off(one.pair.zeta, one.gap, lam, context) for one in canonical_pairs]
     taken = [one for one, (_, out) in zip(canonical_pairs, cut, strict=True) if not out]
     return taken, max((cost for cost, _ in cut), default=context.zero)
@@ -404,7 +404,7 @@ class _SideSum:
         return self.rising + self.falling
 
     def ends(self) -> list[Any]:
-        """Those of the layer that are seen."""
+        """Ends and kinks of the layer that contribute, in order."""
         kinks = [x.u for x in self.rising if x.point and x.point.kind in ("end", "kink")]
         return sorted(u for u in kinks if u is not None)
 
@@ -495,7 +495,7 @@ class Member(NamedTuple):
 
 
 def _weighed(member: Member, beside: list[Truncation], context: MPContext) -> list[Member]:
-    """With its weight where it is next to the start."""
+    """The member with its blending weight, where it is next to the start."""
     return [
         member._replace(weight=truncation.weight)
         for truncation in beside

@@ -110,7 +110,10 @@ def canonical_pair(
 
 
 def parabola(canonical: CanonicalPair, context: MPContext) -> CanonicalPair:
-    """With phi = c_0 + c_2 (u - point)²: u' = p = c_2^(-1/3) and zeta = -c_0 p, linear in c_0."""
+    """The canonical form for phi = c_0 + c_2 (u - point)².
+
+    u' = p = c_2^(-1/3) and zeta = -c_0 p, linear in c_0.
+    """
     low, bend = canonical.bottom
     p = 1 / context.cbrt(bend)
     pair = replace(canonical.pair, zeta=-low * p)

@@ -102,7 +102,7 @@ def allowed_of_whole(
 
 
 def _with_majorants_of(half: OneSided, k: int, known: set[_Place], start: bool) -> OneSided:
-    """The same with the majorants of these points alone.
+    """The one-sided expansion with the majorants of these points alone.
 
     Without the series of the start, and the regular part, if that is not apart: these are singular
     where a zero of A comes to it, and T is what a well makes it there.

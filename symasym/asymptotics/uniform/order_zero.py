@@ -1,8 +1,9 @@
 """T by the uniform formula of order 0, polynomial A: many drifts in float64, or one to any digits.
 
 Wells, barriers and pairs of both sides of the start (`symasym.asymptotics.weak_noise.compose`),
-with the canonical Airy form of pairs that may coalesce and the truncated Gaussian of a barrier next
-to an end (`symasym.asymptotics.uniform.order_zero_forms`), for zeros of A however close to each
+with the canonical Airy form of pairs that may coalesce (Chester, Friedman and Ursell) and the
+truncated Gaussian of a barrier next to an end (Bleistein; both
+`symasym.asymptotics.uniform.order_zero_forms`), for zeros of A however close to each
 other or to the layer's end. Which zeros go together is decided in float64 (`.pairing_arrays` for
 many drifts, `.structure` for one); `OrderZero` is what follows from it, once for both: with
 digits, zeros, differences of the potential, Airy functions and Dawson's integral have all of them.
@@ -229,7 +230,7 @@ class OrderZero(Builder):
         falling.append(CriticalPoint(well, rise - height, AiryIntegral(pair.form, "falling"), None))
 
     def ranks(self, pair: Together, inside: list[int]) -> tuple[Any, Any]:
-        """Of its two zeros, from the start on; between two ranks for a complex pair."""
+        """Ranks of its two zeros from the start on; between two ranks for a complex pair."""
         if pair.members:
             low, high = sorted(inside.index(k) + 1 for k in pair.members)
             return low, high
@@ -296,7 +297,7 @@ class OrderZero(Builder):
     # -- the regular part ---------------------------------------------------------------------
 
     def primitives(self) -> tuple[list[Any], list[Any]]:
-        """Of 1/phi on a path past all pairs, and of order 1, at the three edges."""
+        """Primitives of 1/phi on a path past all pairs, and of order 1, at the three edges."""
         if self.degree == 0:
             return super().primitives()
         c, edges = self.arithmetic, range(3)

@@ -106,8 +106,8 @@ def blended(
     `drop` is V from the barrier down to the well: as they meet, its own series breaks down.
     """
     rho = BLENDING * drop / (gap * gap * area)
-    fade = c.exp(-rho)
-    return rho, (1 + rho) * fade, (1 + rho + rho * rho / 2) * fade
+    decay = c.exp(-rho)
+    return rho, (1 + rho) * decay, (1 + rho + rho * rho / 2) * decay
 
 
 def _before_end(
@@ -250,7 +250,7 @@ def truncated_gaussian(
     slope: Number | None,
     arithmetic: Arithmetic,
 ) -> Truncated:
-    """Of phi = x psi(x) from the barrier on, with its end at x = gap.
+    """The barrier's truncated Gaussian for phi = x psi(x), with the end at x = gap.
 
     `drop` is V from the barrier down to the well before it, `ratio` the next term of the barrier's
     own series.

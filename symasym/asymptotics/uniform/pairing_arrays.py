@@ -74,7 +74,7 @@ def _found(scenes: Scenes) -> Iterator[ExpandedScenes]:
 
 
 def _numbered(keys: list[IntArray]) -> IntArray:
-    """From 0 on, one number for each combination."""
+    """A number for each combination of keys, from 0 on."""
     found = np.zeros_like(keys[0])
     for key in keys:
         if float(found.max(initial=0) + 1) * float(key.max(initial=0) + 1) > _LARGEST_KEY:
@@ -131,7 +131,7 @@ class PairColumns(NamedTuple):
 
 
 def pairs_beside(scenes: Scenes, zeros: Zeros) -> tuple[list[PairColumns], FloatArray]:
-    """Those to be taken together, and what leaving others out costs: e^{-lam exponential_gap}."""
+    """Pairs to be taken together; leaving others out costs e^{-lam exponential_gap}."""
     with np.errstate(all="ignore"):
         exponential_gap = np.full(len(scenes.r), np.inf)
         pairs = list(_candidates(scenes, zeros))

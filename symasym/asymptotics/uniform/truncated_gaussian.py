@@ -187,7 +187,7 @@ def truncations_beside(
     digits: int,
     context: MPContext,
 ) -> list[Truncation]:
-    """The same of a point with h_1, h_2, ... there, as many as there are terms."""
+    """Truncations at a point with h_1, h_2, ... there, as many as there are terms."""
     zeros = sorted(zeros, key=lambda z: z.u)
     first = sum(1 for z in zeros if z.u < at)
     rows = []
@@ -243,7 +243,7 @@ def _cut(
     # corrected. The fades leave no trace in any order of 1/lam, since the corrections are of a
     # higher order anyway where they set in; they set in faster than any power.
     beside, behind = (
-        [_fade(n, ratio, c) for n in range(count)]
+        [_blending(n, ratio, c) for n in range(count)]
         for ratio in (point.beside_ratio(), point.behind_ratio())
     )
     peak = [a * f * g for a, f, g in zip(whole, beside, behind, strict=True)]
@@ -256,7 +256,7 @@ def _cut(
     )
 
 
-def _fade(n: int, ratio: mpf | None, context: MPContext) -> Any:
+def _blending(n: int, ratio: mpf | None, context: MPContext) -> Any:
     """The blending weight of the n-th coefficient: P(n + 2, ratio), 1 where no zero is near."""
     return context.one if ratio is None else context.gammainc(n + 2, 0, ratio, True)
 
@@ -270,16 +270,17 @@ def dawson_terms(t: mpf, count: int, context: MPContext) -> list[Any]:
 
 
 def sigma_terms(t: mpf, count: int, context: MPContext) -> list[Any]:
-    """The same of sigma."""
+    """sigma = sum of these times lam^-(m+1)."""
     return [(-1) ** m * y for m, y in enumerate(dawson_terms(t, count, context))]
 
 
 def corrections(
     truncation: Truncation, share: tuple[Any, Any] | None, lam: mpf, order: int, context: MPContext
 ) -> Corrections:
-    """At one lam; `share` is what the sums take for the zero's Gaussian, over e^{+-lam rise}.
+    """Corrections of the sums at one lam for a zero near a point.
 
-    With the weight of its difference to the Laplace series; None if there is none.
+    `share` is what the sums take for the zero's Gaussian, over e^{+-lam rise}, with the weight of
+    its difference to the Laplace series; None if there is none.
     """
     c, terms = context, order + 1
     if lam not in truncation.known:
@@ -324,7 +325,7 @@ def corrections(
 
 
 def _log_series(t: mpf, terms: int, sign: int, context: MPContext) -> list[Any]:
-    """Of the integral of D (sign 1) or sigma (-1), times lam."""
+    """The series of the integral of D (sign 1) or sigma (-1), times lam."""
     rest = [-context.fac2(2 * m - 1) * sign**m / (2 * m * t ** (2 * m)) for m in range(1, terms)]
     return [context.log(abs(t)), *rest]
 

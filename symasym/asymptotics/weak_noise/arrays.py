@@ -134,7 +134,7 @@ def expanded_of(scenes: PolynomialScenes, order: int) -> Iterator[ExpandedScenes
 def _built(
     rows: IntArray, scenes: PolynomialScenes, zeros: Zeros, order: int
 ) -> ExpandedScenes | None:
-    """Those of one structure that float64 is enough for."""
+    """Expansions of scenes of one structure, where float64 is enough."""
     if len(rows) == 1:
         try:
             builder = Builder(scenes, zeros, order, plain=True)
@@ -230,7 +230,7 @@ def own_shapes(drift: Drift, numbers: dict[str, Any], scenes: Scenes) -> list[tu
 
 
 def index_of(shapes: list[tuple[int, ...]], shape: tuple[int, ...]) -> IntArray:
-    """For each scene the number of its drift, start and radius."""
+    """The number of its drift, start and radius for each scene."""
     common = np.broadcast_shapes(*shapes)
     own = (1,) * (len(shape) - len(common)) + common
     count = np.arange(int(np.prod(own)))
@@ -269,7 +269,7 @@ def _all_expansions(
     analyse: Analyse | None,
     find: Find,
 ) -> Iterator[tuple[IntArray, Expansions]]:
-    """In float64 where that is enough, else one by one with more digits."""
+    """Expansions in float64 where that is enough, else one by one with more digits."""
     left = np.ones(len(drifts.start), dtype=bool)
     if len(left) == 1 and not drift.shape:
         every: Iterable[ExpandedScenes] = _of_one(
@@ -420,7 +420,7 @@ def _between(
 def _best(
     at: Callable[[int, bool], tuple[FloatArray, Any]], orders: Sequence[int]
 ) -> tuple[Any, Any]:
-    """At each scene that order whose error is smallest."""
+    """The logarithm and error at each scene of the order whose error is smallest."""
     log, wrong = at(orders[0], True)
     if len(orders) == 1 and wrong.max() < np.inf:
         return log, wrong

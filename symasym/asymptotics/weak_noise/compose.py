@@ -389,7 +389,7 @@ class Composed:
 
     @cached_property
     def probabilities(self) -> tuple[_Probability, _Probability]:
-        """Those of leaving on the left and on the right."""
+        """Probabilities of leaving on the left and on the right."""
         left, right = self.sides.left, self.sides.right
         behind, ahead = self.sides.shares
         return (

@@ -101,7 +101,7 @@ def both_sides(
 
 
 def whole(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
-    """Of int e^{-lam V} over the whole line where it converges, V measured from -1."""
+    """Critical points of int e^{-lam V} over the line where it converges, V measured from -1."""
     right = both_sides(field, Fraction(-2), Fraction(2), order, context, 0)[1]
     height = right.falling[0].height
     return [p._replace(height=p.height - height) for p in right.falling]
@@ -118,7 +118,7 @@ def wells_and_barriers(field: ExactField, order: int, context: MPContext) -> lis
 
 
 def barriers(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
-    """Those of [-1, 1], V measured from -1."""
+    """Barriers of [-1, 1], V measured from -1."""
     return [p for p in wells_and_barriers(field, order, context) if p.kind == "barrier"]
 
 

@@ -1,10 +1,11 @@
 """The one-sided expansions of the integrals of e^{±lam V} from a start on, over an arithmetic.
 
-Each is a sum over critical points: the maxima of the exponent, with Laplace's series; the start
-and the end, with the formal series of an endpoint, whatever the sign of the slope there; and the
-kinks u = -1 and 1, with the difference of that series' two sides, since A's derivatives jump.
-Where the exponent has a minimum nothing is added: the exponentials that the two sides of the
-formal series differ by there are those of the maxima.
+Each is a sum over critical points: the maxima of the exponent, with Laplace's series by Watson's
+lemma (`arc_coefficients` of du/ds, `Builder.gaussian` their moments); the start and the end, with
+the formal series of an endpoint, whatever the sign of the slope there; and the kinks u = -1 and 1,
+with the difference of that series' two sides, since A's derivatives jump. Where the exponent has a
+minimum nothing is added: the exponentials that the two sides of the formal series differ by there
+are those of the maxima.
 
 Both sides of the start are made at once, the left one as it is seen in the mirror, where h_k(u)
 (`symasym.asymptotics.weak_noise.regular_part`) becomes -h_k(-u), and a well or a barrier stays what

@@ -154,7 +154,7 @@ def primitive(t: Number, j: int, context: MPContext) -> Any:
 
 
 def least_square(context: MPContext) -> Any:
-    """Below this rounding decides whether two zeros are real."""
+    """The squared half distance of two zeros below which rounding decides if they are real."""
     return context.ldexp(1, 24 - context.prec)
 
 

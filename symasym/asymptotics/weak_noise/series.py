@@ -69,7 +69,7 @@ class Series(NamedTuple):
 
     @property
     def majorants(self) -> Majorants | None:
-        """Those of the first part."""
+        """Majorants of the first part."""
         return self.parts[0].majorants if self.parts else None
 
 
@@ -241,13 +241,13 @@ def _leading(part: Part) -> int:
 
 
 def _rows(parts: list[Part], count: int) -> Iterator[list[tuple[Part, Numbers]]]:
-    """For each n < `count` the parts that have a coefficient c_n, with it."""
+    """Parts that have a coefficient c_n, with it, for each n < `count`."""
     for n in range(count):
         yield [(p, p.coefficients[n]) for p in parts if n < len(p.coefficients)]
 
 
 def _ratio(before: Numbers, after: Numbers) -> Any:
-    """Of two sizes; infinite over 0."""
+    """The ratio of two sizes; infinite over 0."""
     if not (isinstance(before, np.ndarray) or isinstance(after, np.ndarray)):
         return after / before if before else (np.inf if after else 0.0)
     known = before > 0

@@ -81,7 +81,7 @@ def _maker(name: str) -> Any:
 
 @lru_cache(maxsize=8)
 def _of_formula(expression: str) -> Drift:
-    """Reading a formula takes longer than most of its values."""
+    """The drift of a formula, kept: reading it takes longer than most of its values."""
     from symasym.drift.drift import Drift
 
     return Drift(expression)

@@ -469,7 +469,7 @@ class _Writer(Expressions):
 
 
 def _length(e: ast.expr) -> tuple[bool, int] | None:
-    """Of ``[0.0] * n``: whether it holds whole numbers, and n."""
+    """Whether ``[0.0] * n`` holds whole numbers, and n."""
     if not (isinstance(e, ast.BinOp) and isinstance(e.left, ast.List)):
         return None
     (zero,), count = e.left.elts, e.right
@@ -483,7 +483,7 @@ def _holds(s: ast.stmt, name: str) -> bool:
 
 
 def _places(tree: ast.FunctionDef) -> dict[str, ast.stmt]:
-    """For each name the first statement of the innermost block that holds all its uses."""
+    """The first statement of the innermost block that holds all uses of a name, for each."""
     declared: dict[str, ast.stmt] = {}
     loops = {n.target.id for n in ast.walk(tree) if isinstance(n, ast.For)}  # type: ignore[attr-defined]
     stored = {

@@ -114,7 +114,7 @@ def _primitive(
     c: list[float], n: int, at: int, u: float, lines: list[float], real: int, owner: list[int],
     rows: list[float], count: int, x: list[float], y: list[float], above: int, edge: list[float],
 ) -> float:  # fmt: skip
-    """Of 1/phi on a path past all pairs, at the start (at = 1) or an end (0 or 2)."""
+    """A primitive of 1/phi on a path past all pairs, at the start (at = 1) or an end (0, 2)."""
     if n == 1:
         return u / c[0]
     total = 0.0

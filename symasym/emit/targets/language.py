@@ -197,7 +197,7 @@ def helpers_of(
 
 @cache
 def _exact(target: str) -> dict[str, Written]:
-    """Those of integrals and of the exact time."""
+    """Helpers of integrals and of the exact time."""
     texts = transcribed(kernel_of(elementary, structure, airy, exact), target)
     own = {"function_": FUNCTION_IN_C} if target == "c" else {}
     constants = {**tables.GAUSS, **tables.airy(False), **tables.lobatto()}
@@ -210,7 +210,7 @@ _NEEDED = {2: "_PAIRS", 4: "_MANY"}
 
 @cache
 def _uniform(target: str, degree: int) -> dict[str, Written]:
-    """Those of the uniform time of polynomial drifts up to this degree."""
+    """Helpers of the uniform time of polynomial drifts up to this degree."""
     flags = {name: degree >= least for least, name in _NEEDED.items()}
     kernel = kernel_of(elementary, structure, airy, uniform, flags=flags)
     texts = transcribed({**kernel, **in_doubles(EMITTED)}, target)
