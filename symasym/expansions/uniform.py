@@ -131,11 +131,6 @@ class PairSymbols(Symbols):
     a complex pair.
     """
 
-    taken = Symbols.taken | {
-        *("D", "Da", "P", "Z", "area", "k", "m", "n", "p", "q", "rest"),
-        *("rho", "sigma", "t", "w", "xi", "zeta"),
-    }
-
     def __init__(
         self, drift: Drift, case: Case, order: int, start: Fraction, place: Place,
         paired: tuple[int, ...],
