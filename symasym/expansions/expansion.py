@@ -476,8 +476,8 @@ def expand(
     quantity : {"T", "C", "1 - C", "P", "1 - P", "density"}
     noise : {"weak", "strong", "uniform"}
         kappa -> 0; kappa -> oo, of a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T, P
-        and 1 - P of a polynomial A through the coalescence of a well and a barrier, in Airy
-        functions.
+        and 1 - P through the coalescence of a well and a barrier, in Airy functions, of a
+        polynomial A; of another up to the coalescence, for T.
     order : int, optional
         0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 N), or of
         2/kappa^2; 0 or 1 for ``noise="uniform"``, 0 if left out.
@@ -734,7 +734,7 @@ def _with_own_names(e: Expansion) -> Expansion:
     parameters = e.drift.expression().free_symbols - {U}
     values = (e.formula, *e.definitions.values(), *e.integrals.values())
     own = set().union(*(sympy.sympify(v).free_symbols for v in values)) - parameters
-    own |= {KAPPA, R, U, *e.definitions, *e.equations}
+    own |= {KAPPA, R, U, *e.definitions}
     words = " ".join([e.quantity, "C" * bool(e.terms), *map(str, own)])
     names = set(re.findall(r"[A-Za-z]\w*", words))
     constants = set().union(*(sympy.sympify(v).atoms(sympy.NumberSymbol) for v in values))

@@ -27,6 +27,12 @@ DIGITS = 30
 KAPPA = "1/20"
 
 
+#: What SymPy's names mean to mpmath.
+AIRY = {
+    "airyaiprime": lambda z: mpmath.airyai(z, 1), "airybiprime": lambda z: mpmath.airybi(z, 1),
+}  # fmt: skip
+
+
 def roots_of(drift: sa.Drift) -> dict[str, Any]:
     """u1, u2, ...: the zeros in the layer, left to right, then the others."""
     c = [mpmath.mpf(x.numerator) / x.denominator for x in drift.exact_coefficients() or ()]
@@ -102,8 +108,8 @@ def by_definitions(e: sa.Expansion, drift: sa.Drift, kappa: str, r: str) -> Any:
             return finite_part(f.args[0], value(f.args[2]), value(f.args[3]))
         if f.has(sympy.Integral):
             (whole,) = f.atoms(sympy.Integral)
-            g = sympy.lambdify(x, whole.function, "mpmath")
-            (_, a, b) = whole.limits[0]
+            (y, a, b) = whole.limits[0]
+            g = sympy.lambdify(y, whole.function, "mpmath")
             area = sympy.Dummy()
             known[area.name] = mpmath.quad(g, [value(a), value(b)])
             f = f.xreplace({whole: area})
@@ -111,7 +117,7 @@ def by_definitions(e: sa.Expansion, drift: sa.Drift, kappa: str, r: str) -> Any:
         for s in symbols:
             if s.name not in known:
                 known[s.name] = value(e.definitions[s])
-        return sympy.lambdify(symbols, f, "mpmath")(*[known[s.name] for s in symbols])
+        return sympy.lambdify(symbols, f, [AIRY, "mpmath"])(*[known[s.name] for s in symbols])
 
     return mpmath.re(value(e.formula))
 
@@ -485,6 +491,7 @@ def test_binding_one_after_the_other_keeps_exactness() -> None:
         (sa.Drift("kappa - u"), {}, "has a parameter kappa"),
         (sa.Drift("T - u"), {}, "has a parameter T"),
         (sa.Drift("C + u - u**3"), {}, "has a parameter C"),
+        (sa.Drift("h1 + u - 4*u**3"), {}, "has a parameter h1"),
         (sa.Drift("lambda - u"), {}, "has a parameter lambda"),
         (sa.Drift("lam - u"), {"noise": "strong"}, "has a parameter lam"),
         (sa.Drift("W_1 + u - 4*u**3"), {}, "has a parameter W_1"),
