@@ -128,7 +128,8 @@ class Plan:
         The cheapest whose stated error is at most `rtol`.
     order : int or None
     terms : tuple of Term
-        Largest first; none where the method is no sum of parts.
+        Parts of T, largest first, each with its `name`, `size` relative to T, `kept` and the
+        `reason`; none where the method is no sum of parts.
     error : float
         Stated relative error, what is left out included.
     error_kind : {"bound", "estimate"}
@@ -140,7 +141,8 @@ class Plan:
     estimate : Estimate
         T in this way.
     singulants : tuple of Singulant
-        Of the wells and barriers in the terms that are kept.
+        Of the wells and barriers in the terms that are kept (docs/borel.md): `point`, `value`,
+        the `other` zero that it comes from, and the `order` of the least term.
     """
 
     method: str

@@ -47,13 +47,11 @@ def _text(node: ast.expr) -> str:
 @cache
 def public() -> dict[str, Any]:
     """The public callables, and the methods of public classes and of what verbs return."""
-    from symasym.asymptotics.coalescence.result import UniformExpansion
-    from symasym.asymptotics.laplace.result import LaplaceExpansion
     from symasym.emit.source import Source
 
     found = {name: getattr(sa, name) for name in sa.__all__}
     classes = [x for x in found.values() if inspect.isclass(x)]
-    for kind in (*classes, UniformExpansion, LaplaceExpansion, Source):
+    for kind in (*classes, Source):
         found |= {n: x for n, x in inspect.getmembers(kind, callable) if not n.startswith("__")}
     return found
 
