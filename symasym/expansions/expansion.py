@@ -476,8 +476,8 @@ def expand(
     quantity : {"T", "C", "1 - C", "P", "1 - P", "density"}
     noise : {"weak", "strong", "uniform"}
         kappa -> 0; kappa -> oo, of a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T, P
-        and 1 - P of a polynomial A through the coalescence of a well and a barrier, in Airy
-        functions.
+        and 1 - P through the coalescence of a well and a barrier, in Airy functions, of a
+        polynomial A; of another up to the coalescence, for T.
     order : int, optional
         0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 N), or of
         2/kappa^2; 0 or 1 for ``noise="uniform"``, 0 if left out.
@@ -693,7 +693,7 @@ def _composed(
         X: KAPPA**2 / 2,
         BEYOND_1: R - 1,
     }
-    return Expansion(
+    return _with_own_names(Expansion(
         quantity, noise, order, drift, start, symbols.case, formula, definitions,
         symbols.equations, terms,
         tuple(c for c in dict.fromkeys(_conditions(symbols, quantity)) if c is not sympy.true),
@@ -701,7 +701,7 @@ def _composed(
         None if symbols.general and quantity == "T" else replace(
             quotient, sums=tuple(sums), code=symbols.code, growth=symbols.growth
         ),
-    )  # fmt: skip
+    ))  # fmt: skip
 
 
 @lru_cache(maxsize=32)
@@ -713,12 +713,47 @@ def _strong(drift: Drift, quantity: str, order: int, start: Fraction) -> Expansi
     where: list[Any] = [sympy.Ne(values[s], 0) for s in values if s.name[:3] == "phi"]
     if quantity in _OF_START:
         where.append(_radius(start))
-    return Expansion(
+    return _with_own_names(Expansion(
         quantity, "strong", order, drift, start, Case(("start",)), as_printed(formula),
         {**values, LAM: 2 / KAPPA**2, BEYOND_1: R - 1}, tex=tex,
         conditions=tuple(c for c in dict.fromkeys(where) if c is not sympy.true),
         quotient=formula,
-    )  # fmt: skip
+    ))  # fmt: skip
+
+
+def _head(tex: str) -> str:
+    """LaTeX without braces, of a function without its argument."""
+    return re.sub(r"[{}]", "", tex).partition("(")[0]
+
+
+def _with_own_names(e: Expansion) -> Expansion:
+    """The expansion, if no parameter of the drift reads as a symbol of the formula, or as its T.
+
+    R reads as the R of R+ and of R(1), too, and lambda as the symbol that LaTeX writes so.
+    """
+    parameters = e.drift.expression().free_symbols - {U}
+    values = (e.formula, *e.definitions.values(), *e.integrals.values())
+    own = set().union(*(sympy.sympify(v).free_symbols for v in values)) - parameters
+    own |= {KAPPA, R, U, *e.definitions}
+    words = " ".join([e.quantity, "C" * bool(e.terms), *map(str, own)])
+    names = set(re.findall(r"[A-Za-z]\w*", words))
+    constants = set().union(*(sympy.sympify(v).atoms(sympy.NumberSymbol) for v in values))
+    in_tex = {_head(e._latex(s)): s for s in {*own, *constants}}
+    rows = (row for rule in set(e.rules.values()) for row in rule.lines)
+    in_tex |= dict.fromkeys(re.findall(r"\\?[A-Za-z]+(?:_\d)?", " ".join(rows)))
+    for s in sorted(parameters, key=str):
+        text = _head(e._latex(s))
+        if s.name not in names and text in in_tex:
+            # LaTeX of a_minus and of the slope left of the layer, which is equal to it.
+            value = e.definitions.get(in_tex[text], S.Zero)
+            if sympy.simplify(value - s) == 0:
+                continue
+        if s.name in names or text in in_tex:
+            raise InputError(
+                f"A = {e.drift.expression()} has a parameter {s}, which the formula has as a name "
+                "of its own; rename the parameter."
+            )
+    return e
 
 
 def _expression(total: Sum | Expr) -> Expr:
