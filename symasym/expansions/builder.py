@@ -120,16 +120,12 @@ class Symbols(Builder):
         What is written otherwise in code (`symasym.expansions.emitted.Quotient`).
     """
 
-    #: Names of the formula's own symbols, which no parameter has.
-    taken = frozenset({"kappa", "r", "lam", "u", "x", "beyond"})
-
     def __init__(self, drift: Drift, case: Case, order: int, start: Fraction) -> None:
         self.arithmetic = cast(
             "Arithmetic", SimpleNamespace(context=True, one=S.One, number=sympy.sympify)
         )
         self.general = isinstance(drift._model, General)
         self.A = drift.expression()
-        self._require_free_names()
         self.case, self.count = case, order + 1
         self.degree, self.height_size = 0, 0.0
         self.powers = None if self.general else self.A.as_poly(U)
@@ -158,17 +154,6 @@ class Symbols(Builder):
         self.a_minus, self.a_plus = (self._slope_beyond(u) for u in (-1, 1))
         self.heights = {u: self.height_at(u) for u in (self.edges[0], *self.lines, self.edges[2])}
         self.heights[self.start] = S.Zero
-
-    def _require_free_names(self) -> None:
-        clash = sorted(s.name for s in self.A.free_symbols - {U} if s.name in self.taken)
-        clash += sorted(
-            s.name for s in self.A.free_symbols if s.name[:1] == "u" and s.name[1:].isdigit()
-        )
-        if clash:
-            raise InputError(
-                f"A = {self.A} has a parameter {clash[0]}, which the expansion needs as a name of "
-                "its own (kappa, r, lam, x, u, u1, u2, ...); rename the parameter."
-            )
 
     def conditions(self) -> Iterator[Any]:
         """What holds besides the order of the points, as predicates."""
@@ -341,9 +326,9 @@ class Symbols(Builder):
         rows[0] += extra
         series = self._named(f"M{side}", f"M_{side}", X, rows)
         if self.case.at_start:
-            endpoint_product = Symbol(f"K{side}", real=True)
+            endpoint_product = Symbol(f"N{side}", real=True)
             self.tex[endpoint_product], self.values[endpoint_product] = (
-                f"K_{side}",
+                f"N_{side}",
                 self._endpoint_product(sign),
             )
             series = added(series, Series([Part(0.0, 0, [endpoint_product])]))

@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -130,7 +131,9 @@ def zero_at(drift: Drift, start: Fraction) -> bool:
     """True where A is 0 at a start in the layer, whatever free parameters are."""
     at = sympy.Rational(start.numerator, start.denominator)
     value = drift.expression().subs(sympy.Symbol("u", real=True), at)
-    return abs(start) < 1 and bool(sympy.simplify(value) == 0)
+    # What `simplify` loads takes a third of a second.
+    reduced = sympy.cancel if value.is_rational_function() else sympy.simplify
+    return abs(start) < 1 and bool(reduced(value) == 0)
 
 
 def _ordered(points: list[tuple[float, str]], start: float, on_zero: bool) -> tuple[str, ...]:
@@ -141,6 +144,7 @@ def _ordered(points: list[tuple[float, str]], start: float, on_zero: bool) -> tu
     return tuple(word for _, word in sorted([*others, own]))
 
 
+@lru_cache(maxsize=32)
 def found_cases(drift: Drift, start: Fraction, sliding: bool = False) -> tuple[Case, ...]:
     """The cases of a drift with free parameters that some values of them are in.
 
@@ -243,7 +247,7 @@ def _checked(drift: Drift, given: dict[str, Any], start: Fraction, on_zero: bool
         u = float(root.real)
         rate = float(np.polynomial.polynomial.polyval(u, slope))
         at_start = on_zero and abs(u - float(start)) < _SAME
-        away = 1.0 if at_start else abs(u - float(start))
+        away = abs(u - float(start)) if abs(u) < 1 and not at_start else 1.0
         if min(abs(u - 1), abs(u + 1), away, abs(rate)) < 1e-6:
             return None
         if abs(u) < 1:

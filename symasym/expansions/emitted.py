@@ -124,7 +124,7 @@ def _logarithm(
         number = len([s for s in known if s.name.startswith("sum(")]) + 1
         top, total = Symbol(f"top({number})", real=True), Symbol(f"sum({number})", real=True)
         known[top] = _largest(list(parts))
-        known[total] = sum((_times_climb(c, h - top) for h, c in parts.items()), S.Zero)
+        known[total] = sum((c * climb(LAM * (h - top)) for h, c in parts.items()), S.Zero)
         return top, total
 
     made: dict[Expr, tuple[Expr, Symbol]] = {}
@@ -141,7 +141,7 @@ def _logarithm(
             return rows[0]
         top, total = Symbol(f"top({name})", real=True), Symbol(f"sum({name})", real=True)
         known[top] = _largest([h for h, _ in rows])
-        known[total] = sum((_times_climb(c, h - top) for h, c in rows), S.Zero)
+        known[total] = sum((c * climb(LAM * (h - top)) for h, c in rows), S.Zero)
         return top, total
 
     (high, above), (low, below) = (
@@ -165,12 +165,6 @@ def one_exponential(product: Expr) -> Expr:
         return product
     rest = [a for a in product.args if not isinstance(a, sympy.exp)]
     return sympy.Mul(*rest, sympy.exp(sympy.factor_terms(sympy.expand(sympy.Add(*heights)))))
-
-
-def _times_climb(factor: Expr, height: Expr) -> Expr:
-    """factor e^{lam height}, one exponential where the factor has some."""
-    kind = sympy.exp if factor.has(sympy.exp, sympy.erfc) else climb
-    return factor * kind(LAM * height)
 
 
 def _largest(heights: list[Expr]) -> Expr:

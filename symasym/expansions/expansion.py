@@ -1,20 +1,10 @@
-"""Expansions as formulas: symbols in, symbols out.
-
-The composition is that of `symasym.asymptotics.weak_noise.compose`, the one that evaluates
-``method="laplace"``, run with a symbol for every series (`symasym.expansions.builder`).
-With x = kappa^2/2 and lam = 1/x,
-
-    T = lam (L D+ + R D-)/(L + R),    C = R/(L + R),
-
-L and R being int e^{lam V} left and right of the start and D- and D+ the nested integrals there.
-"""
+"""Expansions as formulas: symbols in, symbols out (`symasym.expansions.composition`)."""
 
 from __future__ import annotations
 
-import itertools
 import re
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from typing import Any
@@ -22,17 +12,6 @@ from typing import Any
 import sympy
 from sympy import Expr, S, Symbol
 
-from symasym.asymptotics.weak_noise.compose import (
-    Side,
-    Sides,
-    mean_time,
-    pairs_of,
-    rising_of,
-    side_of,
-    stationary_sums,
-)
-from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
-from symasym.asymptotics.weak_noise.series import Part, Series
 from symasym.base.call_context import patient, step
 from symasym.base.errors import InputError
 from symasym.base.estimate import Answer
@@ -43,28 +22,29 @@ from symasym.emit import emit
 from symasym.emit.forms import as_printed
 from symasym.emit.program import Program
 from symasym.emit.source import rendered
-from symasym.emit.symbolic_sums import BEYOND_1, KAPPA, LAM, R, Sum, Symbolic, X
-from symasym.expansions.builder import FinitePart, Rule, SeriesOf, Symbols, U, nested
+from symasym.emit.symbolic_sums import BEYOND_1, KAPPA, LAM, R, Symbolic
+from symasym.expansions.builder import FinitePart, Rule, Symbols, U, nested
 from symasym.expansions.cases import Case, case_of, found_cases, read_case, slides, zero_at
-from symasym.expansions.emitted import Quotient, one_exponential, plain_name, program
+from symasym.expansions.composition import (
+    D_MINUS,
+    D_PLUS,
+    OF_START,
+    Contribution,
+    composed,
+    radius_condition,
+)
+from symasym.expansions.emitted import Quotient, plain_name, program
 from symasym.expansions.strong import strong
 from symasym.expansions.uniform import PAIRED, WELLS, Coalescing, Locals
 from symasym.expansions.uniform_series import (
-    Apart,
-    UniformSeries,
-    stationary,
-    two_sides,
     uniform_symbols,
 )
-from symasym.generated.formulas import share_of_side
 from symasym.quantities import escape_time, exit_probability, occupation
 from symasym.scenes import require_drift
 
 __all__ = ["Contribution", "Expansion", "expand"]
 
 QUANTITIES = ("T", "C", "1 - C", "P", "1 - P", "density")
-# Those that depend on the start and the radius.
-_OF_START = ("T", "C", "1 - C")
 _MOST = 8
 _MOST_UNIFORM = 1
 # Characters on a line of LaTeX, as `_width` counts them: A4 in the smallest type.
@@ -72,9 +52,7 @@ _WIDE = 134
 # Digits of a number that a formula may hold.
 _DIGITS = 1000
 _LONGEST = 10**_DIGITS
-_L, _R, _LEFT, _RIGHT = sympy.symbols("L R D- D+", positive=True)
-_Y = Symbol("y", real=True)
-_TEX = {_LEFT: "D_-", _RIGHT: "D_+", LAM: r"\lambda", BEYOND_1: "(r - 1)"}
+_TEX = {D_MINUS: "D_-", D_PLUS: "D_+", LAM: r"\lambda", BEYOND_1: "(r - 1)"}
 
 
 # Operations in a rational function that is worth reducing.
@@ -89,36 +67,6 @@ def _shortest(e: Expr) -> Expr:
     elif e.is_rational_function() and e.count_ops() < _FEW:
         forms.append(sympy.cancel(e))
     return min(forms, key=sympy.count_ops)
-
-
-@dataclass(frozen=True)
-class Contribution:
-    """One product of a critical point of e^{-lam V} with one of e^{lam V}.
-
-    It adds weight * front * e^{exponent} (c_0 + c_1 kappa^2 + c_2 kappa^4 + ...) to T.
-
-    Attributes
-    ----------
-    pair : tuple of str
-        The two points, such as ``("well u1", "barrier u2")``.
-    exponent, front : expression
-    coefficients : tuple of expressions
-        c_0 = 1, c_1, ..., exact in V's derivatives at the two points.
-    weight : str
-        ``"1 - C"`` right of the start and ``"C"`` left of it.
-    """
-
-    pair: tuple[str, str]
-    exponent: Expr
-    front: Expr
-    coefficients: tuple[Expr, ...]
-    weight: str
-
-    @property
-    def expression(self) -> Expr:
-        """The contribution without its weight."""
-        series = sum((c * KAPPA ** (2 * n) for n, c in enumerate(self.coefficients)), S.Zero)
-        return self.front * sympy.exp(self.exponent) * series
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,7 +179,7 @@ class Expansion:
 
         They are found by trying values, and no proof that there are no others.
         """
-        known = found_cases(self.drift, self.start, self.quantity not in _OF_START)
+        known = found_cases(self.drift, self.start, self.quantity not in OF_START)
         of_t = self.quantity == "T"
         return tuple(
             c for c in known if self.noise != "uniform" or str(c) in (PAIRED if of_t else WELLS)
@@ -476,8 +424,8 @@ def expand(
     quantity : {"T", "C", "1 - C", "P", "1 - P", "density"}
     noise : {"weak", "strong", "uniform"}
         kappa -> 0; kappa -> oo, of a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T, P
-        and 1 - P of a polynomial A through the coalescence of a well and a barrier, in Airy
-        functions.
+        and 1 - P through the coalescence of a well and a barrier, in Airy functions, of a
+        polynomial A; of another up to the coalescence, for T.
     order : int, optional
         0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 N), or of
         2/kappa^2; 0 or 1 for ``noise="uniform"``, 0 if left out.
@@ -531,7 +479,7 @@ def expand(
         order = 0 if noise == "uniform" else 2
     order = count("order", order, 0, _MOST)
     at = exact("start", start)
-    if quantity not in _OF_START:
+    if quantity not in OF_START:
         at = Fraction(-1)  # V is measured from there.
         if isinstance(case, str) and "start" not in case:
             case = f"start {case}"
@@ -557,7 +505,7 @@ def expand(
 
 def _case(drift: Drift, start: Fraction, case: str | Case | None, quantity: str) -> Case:
     """The case asked for, or found."""
-    general, sliding = drift == Drift.general(), quantity not in _OF_START
+    general, sliding = drift == Drift.general(), quantity not in OF_START
     asked = None if case is None else read_case(case)
     if general and asked and sorted(asked.kinds) != ["barrier", "well"]:
         raise InputError(
@@ -625,83 +573,12 @@ def _composed(
     start: Fraction,
 ) -> Expansion:  # fmt: skip
     """The composition of both one-sided expansions."""
-    terms: tuple[Contribution, ...] = ()
-    sums: dict[Symbol, Expr] = {}
-    if quantity in _OF_START:
-        both = symbols.both_sides()
-        if isinstance(symbols, (UniformSeries, Apart)):
-            left, right = two_sides(symbols)
-        else:
-            left, right = (side_of(one, 1 + BEYOND_1, ring) for one in both)
-        # The same composition over plain symbols, whose sums are defined beside it.
-        plain = [
-            Side(total, nested, *map(_expression, side[2:]))
-            for total, nested, side in zip((_L, _R), (_LEFT, _RIGHT), (left, right), strict=True)
-        ]
-        rising, falling = (a + b for a, b in zip(plain[0][2:], plain[1][2:], strict=True))
-        sides = Sides(plain[0], plain[1], rising, falling, both[1].endpoint_product)
-        behind, ahead = sides.shares
-        # Of the start itself, in T: of both sides together, or at a barrier of each.
-        starts = (
-            (S.Zero, falling) if sides.endpoint_product else (plain[0].falling, plain[1].falling)
-        )
-        rows = (ahead, _L), (behind, ahead if sides.endpoint_product else _R)
-        own = [(*row, value) for row, value in zip(rows, starts, strict=True) if value != 0]
-        formula = {
-            "T": LAM * mean_time(sides), "C": share_of_side(ahead, sides.total),
-            "1 - C": share_of_side(behind, sides.total)
-        }[quantity]  # fmt: skip
-        products = {
-            "T": ((ahead, _LEFT), (behind, _RIGHT), *own), "C": ((ahead,),), "1 - C": ((behind,),)
-        }[quantity]  # fmt: skip
-        quotient = Quotient(products, (behind, ahead), LAM if quantity == "T" else S.One)
-        for symbol, value in (
-            (_L, left.scale), (_R, right.scale), (_LEFT, left.nested), (_RIGHT, right.nested)
-        ):  # fmt: skip
-            sums[symbol] = _expression(value)
-        terms = () if noise == "uniform" else tuple(
-            t for one, weight, own_share in zip(both, ("C", "1 - C"), starts, strict=True)
-            for t in _contributions(one, symbols, order, weight, own_share)
-        )  # fmt: skip
-    else:
-        if noise == "uniform":
-            outside, whole = stationary(symbols, order)
-        else:
-            slopes = [symbols.a_minus, -symbols.a_plus]
-            sums_of = stationary_sums(symbols.line(), slopes, ring)
-            outside, whole = map(_expression, sums_of)
-        quotient = Quotient(((outside,),), (whole,), complement=quantity == "P")
-        if quantity == "density":
-            formula = sympy.exp(-LAM * symbols.height_at(_Y)) / whole
-            quotient = Quotient(((formula * whole,),), (whole,))
-        else:
-            formula = outside / whole if quantity == "1 - P" else 1 - outside / whole
-    if symbols.general and quantity == "T":
-        pairs = [t for t in terms if t.pair[0][:4] == "well" and t.pair[1][:7] == "barrier"]
-        if len(pairs) != 1:
-            raise InputError(
-                f"case is {str(symbols.case)!r}, without one pair of a well and a barrier; give "
-                "'start well barrier' or 'barrier well start'."
-            )
-        terms, formula, sums = (pairs[0],), pairs[0].expression, {}
-    definitions = {
-        **sums,
-        **{s: value.expression for s, value in symbols.series.items()},
-        **symbols.values,
-        **getattr(symbols, "locals", {}),
-        LAM: 2 / KAPPA**2,
-        X: KAPPA**2 / 2,
-        BEYOND_1: R - 1,
-    }
-    return Expansion(
-        quantity, noise, order, drift, start, symbols.case, formula, definitions,
-        symbols.equations, terms,
-        tuple(c for c in dict.fromkeys(_conditions(symbols, quantity)) if c is not sympy.true),
-        symbols.integrals, symbols.rules, symbols.tex,
-        None if symbols.general and quantity == "T" else replace(
-            quotient, sums=tuple(sums), code=symbols.code, growth=symbols.growth
-        ),
-    )  # fmt: skip
+    made = composed(symbols, ring, noise, quantity, order)
+    return _with_own_names(Expansion(
+        quantity, noise, order, drift, start, symbols.case, made.formula, made.definitions,
+        symbols.equations, made.terms, made.conditions, symbols.integrals, symbols.rules,
+        symbols.tex, made.quotient,
+    ))  # fmt: skip
 
 
 @lru_cache(maxsize=32)
@@ -711,108 +588,46 @@ def _strong(drift: Drift, quantity: str, order: int, start: Fraction) -> Expansi
         raise InputError("Drift.general() has no moments; name a drift for noise='strong'.")
     formula, values, tex = strong(drift, quantity, order, start)
     where: list[Any] = [sympy.Ne(values[s], 0) for s in values if s.name[:3] == "phi"]
-    if quantity in _OF_START:
-        where.append(_radius(start))
-    return Expansion(
+    if quantity in OF_START:
+        where.append(radius_condition(start))
+    return _with_own_names(Expansion(
         quantity, "strong", order, drift, start, Case(("start",)), as_printed(formula),
         {**values, LAM: 2 / KAPPA**2, BEYOND_1: R - 1}, tex=tex,
         conditions=tuple(c for c in dict.fromkeys(where) if c is not sympy.true),
         quotient=formula,
-    )  # fmt: skip
+    ))  # fmt: skip
 
 
-def _expression(total: Sum | Expr) -> Expr:
-    """A sum of exponentials as an expression."""
-    if not isinstance(total, Sum):
-        return sympy.expand_mul(total).replace(lambda e: e.is_Mul, one_exponential)
-    return sum((a * sympy.exp(LAM * height) for height, a in total.terms), S.Zero)
+def _head(tex: str) -> str:
+    """LaTeX without braces, of a function without its argument."""
+    return re.sub(r"[{}]", "", tex).partition("(")[0]
 
 
-def _contributions(
-    one: OneSided, symbols: Symbols, order: int, weight: str, start: Expr
-) -> Iterator[Contribution]:
-    """The pairs of one side, the first with what the start adds to int e^{-lam V}."""
-    ring, sign = Symbolic(), "" if weight == "1 - C" else "-"
-    rising = rising_of(one, 1 + BEYOND_1, ring)
-    if start != 0:
-        series, u = Series([Part(0.0, 0, [start])]), symbols.start
-        kind = symbols.case.at_start or "kink"
-        own = CriticalPoint(-1, S.Zero, series, None, kind, -u if sign else u)
-        one = one._replace(falling=[own, *one.falling])
-    for low, high, product_of_both in pairs_of(one, rising, ring):
-        if not product_of_both.terms:
-            continue
-        parts = [_series(p.series, symbols) for p in (low, high)]
-        if high.rank == low.rank:
-            parts[1] = _series(high.onward, symbols)
-        rows = [[sympy.sympify(c) for c in p.coefficients] for p in parts]
-        front = 2 / KAPPA**2
-        for part in parts:
-            front *= part.front
-        product = []
-        for n in range(order + 1):
-            step()
-            shared = [rows[0][i] * rows[1][n - i] for i in range(n + 1)
-                      if i < len(rows[0]) and n - i < len(rows[1])]  # fmt: skip
-            product.append(sympy.expand(sympy.Add(*shared) / 2**n))
-        yield Contribution(
-            (_called(low, sign), _called(high, sign)),
-            (2 / KAPPA**2 * (low.height + high.height)).xreplace({BEYOND_1: R - 1}),
-            sympy.powdenest(front.xreplace({X: KAPPA**2 / 2}), force=True),
-            tuple(product),
-            weight,
-        )
+def _with_own_names(e: Expansion) -> Expansion:
+    """The expansion, if no parameter of the drift reads as a symbol of the formula, or as its T.
 
-
-def _series(series: Any, symbols: Symbols) -> SeriesOf:
-    """A series by the definition of its symbol."""
-    (part,) = series.parts
-    (c,) = part.coefficients
-    factor, symbol = c.as_coeff_Mul()
-    if symbol in symbols.series:
-        known = symbols.series[symbol]
-        return replace(known, front=factor * known.front)
-    return SeriesOf(X ** sympy.Rational(part.offset), (c,))
-
-
-def _called(p: CriticalPoint, sign: str) -> str:
-    """The name of a point; in the mirror its u has the other sign."""
-    if p.u is None:
-        return f"end u = {sign}r"
-    u = -p.u if sign else p.u
-    return f"{p.kind} u = {u}" if u.is_number else f"{p.kind} {u}"
-
-
-def _radius(start: Any) -> Any:
-    """The radius beyond the layer and the start."""
-    return sympy.Gt(R, max(S.One, abs(sympy.sympify(start))))
-
-
-def _conditions(symbols: Symbols, quantity: str) -> Iterator[Any]:
-    """Where the formula holds, as predicates."""
-    yield from symbols.conditions()
-    points: list[Any] = [-S.One, *symbols.lines, S.One]
-    if quantity in _OF_START:
-        if abs(symbols.start) < 1:
-            points.insert(1 + symbols.case.before, symbols.start)
-        if not symbols.general:
-            yield _radius(symbols.start)
-    yield from (a < b for a, b in itertools.pairwise(points) if (a < b) is not sympy.true)
-    for u in symbols.lines:
-        yield sympy.Eq(sympy.Function("A")(u) if symbols.general else symbols.A.subs(U, u), 0)
-    if symbols.general:
-        (well, barrier) = symbols.lines
-        yield sympy.Gt(symbols.heights[barrier], symbols.heights[well])
-        return
-    if symbols.powers is not None and symbols.kept:
-        yield sympy.Ne(symbols.powers.LC(), 0)
-    ends = symbols.A.subs(U, -1), symbols.A.subs(U, 1)
-    if quantity in _OF_START:
-        yield from (sympy.Ne(a, 0) for a in ends)
-        if kind := symbols.case.at_start:
-            slope = sympy.diff(symbols.A, U).subs(U, symbols.start)
-            yield sympy.Gt(slope, 0) if kind == "barrier" else sympy.Lt(slope, 0)
-        elif abs(symbols.start) < 1:
-            yield sympy.Ne(symbols.A.subs(U, symbols.start), 0)
-    else:
-        yield from (sympy.Gt(ends[0], 0), sympy.Lt(ends[1], 0))
+    R reads as the R of R+ and of R(1), too, and lambda as the symbol that LaTeX writes so.
+    """
+    parameters = e.drift.expression().free_symbols - {U}
+    values = (e.formula, *e.definitions.values(), *e.integrals.values())
+    own = set().union(*(sympy.sympify(v).free_symbols for v in values)) - parameters
+    own |= {KAPPA, R, U, *e.definitions}
+    words = " ".join([e.quantity, "C" * bool(e.terms), *map(str, own)])
+    names = set(re.findall(r"[A-Za-z]\w*", words))
+    constants = set().union(*(sympy.sympify(v).atoms(sympy.NumberSymbol) for v in values))
+    in_tex = {_head(e._latex(s)): s for s in {*own, *constants}}
+    rows = (row for rule in set(e.rules.values()) for row in rule.lines)
+    in_tex |= dict.fromkeys(re.findall(r"\\?[A-Za-z]+(?:_\d)?", " ".join(rows)))
+    for s in sorted(parameters, key=str):
+        text = _head(e._latex(s))
+        if s.name not in names and text in in_tex:
+            # LaTeX of a_minus and of the slope left of the layer, which is equal to it.
+            value = e.definitions.get(in_tex[text], S.Zero)
+            if sympy.simplify(value - s) == 0:
+                continue
+        if s.name in names or text in in_tex:
+            raise InputError(
+                f"A = {e.drift.expression()} has a parameter {s}, which the formula has as a name "
+                "of its own; rename the parameter."
+            )
+    return e

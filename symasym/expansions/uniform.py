@@ -11,6 +11,7 @@ which in m, D and psi are analytic through D = 0 (C. Chester, B. Friedman, F. Ur
 Phil. Soc. 53 (1957) 599). A barrier before the layer's end u = 1 has its Gaussian truncated there
 (N. Bleistein, Comm. Pure Appl. Math. 19 (1966) 353). A of degree 2 or 3 has m and D in closed form:
 with A = c_3 (v^3 - 3 k^2 v + ...), v = u + c_2/(3 c_3), v = ± k T_(1/3)(± w) half-way between both.
+Of another A a real pair has both equations themselves, with u1 and u2 named: `_between_zeros`.
 """
 
 from __future__ import annotations
@@ -58,6 +59,8 @@ PAIRED = ("start well barrier", "barrier well start", "start")
 WELLS = ("start well", "start well barrier well")
 M = Symbol("m", real=True)
 V_MEAN = Symbol("V(m)", real=True)
+#: The number of zeros of A' in (-1, 1).
+TURNS = sympy.Function("turning_points", integer=True)
 Z, P0, Q0 = sympy.symbols("Z p q", real=True)
 _PARTS = {"rising": "B", "falling": "W", "both": "J", "onward": "G"}
 
@@ -131,11 +134,6 @@ class PairSymbols(Symbols):
     a complex pair.
     """
 
-    taken = Symbols.taken | {
-        *("D", "Da", "P", "Z", "area", "k", "m", "n", "p", "q", "rest"),
-        *("rho", "sigma", "t", "w", "xi", "zeta"),
-    }
-
     def __init__(
         self, drift: Drift, case: Case, order: int, start: Fraction, place: Place,
         paired: tuple[int, ...],
@@ -148,7 +146,12 @@ class PairSymbols(Symbols):
 
     def _zeros(self) -> list[Symbol]:
         """u1, u2, ... in the layer, the pair's m ± D^(1/2); `others_outside` are in no pair."""
-        assert self.powers is not None
+        if self.powers is None:
+            lines = super()._zeros()
+            low, high = (lines[k] for k in self.paired)
+            self.factor = []
+            self.values[M], self.values[self.square] = (low + high) / 2, (high - low) ** 2 / 4
+            return lines
         self.kept = self.powers.degree()
         self.factor = self._factor()
         inside = len(self.case.kinds)
@@ -200,6 +203,8 @@ class PairSymbols(Symbols):
 
     def canonical_form(self) -> Pair:
         """The pair in its Airy form, p + q s."""
+        if self.powers is None:
+            return self._between_zeros()
         c, square, sign = self.arithmetic, self.square, self.place.sign
         even, odd = (poly(self.factor[j::2], square) + S.Zero for j in (0, 1))
         mean = poly(
@@ -220,6 +225,20 @@ class PairSymbols(Symbols):
         )
         return Pair(S.Zero, square, self.factor, sign, self.zeta, 1 / root, S.Zero)
 
+    def _between_zeros(self) -> Pair:
+        """The same of two real zeros without a closed form, from V and V'' there."""
+        well, barrier = (self.lines[k] for k in self.paired[:: self.place.side])
+        low, high = (self.heights[u] for u in (well, barrier))
+        self.values[self.zeta] = (3 * (high - low) / 4) ** Rational(2, 3)
+        root = sympy.sqrt(self.zeta)
+        before, behind = (
+            sympy.sqrt(2 * root / abs(self.derivative(2, u))) for u in (well, barrier)
+        )
+        self.values[P0], self.values[Q0] = (behind + before) / 2, (behind - before) / (2 * root)
+        self.values[Z], self.values[V_MEAN] = self.zeta * LAM ** Rational(2, 3), (low + high) / 2
+        self.tex |= {self.zeta: r"\zeta", V_MEAN: r"\bar V"}
+        return Pair(S.Zero, self.square, [], 1, self.zeta, S.One, S.Zero)
+
     def grows(self, symbol: Symbol, scaled: Expr, times: int) -> None:
         """What `symbol` is in code, without its growth e^{(2/3) times Z^(3/2)} for D > 0."""
         self.code[symbol] = scaled
@@ -234,6 +253,8 @@ class PairSymbols(Symbols):
         if self.kept == 3:
             w = Symbol("w", real=True)
             yield sympy.Lt(sympy.Abs(w), 1) if self.real else sympy.Gt(w, 1)
+        if self.powers is None:
+            yield sympy.Eq(TURNS(self.A), 1)
         if self.real:
             return
         yield from (self.start < m, m < 1) if side > 0 else (m > -1, m < self.start)

@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -38,14 +39,18 @@ from symasym.asymptotics.uniform.truncated_gaussian import (
 from symasym.asymptotics.weak_noise.compose import Side
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint
 from symasym.asymptotics.weak_noise.series import BEYOND, Part, Series, terms
+from symasym.base.call_context import own_context
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
+from symasym.drift.field.taylor_field import ExactField
 from symasym.emit.symbolic_sums import BEYOND_1, LAM, X
 from symasym.expansions.builder import Rule, Symbols, U
 from symasym.expansions.cases import Case
 from symasym.expansions.uniform import (
     P0,
+    PAIRED,
     Q0,
+    TURNS,
     V_MEAN,
     WELLS,
     Coalescing,
@@ -67,6 +72,8 @@ __all__ = ["Apart", "UniformSeries", "stationary", "two_sides", "uniform_symbols
 
 # Where the points stand, as numbers that can be compared.
 _PLACES = MPContext()
+# A stretch between two marks of A' that is looked at.
+_THIN = 1e-6
 
 
 class _Context(Expressions):
@@ -220,6 +227,8 @@ class UniformSeries(PairSymbols):
 
     def _next(self, pair: Pair) -> tuple[Symbol, Symbol]:
         """p1 and q1, from u(s) at both zeros."""
+        if self.powers is None:
+            return self._next_between_zeros()
         square, sign = self.square, self.place.sign
         root, c = Symbol("root(m)", positive=True), []
         self.values[root], self.tex[root] = 1 / pair.slope, r"\vartheta"
@@ -255,6 +264,26 @@ class UniformSeries(PairSymbols):
         )
         of = (P0, Q0, self.zeta, square, *self.factor)
         self.rules |= dict.fromkeys((p1, q1), Rule(rows, of))
+        return p1, q1
+
+    def _next_between_zeros(self) -> tuple[Symbol, Symbol]:
+        """The same from A's derivatives at two real zeros without a closed form."""
+        root, side, g = sympy.sqrt(self.zeta), self.place.side, []
+        for k, s in zip(self.paired[::side], (-root, root), strict=True):
+            u = self.lines[k]
+            f1, f2, f3 = (
+                -self.derivative(j + 1, u) * side ** (j + 1) / sympy.factorial(j) for j in (1, 2, 3)
+            )
+            w1 = P0 + Q0 * s
+            w2, w3 = (Symbol(f"w{j}({u})", real=True) for j in (2, 3))
+            self.tex |= {w2: f"w_2({self.tex[u]})", w3: f"w_3({self.tex[u]})"}
+            self.values[w2] = w1 * (1 - f2 * w1**3) / (6 * s)
+            bends = f1 * w2**2 / 2 + f2 * w1**2 * w2 + f3 * w1**4 / 4
+            self.values[w3] = -w1 * bends / (2 * s)
+            g.append(3 * w3 / (2 * s) - (2 * w2 - Q0) / (4 * self.zeta))
+        p1, q1 = Symbol("p1", real=True), Symbol("q1", real=True)
+        self.values[p1], self.values[q1] = (g[1] + g[0]) / 2, (g[1] - g[0]) / (2 * root)
+        self.tex |= {p1: "p_1", q1: "q_1"}
         return p1, q1
 
     def _conjugates(self, name: str, tex: str, values: list[Any]) -> Conjugates:
@@ -542,20 +571,17 @@ def uniform_symbols(
     drift: Drift, quantity: str, order: int, start: Fraction, case: Case
 ) -> Symbols:
     """The symbols of a case, with the pair that is taken together, if there is one."""
-    if drift.expression().as_poly(U) is None:
-        verb = "escape_time" if quantity == "T" else "occupation"
-        raise InputError(
-            f"A = {drift.expression()} is no polynomial in u, for which alone the uniform formula "
-            f"is closed; use sa.{verb}(method='uniform')."
-        )
+    powers = drift.expression().as_poly(U)
+    if powers is None:
+        _require_turns(drift, quantity, case)
     if quantity == "T":
         alone = len(case.kinds) < 2 and not _complex_pair(drift, case, start)
-        if alone and (case.kinds or not drift.free or drift.expression().as_poly(U).degree() < 2):
+        if alone and (case.kinds or not drift.free or powers is None or powers.degree() < 2):
             # To order 0 no Gaussian of a well is truncated.
             plain = order == 0 and case.kinds != ("barrier",)
             return (Alone if plain else Apart)(drift, case, order, start)
         require_pair(case)
-        if order == 0:
+        if order == 0 and powers is not None:
             return Coalescing(drift, case, start)
         place, members = place_of(drift, case, start), (0, 1) if case.kinds else ()
         return UniformSeries(drift, case, order, start, place, members)
@@ -576,12 +602,36 @@ def uniform_symbols(
     )
 
 
+def _require_turns(drift: Drift, quantity: str, case: Case) -> None:
+    """Refuse an A that is no polynomial with other pairs of zeros, real or complex, than one real.
+
+    Between the zeros of a real pair is a turning point of A, and beside a complex pair another.
+    """
+    paired = str(case) in PAIRED[:2]
+    known = {n: case.example[n] for n in drift.free if n in case.example}
+    with own_context(15) as context:
+        field = ExactField(drift.bind(**known) if known else drift, False, context)
+        marks = sorted({-1.0, 1.0, *(m for m in map(float, field.monotone_marks()) if abs(m) < 1)})
+        middles = [Fraction((a + b) / 2) for a, b in pairwise(marks) if b - a > _THIN]
+        rising = [field.taylor(u, Fraction(1), 2)[1] > 0 for u in middles]
+    turns = sum(a != b for a, b in pairwise(rising))
+    if turns != paired or (len(case.kinds) > 1 and (quantity != "T" or not paired)):
+        verb = "escape_time" if quantity == "T" else "occupation"
+        raise InputError(
+            f"A = {drift.expression()} is no polynomial in u and has {turns} turning points in "
+            "the layer; of such A the uniform formula is that of at most one zero and no turning "
+            f"point, and of T with a well, a barrier and one; use sa.{verb}(method='uniform')."
+        )
+
+
 class Alone(Symbols):
     """A case without a pair, of which no Gaussian is truncated."""
 
     def conditions(self) -> Iterator[Any]:
         """No complex pair of zeros over the layer."""
         yield from super().conditions()
+        if self.powers is None:
+            yield sympy.Eq(TURNS(self.A), 0)
         others = self.others_outside
         if self.kept == len(self.lines) + 2 <= 3:
             # The sum of all zeros.

@@ -165,6 +165,23 @@ def test_an_array_is_the_numbers_one_by_one() -> None:
         assert array == pytest.approx(np.array(rows), rel=1e-14)
 
 
+@pytest.mark.parametrize(
+    "x",
+    [
+        0.0, -1.0, -800.0, [0.0, 0.0], [0.0, -1.0], [-1.0, -800.0], [-800.0, -900.0],
+        [-745.0, -744.0], [-700.0, -1e300], [0.0, -800.0], [1.0, 0.0], [],
+    ],
+    ids=str,
+)  # fmt: skip
+def test_the_exponential_that_costs_nothing_is_the_exponential(x: float | list[float]) -> None:
+    """To the last bit, also where some of an array is 1, or below the least double."""
+    code = sa.expand(sa.friction(3, 1, "-0.4"), order=0).emit("numpy").load()
+    climb = code.f.__globals__["_climb"]
+    got = climb(np.array(x))
+    assert np.shape(got) == np.shape(x)
+    assert np.array_equal(got, np.exp(np.array(x)))
+
+
 UNIFORM: list[tuple[sa.Drift, str, str, dict[str, Any]]] = [
     # Both sides of the fold at z0 = -7/9, and 2e-5 from it.
     (sa.friction(), "T", "start well barrier", {"mu": 3, "alpha": 1, "z0": "-0.4"}),

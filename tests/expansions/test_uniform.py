@@ -15,6 +15,8 @@ import pytest
 import sympy
 
 import symasym as sa
+from symasym.expansions.uniform import TURNS
+from tests.expansions.test_weak import by_definitions
 from tests.latex import compiled, needs_latex
 
 DIGITS = 30
@@ -137,6 +139,32 @@ def test_outside_the_layer(
     rest = sa.expand(free, "P", noise="uniform", order=order, case=case)
     with mpmath.workdps(60):
         assert abs(number(rest, drift, "0.1", **zeros) - (1 - got)) < mpmath.mpf(10) ** -50
+
+
+#: Of well and barrier on either side of the start, of a well, of a barrier.
+NAMED_ROOTS = [
+    (sa.Drift("1/2 - cos(3*u)"), "T", "-3/5"),
+    (sa.Drift("cos(3*u) - 1/2"), "T", "4/5"),
+    (sa.Drift("exp(u) - 21/20 - u + u**3/10"), "T", "-3/5"),
+    (sa.tanh(1, "-1/2", 2), "T", "3/10"),
+    (sa.Drift("exp(u) - 1/2"), "T", 0),
+    (sa.tanh(1, "-1/2", 2), "1 - P", -1),
+]
+
+
+@pytest.mark.parametrize("order", [0, 1])
+@pytest.mark.parametrize(("drift", "quantity", "start"), NAMED_ROOTS, ids=str)
+def test_a_drift_that_is_no_polynomial(
+    drift: sa.Drift, quantity: str, start: Any, order: int
+) -> None:
+    """With named roots, where V and A's derivatives make zeta, p, q, p1 and q1."""
+    given = {"start": start} if quantity == "T" else {}
+    e = sa.expand(drift, quantity, noise="uniform", order=order, **given)
+    want = e.evaluate("0.1", *([3] if quantity == "T" else []), dps=25)
+    with mpmath.workdps(50):
+        assert agrees(by_definitions(e, drift, "0.1", "3"), want, 25)
+    (turns,) = (c for c in e.conditions if c.has(TURNS))
+    assert turns.rhs == len(e.case.kinds) - 1
 
 
 def zeros_of(drift: sa.Drift) -> list[Any]:
@@ -283,7 +311,8 @@ def test_cases_and_conditions() -> None:
             {"start": "9/10"},
             "a complex pair of zeros too near to the start or to an end",
         ),
-        (sa.Drift("cos(2*u) - 1/5"), {}, "is no polynomial in u"),
+        (sa.Drift("cos(2*u) - 1/5"), {}, "no polynomial in u and has 1 turning points"),
+        (sa.Drift("3*sin(2*u) - 5*u - 1/2"), {}, "no polynomial in u and has 2 turning points"),
         (sa.Drift("zeta + u**2"), {"case": "start"}, "has a parameter zeta"),
         (sa.friction(3, 1, "-7/9"), {}, "a zero of multiplicity 2"),
     ],

@@ -14,6 +14,7 @@ import sympy
 
 import symasym as sa
 from symasym.asymptotics.laplace.watson import moment_coefficients
+from symasym.expansions import cases as cases_of_drifts
 from symasym.expansions.builder import FinitePart
 from symasym.expansions.cases import case_of
 from symasym.expansions.universal import endpoint, gaussian
@@ -24,6 +25,12 @@ from tests.problems import answered as all_answered
 DIGITS = 30
 #: Weak noise for all of the table's polynomial drifts.
 KAPPA = "1/20"
+
+
+#: What SymPy's names mean to mpmath.
+AIRY = {
+    "airyaiprime": lambda z: mpmath.airyai(z, 1), "airybiprime": lambda z: mpmath.airybi(z, 1),
+}  # fmt: skip
 
 
 def roots_of(drift: sa.Drift) -> dict[str, Any]:
@@ -101,8 +108,8 @@ def by_definitions(e: sa.Expansion, drift: sa.Drift, kappa: str, r: str) -> Any:
             return finite_part(f.args[0], value(f.args[2]), value(f.args[3]))
         if f.has(sympy.Integral):
             (whole,) = f.atoms(sympy.Integral)
-            g = sympy.lambdify(x, whole.function, "mpmath")
-            (_, a, b) = whole.limits[0]
+            (y, a, b) = whole.limits[0]
+            g = sympy.lambdify(y, whole.function, "mpmath")
             area = sympy.Dummy()
             known[area.name] = mpmath.quad(g, [value(a), value(b)])
             f = f.xreplace({whole: area})
@@ -110,7 +117,7 @@ def by_definitions(e: sa.Expansion, drift: sa.Drift, kappa: str, r: str) -> Any:
         for s in symbols:
             if s.name not in known:
                 known[s.name] = value(e.definitions[s])
-        return sympy.lambdify(symbols, f, "mpmath")(*[known[s.name] for s in symbols])
+        return sympy.lambdify(symbols, f, [AIRY, "mpmath"])(*[known[s.name] for s in symbols])
 
     return mpmath.re(value(e.formula))
 
@@ -257,9 +264,15 @@ def test_conditions_of_starts() -> None:
         c = next(s for s in drift.expression().free_symbols - {u} if s.name == "c")
         assert relation(c, 0) in e.conditions
     r = next(s for s in e.expression.free_symbols if s.name == "r")
-    e = sa.expand(sa.Drift("c - u"), order=0, start=2, case="start")
-    assert sympy.Gt(r, 2) in e.conditions
-    assert not any(c.has(sympy.Integer(2)) for c in e.conditions if isinstance(c, sympy.Ne))
+    for start in (2, -2):
+        e = sa.expand(sa.Drift("c - u"), order=0, start=start, case="start")
+        assert sympy.Gt(r, 2) in e.conditions
+        (c,) = e.drift.expression().free_symbols - {u}
+        assert {x for x in e.conditions if isinstance(x, sympy.Ne)} == {
+            sympy.Ne(c + 1, 0), sympy.Ne(c - 1, 0)
+        }  # fmt: skip
+    e = sa.expand(sa.Drift("c - u"), order=0, start="1/2", case="start")
+    assert sympy.Ne(c - sympy.Rational(1, 2), 0) in e.conditions
 
 
 @pytest.mark.parametrize("order", [0, 1, 5, 8])
@@ -487,7 +500,18 @@ def test_binding_one_after_the_other_keeps_exactness() -> None:
         (sa.friction(), {"case": "well barrier"}, "'start' .once."),
         (sa.friction(), {"case": "barrier well barrier start well"}, "has degree 3"),
         (sa.Drift("kappa - u"), {}, "has a parameter kappa"),
-        (sa.Drift("u1 - u"), {}, "has a parameter u1"),
+        (sa.Drift("T - u"), {}, "has a parameter T"),
+        (sa.Drift("C + u - u**3"), {}, "has a parameter C"),
+        (sa.Drift("h1 + u - 4*u**3"), {}, "has a parameter h1"),
+        (sa.Drift("lambda - u"), {}, "has a parameter lambda"),
+        (sa.Drift("lam - u"), {"noise": "strong"}, "has a parameter lam"),
+        (sa.Drift("W_1 + u - 4*u**3"), {}, "has a parameter W_1"),
+        (sa.Drift("gamma*u + u**2/3"), {"case": "start=barrier"}, "has a parameter gamma"),
+        (
+            sa.Drift("eta + u - 4*u**3"),
+            {"noise": "uniform", "order": 1, "case": "start well barrier"},
+            "has a parameter eta",
+        ),
         (sa.Drift("(u - 1/2)**2*(2 - 3*u)"), {}, "a zero of multiplicity 2 at u = 0.5"),
         (sa.friction(3, 1, 1), {"noise": "uniform"}, "start is 0, a zero of A"),
         (sa.friction(), {"case": "start=well"}, "A at the start 0 is 1 - z0"),
@@ -497,6 +521,40 @@ def test_binding_one_after_the_other_keeps_exactness() -> None:
 def test_bad_input(drift: sa.Drift, options: dict[str, Any], words: str) -> None:
     with pytest.raises(sa.InputError, match=words):
         sa.expand(drift, **options)
+
+
+@pytest.mark.parametrize(
+    ("drift", "options"),
+    [
+        ("{} + u - 4*u**3", {"order": 1}),
+        ("{}*u + u**2/3", {"order": 0, "case": "start=barrier"}),
+        ("{}*cos(u) - 1/3", {"order": 0}),
+        ("{} - u", {"quantity": "density", "order": 0}),
+        ("{} - u", {"quantity": "P", "noise": "strong", "order": 0}),
+        ("{} + u - 4*u**3", {"noise": "uniform", "order": 0, "case": "start well barrier"}),
+        ("{} - u", {"quantity": "P", "noise": "uniform", "order": 1}),
+    ],
+    ids=str,
+)
+def test_no_parameter_reads_as_the_formula_s_own(drift: str, options: dict[str, Any]) -> None:
+    """Each name that `print` gives a line, as R, R1 of R1+, V and u1 of V(u1), is refused."""
+    text = str(sa.expand(sa.Drift(drift.format("beta0")), **options))
+    heads = re.findall(r"^  (\S+) = ", text, re.MULTILINE)
+    own = {word for head in heads for word in re.findall(r"[A-Za-z]\w*", head)}
+    own -= {"E"}  # It is e, whatever the drift.
+    assert own & {"L", "R", "D", "V", "phi", "x"}
+    for name in sorted(own | {"r", "kappa"} - ({"r"} if "quantity" in options else set())):
+        with pytest.raises(sa.InputError, match=f"has a parameter {name}, which the formula"):
+            sa.expand(sa.Drift(drift.format(name), "u"), **options)
+
+
+def test_a_ready_made_drift_has_no_parameter_to_rename() -> None:
+    for drift in (sa.friction(), sa.linear(), sa.sine(), sa.tanh(), sa.hill()):
+        for quantity in ("T", "C", "density"):
+            assert sa.expand(drift, quantity, order=1, patience=100).drift == drift
+    for quantity in ("T", "P"):
+        assert sa.expand(sa.friction(), quantity, noise="strong").quantity == quantity
+        assert sa.expand(sa.friction(), quantity, noise="uniform", order=1).order == 1
 
 
 def test_a_general_drift_has_no_numbers() -> None:
@@ -523,6 +581,11 @@ def test_a_general_drift_has_no_numbers() -> None:
         ),
         (sa.Drift("b + c*u - u**3"), "density", "start well, start well barrier well"),
         (sa.Drift("1/(u - c)"), "T", "start"),
+        # A well first, the start itself or another; of as many points the earliest start, and then
+        # in an order of the words, whatever value was tried first.
+        (sa.Drift("u*(c - u**2)"), "T", "start=well, well start=barrier well, start=barrier"),
+        (sa.Drift("c*(1/4 - u**2)"), "T", "well start barrier, barrier start well"),
+        (sa.Drift("c*(u**2 - 1/4)"), "T", "well start barrier, barrier start well"),
     ],
     ids=str,
 )  # fmt: skip
@@ -533,6 +596,34 @@ def test_cases_of_drifts(drift: sa.Drift, quantity: str, words: str) -> None:
     start = Fraction(0 if quantity == "T" else -1)
     for case in cases:
         assert case_of(drift.bind(**case.example), start) == case
+
+
+@pytest.mark.parametrize(
+    ("drift", "start", "words"),
+    [
+        # A zero in the grid's cell beside the start is on its side of it.
+        ("c*(u - 1/1000)", 0, ["start well", "start barrier"]),
+        ("c*(u + 1/1000)", 0, ["well start", "barrier start"]),
+        # A is 0 at the start by its formula, where phi is A(1) or A(-1).
+        ("(2 - u)*(1 + c*u**2)", 2, ["barrier well start", "start"]),
+        ("(-2 - u)*(1 + c*u**2)", -2, ["start well barrier", "start"]),
+    ],
+)
+def test_an_order_of_points_is_verified_once(
+    drift: str, start: int, words: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    checked = []
+
+    def counted(*given: Any) -> Any:
+        checked.append(given)
+        return verify(*given)
+
+    verify = cases_of_drifts._checked
+    monkeypatch.setattr(cases_of_drifts, "_checked", counted)
+    cases_of_drifts.found_cases.cache_clear()
+    found = cases_of_drifts.found_cases(sa.Drift(drift), Fraction(start))
+    assert [str(case) for case in found] == words
+    assert len(checked) == 2
 
 
 @pytest.mark.parametrize(

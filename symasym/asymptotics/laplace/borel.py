@@ -26,6 +26,7 @@ contributes at that height is therefore part of the claimed error (`pairs_beyond
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import sympy
@@ -47,6 +48,7 @@ __all__ = [
     "BOREL_DIGITS",
     "Approximant",
     "approximant",
+    "left_out",
     "median_sums",
     "pairs_beyond",
     "require_simple_points",
@@ -56,7 +58,9 @@ __all__ = [
 #: Coefficients that order="borel" uses, and their digits.
 BOREL, BOREL_DIGITS = 41, 90
 #: How many coefficients fewer the sums have that tell the error.
-_FEWER = (2, 4)
+_FEWER = (2, 4, 6, 8, 10, 12)
+# The slowest rate at which their changes are taken to go on.
+_SLOWEST = 0.95
 # A denominator's coefficient beside the largest, below which the degree is lower.
 _NOTHING = 40
 
@@ -89,6 +93,10 @@ def approximant(coefficients: Sequence[Any], first: Any, context: MPContext) -> 
     """
     c = context
     b = [a / c.gamma(first / 2 + k) for k, a in enumerate(coefficients)]
+    # In units of the radius of convergence, about, coefficients and zeros keep their digits.
+    last = max((k for k, a in enumerate(b) if k and a), default=0)
+    unit = abs(b[0] / b[last]) ** (c.one / last) if last and b[0] else c.one
+    b = [a * unit**k for k, a in enumerate(b)]
     for m in range((len(b) - 1) // 2, -1, -1):
         p, q = _quotient(b[: 2 * m + 1] if m else b, m, c)
         if q is not None:
@@ -99,8 +107,8 @@ def approximant(coefficients: Sequence[Any], first: Any, context: MPContext) -> 
     whole, rest = _divided(p, q)
     roots = c.polyroots(q[::-1], maxsteps=2000, extraprec=c.prec) if len(q) > 1 else []
     slope = [k * a for k, a in enumerate(q)][1:]
-    poles = [(z, c.polyval(rest[::-1], z) / c.polyval(slope[::-1], z)) for z in roots]
-    return Approximant(first, whole, poles)
+    poles = [(unit * z, unit * c.polyval(rest[::-1], z) / c.polyval(slope[::-1], z)) for z in roots]
+    return Approximant(first, [a * unit**-k for k, a in enumerate(whole)], poles)
 
 
 def _quotient(b: list[Any], m: int, context: MPContext) -> tuple[list[Any], list[Any] | None]:
@@ -182,8 +190,22 @@ def _complex_zeros(p: Poly, context: MPContext) -> list[tuple[Any, int]]:
     return found
 
 
+def left_out(sums: list[Any]) -> Any:
+    """The estimated error of the first of sums whose orders go down in steps.
+
+    Two of them may agree by chance: beside a complex pair of singulants, or where one is very near,
+    the changes from sum to sum swing. So the largest of them counts, as the first of a geometric
+    series whose rate is that of the newer half to the older one.
+    """
+    changes = [abs(a - b) for a, b in pairwise(sums)]
+    half = len(changes) // 2
+    newer, older = max(changes[:half]), max(changes[half:])
+    rate = _SLOWEST if newer >= older else min(_SLOWEST, (newer / older) ** (1 / half))
+    return 4 * max(newer, older) / (1 - rate)
+
+
 def median_sums(contribution: Contribution, lam: mpf, context: MPContext) -> list[Any]:
-    """The sum from all coefficients, and those from a few fewer."""
+    """The sum from all coefficients, and those from 2 fewer each (`left_out` tells the error)."""
     known: dict[Any, list[Approximant]] = contribution.__dict__.setdefault("_borel", {})
     if not known:
         with own_context(BOREL_DIGITS) as own:

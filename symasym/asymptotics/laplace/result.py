@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Self, cast
 import numpy as np
 import sympy
 
-from symasym.asymptotics.laplace.borel import median_sums, pairs_beyond
+from symasym.asymptotics.laplace.borel import left_out, median_sums, pairs_beyond
 from symasym.asymptotics.laplace.errors import ErrorModel
 from symasym.asymptotics.laplace.expansion import Contribution
 from symasym.asymptotics.laplace.kinks import difference, number
@@ -355,8 +355,7 @@ class LaplaceExpansion(IntegralExpansion):
                     shares.append(weight * sums[0])
                     orders.append(len(c.coefficients))
                     size += abs(shares[-1])
-                    # Of a terminating series all are the same.
-                    apart += weight * 4 * max(abs(y - sums[0]) for y in sums[1:])
+                    apart += weight * left_out(sums)
                     at = c.height_in(context)
                     apart += weight * pairs_beyond(self.f, self.g, self.x, at, large, context)
                     continue
