@@ -264,7 +264,7 @@ def automatic(drift: Drift, numbers: dict[str, Any], rtol: Number | None, reques
 def _of_one(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: Request) -> Any:
     """The exact value, which is cheaper than to analyse the drift; an expansion where it fails."""
     from symasym.exact.digits import of_scene
-    from symasym.exact.floats import ROUNDING, TOLERANCE, of_scenes
+    from symasym.exact.floats import ROUNDING, TOLERANCE, float_logs, of_scenes
 
     exactly = request._replace(method="exact")
     # With digits an expansion is not cheaper, and its error not smaller.
@@ -272,9 +272,13 @@ def _of_one(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: R
         answers = None
         with suppress(BeyondFloat, AccuracyError):
             scenes = float_scenes(drift, numbers)
-            # With its error by running analysis, which is cheaper than a proof.
-            if not request.full or _floats_do(drift, scenes, allowed):
+            if not request.full:
                 answers = of_scenes(scenes, exactly)
+            elif _floats_do(drift, scenes, request.name, allowed):
+                # With its error by running analysis, which is cheaper than a proof.
+                logs, errors = float_logs(scenes, request.name)
+                if errors[0] <= TOLERANCE * max(1.0, abs(logs[0])):
+                    answers = Answers(logs, errors, "estimate", (request.name,))
         if answers is not None and answers.errors is not None:
             rounding = 0.0
             if request.log:
@@ -300,18 +304,24 @@ def _of_one(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: R
         )
 
 
-def _floats_do(drift: Drift, scenes: Scenes, allowed: Fraction) -> bool:
+def _floats_do(drift: Drift, scenes: Scenes, name: str, allowed: Fraction) -> bool:
     """True unless a proof is as cheap as float64: for an A that hardly varies, and where the
     rounding of lam times the barrier exceeds `allowed`, so that float64 is tried in vain."""
     with np.errstate(all="ignore"):
         phi = _on_grid(drift, scenes)[0]
+        if not scenes.lam[0] * (phi.max() - phi.min()) > 1e-6:
+            return False
         beyond = max(float(scenes.numbers["r"][0]) - 1.0, 0.0) if "r" in scenes.numbers else 0.0
         moved = (phi[1:] + phi[:-1]) / (len(phi) - 1)
         potential = -np.cumsum([0.0, phi[0] * beyond, *moved, phi[-1] * beyond])
         # To the right, and to the left.
         climbs = [(v - np.minimum.accumulate(v)).max() for v in (potential, potential[::-1])]
-        rounding = _ROUNDINGS * np.finfo(float).eps * scenes.lam[0] * min(climbs)
-        return bool(scenes.lam[0] * np.ptp(phi) > 1e-6 and rounding <= float(allowed))
+        # T is that of the lower barrier; a probability depends on both, and may be near 1.
+        climb, enough = min(climbs), float(allowed)
+        if name != "T":
+            climb, enough = max(climbs), min(enough, float(_FLOAT_RTOL))
+        rounding = _ROUNDINGS * np.finfo(float).eps * scenes.lam[0] * climb
+        return bool(rounding <= enough)
 
 
 def _cheapest(

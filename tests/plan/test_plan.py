@@ -287,6 +287,27 @@ def test_auto_of_one_scene_computes_once(monkeypatch: pytest.MonkeyPatch) -> Non
         assert len(calls) == times
 
 
+def test_auto_of_a_probability_tries_no_float64_in_vain(monkeypatch: pytest.MonkeyPatch) -> None:
+    """log C is that of the higher barrier, where T has the lower one's rounding."""
+    from symasym.exact import floats
+
+    calls: list[str] = []
+    computed = floats.float_logs
+
+    def counted(scenes: Any, name: str) -> Any:
+        calls.append(name)
+        return computed(scenes, name)
+
+    monkeypatch.setattr(floats, "float_logs", counted)
+    drift = sa.linear(1, "1/2")
+    options: dict[str, Any] = {"method": "auto", "rtol": 1e-6, "full": True, "log": True}
+    sa.escape_time(drift, "1e-7", 10, **options)
+    assert calls == ["T"]
+    found = sa.exit_probability(drift, "1e-7", 10, **options)
+    assert calls == ["T"]
+    assert found.value == sa.exit_probability(drift, "1e-7", 10, full=True, log=True).value
+
+
 def test_auto_keeps_rtol_where_the_value_is_large() -> None:
     """A value's rtol is not that of its logarithm, which float64 has to 1e-12."""
     scene = FRICTION, "0.0202", 10
