@@ -30,7 +30,7 @@ from symasym.base.inputs import (
     shown,
 )
 from symasym.drift.drift import Drift
-from symasym.methods import answer
+from symasym.methods import METHODS, answer
 from symasym.numbers.trees import NumpyOps
 from symasym.scenes import (
     Answer,
@@ -70,6 +70,8 @@ _SECONDS_A_CALL, _SECONDS_A_POINT, _SECONDS_A_DRIFT = 2e-3, 1e-6, 2e-5
 _SECONDS_WITH_DIGITS = 2.0
 _SECONDS_EXACT, _SECONDS_EXACT_PER_EXPONENT, _MOST_EXPONENT = 5e-6, 7e-8, 2000.0
 _LAYER_EXPONENT = 150.0
+# From here on the error of an expansion in float64 says whether a proof of it is worth its time.
+_FLOAT_ERROR = 1e-9
 # In the analysis of an exponent in float64, for a prediction.
 _ROUNDINGS = 20
 # Of the exact integrals, for one attempt and for all of them.
@@ -324,8 +326,13 @@ def _cheapest(
     for method in methods:
         best = None
         for order in _ORDERS[method]:
+            asked = request._replace(method=method, order=order)
             try:
-                estimate = answer(drift, numbers, request._replace(method=method, order=order))
+                known = _float_error(drift, numbers, asked) if method == "strong_noise" else 0.0
+                if known > max(10 * float(allowed), _FLOAT_ERROR):
+                    best = known if best is None else min(best, known)
+                    continue
+                estimate = answer(drift, numbers, asked)
             except SymasymError as error:
                 refused[method] = str(error)
                 continue
@@ -334,8 +341,25 @@ def _cheapest(
                 return estimate, refused
             best = relative if best is None else min(best, relative)
         if best is not None:
-            refused[method] = f"its stated error is {float(best):.2g} at best"
+            size = f"{float(best):.2g} at best" if best < np.inf else "as large as the value"
+            refused[method] = f"its stated error is {size}"
     return answer(drift, numbers, request._replace(method="exact", order=None)), refused
+
+
+def _float_error(drift: Drift, numbers: dict[str, Any], request: Request) -> float:
+    """The relative error that the method states in float64, which costs little.
+
+    0 beyond float64's range, infinite where the error is as large as the value.
+    """
+    try:
+        scenes = float_scenes(drift, numbers)
+    except SymasymError:
+        return 0.0
+    try:
+        answers = METHODS[request.method].of_scenes(scenes, request)
+    except AccuracyError:
+        return float("inf")
+    return 0.0 if answers.errors is None else float(np.expm1(answers.errors[0]))
 
 
 def _relative(estimate: Estimate, log: bool) -> mpf:

@@ -94,6 +94,8 @@ def log_slopes(
             _Side(drift, changes, mirrored, kappa, "r" in numbers, context)
             for mirrored in ((False, True) if "r" in numbers else (False,))
         ]
+        for side, end in zip(sides, (numbers.get("start", 1), -numbers.get("start", 0)), strict=False):
+            side.scene.expect(-numbers.get("r", Fraction(1)), end)
         if "r" not in numbers:
             share = sides[0].occupation(quantity == "1 - P")
             return {name: to_mpf(x, dps) for name, x in share.log_slopes(names).items()}
