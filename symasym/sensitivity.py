@@ -269,7 +269,7 @@ def _by_floats(quantity: str, scenes: Scenes) -> list[_Slopes | None]:
 
 def _by_balls(quantity: str, scene: Scene, dps: int) -> _Slopes | None:
     """The same, proved; None where balls are missing or take too long."""
-    from symasym.exact import derivatives
+    from symasym.exact.balls import derivatives
     from symasym.numbers import balls
 
     if not balls.available():

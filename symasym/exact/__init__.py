@@ -4,8 +4,8 @@
 `panel-step` emitted) and joins the two sweeps at the start, once for every arithmetic. The
 integrals over a panel are found in three ways that share no code: `floats` with `float_blocks`
 (which panels), `float_records` (their bisection) and `float_panels` (Gauss samples, slow layers)
-for arrays of float64; `digits`
-with `digit_panels` (Taylor recurrences) to any number of digits; `ball_sweep` with `ball_panels`
-(Taylor models) as proved enclosures. `derivatives` differentiates the sweeps of digits and balls
-for `sa.sensitivity`; that of float64 carries its slopes along (`symasym.numbers.float_arrays`).
+for arrays of float64; `digits` with `digit_panels` (Taylor recurrences) to any number of digits;
+`balls.sweep` with `balls.panels` (Taylor models) as proved enclosures. `balls.derivatives` and
+`digit_derivatives` differentiate the sweeps of balls and digits for `sa.sensitivity`; that of
+float64 carries its slopes along (`symasym.numbers.float_arrays`).
 """

@@ -11,7 +11,7 @@ and by Fubini's theorem
 
 So four recurrences, not two, give the derivatives in all parameters. A solution without layers,
 M' = 1 - psi M, changes by the one of dM' = -dpsi M - psi dM: the same slow series with another
-source. The directions are those of `symasym.exact.derivatives`.
+source. The directions are those of `symasym.exact.balls.derivatives`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField
 from symasym.exact import sweep
-from symasym.exact.derivatives import Dual
+from symasym.exact.balls.derivatives import Dual
 from symasym.exact.digit_panels import (
     MORE_TERMS,
     Constant,

@@ -4,7 +4,7 @@ The sweeps of `symasym.exact.sweep` with the unbounded exponents of mpmath. All
 rationals stay exact until a panel rounds them; a panel's Taylor terms are
 counted beforehand by Cauchy's bound, and every sum is of positive terms, so
 `dps` digits cost a fixed number of guard bits. Where a proved error is asked for
-or balls are faster, `symasym.exact.ball_sweep` answers.
+or balls are faster, `symasym.exact.balls.sweep` answers.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ _SECONDS, _PER_BITS = 1e-8, 2.2
 
 def of_scene(scene: Scene, request: Request) -> Answer:
     """The value to the request's digits: proved in balls where that is asked for or faster."""
-    from symasym.exact import ball_sweep
+    from symasym.exact.balls import sweep as ball_sweep
 
     dps = request.digits
     try:

@@ -10,21 +10,15 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
 
 import sympy
 from sympy import Expr, S, Symbol
 
-from symasym.base.errors import InputError
 from symasym.emit.forms import climb, erfcx, expm1, larger
 from symasym.emit.program import TAKEN, Case, Function, Program, by_logarithm
 from symasym.emit.symbolic_sums import LAM
-from symasym.expansions.builder import FinitePart
-
-if TYPE_CHECKING:
-    from symasym.expansions.expansion import Expansion
 
 __all__ = ["Quotient", "one_exponential", "program"]
 
@@ -56,12 +50,63 @@ class Quotient:
     growth: Mapping[Symbol, Expr] = field(default_factory=dict)
 
 
-def program(e: Expansion, quotient: Quotient | Expr, name: str) -> Program:
-    """The program of one function, of a quotient with its logarithm."""
-    if isinstance(quotient, Expr):
-        return _written(e, name, quotient, e.nested)
+def program(
+    quotient: Quotient | Expr, name: str, nested: Mapping[Symbol, Expr], about: str, error: str,
+    refuse: Callable[[Iterable[Symbol], Iterable[Expr]], None],
+) -> Program:  # fmt: skip
+    """The program of one function; of a quotient, that with its logarithm.
+
+    Parameters
+    ----------
+    quotient : Quotient or expression
+    name : str
+    nested : mapping
+        What each symbol stands for, as it is computed.
+    about, error : str
+        What the function returns, and what its formula leaves out.
+    refuse : callable
+        Raises where the arguments and the expressions have no code.
+    """
+    value, known = (
+        (quotient, nested) if isinstance(quotient, Expr) else _logarithm(quotient, nested)
+    )
+    order: dict[Symbol, Expr] = {}
+
+    def visit(expression: Expr) -> None:
+        for s in sorted(expression.free_symbols - order.keys(), key=str):
+            if s in known and s not in order:
+                value = _in_code(known[s])
+                visit(value)
+                order[s] = value
+
+    visit(value)
+    free = set().union(value.free_symbols, *(v.free_symbols for v in order.values())) - order.keys()
+    refuse(free, order.values())
+    plain = {s: plain_name(s.name) for s in sorted(free, key=str)}
+    for s in order:
+        base = re.sub(r"\W+", "_", s.name.replace("'", "d").replace("-", "m").replace("+", "p"))
+        base = f"{base.strip('_')}_" if base[:1] == "t" or base in TAKEN else base.strip("_")
+        while base in plain.values():
+            base = f"{base}_1"
+        plain[s] = base
+    named = {s: Symbol(text, **s.assumptions0) for s, text in plain.items()}
+    shared = tuple((named[s], value.xreplace(named)) for s, value in order.items())
+    value = value.xreplace(named)
+    arguments = tuple(sorted(named[s].name for s in free))
+    if isinstance(quotient, Expr) or quotient.complement:
+        value = value if isinstance(quotient, Expr) else -expm1(value)
+        function = Function(name, about, arguments, (Case((value,), shared=shared),))
+    else:
+        function = by_logarithm(name, about, arguments, value, (), shared)
+    return Program("expression", about.rstrip("."), (function,), error=error)
+
+
+def _logarithm(
+    quotient: Quotient, nested: Mapping[Symbol, Expr]
+) -> tuple[Expr, dict[Symbol, Expr]]:
+    """The logarithm of a quotient, and what each symbol in it stands for."""
     grown = {s: s * sympy.exp(LAM * h) for s, h in quotient.growth.items()}
-    known = {s: value.xreplace(grown) for s, value in {**e.nested, **quotient.code}.items()}
+    known = {s: value.xreplace(grown) for s, value in {**nested, **quotient.code}.items()}
     inner = {s: known[s] for s in quotient.sums}
 
     def scaled(expression: Expr) -> tuple[Expr, Symbol]:
@@ -102,8 +147,7 @@ def program(e: Expansion, quotient: Quotient | Expr, name: str) -> Program:
     (high, above), (low, below) = (
         added(*x) for x in ((quotient.products, "all"), ([(x,) for x in quotient.whole], "whole"))
     )
-    log = LAM * (high - low) + sympy.log(quotient.front * above / below)
-    return _written(e, name, log, known, quotient)
+    return LAM * (high - low) + sympy.log(quotient.front * above / below), known
 
 
 def _in_code(e: Expr) -> Expr:
@@ -134,58 +178,6 @@ def _largest(heights: list[Expr]) -> Expr:
     for h in heights[1:]:
         largest = larger(largest, h)
     return largest
-
-
-def _written(
-    e: Expansion, name: str, value: Expr, known: Mapping[Symbol, Expr],
-    quotient: Quotient | None = None,
-) -> Program:  # fmt: skip
-    """The program of this value, or a quotient's logarithm, in names that every language has."""
-    order: dict[Symbol, Expr] = {}
-
-    def visit(expression: Expr) -> None:
-        for s in sorted(expression.free_symbols - order.keys(), key=str):
-            if s in known and s not in order:
-                value = _in_code(known[s])
-                visit(value)
-                order[s] = value
-
-    visit(value)
-    free = set().union(value.free_symbols, *(v.free_symbols for v in order.values())) - order.keys()
-    require_emittable(e, free, order.values())
-    plain = {s: plain_name(s.name) for s in sorted(free, key=str)}
-    for s in order:
-        base = re.sub(r"\W+", "_", s.name.replace("'", "d").replace("-", "m").replace("+", "p"))
-        base = f"{base.strip('_')}_" if base[:1] == "t" or base in TAKEN else base.strip("_")
-        while base in plain.values():
-            base = f"{base}_1"
-        plain[s] = base
-    named = {s: Symbol(text, **s.assumptions0) for s, text in plain.items()}
-    shared = tuple((named[s], value.xreplace(named)) for s, value in order.items())
-    value = value.xreplace(named)
-    arguments = tuple(sorted(named[s].name for s in free))
-    about = f"{e.quantity} of {e.drift!r}, {e.noise} noise to order {e.order}, case '{e.case}'."
-    if quotient is None or quotient.complement:
-        value = value if quotient is None else -expm1(value)
-        function = Function(name, about, arguments, (Case((value,), shared=shared),))
-    else:
-        function = by_logarithm(name, about, arguments, value, (), shared)
-    return Program("expression", about.rstrip("."), (function,), error=e.error)
-
-
-def require_emittable(e: Expansion, free: Any, expressions: Any) -> None:
-    """Refuse complex numbers, and integrals without a closed form."""
-    if any(x.has(FinitePart, sympy.Integral) for x in expressions):
-        raise InputError(
-            f"A = {e.drift.expression()} is no polynomial in u, so that the regular part "
-            "has no closed form; emit a term's expression, or use the function."
-        )
-    odd = [s for s in free if s in e.equations and not s.is_real]
-    if odd:
-        raise InputError(
-            f"{odd[0]} may be complex, which the code has no numbers for; bind the drift and "
-            "use sa.emit('eq:Ttilde', drift=…, method='laplace')."
-        )
 
 
 def plain_name(name: str) -> str:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
@@ -46,13 +46,7 @@ from symasym.emit.source import rendered
 from symasym.emit.symbolic_sums import BEYOND_1, KAPPA, LAM, R, Sum, Symbolic, X
 from symasym.expansions.builder import FinitePart, Rule, SeriesOf, Symbols, U, nested
 from symasym.expansions.cases import Case, case_of, found_cases, read_case, slides, zero_at
-from symasym.expansions.emitted import (
-    Quotient,
-    one_exponential,
-    plain_name,
-    program,
-    require_emittable,
-)
+from symasym.expansions.emitted import Quotient, one_exponential, plain_name, program
 from symasym.expansions.strong import strong
 from symasym.expansions.uniform import PAIRED, WELLS, Coalescing, Locals
 from symasym.expansions.uniform_series import (
@@ -307,11 +301,32 @@ class Expansion:
                               latex=self.latex())  # fmt: skip
             return rendered(formula, target)
         if self.quotient is not None:
-            return rendered(program(self, self.quotient, name), target)
+            about = (
+                f"{self.quantity} of {self.drift!r}, {self.noise} noise to order {self.order}, "
+                f"case '{self.case}'."
+            )
+            made = program(
+                self.quotient, name, self.nested, about, self.error, self._require_emittable
+            )
+            return rendered(made, target)
         expression = self.expression
-        require_emittable(self, expression.free_symbols, [expression])
+        self._require_emittable(expression.free_symbols, [expression])
         plain = {s: Symbol(plain_name(s.name), **s.assumptions0) for s in expression.free_symbols}
         return emit(expression.xreplace(plain), target, name=name)
+
+    def _require_emittable(self, free: Iterable[Symbol], expressions: Iterable[Expr]) -> None:
+        """Refuse complex numbers, and integrals without a closed form."""
+        if any(x.has(FinitePart, sympy.Integral) for x in expressions):
+            raise InputError(
+                f"A = {self.drift.expression()} is no polynomial in u, so that the regular part "
+                "has no closed form; emit a term's expression, or use the function."
+            )
+        odd = [s for s in free if s in self.equations and not s.is_real]
+        if odd:
+            raise InputError(
+                f"{odd[0]} may be complex, which the code has no numbers for; bind the drift and "
+                "use sa.emit('eq:Ttilde', drift=…, method='laplace')."
+            )
 
     # -- as text ----------------------------------------------------------------------------
 

@@ -1,4 +1,4 @@
-"""The drift in ball arithmetic, and how python-flint is reached (see `exact.ball_sweep`)."""
+"""The drift in ball arithmetic, and how python-flint is reached (see `exact.balls.sweep`)."""
 
 from __future__ import annotations
 

@@ -132,7 +132,7 @@ def thirty_digits(options: argparse.Namespace) -> Part:
             )
     text = [
         "T at mu = 3, alpha = 1, z0 = -3/10, r = 10, from 0. Right digits are counted against a "
-        "ball of 45 digits that `exact/ball_sweep.py` proves.",
+        "ball of 45 digits that `exact/balls/sweep.py` proves.",
         table(["kappa", "by", "time", "times ours", "right digits"], lines),
         _pari(),
     ]

@@ -16,7 +16,8 @@ import pytest
 
 from symasym.base.errors import AccuracyError, RegionError
 from symasym.drift.ready_made import smoothings
-from symasym.exact import ball_panels, ball_sweep
+from symasym.exact.balls import panels as ball_panels
+from symasym.exact.balls import sweep as ball_sweep
 from symasym.numbers import balls
 from symasym.special.exponentials import ball_quotient
 from symasym.workshop import reference_quadrature

@@ -20,7 +20,8 @@ import symasym as sa
 from symasym import friction, rescale
 from symasym.asymptotics.weak_noise import answer as weak_noise
 from symasym.base.call_context import own_context
-from symasym.exact import ball_panels, float_panels, sweep
+from symasym.exact import float_panels, sweep
+from symasym.exact.balls import panels as ball_panels
 from symasym.exact.digit_panels import constant_moments
 from symasym.exact.sweep import Deferred, Record
 from symasym.generated import formulas, mpmath_formulas, numpy_formulas

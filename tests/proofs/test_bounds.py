@@ -12,7 +12,7 @@ from hypothesis import given, settings
 
 import symasym as sa
 from symasym.asymptotics.proofs.layer_bounds import layer_of
-from symasym.exact import ball_sweep
+from symasym.exact.balls import sweep as ball_sweep
 from symasym.numbers import balls
 from symasym.numbers.balls import precision
 from symasym.workshop import reference_quadrature

@@ -13,7 +13,7 @@ import pytest
 
 import symasym as sa
 from symasym import quantities
-from symasym.exact import ball_sweep
+from symasym.exact.balls import sweep as ball_sweep
 from symasym.numbers import balls
 from symasym.workshop import reference_quadrature
 from tests.asking import ASKED, ask_or_refuse, each, later, reference

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symasym as sa
-from symasym.exact import ball_sweep
 from symasym.exact import digits as arbitrary
+from symasym.exact.balls import sweep as ball_sweep
 from symasym.numbers import balls
 from symasym.workshop import reference_quadrature
 from tests.strategies import ALL, SAMPLE, drifts, narrow, powers_of_ten, rationals, scenes

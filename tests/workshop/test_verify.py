@@ -22,9 +22,9 @@ from symasym.asymptotics.proofs import exit_bounds
 from symasym.asymptotics.strong_noise import answer as strong_noise
 from symasym.asymptotics.weak_noise import answer as weak_noise
 from symasym.commands.main import main
-from symasym.exact import ball_sweep
 from symasym.exact import digits as arbitrary
 from symasym.exact import floats as double
+from symasym.exact.balls import sweep as ball_sweep
 from symasym.generated import mpmath_formulas, numpy_formulas
 from symasym.numbers import balls
 from symasym.workshop.verify import Verification, verify

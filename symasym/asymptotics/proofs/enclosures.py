@@ -31,7 +31,7 @@ from symasym.asymptotics.proofs.cells import (
 )
 from symasym.asymptotics.proofs.layer_bounds import Bounds, between_lines
 from symasym.drift.drift import Drift
-from symasym.exact.ball_panels import Outer
+from symasym.exact.balls.panels import Outer
 from symasym.numbers.balls import exact_ball, flint_module, precision
 
 if TYPE_CHECKING:

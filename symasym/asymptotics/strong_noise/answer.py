@@ -28,7 +28,7 @@ from symasym.asymptotics.strong_noise.sweep import (
 from symasym.base.call_context import own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
-from symasym.exact.ball_panels import Outer
+from symasym.exact.balls.panels import Outer
 from symasym.exact.sweep import Record, Swept, carried, escape_time, first
 from symasym.numbers import balls
 from symasym.numbers.balls import exact_ball, flint_module, precision, profile_of, to_mpf

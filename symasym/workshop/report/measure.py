@@ -20,7 +20,7 @@ import numpy as np
 import symasym as sa
 from symasym.base.call_context import own_context
 from symasym.base.errors import InputError
-from symasym.exact import ball_sweep
+from symasym.exact.balls import sweep as ball_sweep
 from symasym.numbers import balls
 from symasym.workshop.problems import BY_NAME, Problem
 from symasym.workshop.report import peers

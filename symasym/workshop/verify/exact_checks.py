@@ -13,8 +13,8 @@ import numpy as np
 
 import symasym as sa
 from symasym.base.call_context import own_context
-from symasym.exact import ball_sweep
 from symasym.exact import digits as arbitrary
+from symasym.exact.balls import sweep as ball_sweep
 from symasym.exact.floats import TOLERANCE
 from symasym.numbers import balls
 from symasym.workshop import reference_quadrature

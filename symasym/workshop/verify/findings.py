@@ -13,7 +13,7 @@ import mpmath
 
 import symasym as sa
 from symasym.base.call_context import own_context
-from symasym.exact import ball_sweep
+from symasym.exact.balls import sweep as ball_sweep
 from symasym.numbers import balls
 from symasym.numbers.trees import MpmathOps
 from symasym.workshop.problems import BY_NAME, Problem

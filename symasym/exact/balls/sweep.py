@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import AccuracyError, RegionError
 from symasym.exact import sweep
-from symasym.exact.ball_panels import Outer, Panel, cut
+from symasym.exact.balls.panels import Outer, Panel, cut
 from symasym.exact.sweep import Record, Swept
 from symasym.generated import formulas
 from symasym.numbers.balls import Profile, exact_ball, flint_module, precision, profile_of
@@ -158,7 +158,7 @@ def refined(
     """`compute()` at rising precision, until no bits of `dps` digits are missing."""
     missing_bits = missing_bits or (lambda ball: excess_bits(ball, dps))
     # The sum of a panel's alternating series cancels a sixth of the bits, 2/(RATIO log 2) times the
-    # growth per bit (see `ball_panels`), and e^{lam V} loses as many as its exponent has before the
+    # growth per bit (see `panels`), and e^{lam V} loses as many as its exponent has before the
     # point.
     bits = int(dps * _LOG2_10 * 1.2) + 35 + int(scale).bit_length()
     for _ in range(_ATTEMPTS):

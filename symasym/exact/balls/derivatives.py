@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.base.errors import AccuracyError
 from symasym.exact import sweep
-from symasym.exact.ball_panels import (
+from symasym.exact.balls.panels import (
     EndSlope,
     Outer,
     OuterSlope,
@@ -29,7 +29,7 @@ from symasym.exact.ball_panels import (
     Piece,
     cut,
 )
-from symasym.exact.ball_sweep import (
+from symasym.exact.balls.sweep import (
     excess_bits,
     pieces_of,
     refined,
