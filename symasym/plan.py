@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from decimal import ROUND_CEILING, Context
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +30,7 @@ from symasym.base.inputs import (
     is_array,
     shown,
 )
+from symasym.base.texts import upwards
 from symasym.drift.drift import Drift
 from symasym.methods import METHODS, answer
 from symasym.numbers.trees import NumpyOps
@@ -159,7 +161,7 @@ class Plan:
     def __str__(self) -> str:
         order = "" if self.order is None else f", order {self.order}"
         head = (
-            f"{self.method}{order}: relative error at most {self.error:.2g} ({self.error_kind}), "
+            f"{self.method}{order}: relative error at most {upwards(self.error, digits=2)} ({self.error_kind}), "
             f"about {self.cost:,.0f} times np.exp a point"
         )
         lines = [
@@ -386,7 +388,7 @@ def _planned(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: 
         if parts.error <= float(known):
             planned = _of_parts(parts, rtol, request)
             kept = " with ".join(t.name for t in planned.terms if t.kept)
-            return replace(planned, singulants=tuple(_singulants(drift, float(scene.lam), kept)))
+            return replace(planned, singulants=tuple(_singulants(drift, scene.lam, kept)))
         refused["laplace"] = f"its stated error is {float(parts.error):.2g} at best"
     try:
         relative, estimate = _uniform(drift, numbers, request.log)
@@ -441,11 +443,10 @@ def _of_parts(parts: Parts, rtol: float, request: Request) -> Plan:
     for name, share, error in reversed(ordered):
         size = to_mpf(share / parts.total, 15)
         if name in dropped:
-            bound = context.nstr((abs(share) + error) / parts.total, 2)
-            why = f"below {bound} of T"
+            why = f"at most {_at_most((abs(share) + error) / parts.total)} of T"
         else:
             value += share
-            why = f"its series is known to {context.nstr(error / parts.total, 2)} of T"
+            why = f"its series is known to {_at_most(error / parts.total)} of T"
         terms.append(Term(name, name not in dropped, size, why))
     # Of the exact value; relative to the one that is kept it is larger.
     relative = parts.error + gone
@@ -457,11 +458,12 @@ def _of_parts(parts: Parts, rtol: float, request: Request) -> Plan:
     if request.log:
         value, error = context.log(value), relative
     estimate = Estimate(value, error, "estimate", "laplace", parts.order, kept, left)
-    order, relative = parts.order, float(relative)
+    # Where the quotient is below float64's range, its least number is not.
+    order, relative = parts.order, np.nextafter(float(relative), np.inf).item()
     return Plan("laplace", order, tuple(terms), relative, "estimate", cost, rtol, {}, estimate)
 
 
-def _singulants(drift: Drift, lam: float, kept: str) -> Iterator[Singulant]:
+def _singulants(drift: Drift, lam: Fraction, kept: str) -> Iterator[Singulant]:
     """Those of the wells and barriers that the names of terms hold, of a polynomial A."""
     c = [float(x) for x in drift.exact_coefficients() or (0,)]
     zeros = np.polynomial.polynomial.polyroots(np.trim_zeros(c, "b") or [0.0])
@@ -483,7 +485,7 @@ def _singulants(drift: Drift, lam: float, kept: str) -> Iterator[Singulant]:
             continue
         least = int(np.argmin(steps))
         yield Singulant(
-            point, f"to {others[least]:.4g}", float(steps[least]), int(lam * steps[least])
+            point, f"to {others[least]:.4g}", float(steps[least]), int(lam * Fraction(steps[least]))
         )
 
 
@@ -491,7 +493,21 @@ def _short(size: mpf) -> str:
     """Two digits of a number, however small."""
     from mpmath import libmp
 
-    return str(libmp.to_str(size._mpf_, 2))
+    return _on_one_line(str(libmp.to_str(size._mpf_, 2)))
+
+
+def _at_most(size: mpf) -> str:
+    """The same rounded upwards."""
+    return _on_one_line(upwards(size, digits=2))
+
+
+def _on_one_line(text: str) -> str:
+    """A number; of one whose power of ten would fill lines, that power rounded upwards."""
+    power = text.partition("e")[2]
+    if len(power) < 20:
+        return text
+    short = Context(prec=2, rounding=ROUND_CEILING).create_decimal(power)
+    return f"{'-' * text.startswith('-')}10^({short})"
 
 
 # -- arrays, each scene by the cheapest method in float64 whose error will do ----------------------

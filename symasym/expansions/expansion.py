@@ -610,10 +610,14 @@ def _uniform(drift: Drift, quantity: str, order: int, start: Fraction, case: Cas
     known = uniform_symbols(drift, quantity, order, start, case)
     ring = Locals(known) if isinstance(known, Coalescing) else Symbolic()
     e = _composed(known, ring, "uniform", drift, quantity, order, start)
-    if any(e.put_in(c) == False for c in e.conditions):  # noqa: E712
+    try:
+        holds = all(e.put_in(c) != False for c in e.conditions)  # noqa: E712
+    except TypeError:  # a condition on what is infinite
+        holds = False
+    if not holds:
         raise InputError(
-            f"{drift!r} from {start} has a complex pair of zeros too near to the start or to an "
-            "end for the formula; use sa.escape_time(method='uniform')."
+            f"{drift!r} from {start} has a pair of zeros that the formula does not cover, such as "
+            "a complex one near the start or an end; use sa.escape_time(method='uniform')."
         )
     return e
 

@@ -270,7 +270,7 @@ def test_cases_and_conditions() -> None:
         (
             sa.friction(3, 1, "-1.2"),
             {"start": "9/10"},
-            "a complex pair of zeros too near to the start or to an end",
+            "such as a complex one near the start or an end",
         ),
         (sa.Drift("cos(2*u) - 1/5"), {}, "is no polynomial in u"),
         (sa.Drift("zeta + u**2"), {"case": "start"}, "has a parameter zeta"),
