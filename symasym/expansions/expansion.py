@@ -36,7 +36,7 @@ from symasym.asymptotics.weak_noise.series import Part, Series
 from symasym.base.call_context import patient, step
 from symasym.base.errors import InputError
 from symasym.base.estimate import Answer
-from symasym.base.inputs import Number, Numbers, choice, count, exact, is_array
+from symasym.base.inputs import Number, Numbers, choice, count, exact, float_text, require_printable
 from symasym.derivation.printing import tex
 from symasym.drift.drift import Drift
 from symasym.emit import emit
@@ -69,9 +69,6 @@ _MOST = 8
 _MOST_UNIFORM = 1
 # Characters on a line of LaTeX, as `_width` counts them: A4 in the smallest type.
 _WIDE = 134
-# Digits of a number that a formula may hold.
-_DIGITS = 1000
-_LONGEST = 10**_DIGITS
 _L, _R, _LEFT, _RIGHT = sympy.symbols("L R D- D+", positive=True)
 _Y = Symbol("y", real=True)
 _TEX = {_LEFT: "D_-", _RIGHT: "D_+", LAM: r"\lambda", BEYOND_1: "(r - 1)"}
@@ -319,7 +316,7 @@ class Expansion:
         if any(x.has(FinitePart, sympy.Integral) for x in expressions):
             raise InputError(
                 f"A = {self.drift.expression()} is no polynomial in u, so that the regular part "
-                "has no closed form; emit a term's expression, or use the function."
+                "has no closed form; use the function, such as sa.escape_time(method='laplace')."
             )
         odd = [s for s in free if s in self.equations and not s.is_real]
         if odd:
@@ -519,12 +516,7 @@ def expand(
 - V^(4)(u1)/(16*V''(u1)**2)
     """
     require_drift(drift, bound=False)
-    for name, value in {**drift.values, "start": start}.items():
-        if not is_array(value) and max(map(abs, exact(name, value).as_integer_ratio())) > _LONGEST:
-            raise InputError(
-                f"{name} has more than {_DIGITS:,} digits, too many to print; leave the parameter "
-                "free."
-            )
+    require_printable({**drift.values, "start": start})
     quantity = choice("quantity", quantity, QUANTITIES)
     noise = choice("noise", noise, ("weak", "strong", "uniform"))
     if order is None:
@@ -543,7 +535,7 @@ def expand(
         if quantity == "T" and (abs(at) >= 1 or zero_at(drift, at)):
             where = "a zero of A" if abs(at) < 1 else "outside of the layer"
             raise InputError(
-                f"start is {start}, {where}; the uniform formula is that of another start in the "
+                f"start is {float_text(at)}, {where}; the uniform formula is that of another start in the "
                 "layer, and sa.escape_time(method='uniform') has numbers."
             )
         if quantity not in ("T", "P", "1 - P") or order > _MOST_UNIFORM:
