@@ -111,7 +111,7 @@ DEFINITIONS = {
         r"p(u, 0) = \delta(u) ,\quad p(\pm r, t) = 0",
         "p(u, 0) = delta(u), p(-r, t) = p(r, t) = 0",
         "Definition of the problem: the start at 0 and absorption at both ends; used in eq:odeR, "
-        "density-R and eq:C.",
+        "'density-R' and eq:C.",
     ),
     "eq:osc1": Definition(
         r"\ddot z + \dot z + z + F(\dot z + 1) = 0",
@@ -126,7 +126,13 @@ REASONS = {label: defined.reason for label, defined in DEFINITIONS.items()}
 def numbered(text: str, word: str = "") -> str:
     """A sentence with equation numbers, after `word`, in place of the paper's labels."""
     return re.sub(
-        r"\((eq:\w+|fr[12])\)|\b(eq:\w+|fr[12]\b)",
-        lambda m: f"{word}({NUMBERS[m[1] or m[2]]})" if (m[1] or m[2]) in NUMBERS else m[0],
+        r"\((eq:\w+|fr[12])\)|\b(eq:\w+|fr[12]\b|(?<=\d, )cubic$)",
+        lambda m: (
+            m[0]
+            if (m[1] or m[2]) not in NUMBERS
+            else f"({word}{NUMBERS[m[1]]})"
+            if m[1]
+            else f"{word}({NUMBERS[m[2]]})"
+        ),
         text,
     )

@@ -17,8 +17,7 @@ _GREEK = {
     "ell": r"\ell",
     "uhat": r"\hat u",
     "oo": r"\infty",
-    "K_m": "K_m",
-    "V_m": "V_m",
+    "Pi": r"\Pi",
     "V_max": r"V_{\max}",
     "eps_phys": r"\varepsilon",
 } | {
@@ -43,7 +42,7 @@ _GREEK = {
 _FUNCTIONS = {
     name: f"\\{name}" for name in ("log", "sin", "cos", "arccos", "min", "max", "int")
 } | {name: rf"\operatorname{{{name}}}" for name in ("erf", "Ai", "Bi")}
-_DIFFERENTIALS = ("du", "dy", "dz", "ds", "dp", "dt", "dW")
+_DIFFERENTIALS = ("du", "dy", "dz", "ds", "dp", "dt", "dW", "dT")
 _SIGNS = {
     "<=": r"\le",
     ">=": r"\ge",
@@ -61,8 +60,8 @@ _TOKEN = re.compile(
     r"|(?P<side>\b[afg][+-](?=[\s,.;:)^/]|$))"
     r"|(?P<raised>\^\((?:\+-?|-|j)\))"
     r"|(?P<number>\d+(?:\.\d+)?(?:e[+-]?\d+)?)"
-    r"|(?P<name>[A-Za-z]_\([a-z\d+]+\)'*|[A-Za-z]+(?:_\w+|\d)?'*(?![A-Za-z]))"
-    r"|(?P<sign><=|>=|<<|>>|->|\+-|-\+|\.\.\.(?=,)|[=<>+\-*/^])"
+    r"|(?P<name>[A-Za-z]_\([a-z\d+,]+\)'*|[A-Za-z]_[+-](?!\w)|[A-Za-z]+(?:_\w+|\d)?'*(?![A-Za-z]))"
+    r"|(?P<sign><=|>=|<<|>>|->|\+-|-\+|\.\.\.(?=,)|(?<=\+ )\.\.\.|[=<>+\-*/^])"
     r"|(?P<bracket>[(){}|])|(?P<comma>,)|(?P<space> +)|(?P<other>.)",
     re.DOTALL,
 )
@@ -145,7 +144,7 @@ def _aside(tokens: list[Token], at: int) -> bool:
 
 def _hangs(tokens: list[Token], place: int) -> bool:
     kind, text = tokens[place]
-    return kind in ("space", "comma", "sign")
+    return kind in ("space", "comma") or (kind == "sign" and text != "...")
 
 
 def _symbol(tokens: list[Token], place: int) -> bool:
@@ -159,7 +158,7 @@ def _symbol(tokens: list[Token], place: int) -> bool:
     known = name in (*_GREEK, *_FUNCTIONS, *_DIFFERENTIALS) or name in _NAMES
     known = known or ("_" in name and name.partition("_")[0] in _GREEK)
     return known or bool(
-        re.fullmatch(r"[A-Za-z]_\([^)]*\)|[b-zB-Z]|[A-Za-z](?:\d|_\w+)|int_\w+", name)
+        re.fullmatch(r"[A-Za-z]_(?:\([^)]*\)|[+-])|[b-zB-Z]|[A-Za-z](?:\d|_\w+)|int_\w+", name)
     )
 
 
@@ -214,6 +213,7 @@ TEX = {
     "inside": r"M_{\mathrm{in}}",
     "outside": r"M_{\mathrm{out}}",
     "g_s": "g_s",
+    "p_ss": r"p_{\mathrm{ss}}",
     "I_left": r"I_{\mathrm{left}}",
     "I_right": r"I_{\mathrm{right}}",
 }
@@ -229,7 +229,6 @@ TEX_OF = {
         "E_up": "E_k^{+}", "E_down": "E_k^{-}", "side": "s_k", "term": "h_k",
         "left": "h_k^{-}", "right": "h_k^{+}", "source": "g", "drift": r"\phi",
     },
-    "regular-part": {"term": "c_i", "power": "p", "index": "i", "h_next": "c'_i", "H": "C_i"},
     "pair-primitives": {
         "H_even": r"H_{\mathrm{even}}", "H_line": r"H_{\mathrm{line}}",
         "H_odd": r"H_{\mathrm{odd}}", "I": "I_{n,j+2}", "h_next": "c'_j", "b_next": "b_{i+1}",
@@ -259,6 +258,10 @@ TEX_OF = {
         "bottom": r"\psi(0)", "value": r"\psi(g)", "mean": r"\bar\psi", "first": r"\psi_1",
         "second": r"\psi_2", "peak": "p", "rest": "q", "tail": r"\sigma", "falling": "D",
         "integral": "L", "a_down": "c", "B_down": "E", "b": "B", "b_down": "E", "weights": "w",
+    },
+    "regular-part": {
+        "term": "c_i", "power": "p", "index": "i", "h_next": "c'_i", "H": "C_i",
+        "phi": r"\psi",
     },
     "release-order": {"phi_y": r"\phi_y"},
     "saddle-series": {"S": "Q", "e": r"\delta"},

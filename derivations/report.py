@@ -77,7 +77,8 @@ def steps(record: dict[str, Any], level: int) -> list[str]:
         if step["reason"]:
             lines += [f"Why: {words(step['reason'])}.", ""]
         how = "" if step["how"] in explained else f"{words(step['how'])}. "
-        checked = f"Check ({step['kind']}): {how}{_sentence(step['detail'])}."
+        detail = step["detail"].replace(" (as it stands)", "")
+        checked = f"Check ({step['kind']}): {how}{_sentence(detail)}."
         holds = re.fullmatch(r"holds exactly: ([^;]+)", step["detail"])
         if holds and step["kind"] == "symbolic identity":
             way = escape(step["how"])

@@ -141,7 +141,7 @@ MEANINGS: dict[str, Meaning] = {
     "q": Meaning("any density; a mode of the operator", "per scaled length"),
     # Terms of the exact integrals.
     "w": Meaning(
-        "lam e^(lam V) times the integral of e^(-lam V) up to there",
+        "lam/sigma times the integral of sigma from the end, both sides added",
         "scaled time per scaled length",
     ),
     "sigma_left": Meaning("Sigma/s on the left of the start, s = exp(lam V)", "scaled length"),
@@ -167,7 +167,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "rho": Meaning("r/kappa^2 in the paper's own variables", "unscaled", _S),
     },
     "eq:scaledSDE": {
-        "rho": Meaning("distance from the origin, at most of order r", "unscaled"),
+        "rho": Meaning("distance from the origin, at most of order r_p", "unscaled"),
     },
     "eq:scaledSDEx": {
         "drift": Meaning("drift of the component across the surface", "unscaled", _S),
@@ -326,6 +326,13 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "falling": Meaning("Dawson's integral up to the end", "lam^(-1/2)"),
         "integral": Meaning("lam times the integral of Dawson's", _PURE),
     },
+    "positive-density": {
+        "w": Meaning(
+            "lam e^(lam V(u)) times the integral of e^(-lam V) over all positions",
+            "scaled time per scaled length",
+        ),
+    },
+    "threshold": {"ell": Meaning("", "")},
     "gaussian-step": {"G": Meaning("lam times two Gaussian integrals", _SCALED_TIME, _T)},
     "eq:fourPieces": {
         **{
@@ -351,6 +358,10 @@ LOCAL: dict[str, dict[str, Meaning]] = {
     "panel-step": {
         "sigma": Meaning("Sigma/s at the panel's left end", "scaled length"),
         "sigma_b": Meaning("Sigma/s at the panel's right end", "scaled length", _X),
+        "w": Meaning(
+            "lam/sigma times the integral of sigma from the end to the panel",
+            "scaled time per scaled length",
+        ),
         "w_b": Meaning("w at the panel's right end", "scaled time per scaled length", _X),
         "int_e": Meaning("c times the integral of e = exp(lam (V - V(a)))", "scaled length"),
         "int_inverse": Meaning("f times the integral of 1/e", "scaled length"),
@@ -436,8 +447,11 @@ IN_WORDS: dict[str, dict[str, Meaning]] = {
         "A'(u_1)": MEANINGS["A_1"],
     },
     "fold-delay": {
-        "w": Meaning("distance of u from the fold's", "scaled: y/eps"),
+        "w": Meaning("distance of u from the fold's", "scaled, in the unit of u, see below"),
         "t": Meaning("time past the fold", _SCALED_TIME),
+        "u": Meaning("position across the surface", "scaled, in a unit of its own, see below"),
+        "z": Meaning("position along the surface", "in a unit of its own, see below"),
+        "g": Meaning("velocity of the slow variable z", "in the unit of z"),
     },
     "regular-part": {"t": Meaning("distance from the zero of the drift", "scaled: y/eps")},
     "saddle-recurrences": {"t": Meaning("distance from the zero of the drift", "scaled: y/eps")},

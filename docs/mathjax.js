@@ -8,7 +8,8 @@ window.MathJax = {
   },
   // A formula that TeX does not take shows as an error; it must not pass as text.
   tex: { packages: { "[-]": ["noerrors", "noundefined"] } },
-  output: { displayOverflow: "linebreak", linebreaks: { inline: true } },
+  // TeX's letters are wider than those of the text at the same height.
+  output: { scale: 0.92, displayOverflow: "linebreak", linebreaks: { inline: true } },
   // What Sphinx marks as mathematics, and nothing else.
   options: { ignoreHtmlClass: ".*", processHtmlClass: "math" },
   startup: {
@@ -28,6 +29,10 @@ window.MathJax = {
           // Between two formulas, and not inside one.
           if (node.isKind("mspace") && /^[12]em$/.test(node.attributes.get("width"))) {
             node.attributes.set("linebreak", "goodbreak");
+          }
+          // Not between an integrand and its differential.
+          if (node.isKind("mspace") && node.attributes.get("width") === "0.167em") {
+            node.attributes.set("linebreak", "nobreak");
           }
           if (node.isKind("mtable")) data.root.attributes.set("overflow", "scale");
         });

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from symasym.asymptotics.coalescence.integral import uniform_integral
+    from symasym.asymptotics.coalescence.result import UniformExpansion
     from symasym.asymptotics.laplace.integral import laplace_integral
+    from symasym.asymptotics.laplace.result import LaplaceExpansion
     from symasym.asymptotics.proofs.range_bound import RangeBound, weak_noise_bound
     from symasym.base.errors import (
         AccuracyError,
@@ -21,26 +23,29 @@ if TYPE_CHECKING:
     from symasym.base.estimate import Estimate
     from symasym.base.scales import Scales, rescale
     from symasym.drift.drift import Drift
-    from symasym.drift.ready_made.friction import friction
+    from symasym.drift.landscape import CriticalPoint
+    from symasym.drift.ready_made.friction import Folds, Friction, friction
     from symasym.drift.ready_made.smoothings import hill, linear, polynomial, sine, tanh
-    from symasym.drift.reduction import reduce
+    from symasym.drift.reduction import Reduction, reduce
     from symasym.emit import emit
     from symasym.expansions import Expansion, expand
     from symasym.formula import Formula, formula, labels
-    from symasym.plan import plan
+    from symasym.plan import Plan, plan
     from symasym.plot import plot
     from symasym.quantities import escape_time, exit_probability, occupation, stationary_density
-    from symasym.release import System, oscillator, release
+    from symasym.release import Release, System, oscillator, release
     from symasym.sensitivity import Sensitivity, sensitivity
     from symasym.stokes import stokes_multiplier
 
 __all__ = [
-    "AccuracyError", "Drift", "Estimate", "Expansion", "Formula", "InputError", "OutputError",
-    "RangeBound", "RangeError", "RegionError", "Scales", "Sensitivity", "SymasymError", "System",
-    "TimeLimitError", "emit", "escape_time", "exit_probability", "expand", "formula", "friction",
-    "hill", "labels", "laplace_integral", "linear", "occupation", "oscillator", "plan", "plot",
-    "polynomial", "reduce", "release", "rescale", "sensitivity", "sine", "stationary_density",
-    "stokes_multiplier", "tanh", "uniform_integral", "weak_noise_bound",
+    "AccuracyError", "CriticalPoint", "Drift", "Estimate", "Expansion", "Folds", "Formula",
+    "Friction", "InputError", "LaplaceExpansion", "OutputError", "Plan", "RangeBound", "RangeError",
+    "Reduction", "RegionError", "Release", "Scales", "Sensitivity", "SymasymError", "System",
+    "TimeLimitError", "UniformExpansion", "emit", "escape_time", "exit_probability", "expand",
+    "formula", "friction", "hill", "labels", "laplace_integral", "linear", "occupation",
+    "oscillator", "plan", "plot", "polynomial", "reduce", "release", "rescale", "sensitivity",
+    "sine", "stationary_density", "stokes_multiplier", "tanh", "uniform_integral",
+    "weak_noise_bound",
 ]  # fmt: skip
 
 #: Where each public name lives; it is loaded when first asked for.
@@ -50,23 +55,26 @@ _HOMES = {
         "base.errors": "AccuracyError InputError OutputError RangeError "
         "RegionError SymasymError TimeLimitError",
         "drift.drift": "Drift",
+        "drift.landscape": "CriticalPoint",
         "base.estimate": "Estimate",
         "expansions": "Expansion expand",
         "formula": "Formula formula labels",
         "asymptotics.proofs.range_bound": "RangeBound weak_noise_bound",
         "base.scales": "Scales rescale",
         "sensitivity": "Sensitivity sensitivity",
-        "release": "System oscillator release",
+        "release": "Release System oscillator release",
         "emit": "emit",
         "quantities": "escape_time exit_probability occupation stationary_density",
-        "drift.ready_made.friction": "friction",
+        "drift.ready_made.friction": "Folds Friction friction",
         "drift.ready_made.smoothings": "hill linear polynomial sine tanh",
         "asymptotics.laplace.integral": "laplace_integral",
-        "plan": "plan",
+        "asymptotics.laplace.result": "LaplaceExpansion",
+        "plan": "Plan plan",
         "plot": "plot",
-        "drift.reduction": "reduce",
+        "drift.reduction": "Reduction reduce",
         "stokes": "stokes_multiplier",
         "asymptotics.coalescence.integral": "uniform_integral",
+        "asymptotics.coalescence.result": "UniformExpansion",
     }.items()
     for name in names.split()
 }

@@ -132,7 +132,8 @@ class Plan:
         The cheapest whose stated error is at most `rtol`.
     order : int or None
     terms : tuple of Term
-        Largest first; none where the method is no sum of parts.
+        Parts of T, largest first, each with its `name`, `size` relative to T, `kept` and the
+        `reason`; none where the method is no sum of parts.
     error : float
         Stated relative error, what is left out included.
     error_kind : {"bound", "estimate"}
@@ -144,7 +145,8 @@ class Plan:
     estimate : Estimate
         T in this way.
     singulants : tuple of Singulant
-        Of the wells and barriers in the terms that are kept.
+        Of the wells and barriers in the terms that are kept (docs/borel.md): `point`, `value`,
+        the `other` zero that it comes from, and the `order` of the least term.
     """
 
     method: str
@@ -161,8 +163,8 @@ class Plan:
     def __str__(self) -> str:
         order = "" if self.order is None else f", order {self.order}"
         head = (
-            f"{self.method}{order}: relative error at most {upwards(self.error, digits=2)} ({self.error_kind}), "
-            f"about {self.cost:,.0f} times np.exp a point"
+            f"{self.method}{order}: relative error at most {_at_most(self.error)} "
+            f"({self.error_kind}), about {self.cost:,.0f} times np.exp a point"
         )
         lines = [
             f"  {'kept' if t.kept else 'left out':9}{_short(t.size):>10}  {t.name}: {t.reason}"

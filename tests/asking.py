@@ -34,6 +34,20 @@ def reference(name: str, quantity: str) -> Any:
         raise
 
 
+def exact_value(
+    verb: Callable[..., Any], drift: sa.Drift, kappa: Any, *, dps: int, **scene: Any
+) -> Any:
+    """The exact value of a verb, found once for all orders that are compared with it."""
+    return _exact(verb, drift, kappa, dps, tuple(sorted(scene.items())))
+
+
+@cache
+def _exact(
+    verb: Callable[..., Any], drift: sa.Drift, kappa: Any, dps: int, scene: tuple[Any, ...]
+) -> Any:
+    return verb(drift, kappa, dps=dps, **dict(scene))
+
+
 def each(problem: Problem) -> list[tuple[str, Callable[..., Any], Any]]:
     """(quantity, question, 60-digit value)."""
     found = [(q, ask, reference(problem.name, q)) for q, ask in problem.questions().items()]

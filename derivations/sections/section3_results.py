@@ -198,7 +198,7 @@ def t_small(d: Any) -> None:
         "r sqrt(-A_1 A_2) > 2 pi a+", where="else the well's term exceeds r/a+ at every noise"
     )
     d.suppose(
-        "drift < 0 on some interval is enough for T > O(r)",
+        "a negative drift on some interval is enough for T > O(r)",
         "fails",
         "A = 3/10 + 2 u + 3 u^2, kappa = 1/20",
         lambda: d.holds("harmless_well"),

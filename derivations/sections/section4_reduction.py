@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import sympy
 from sympy import Function, Symbol
 
-from derivations.paper import eps, kappa, kappa_physical, phi, t, u, x
+from derivations.paper import eps, kappa, kappa_physical, phi, t, u
 from derivations.registry import derives
 from derivations.sections.section2_systems import smoothed, z
 from symasym.derivation import Expansion, Identity, Outcome, Satisfies
@@ -114,10 +114,10 @@ class _Exactly:
             (self.exact() - result.leading) / result.gauge, result.variable, result.limit
         )
         right = result.gauge == self.gauge and sympy.expand(ratio - self.limit()) == 0
-        return Outcome(bool(right), f"remainder / gauge tends to {ratio}")
+        return Outcome(bool(right), f"the ratio tends to {ratio}")
 
     def how(self) -> str:
-        return "the limit of remainder / gauge, exactly"
+        return "the limit of the remainder over what stands in O, exactly"
 
 
 @derives("eq:scaledSDEx", "The component across the surface")
@@ -247,10 +247,10 @@ def reduced(d: Any) -> None:
         alone = [(_k * b.subs(named)) ** 2 for b in row]
         if sympy.expand(variance - sum(alone)) != 0:
             raise ValueError("the noises do not add up")
-        return sympy.expand(drift * sympy.diff(f(x), x) + variance / 2 * sympy.diff(f(x), x, 2))
+        return sympy.expand(drift * sympy.diff(f(y), y) + variance / 2 * sympy.diff(f(y), y, 2))
 
     square = _b[0] ** 2 + _b[1] ** 2 + _b[2] ** 2
-    first, second = sympy.diff(f(x), x), sympy.diff(f(x), x, 2)
+    first, second = sympy.diff(f(y), y), sympy.diff(f(y), y, 2)
     generator = d.step(
         "Ito's generator",
         "substitute",
@@ -269,7 +269,7 @@ def reduced(d: Any) -> None:
         "substitute",
         (phi(u), _k * sympy.sqrt(square)),
         Identity(read_off),
-        "drift, and the amplitude kappa |B| that the paper calls kappa from here on",
+        "drift, and the amplitude kappa_phys |B| that the paper calls kappa from here on",
         left=(
             r"\text{drift}",
             r"\text{amplitude}",

@@ -118,8 +118,8 @@ def critical_points(d: Any) -> None:
         Identity(vieta),
         "A is alpha mu (u - u1)(u - u2)(u - u3)",
         left=(
-            "A'(u_1)",
-            "A'(u_2)",
+            r"A'(u_1) = \lim_{u \to u_1} \frac{A(u)}{u - u_1} =",
+            r"A'(u_2) = \lim_{u \to u_2} \frac{A(u)}{u - u_2} =",
         ),
     )
     lower, upper, gap = (Symbol(n, positive=True) for n in ("p", "q", "h"))
@@ -350,9 +350,9 @@ def threshold(d: Any) -> None:
     d.step(
         "the time at the threshold",
         "substitute",
-        sympy.exp(big),
-        Identity(lambda: size.subs(k, found) / eps),
-        "1/eps in scaled time",
+        1 / eps,
+        Identity(lambda: (size.subs(k, found) / eps).subs(big, -sympy.log(eps))),
+        "of order 1/eps in scaled time, the prefactor left out",
         left=r"e^{2 D \varepsilon/\kappa_{c,p}^2}",
     )
     d.step(

@@ -133,24 +133,40 @@ def coulomb(d: Any) -> None:
 
 @derives("eq:forcePerturbed", "The smoothed friction force")
 def smoothed(d: Any) -> None:
-    force = alpha * _cubic
-    found = d.step(
-        "define",
-        "define",
-        force,
-        Definition(
+    c_3 = Symbol("c_3", real=True)
+    every = d.step(
+        "odd cubics from -alpha to alpha",
+        "solve",
+        (alpha - c_3) * u + c_3 * u**3,
+        Satisfies(
             lambda F: {
-                "alpha at u = 1": F.subs(u, 1) - alpha,
-                "-alpha at u = -1": F.subs(u, -1) + alpha,
+                "F(1) = alpha": F.subs(u, 1) - alpha,
+                "F(-1) = -alpha": F.subs(u, -1) + alpha,
                 "odd": F + F.subs(u, -u),
                 "cubic": sympy.diff(F, u, 4),
-                "slope at 0": sympy.diff(F, u).subs(u, 0) - alpha * (1 + mu),
             }
         ),
-        "inside |u| < 1, u = y/eps",
+        "inside the layer, |u| < 1 with u = y/eps; continuous at both edges",
         left="F(u)",
     )
-    d.conclude(sympy.Function("F")(u), found)
+    found = d.step(
+        "shape of the force",
+        "define",
+        alpha * _cubic,
+        Definition(
+            lambda F: {
+                "c_3 = -alpha mu": F - every.subs(c_3, -alpha * mu),
+                "F'(0) = alpha (1 + mu)": sympy.diff(F, u).subs(u, 0) - alpha * (1 + mu),
+            }
+        ),
+        "mu = -c_3/alpha, which is 0 for a force that is linear in the layer",
+        left="F(u)",
+    )
+    d.conclude(
+        sympy.Function("F")(u),
+        found,
+        note="|u| <= 1; for u <= -1 the force is -alpha, for u >= 1 it is alpha",
+    )
 
 
 @derives("turning-points", "Turning points of the friction force", ("eq:forcePerturbed",))
@@ -309,7 +325,7 @@ def friction_drift(d: Any) -> None:
         return [A.subs(u, -1), A, A.subs(u, 1)]
 
     d.step(
-        "through sa.reduce",
+        "by the general reduction",
         "project",
         found,
         Identity(through_reduce),
@@ -362,25 +378,30 @@ def friction_potential(d: Any) -> None:
         ),
     )
     d.step(
-        "slopes and values",
+        "slopes",
         "differentiate",
-        found,
-        Satisfies(
-            lambda W: {
-                **{
-                    f"slope of piece {k}": sympy.diff(piece, u) + A
-                    for k, (piece, A) in enumerate(zip(W, drift(), strict=True), 1)
-                },
-                "0 at -1 from the left": W[0].subs(u, -1),
-                "0 at -1 from the right": W[1].subs(u, -1),
-                "continuous at 1": W[1].subs(u, 1) - W[2].subs(u, 1),
-            }
+        tuple(-A for A in (1 - z0 + alpha, 1 - z0 - alpha * _cubic, 1 - z0 - alpha)),
+        Identity(
+            lambda: [
+                sympy.diff(piece, u) if sympy.diff(piece, u).equals(-A) else sympy.nan
+                for piece, A in zip(found, drift(), strict=True)
+            ]
         ),
-        "independent of the integration: each piece differentiated",
-        left=(
-            r"V \big|_{u \le -1}",
-            r"V \big|_{|u| \le 1}",
-            r"V \big|_{u \ge 1}",
+        "independent of the integration: each piece differentiated is -phi of eq:phifric0",
+        left=(r"V' \big|_{u \le -1}", r"V' \big|_{|u| \le 1}", r"V' \big|_{u \ge 1}"),
+    )
+    d.step(
+        "values",
+        "evaluate",
+        (sympy.S.Zero, sympy.S.Zero, sympy.S.Zero),
+        Identity(
+            lambda: [
+                found[0].subs(u, -1),
+                found[1].subs(u, -1),
+                found[2].subs(u, 1) - found[1].subs(u, 1),
+            ]
         ),
+        "0 at -1 from both sides, and no jump at 1",
+        left=(r"V(-1^-)", r"V(-1^+)", r"V(1^+) - V(1^-)"),
     )
     d.conclude(sympy.Function("V")(u), found, cases=(r"u \le -1", r"-1 \le u \le 1", r"u \ge 1"))

@@ -261,8 +261,8 @@ def frozen(d: Any) -> None:
 @derives("fold-delay", "How late a block without noise passes the fold")
 def fold_delay(d: Any) -> None:
     w, s, a, b = sympy.symbols("w s a b", positive=True)
-    d.suppose("w is the distance of u from the fold, where well and barrier coalesce, and small")
-    d.suppose("curvature and speed of z are 1, by the units of u and z")
+    d.suppose("w is small: u is close to the fold, where well and barrier coalesce")
+    d.suppose("in the units of u and z, half of d^2 phi/du^2 and g d phi/dz are 1 at the fold")
     found = d.step(
         "scales",
         "scale",
@@ -270,8 +270,8 @@ def fold_delay(d: Any) -> None:
         Satisfies(
             lambda units: {
                 # a dw/ds / b = a^2 w^2 + eps b s, one number before each term.
-                "w^2": units[0] / units[1] - units[0] ** 2,
-                "drag": units[0] / units[1] - eps * units[1],
+                "coefficient of w1^2": units[0] / units[1] - units[0] ** 2,
+                "coefficient of s": units[0] / units[1] - eps * units[1],
             }
         ),
         "w = a w1, t = b s leave w1' = w1^2 + s",
@@ -292,9 +292,9 @@ def fold_delay(d: Any) -> None:
     d.conclude(
         (a, b, Function("w_1")(s)),
         (*found, path),
-        "leading order in eps, without noise; exact for w' = w^2 + s",
-        note="w is the distance of u from the fold's, t the scaled time past the fold, both in "
-        "units in which curvature and speed are 1; the block leaves at s = 2.338",
+        "leading order in eps, without noise; exact for w' = w^2 + eps t",
+        note="w is the distance of u from the fold's, t the time past the fold, and phi is "
+        "w^2 + eps t to leading order; the block leaves at s = 2.338",
         display=(
             "w = ",
             found[0],

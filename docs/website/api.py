@@ -32,8 +32,8 @@ _PLACES = {
     "symasym.base.scales": "drifts",
     "symasym.drift": "drifts",
     "symasym.release": "release",
-    "symasym.asymptotics.laplace.integral": "integrals",
-    "symasym.asymptotics.coalescence.integral": "integrals",
+    "symasym.asymptotics.laplace": "integrals",
+    "symasym.asymptotics.coalescence": "integrals",
     "symasym.formula": "formulas",
     "symasym.records": "formulas",
     "symasym.emit": "formulas",
@@ -64,15 +64,11 @@ MODULES = {
     "symasym.emit.source": "Emitted source code",
 }
 
-#: Classes that answers are of, though nobody calls them: page -> module and name. Only of modules
-#: without a public name, since viewcode leads back to one place of a module.
+#: Classes of answers, which nobody builds: shown without arguments.
 RETURNED = {
-    "drifts": (("symasym.drift.landscape", "CriticalPoint"),),
-    "integrals": (
-        ("symasym.asymptotics.laplace.result", "LaplaceExpansion"),
-        ("symasym.asymptotics.coalescence.result", "UniformExpansion"),
-    ),
-}
+    "CriticalPoint", "Folds", "Friction", "LaplaceExpansion", "Plan", "Reduction", "Release",
+    "UniformExpansion",
+}  # fmt: skip
 
 #: The types in signatures that are no classes, with what they are.
 TYPES = {
@@ -100,12 +96,6 @@ def pages() -> dict[str, str]:
         for place, names in grouped.items()
         if names
     }
-    for place, returned in RETURNED.items():
-        parts = [
-            f".. currentmodule:: {module}\n\n.. autoclass:: {name}()\n" + "\n".join(_CLASS)
-            for module, name in returned
-        ]
-        made[f"api/{place}.rst"] += "\n\n".join(["", *parts, ".. currentmodule:: symasym", ""])
     types = "\n".join(f".. py:type:: {name}\n\n   {text}\n" for name, text in TYPES.items())
     made["api/quantities.rst"] += f"\nTypes in signatures\n-------------------\n\n{types}"
     for module, title in MODULES.items():
@@ -147,8 +137,8 @@ def _heading(title: str) -> list[str]:
     return [title, "=" * len(title), ""]
 
 
-# What a class has of its own and of a class of the project, and not of str or a NamedTuple.
-_CLASS = ("   :members:", "   :inherited-members: str, tuple", "   :show-inheritance:")
+# What a class has of its own and of a class of the project, and not of str, a NamedTuple or Drift.
+_CLASS = ("   :members:", "   :inherited-members: str, tuple, Drift")
 
 
 def _arguments(value: type) -> str:
@@ -178,7 +168,9 @@ def _page(title: str, module: str, names: list[str]) -> str:
             lines += [f".. autoexception:: {name}", ""]
         elif inspect.isclass(value):
             inner = [f"   :exclude-members: {', '.join(INNER[name])}"] if name in INNER else []
-            lines += [f".. autoclass:: {name}{_arguments(value)}", *_CLASS, *inner, ""]
+            given = "()" if name in RETURNED else _arguments(value)
+            below = [] if value.__bases__ == (object,) else ["   :show-inheritance:"]
+            lines += [f".. autoclass:: {name}{given}", *_CLASS, *below, *inner, ""]
         elif callable(value):
             lines += [f".. autofunction:: {name}", ""]
     return "\n".join(lines)

@@ -54,7 +54,7 @@ NAMES = {
 #: Symbols that stand in conditions and notes as well, as they are printed.
 _BESIDE = {"a^-": "a_minus", "a^+": "a_plus", r"\lambda": "lam", r"\kappa": "kappa"}
 _BESIDE |= {r"\kappa_p": "kappa_phys", r"\varepsilon": "epsilon", "r_p": "r_phys", "r": "r"}
-_BESIDE |= {"V": "V", r"\phi": "phi", "p_{ss}": "p_ss"}
+_BESIDE |= {"V": "V", r"\phi": "phi", r"p_{\mathrm{ss}}": "p_ss"}
 #: The row of an indicator function, where a formula has one.
 _INDICATOR = r"| $\mathbf{1}_{x > 0}$ | 1 where $x > 0$, 0 where $x < 0$ | a number |"
 DOCS = Path(__file__).parent.parent
@@ -254,7 +254,7 @@ def _symbols(label: str, record: Mapping[str, Any]) -> list[str]:
     rows = [
         f"| ${s.latex}$ | {report.words(s.meaning.text)} | {report.words(s.meaning.scale)} |"
         for s in symbols(label)
-        if _stands(s.latex, shown)
+        if s.meaning.text and _stands(s.latex, shown)
     ]
     own = IN_WORDS.get(label, {})
     general = {

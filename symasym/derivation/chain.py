@@ -29,7 +29,7 @@ RULES = (
 )
 
 #: Ends of a left side that need no sign of equality.
-_RELATIONS = (r"\sim", r"\le", r"\ge", "=")
+_RELATIONS = (r"\sim", r"\simeq", r"\to", r"\le", r"\ge", "=")
 STATUSES = ("checked", "assumed", "fails")
 
 

@@ -272,17 +272,17 @@ class Bound:
                 return None
             slope = sympy.simplify(sympy.diff(difference, symbol))
             way = sign_by(slope, strict)
-            return way and f"0 at {symbol} = {start} and growing: slope's {way}"
+            return way and f"0 at {symbol} = {start} and growing: the slope is {way}"
         if self.roots is not None:
             symbol, low, high = self.roots
             poly = sympy.Poly(difference, symbol)
             inside = poly.count_roots(low, high) - sum(poly.eval(x) == 0 for x in (low, high))
             positive = poly.eval((sympy.sympify(low) + high) / 2) > 0
             return "no root inside the range (Sturm)" if inside == 0 and positive else None
-        return sign_by(difference, strict)
+        way = sign_by(difference, strict)
+        return way and f"the larger side less the smaller is {way}"
 
     def how(self) -> str:
         """One line on how it is proved."""
-        way = "by a certificate" if self.difference is not None else "by an exact proof of the sign"
         met = ", with equality where stated" if self.equality else ""
-        return f"proved {way}{met}; on {self.on}"
+        return f"proved for {self.on}{met}"

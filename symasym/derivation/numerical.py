@@ -300,7 +300,7 @@ class Order:
                 )
         return Outcome(
             True,
-            f"remainder / gauge settles at {shown} (slope {slopes[-1]:.2g}) for "
+            f"the ratio settles at {shown} (logarithmic slope {slopes[-1]:.2g}) for "
             f"{result.variable} from {self.at[0]} to {last}",
         )
 
@@ -308,10 +308,10 @@ class Order:
         """One line on the range."""
         where = ", ".join(f"{s} = {text(v)}" for s, v in self.fixed.items() if not callable(v))
         moving = ", ".join(str(s) for s, v in self.fixed.items() if callable(v))
-        where += f"{'; ' if where else ''}{moving} computed there" if moving else ""
         return (
-            f"remainder against gauge at {self.digits} digits, from {self.at[0]} to {self.at[-1]}"
-            + (f", {where}" if where else "")
+            f"the remainder, at {self.digits} digits, over what stands in O"
+            + (f", for {where}" if where else "")
+            + (f", with {moving} computed at each point" if moving else "")
         )
 
 

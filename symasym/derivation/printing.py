@@ -412,7 +412,8 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         order = len(expr.variables)
         if isinstance(expr.expr, AppliedUndef) and expr.expr.args * order == expr.variables:
             # R''(u), which no factor behind it can be taken into.
-            name, at = self._print(expr.expr.func), self._print(expr.variables[0])
+            function = expr.expr.func
+            name, at = self._named(function) or self._print(function), self._print(*expr.expr.args)
             primes = "'" * order
             return f"{name}{primes}({at})"
         if isinstance(expr.expr, AppliedUndef) and len(expr.expr.args) > 1:

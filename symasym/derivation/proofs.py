@@ -151,9 +151,9 @@ def sign_by(expression: sympy.Expr, strict: bool) -> str | None:
     for name, way in forms:
         form = way(expression)
         if form.is_positive if strict else form.is_nonnegative:
-            return f"sign seen from its form ({name})"
+            return f"{'positive' if strict else 'not negative'} by its form ({name})"
         if _manifest(form, strict):
-            return f"sign seen from its form ({name})"
+            return f"{'positive' if strict else 'not negative'} by its form ({name})"
     return None
 
 

@@ -62,7 +62,7 @@ class Drift:
     Raises
     ------
     InputError
-        If A jumps at u = -1 or 1, is singular or complex on [-1, 1], or is made
+        If the drift jumps at u = -1 or 1, is singular or complex on [-1, 1], or is made
         of functions that are not analytic.
 
     Notes

@@ -535,8 +535,8 @@ def expand(
         if quantity == "T" and (abs(at) >= 1 or zero_at(drift, at)):
             where = "a zero of A" if abs(at) < 1 else "outside of the layer"
             raise InputError(
-                f"start is {float_text(at)}, {where}; the uniform formula is that of another start in the "
-                "layer, and sa.escape_time(method='uniform') has numbers."
+                f"start is {float_text(at)}, {where}; the uniform formula is that of another start "
+                "in the layer, and sa.escape_time(method='uniform') has numbers."
             )
         if quantity not in ("T", "P", "1 - P") or order > _MOST_UNIFORM:
             raise InputError(
@@ -602,8 +602,10 @@ def _uniform(drift: Drift, quantity: str, order: int, start: Fraction, case: Cas
     known = uniform_symbols(drift, quantity, order, start, case)
     ring = Locals(known) if isinstance(known, Coalescing) else Symbolic()
     e = _composed(known, ring, "uniform", drift, quantity, order, start)
+    # That A is 0 at u1, u2, ... is how these are defined; SymPy would take seconds to find it.
+    others = (c for c in e.conditions if not isinstance(c, sympy.Eq))
     try:
-        holds = all(e.put_in(c) != False for c in e.conditions)  # noqa: E712
+        holds = all(e.put_in(c) != False for c in others)  # noqa: E712
     except TypeError:  # a condition on what is infinite
         holds = False
     if not holds:

@@ -326,7 +326,7 @@ CONSISTENT = {
         ),
         ("sympy.limit(at_start", "sympy.S.One / 3 * sympy.limit(at_start"),
     ),
-    "eq:V: from 0": (("(v, -1, u)", "(v, 0, u)"), ("V.subs(u, -1)", "V.subs(u, 0)")),
+    "eq:V: from 0": (("(v, -1, u)", "(v, 0, u)"), ("every.subs(u, -1)", "every.subs(u, 0)")),
     "threshold: e^(D eps/kappa^2)": (
         ("sympy.exp(2 * D * eps / k**2)", "sympy.exp(D * eps / k**2)"),
         ("scaled = well.subs", "scaled = sympy.sqrt(well).subs"),

@@ -56,6 +56,9 @@ def test_every_formula_says_how_exact_it_is(document: str) -> None:
         ("J'' over (kappa small)", "$J''$ over ($\\kappa$ small)"),
         ("from 1e-1 to 3e-2 of |u|", r"from $10^{-1}$ to $3 \times 10^{-2}$ of $\lvert u\rvert$"),
         ("drift < 0, c_j = V^(j)(u1)", "drift $<$ 0, $c_j = V^{(j)}(u_1)$"),
+        ("N_- and |dT/dt| << 1", r"$N_-$ and $\lvert dT /dt \rvert \ll 1$"),
+        ("I_(n,j), V_m and Pi", r"$I_{n,j}$, $V(u_m)$ and $\Pi$"),
+        ("u = a + b s + ..., far off ...", r"$u = a + b s + \dots$, far off ..."),
     ],
 )
 def test_formulas_in_words(text: str, wanted: str) -> None:

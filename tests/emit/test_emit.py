@@ -379,7 +379,7 @@ def test_latex_has_the_symbols_of_the_formula_and_no_names_of_programs():
     for label in ("saddle-recurrences", "pair-primitives", "eq:secondTerm", "eq:pss"):
         text = sa.emit(label, "latex")
         words = set(re.findall(r"\\mathrm\{([^}]*)\}", text))
-        assert words <= {"even", "line", "odd"}
+        assert words <= {"even", "line", "odd", "ss"}
         # What the formula states stands there once, what a step states besides it as well.
         assert text.count(sa.formula(label).latex()) == 1
     assert r"\log T_2" in sa.emit("eq:secondTerm", "latex")

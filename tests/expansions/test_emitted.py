@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from fractions import Fraction
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 import symasym as sa
+from symasym.emit import Source
 from symasym.expansions.cases import case_of
 from tests.emitted import Call, available, run
 from tests.expansions.test_weak import SCENES, roots_of
@@ -24,14 +26,17 @@ DISTINCT = list({(str(p.make()), p.start): p for p in SCENES}.values())
 SAMPLE = [p for p in DISTINCT if p.name in ("friction r=3", "constant down", "expression, cubic")]
 
 
-def expansions(problem: Problem, order: int) -> tuple[sa.Expansion, sa.Drift] | None:
-    """The expansion with its drift's parameters free, if it is friction; and the bound drift."""
+#: What is emitted, the calls and the right values; every target is compared with the same.
+Asked = tuple[dict[str, Source], list[Call], list[Any]]
+
+
+def expansions(problem: Problem, order: int) -> tuple[sa.Expansion, Source, sa.Drift] | None:
+    """The expansion with friction's parameters free, its code, and the bound drift."""
     drift, start = problem.make(), Fraction(problem.start)
     free = sa.friction() if drift.name == "friction" and drift.values["mu"] else drift
     try:
         e = sa.expand(free, order=order, start=start, case=case_of(drift, start))
-        e.emit("c")
-        return e, drift
+        return e, e.emit("c", name="value"), drift
     except sa.InputError:
         return None
 
@@ -43,54 +48,68 @@ def arguments(e: sa.Expansion, drift: sa.Drift) -> list[float]:
     return [float(values[name]) for name in sorted(s.name for s in e.expression.free_symbols)]
 
 
-def compared(scenes: list[Problem], target: str, folder: Path) -> int:
-    """The number of scenes whose emitted T is that of `evaluate`."""
+@cache
+def times(whole: bool) -> Asked:
+    """Those of the scenes that have an emitted T, with the T of `evaluate`."""
     files, calls, wanted = {}, [], []
-    for k, problem in enumerate(scenes):
+    for k, problem in enumerate(DISTINCT if whole else SAMPLE):
         known = expansions(problem, 1)
         if known is None:
             continue
-        e, drift = known
+        e, source, drift = known
         try:
             want = e.bind(**drift.values).evaluate(KAPPA, RADIUS, dps=20)
         except sa.SymasymError:
             continue
-        files[f"scene{k}"] = e.emit(target, name=f"time{k}")
-        calls.append(Call(f"scene{k}", f"time{k}", tuple(arguments(e, drift))))
-        wanted.append((problem, float(want)))
-    for (problem, want), (value,) in zip(wanted, run(target, files, calls, folder), strict=True):
-        assert float(value) == pytest.approx(want, rel=1e-8), problem
-    return len(wanted)
+        files[f"scene{k}"] = source
+        calls.append(Call(f"scene{k}", "value", tuple(arguments(e, drift))))
+        wanted.append(float(want))
+    return files, calls, wanted
+
+
+def ran(target: str, asked: Asked, folder: Path) -> Iterator[tuple[str, Any, str]]:
+    """Each file's name, the right value, and what the target's code returns."""
+    if reason := available(target):
+        pytest.skip(reason)
+    files, calls, wanted = asked
+    got = run(target, {name: source.to(target) for name, source in files.items()}, calls, folder)
+    for call, want, (value,) in zip(calls, wanted, got, strict=True):
+        yield call.file, want, value
 
 
 @pytest.mark.parametrize("target", ["c", "javascript", "python", "numpy"])
 def test_emitted_weak_noise(target: str, tmp_path: Path) -> None:
-    if reason := available(target):
-        pytest.skip(reason)
-    assert compared(SAMPLE, target, tmp_path) == len(SAMPLE) == 3
+    rows = list(ran(target, times(whole=False), tmp_path))
+    assert len(rows) == len(SAMPLE) == 3
+    for name, want, value in rows:
+        assert float(value) == pytest.approx(want, rel=1e-8), name
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("target", ["c", "javascript"])
 def test_emitted_weak_noise_on_the_whole_table(target: str, tmp_path: Path) -> None:
-    if reason := available(target):
-        pytest.skip(reason)
-    assert compared(DISTINCT, target, tmp_path) >= 7
+    rows = list(ran(target, times(whole=True), tmp_path))
+    assert len(rows) >= 7
+    for name, want, value in rows:
+        assert float(value) == pytest.approx(want, rel=1e-8), name
+
+
+@cache
+def strong_noise(quantity: str) -> Asked:
+    e = sa.expand(sa.friction(), quantity, noise="strong", order=3)
+    drift = sa.friction(mu=3, alpha=1, z0="0.5")
+    given = {**drift.values, "kappa": Fraction(7, 2), "r": Fraction(3)}
+    names = sorted(s.name for s in e.expression.free_symbols)
+    call = Call("strong", "value", tuple(float(given[n]) for n in names))
+    want = e.bind(**drift.values).evaluate("7/2", *([] if quantity == "P" else [3]))
+    return {"strong": e.emit("c", name="value")}, [call], [want]
 
 
 @pytest.mark.parametrize("target", ["c", "javascript"])
 @pytest.mark.parametrize("quantity", ["T", "P"])
 def test_emitted_strong_noise(quantity: str, target: str, tmp_path: Path) -> None:
     """With friction's parameters free, in the order of their names."""
-    if reason := available(target):
-        pytest.skip(reason)
-    e = sa.expand(sa.friction(), quantity, noise="strong", order=3)
-    drift = sa.friction(mu=3, alpha=1, z0="0.5")
-    given = {**drift.values, "kappa": Fraction(7, 2), "r": Fraction(3)}
-    names = sorted(s.name for s in e.expression.free_symbols)
-    call = Call("strong", "value", tuple(float(given[n]) for n in names))
-    ((value,),) = run(target, {"strong": e.emit(target, name="value")}, [call], tmp_path)
-    want = e.bind(**drift.values).evaluate("7/2", *([] if quantity == "P" else [3]))
+    ((_, want, value),) = ran(target, strong_noise(quantity), tmp_path)
     assert float(value) == pytest.approx(want, rel=1e-11)
 
 
@@ -101,26 +120,29 @@ STARTS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("target", ["c", "javascript", "python", "numpy", "mpmath"])
-@pytest.mark.parametrize("quantity", ["T", "1 - C"])
-def test_emitted_starts(quantity: str, target: str, tmp_path: Path) -> None:
-    """With c free, which is 1/8 or 1; in digits to 1e-18."""
-    if reason := available(target):
-        pytest.skip(reason)
+@cache
+def started(quantity: str) -> Asked:
+    """With c free, which is 1/8 or 1."""
     files, calls, wanted = {}, [], []
-    for k, (drift, start) in enumerate(STARTS):
-        c = Fraction(1, 8) if k == 0 else Fraction(1)
+    for drift, start in STARTS:
+        c = Fraction(1, 1 if files else 8)
         bound = sa.Drift(drift).bind(c=c)
         e = sa.expand(bound, quantity, order=2, start=start)
         free = sa.expand(sa.Drift(drift), quantity, order=2, start=start, case=e.case)
-        files[f"scene{k}"] = free.emit(target, name=f"value{k}")
+        name = f"scene{len(files)}"
+        files[name] = free.emit("c", name="value")
         known = {"kappa": Fraction(1, 8), "r": Fraction(5, 4), "c": c}
-        names = files[f"scene{k}"]._ready[0].arguments
-        calls.append(Call(f"scene{k}", f"log_value{k}", tuple(float(known[n]) for n in names)))
-        wanted.append(e.evaluate("1/8", "5/4", log=True, dps=20))
-    found = run(target, files, calls, tmp_path)
-    for scene, want, (value,) in zip(STARTS, wanted, found, strict=True):
-        assert float(value) == pytest.approx(float(want), rel=1e-13), scene
+        names = files[name]._ready[0].arguments
+        calls.append(Call(name, "log_value", tuple(float(known[n]) for n in names)))
+        wanted.append(float(e.evaluate("1/8", "5/4", log=True, dps=20)))
+    return files, calls, wanted
+
+
+@pytest.mark.parametrize("target", ["c", "javascript", "python", "numpy", "mpmath"])
+@pytest.mark.parametrize("quantity", ["T", "1 - C"])
+def test_emitted_starts(quantity: str, target: str, tmp_path: Path) -> None:
+    for scene, want, value in ran(target, started(quantity), tmp_path):
+        assert float(value) == pytest.approx(want, rel=1e-13), scene
 
 
 def test_whole_numbers_in_mpmath_are_no_doubles() -> None:
@@ -158,41 +180,43 @@ UNIFORM: list[tuple[sa.Drift, str, str, dict[str, Any]]] = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("target", ["c", "javascript", "python", "numpy", "mpmath"])
-@pytest.mark.parametrize("order", [0, 1])
-def test_emitted_uniform(target: str, order: int, tmp_path: Path) -> None:
-    """Free parameters, against the verb; beside the fold order 1 loses digits in doubles."""
-    if reason := available(target):
-        pytest.skip(reason)
+@cache
+def uniform(order: int) -> Asked:
     files, calls, wanted = {}, [], []
     for k, (drift, quantity, case, values) in enumerate(UNIFORM):
         e = sa.expand(drift, quantity, noise="uniform", order=order, case=case)
-        files[f"scene{k}"] = e.emit(target, name=f"value{k}")
+        files[f"scene{k}"] = e.emit("c", name="value")
         bound = drift.bind(**values)
         known = {**bound.values, **roots_of(bound), "kappa": Fraction("1/8"), "r": Fraction("3/2")}
         names = files[f"scene{k}"]._ready[0].arguments
         given = tuple(float(known[name]) for name in names)
         exact = {name: x for name, x in zip(names, given, strict=True) if name in values}
-        at = (given[names.index("kappa")], *([3 / 2] if quantity == "T" else []))
-        wanted.append(e.bind(**exact).evaluate(*at, dps=20))
-        calls.append(Call(f"scene{k}", f"value{k}", given))
-    found = run(target, files, calls, tmp_path)
-    for scene, want, (value,) in zip(UNIFORM, wanted, found, strict=True):
-        lost = 1e-7 if order and scene[3].get("z0") == "-0.77775" else 2e-12
+        asked = drift.bind(**exact), given[names.index("kappa")]
+        options: dict[str, Any] = {"method": "uniform", "order": order, "dps": 20}
+        want = (
+            sa.escape_time(*asked, 3 / 2, **options) if quantity == "T"
+            else sa.occupation(*asked, complement=quantity == "1 - P", **options)
+        )  # fmt: skip
+        wanted.append((want, values.get("z0")))
+        calls.append(Call(f"scene{k}", "value", given))
+    return files, calls, wanted
+
+
+@pytest.mark.parametrize("target", ["c", "javascript", "python", "numpy", "mpmath"])
+@pytest.mark.parametrize("order", [0, 1])
+def test_emitted_uniform(target: str, order: int, tmp_path: Path) -> None:
+    """Free parameters, against the verb; beside the fold order 1 loses digits in doubles."""
+    for scene, (want, z0), value in ran(target, uniform(order), tmp_path):
+        lost = 1e-7 if order and z0 == "-0.77775" else 2e-12
         assert abs(float(value) / float(want) - 1) < (1e-14 if target == "mpmath" else lost), scene
 
 
-@pytest.mark.parametrize("target", ["c", "javascript", "python", "numpy"])
-@pytest.mark.parametrize(("noise", "order"), [("weak", 2), ("uniform", 1)])
-def test_logarithms_where_exponentials_overflow(
-    target: str, noise: str, order: int, tmp_path: Path
-) -> None:
+@cache
+def overflowing(noise: str, order: int) -> Asked:
     """kappa = 1/100: T is about e^2544, and kappa = 1/10 with r = 3/2, where T is a double."""
-    if reason := available(target):
-        pytest.skip(reason)
     drift = sa.friction(mu=3, alpha=1, z0="-0.4")
     e = sa.expand(sa.friction(), noise=noise, order=order)
-    source = e.emit(target, name="value")
+    source = e.emit("c", name="value")
     known = {**drift.values, **roots_of(drift), "r": Fraction("3/2")}
     calls, wanted = [], []
     for kappa in ("1/100", "1/10"):
@@ -200,7 +224,15 @@ def test_logarithms_where_exponentials_overflow(
         given = tuple(float(at[name]) for name in source._ready[0].arguments)
         calls.append(Call("scene", "log_value", given))
         wanted.append(float(e.bind(**drift.values).evaluate(kappa, "3/2", log=True, dps=20)))
-    for want, (value,) in zip(wanted, run(target, {"scene": source}, calls, tmp_path), strict=True):
+    return {"scene": source}, calls, wanted
+
+
+@pytest.mark.parametrize("target", ["c", "javascript", "python", "numpy"])
+@pytest.mark.parametrize(("noise", "order"), [("weak", 2), ("uniform", 1)])
+def test_logarithms_where_exponentials_overflow(
+    target: str, noise: str, order: int, tmp_path: Path
+) -> None:
+    for _, want, value in ran(target, overflowing(noise, order), tmp_path):
         assert float(value) == pytest.approx(want, rel=1e-13)
 
 

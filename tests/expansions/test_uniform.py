@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -21,12 +23,22 @@ QUARTIC = sa.Drift("((u - 2/5)**2 - 1/20)*(u**2 + u + 3)")
 MIRROR = sa.friction(mu=3, alpha=1, z0="2.4")
 
 
+#: The functions that SymPy's printer leaves as they are.
+AIRY = {
+    "airyaiprime": lambda z: mpmath.airyai(z, 1),
+    "airybiprime": lambda z: mpmath.airybi(z, 1),
+}
+
+
+@cache
+def lambdified(expression: sympy.Expr) -> tuple[list[str], Callable[..., Any]]:
+    """The names of an expression's symbols, and the function of them."""
+    symbols = sorted(expression.free_symbols, key=str)
+    return [s.name for s in symbols], sympy.lambdify(symbols, expression, [AIRY, "mpmath"])
+
+
 def values_of(e: sa.Expansion, drift: sa.Drift, kappa: str, r: str, **more: Any) -> Any:
     """A function from a symbol's name, or an expression, to its number at mpmath's precision."""
-    names = {
-        "airyaiprime": lambda z: mpmath.airyai(z, 1),
-        "airybiprime": lambda z: mpmath.airybi(z, 1),
-    }
     given = {**drift.values, "kappa": Fraction(kappa), "r": Fraction(r)}
     values = {n: mpmath.mpf(x.numerator) / x.denominator for n, x in given.items()} | more
     defined = {s.name: value for s, value in e.definitions.items()}
@@ -37,9 +49,8 @@ def values_of(e: sa.Expansion, drift: sa.Drift, kappa: str, r: str, **more: Any)
             if expression not in values:
                 values[expression] = of(defined[expression])
             return values[expression]
-        symbols = sorted(expression.free_symbols, key=str)
-        f = sympy.lambdify(symbols, expression, [names, "mpmath"])
-        return f(*(of(s.name) for s in symbols))
+        names, f = lambdified(expression)
+        return f(*map(of, names))
 
     return of
 

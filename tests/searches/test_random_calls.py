@@ -47,7 +47,7 @@ def test_every_verb_is_called() -> None:
         "sa.formula('eq:Ttilde').emit(drift=sa.friction(Fraction(1, 10**5000), '2', '1/3'))",
         "sa.formula('eq:P').emit(drift=sa.tanh('-1', '-0.4', '1e99999'))",
         "sa.emit('eq:Ttilde', 'latex', drift=sa.polynomial('10', '0.02', '-1e99999', '-0.4'))",
-        "sa.occupation(sa.sine(1e150, '-0.4', 3), kappa=0.3, complement=True, method='paper', dps=15)",
+        "sa.occupation(sa.sine(1e150, '-0.4', 3), 0.3, complement=True, method='paper', dps=15)",
         "sa.oscillator(mu=2, alpha=0.1).drag_time(z=10**5000, eps=0.05)",
         "sa.release(sa.oscillator(3, 1), 0.3, 10, eps='0.01', tau=Fraction(1, 10**5000))",
         "sa.exit_probability(sa.hill('5', '1/3', 1e-300, n=1), 2, 10, method='paper')",

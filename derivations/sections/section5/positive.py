@@ -144,7 +144,7 @@ def positive_density(d: Any) -> None:
         1 / (scale * (M_left + M_right)),
         Identity(lambda: steady().subs(K, constant)),
         "s = e^{lam V(u)}",
-        left="p_{ss}(u)",
+        left=r"p_{\mathrm{ss}}(u)",
     )
     density = d.step(
         "density",
@@ -152,7 +152,7 @@ def positive_density(d: Any) -> None:
         rate / total,
         Satisfies(lambda p: {"with w of both sweeps": p.subs(carried) - normal}),
         "w = lam s (M_left + M_right)",
-        left="p_{ss}(u)",
+        left=r"p_{\mathrm{ss}}(u)",
     )
     share = d.step(
         "occupation",

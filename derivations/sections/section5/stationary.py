@@ -9,7 +9,7 @@ from sympy import Function, Symbol
 
 from derivations.paper import V, a_minus, a_plus, kappa, phi, u, v
 from derivations.registry import derives
-from symasym.derivation import Definition, Identity, Satisfies
+from symasym.derivation import Identity, Satisfies
 
 _half = kappa**2 / 2
 _V1 = Symbol("V_1", real=True)
@@ -63,22 +63,22 @@ def fokker_planck(d: Any) -> None:
 
 @derives("eq:V", "The potential")
 def potential(d: Any) -> None:
-    found = d.step(
-        "define",
-        "define",
-        -sympy.Integral(phi(v), (v, -1, u)),
-        Definition(
-            lambda V: {"V' = -phi": sympy.diff(V, u) + phi(u), "V(-1) = 0": V.subs(u, -1).doit()}
-        ),
+    c = Symbol("c", real=True)
+    every = d.step(
+        "every potential of phi",
+        "integrate",
+        c - sympy.Integral(phi(v), (v, -1, u)),
+        Satisfies(lambda V: {"V' = -phi": sympy.diff(V, u) + phi(u)}),
+        "what a potential is for: the drift is -V'; c is any constant",
         left="V(u)",
     )
-    d.step(
-        "slope and value at -1",
-        "differentiate",
-        (-phi(u), sympy.S.Zero),
-        Identity(lambda: [sympy.diff(found, u), found.subs(u, -1).doit()]),
-        "what a potential of phi is for: the drift is -V', and V is 0 at the left edge",
-        left=("V'(u)", "V(-1)"),
+    found = d.step(
+        "0 at the left edge",
+        "define",
+        -sympy.Integral(phi(v), (v, -1, u)),
+        Identity(lambda: every.subs(c, sympy.solve(every.subs(u, -1).doit(), c)[0])),
+        "V(-1) = 0 fixes the constant: c = 0",
+        left="V(u)",
     )
     d.conclude(V(u), found)
 
@@ -186,7 +186,7 @@ def steady_state(d: Any) -> None:
         "solve",
         2 * phi(u) / kappa**2,
         Satisfies(lambda s: {"flux": flux.subs(sympy.Derivative(p, u), s * p)}),
-        left=r"\frac{p_{ss}'(u)}{p_{ss}(u)}",
+        left=r"\frac{p_{\mathrm{ss}}'(u)}{p_{\mathrm{ss}}(u)}",
     )
     d.step(
         "logarithm of the density",
@@ -199,7 +199,7 @@ def steady_state(d: Any) -> None:
             }
         ),
         "V' = -phi and V(-1) = 0",
-        left=r"\log p_{ss}(u)",
+        left=r"\log p_{\mathrm{ss}}(u)",
     )
     found = d.step(
         "density of zero flux",
@@ -207,7 +207,7 @@ def steady_state(d: Any) -> None:
         K * sympy.exp(-2 * V(u) / kappa**2),
         Satisfies(no_flux),
         "K is the density at -1, and follows from the whole mass, 1 (eq:P)",
-        left="p_{ss}(u)",
+        left=r"p_{\mathrm{ss}}(u)",
     )
     length = Symbol("ell", positive=True)
     decay = sympy.exp(-2 * a_minus * (length - 1) / kappa**2)

@@ -42,12 +42,12 @@ STRONG = ("1e1", "1e2", "1e3", "1e4")
 
 @derives("C-bound", "An upper bound on C, and its conditions", ("eq:C", "eq:V2"))
 def bound_on_C(d: Any) -> None:
-    X, Y, E, g, h, q, s, gap = (
-        Symbol(n, positive=True) for n in ("X", "Y", "E", "g", "h", "q", "s", "delta")
+    X, Y, E, b, g, h, q, s, gap = (
+        Symbol(n, positive=True) for n in ("X", "Y", "E", "b", "g", "h", "q", "s", "delta")
     )
     d.suppose(
         "r Delta >= 1 and e^{2 a- r (1 - Delta)/kappa^2} >= 1/Delta",
-        where="what 'sufficiently small' has to mean for the first link",
+        where="what the paper's 'sufficiently small' has to mean in its first inequality",
     )
     d.suppose("V_max <= Delta a- r")
     d.suppose(
@@ -67,17 +67,17 @@ def bound_on_C(d: Any) -> None:
     below = d.step(
         "left integral from below",
         "bound",
-        Inequality(E * sympy.exp(X * h) - 1, ">=", (1 - Delta) * E),
+        Inequality(E * sympy.exp(b * h) - 1, ">=", (1 - Delta) * E),
         Bound(
-            difference=E * (sympy.exp(X * h) - 1) + g,
+            difference=E * (sympy.exp(b * h) - 1) + g,
             given={E: (1 + g) / Delta},
-            on="r Delta = 1 + h, E = (1 + g)/Delta",
+            on="r Delta = 1 + h and E = (1 + g)/Delta, with g, h > 0",
         ),
-        "E is e^{X r (1-Delta)}, X = lam a-, and e^{X(r-1)} = E e^{X h}",
+        "E is e^{b r (1-Delta)}, b = lam a-, and e^{b(r-1)} = E e^{b h}",
     )
     meant = {
         E: sympy.exp(lam * a_minus * r * (1 - Delta)),
-        X: lam * a_minus,
+        b: lam * a_minus,
         h: r * Delta - 1,
     }
     low = d.step(
@@ -86,7 +86,7 @@ def bound_on_C(d: Any) -> None:
         kappa**2 * (1 - Delta) / (2 * a_minus) * sympy.exp(lam * a_minus * r * (1 - Delta)),
         Satisfies(
             lambda low: {
-                "what is bounded is the left integral": left * below.smaller.subs(meant)
+                "the integral before, at least its bound": left * below.smaller.subs(meant)
                 - low * sympy.powsimp(sympy.expand(below.larger.subs(meant)))
             }
         ),
@@ -127,10 +127,12 @@ def bound_on_C(d: Any) -> None:
         (1 + kappa**2 / (2 * a_plus)) * sympy.exp(lam * V_max),
         Satisfies(
             lambda high: {
-                "over (0, 1) and beyond": high
+                "the bounds over (0, 1) and over (1, r), added": high
                 - sympy.integrate(inside.larger, (u, 0, 1))
                 - inside.larger * most.larger,
-                "the smaller side is the integrand": inside.smaller.subs(gap, V_max - V(u))
+                "the integrand on (0, 1), at V = V_max - delta": inside.smaller.subs(
+                    gap, V_max - V(u)
+                )
                 - sympy.exp(lam * V(u)),
             }
         ),
@@ -143,9 +145,9 @@ def bound_on_C(d: Any) -> None:
         Inequality(ratio, "<=", (I0 + s) / (X + I0 + s)),
         Bound(
             difference=(s * X + q * (I0 + s)) / ((I0 + X + q) * (X + I0 + s)),
-            on="I0 < Y = I0 + s and I1 = X + q",
+            on="Y = I_0 + s and I_1 = X + q, with q, s > 0",
         ),
-        "eq:C, with the left integral from below and the right one from above",
+        "eq:C; X is the bound on I_1 from below, Y that on I_0 from above",
     )
     dropped = d.step(
         "without Y in the denominator",
@@ -181,9 +183,9 @@ def bound_on_C(d: Any) -> None:
         Bound(
             difference=2 * Delta * (1 - 2 * Delta) / (1 - Delta),
             given={Delta: 1 / (2 + s)},
-            on="0 < Delta < 1/2, so not for any Delta > 0",
+            on="0 < Delta < 1/2, and not for every Delta > 0",
         ),
-        "and 1/(1 - Delta) is less still",
+        "the paper's factor; 1/(1 - Delta) is smaller still",
     )
     at_limit = d.step(
         "with V_max at its limit",
@@ -194,10 +196,10 @@ def bound_on_C(d: Any) -> None:
         * sympy.exp(-lam * a_minus * r * (1 - 2 * Delta)),
         Satisfies(
             lambda found: {
-                "1/(1 - Delta) in the factor": factor.smaller * (1 - Delta) - (1 + Delta),
-                "exponents": exponent.smaller
+                "the factor": factor.smaller * (1 - Delta) - (1 + Delta),
+                "the exponent": exponent.smaller
                 - _exponent(chained).subs(V_max, Delta * a_minus * r - gap),
-                "the chain": found
+                "the product of all steps": found
                 - chained
                 * (1 - Delta)
                 * factor.larger
@@ -229,7 +231,7 @@ def bound_on_C(d: Any) -> None:
         left=r"C_{\mathrm{bound}}",
     )
     d.step(
-        "factor lost in the last step",
+        "factor that the paper's bound loses",
         "evaluate",
         sympy.Rational(3, 2),
         Satisfies(
@@ -238,7 +240,7 @@ def bound_on_C(d: Any) -> None:
                 - ratio * chained.subs(V_max, Delta * a_minus * r).subs(Delta, sympy.Rational(1, 4))
             }
         ),
-        "2 in place of 4/3",
+        "it has 2 in place of 4/3",
         left=r"2 \big/ \tfrac{4}{3}",
     )
     d.conclude(
@@ -410,7 +412,7 @@ def fourth(d: Any) -> None:
         Order(at_weak_noise, ("1e-1", "1e-3", "1e-5"), {**ENDS, r: lambda k, ctx: 1 / k}),
         left="T_4",
     )
-    d.conclude(Symbol("T_4"), found, "leading terms -1/a+ - kappa^2/(2 a+^2)")
+    d.conclude(Symbol("T_4"), found, "-1/a+ - kappa^2/(2 a+^2) to leading order")
 
 
 def _piece(place: int, k: Any, ctx: Any) -> Any:
@@ -471,7 +473,12 @@ def first_three(d: Any) -> None:
         )
         for place, (name, stated, leading, reason) in enumerate(claims)
     ]
-    d.conclude(Symbol("T_3"), found[2], "O(1)")
+    d.conclude(
+        Symbol("T_3"),
+        found[2],
+        "O(1) in T_3; the two others are smaller",
+        display=("T_1 = ", found[0], r" ,\quad T_2 = ", found[1], r" ,\quad T_3 = ", found[2]),
+    )
 
 
 @derives(

@@ -65,7 +65,8 @@ def endpoint_series(d: Any) -> None:
         "split",
         right - left,
         Satisfies(lambda found: _at_kink(found, first, pair)),
-        "of h_k on both sides; to the left the contributions have the other sign",
+        "the change of h_k there; to the left the contributions have the other sign",
+        left=r"\Delta h_k",
     )
     both = d.step(
         "of any point",
@@ -159,7 +160,7 @@ def regular_part(d: Any) -> None:
         "substitute",
         ((2 * k - 1) * g(t) - t * sympy.diff(g(t), t)) / phi(t),
         Identity(lambda: _at_zero(d)),
-        "h_k = t^(1 - 2k) g(t) has h_(k+1) = t^(-1 - 2k) times this, phi standing for psi",
+        "h_k = t^(1 - 2k) g(t) in h_(k+1) = -h_k'/phi, with phi = t psi(t)",
         left="t^{1 + 2 k} h_{k+1}",
     )
     fall = d.step(
@@ -254,7 +255,8 @@ def saddle_recurrences(d: Any) -> None:
         "solve",
         (1 / sympy.sqrt(c2), *_known(d, following)),
         Identity(lambda: _perron(bend)),
-        "of s^0, s^2 and s^4, by Perron's formula and by saddle-series",
+        "by Perron's formula; here c_2, c_3, c_4, c_5 and c_6 are the derivatives of V at the "
+        "well, as in saddle-series",
         left=(
             r"[s^0] \frac{du}{ds}",
             r"[s^2] \frac{du}{ds}",

@@ -51,6 +51,7 @@ def pair_products(d: Any) -> None:
             }
         ),
         "it vanishes at t = 0 and oo, so that J''' - 4 Z J' - 2 J = 0",
+        left=r"\int (t^3 - 4 Z t - 2) \sqrt{\frac{\pi}{t}} e^{t Z - t^3/12} \, dt",
     )
     start = d.step(
         "at Z = 0",
@@ -230,8 +231,7 @@ def pair_primitives(d: Any) -> None:
         "integrate",
         term / (1 - 2 * n - 2 * i),
         Identity(lambda: d.use("regular-part", "H").subs({power: 2 * n + 2 * i})),
-        "times y^(1 - 2n - 2i)",
-        left=r"\int b_i y^{-2n-2i} \, dy",
+        left=r"y^{2 n + 2 i - 1} \int b_i y^{-2 n - 2 i} \, dy",
     )
     reduced = d.step(
         "from y^j to y^(j + 2)",
@@ -247,7 +247,7 @@ def pair_primitives(d: Any) -> None:
         (2 * power + 1 - index) * before + (index + 1) * square * after,
         Satisfies(lambda found: {"-h'": sympy.expand(found - _fall_of_pair(d))}),
         "h = (y^2 - D)^(-p) times the sum of c_j y^j; of phi h_(k+1) the power of the pole is "
-        "p + 1, of h_(k+1) p + 2",
+        "p + 1, and p + 2 of h_(k+1) itself",
         left="c'_j",
     )
     d.conclude(

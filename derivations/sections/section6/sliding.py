@@ -79,8 +79,8 @@ def probability(d: Any) -> None:
         Identity(masses),
         "N, M: integrals of e^{-2V/kappa^2} inside and outside the layer",
         left=(
-            r"\int_{|u| < 1} p_{ss} \, du",
-            r"\int_{|u| > 1} p_{ss} \, du",
+            r"\int_{|u| < 1} p_{\mathrm{ss}} \, du",
+            r"\int_{|u| > 1} p_{\mathrm{ss}} \, du",
         ),
     )
     constant = d.step(

@@ -147,15 +147,16 @@ def stokes(d: Any) -> None:
             r"\kappa \to 0, \ u_2 = 0",
             r"\kappa \to 0, \ u_2 < 0",
             r"\kappa \to 0, \ A > 0",
-            r"u_2 = O(\kappa) \text{: uniform through } u_2 = 0",
-            r"Z = O(1) \text{: uniform through the fold}",
+            r"u_2 = O(\kappa)",
+            r"Z = O(1)",
         ),
-        note="A > 0 on the layer means that there is no well. S of u2 multiplies the well's term "
-        "of eq:Ttildesmall, as the barrier passes the start; for u2 < 0 another term may be large. "
-        "S(Z) is another multiplier, as well and barrier pass the fold, where that term diverges: "
-        "it multiplies pi^2 p^2 lam^(1/3) (G(Z) + G(-Z)), G = Ai^2 + Bi^2, which is finite there "
-        "and for Z >> 1 is that term to leading order in zeta. Here p = du/ds half-way between the "
-        "zeros, phi du = (s^2 - zeta) ds and Z = lam^(2/3) zeta, as for 'pair-products'",
+        note="A > 0 on the layer means that there is no well. S of u2, uniform through u2 = 0, "
+        "multiplies the well's term of eq:Ttildesmall, as the barrier passes the start; for "
+        "u2 < 0 another term may be large. S(Z) is another multiplier, uniform through the fold of "
+        "well and barrier, where that term diverges: it multiplies pi^2 p^2 lam^(1/3) (G(Z) + "
+        "G(-Z)), G = Ai^2 + Bi^2, which is finite there and for Z >> 1 is that term to leading "
+        "order in zeta. Here p = du/ds half-way between the zeros, phi du = (s^2 - zeta) ds and "
+        "Z = lam^(2/3) zeta, as for 'pair-products'",
     )
 
 
@@ -193,7 +194,7 @@ def unscaled(d: Any) -> None:
                 "inverse of the scaling": d.use("eq:tildexykappa", "t_s").subs(t, real) - time
             }
         ),
-        left="T_p",
+        left=r"T_p = \langle t \rangle = \varepsilon \langle \tilde t \rangle =",
     )
     rho, c = Symbol("rho", positive=True), Symbol("c", positive=True)
 

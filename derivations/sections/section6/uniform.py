@@ -101,7 +101,9 @@ def airy_form(d: Any) -> None:
         "integrate",
         exponential,
         Satisfies(lambda found: {"I'' - Z I": sympy.diff(found, s) - (s**2 - Z) * exponential}),
-        "it vanishes at the ends of both paths, so that I'' - Z I = 0",
+        "it vanishes at the ends of both paths, so that I'' - Z I = 0 for I(Z), the integral of "
+        "e^(s^3/3 - s Z)",
+        left=r"\int (s^2 - Z) e^{s^3/3 - s Z} \, ds",
     )
     start = d.step(
         "at Z = 0",
@@ -165,22 +167,24 @@ def airy_form(d: Any) -> None:
         Satisfies(_one_order_lower),
         "the weight that replaces (s^2 - zeta) H(s) in the integrals of exp(-lam V) and of "
         "exp(lam V), by parts",
+        left=(r"(s^2 - \zeta) H(s) \to", r"(s^2 - \zeta) H(s) \to"),
     )
     d.step(
         "next weight",
         "differentiate",
         ((2 * k + 1) * q_1 + 2 * (k + 1) * zeta * q_2, 2 * (k + 1) * p_2),
         Identity(lambda: _next_weight(lower)),
-        "H is the sum of (p_(k+1) + q_(k+1) s)(s^2 - zeta)^k, of H' the k-th even and odd "
-        "coefficient; q_1 is q_(k+1), p_2 and q_2 are the next",
+        "H is the sum of (p_(k+1) + q_(k+1) s)(s^2 - zeta)^k; even and odd coefficient of H'",
+        left=(r"[(s^2 - \zeta)^k] \, H'(s)", r"[s (s^2 - \zeta)^k] \, H'(s)"),
     )
     factors = d.step(
         "weights of the double integral",
         "substitute",
         (a * a_up, a * b_up - b * a_up, -b * b_up),
         Satisfies(lambda found: _factors(found, *d.use("pair-products", "J", "J_1", "J_2"))),
-        "of Ai^2 + Bi^2, Ai Ai' + Bi Bi' and Ai'^2 + Bi'^2 over pi^2, in units of lam^(-1/3); "
-        "a + b s(u) and a_up + b_up s(v), u < v",
+        "of Q = Ai^2 + Bi^2, X = Ai Ai' + Bi Bi' and Q' = Ai'^2 + Bi'^2, over pi^2 and with s in "
+        "units of lam^(-1/3); a + b s(u) and a_up + b_up s(v), u < v",
+        left=("[Q]", "[X]", "[Q']"),
     )
     d.step(
         "products in lam",
@@ -193,7 +197,8 @@ def airy_form(d: Any) -> None:
                 )
             }
         ),
-        "what these weights multiply",
+        "what these weights multiply: J, J_1 and -J_2 of 'pair-products' in units of u",
+        left=(r"\lambda^{-2/3} J", r"\lambda^{-1} J_1", r"-\lambda^{-4/3} J_2"),
     )
     d.conclude(
         (Symbol("I_up"), Symbol("I_down"), Symbol("I_both")),
@@ -431,7 +436,12 @@ def truncated_gaussian(d: Any) -> None:
         Satisfies(lambda found: _to_every_order(found, 1, _D)),
         "by parts u' is a + lam t B - B' for e^(-lam t^2/2) and c + lam t E + E' for "
         "e^(lam t^2/2), a, c and B, E series in 1/lam; w = a c, L is the integral of D; what is "
-        "left, B and E among it, is analytic at the barrier",
+        "left is analytic at the barrier",
+        left=(
+            r"\int_t^\infty e^{\lambda (t^2 - s^2)/2} u'(s) \, ds - B",
+            r"\int_0^t e^{\lambda (s^2 - t^2)/2} u'(s) \, ds - E",
+            r"\int u' (c D + E) \, dt \simeq",
+        ),
     )
     well = d.step(
         "a well to every order",
@@ -439,6 +449,11 @@ def truncated_gaussian(d: Any) -> None:
         (-a_down * falling, -a * tail, -weights * integral - a * tail * b_down),
         Satisfies(lambda found: _to_every_order(found, -1, _sigma)),
         "as before, L now the integral of sigma",
+        left=(
+            r"E - \int_0^t e^{\lambda (s^2 - t^2)/2} u'(s) \, ds",
+            r"B - \int_t^\infty e^{\lambda (t^2 - s^2)/2} u'(s) \, ds",
+            r"-\int u' (a \sigma + B) \, dt \simeq",
+        ),
     )
     parts = d.step(
         "by parts",
@@ -452,6 +467,10 @@ def truncated_gaussian(d: Any) -> None:
             }
         ),
         "u' = p + t rho(t)",
+        left=(
+            r"\int \left(t \rho(t) - \frac{\rho'(t)}{\lambda}\right) e^{-\lambda t^2/2} \, dt",
+            r"\int \left(t \rho(t) + \frac{\rho'(t)}{\lambda}\right) e^{\lambda t^2/2} \, dt",
+        ),
     )
     single = d.step(
         "single integrals",

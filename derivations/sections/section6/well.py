@@ -368,13 +368,13 @@ def _third(k: Any, ctx: Any) -> Any:
 def small(d: Any) -> None:
     d.suppose("u1 and u2 are simple zeros; u1, u2, 0 and 1 are several kappa apart")
     d.suppose(
-        "it holds up to the fold",
+        "the formula holds up to the fold",
         "fails",
         "friction, mu = 3, z0 = -777/1000, kappa = 1/10",
         lambda: d.holds("near_fold"),
     )
     d.suppose(
-        "it holds up to u2 = 1",
+        "the formula holds up to u2 = 1",
         "fails",
         "friction, mu = 3, z0 = -1/10000, kappa = 1/10",
         lambda: d.holds("near_edge"),
@@ -419,7 +419,7 @@ def small(d: Any) -> None:
         Order(
             _whole, ("1e-1", "3e-2", "1e-2", "3e-3"), {**at_scene(SCENE), r: _comparable}, digits=60
         ),
-        "r = e^{2D/kappa^2}; relative O(kappa^2) for the first term, O(1) for the second",
+        "r = e^{2D/kappa^2}; relative O(kappa^2) for the exponential term, O(1) for the other",
         left="T",
     )
     d.conclude(

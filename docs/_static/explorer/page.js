@@ -47,16 +47,16 @@ function take(range, value) {
   return true;
 }
 
-/** A number that was typed, taken, or refused with a sentence. */
-function typed(range) {
+/** A number that was typed or stands in the address, taken, or refused with a sentence. */
+function taken(range, text) {
   const field = fieldOf(range);
-  const text = field.value.trim().replace("−", "-");
-  const taken = text !== "" && take(range, Number(text));
+  const fits = text !== "" && take(range, Number(text));
   const ends = [range.min, range.max].map((end) => atPosition(range, Number(end)));
-  field.setCustomValidity(taken ? "" : `Give a number from ${ends[0]} to ${ends[1]}.`);
+  field.setCustomValidity(fits ? "" : `Give a number from ${ends[0]} to ${ends[1]}.`);
   field.reportValidity();
-  return taken;
+  return fits;
 }
+const typed = (range) => taken(range, fieldOf(range).value.trim().replace("−", "-"));
 
 /** The address (#mu=2&kappa=0.05) of what is shown is taken over; what it lacks stays. */
 function fromAddress() {
@@ -67,7 +67,7 @@ function fromAddress() {
   }
   for (const range of RANGES) {
     const text = given.get(range.name);
-    if (text !== null && text.trim() !== "") take(range, Number(text));
+    if (text !== null && text.trim() !== "") taken(range, text.trim());
   }
 }
 
@@ -160,7 +160,7 @@ function rows(n) {
     "T, scaled, z frozen": fromLog(n.logExact),
     "relative error of T itself, at most about": fromLog(n.logOwnError, 2),
     "time for the belt to carry z to the fold z₀⁽⁺⁾": dragged(n),
-    "T, physical: ε times that": fromLog(physical),
+    "Tₚ = ε T, physical": fromLog(physical),
     "T, scaled, by the paper’s formula": fromLog(n.logTime),
     "relative error of the paper’s formula": relative(n.logTime, n.logExact),
     "T, scaled, by the uniform formula": fromLog(n.logUniform),
@@ -198,7 +198,7 @@ function timePlot(sliders, n, { time: paper, uniform, belt }, exact) {
     ? ""
     : ", uniform (dotted), the paper’s formula (dashed)";
   const grey = belt.length
-    ? "; grey: the belt’s time to the fold, and a T above it is not the block’s time, and below it T may still differ"
+    ? "; grey: the time in which the belt carries z to the fold; where T lies above it, the block is released earlier"
     : "";
   return {
     ...axis,

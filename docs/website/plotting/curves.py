@@ -13,7 +13,7 @@ from symasym.generated import numpy_formulas as emitted
 from website.plotting import pieces
 from website.plotting.plots import Curve, Plot
 
-PHYSICAL = "κ, unscaled, with ε = 1/100"
+PHYSICAL = "κₚ, with ε = 1/100"
 
 
 def all_plots() -> tuple[Plot, ...]:
@@ -148,7 +148,7 @@ def _integrals() -> list[Plot]:
     u = np.linspace(-2, 2, 161)
     return [
         Plot("eq:V", "V", names, u, _summed(tanh), V, "u", False, False),
-        Plot("constant-panel", "∫ e^(-x t) dt from 0 to 1", "a stretch of constant drift",
+        Plot("constant-panel", "∫ e^(-x t) dt from 0 to 1", "a panel of constant drift",
              np.geomspace(0.01, 100, 60),
              _each(lambda x: pieces.single(np.negative, x, 0, 1)), _log(emitted.constant_single),
              "x"),
@@ -297,6 +297,6 @@ def _unscaled() -> list[Plot]:
         Plot("eq:Psmall", "1 - P", _CUBIC, _noise(-2, -0.7),
              scaled("occupation", cubic, complement=True),
              lambda k: weak.log_Psmall(eps, k), PHYSICAL),
-        Plot("eq:Tlarge", "T", "friction, μ = 3, α = 1, z₀ = -1 (no well), r = 100, unscaled",
+        Plot("eq:Tlarge", "Tₚ", "friction, μ = 3, α = 1, z₀ = -1 (no well), rₚ = 100",
              _noise(-1, 0.5), time, lambda k: np.full(len(k), np.log(free.Tlarge(100))), PHYSICAL),
     ]  # fmt: skip

@@ -111,20 +111,20 @@ def _scalings() -> list[Plot]:
     time = value("eq:TtildetoT")
     drift = sa.friction(3, 1, "-0.4")
     return [
-        Plot("eq:tildexykappa", "κ, scaled", "κ = 3/100, unscaled", eps,
+        Plot("eq:tildexykappa", "κ", "κₚ = 3/100", eps,
              quotient("0.03", 2), lambda e: np.log(emitted.scaled_noise(0.03, e)),
              "ε"),
-        Plot("eq:tilder", "r, scaled", "r = 1/10, unscaled", eps,
+        Plot("eq:tilder", "r", "rₚ = 1/10", eps,
              quotient("0.1", 1), lambda e: np.log(emitted.scaled_radius(0.1, e)), "ε"),
-        Plot("eq:eekappar", "r/κ²", "r = 1/10, ε = 1/100; the same in scaled variables",
+        Plot("eq:eekappar", "r/κ²", "rₚ = 1/10, ε = 1/100; exact: from scaled κ and r",
              noise, rest, lambda k: np.log(value("eq:eekappar")(kappa_phys=k, r_phys=0.1)),
-             "κ, unscaled"),
-        Plot("eq:TtildetoT", "T, unscaled", f"{_OSCILLATOR}, z₀ = -0.4; unscaled κ = 0.05, r = 0.1",
-             np.logspace(-2.5, -1.1, 12), _unscaled,
+             "κₚ"),
+        Plot("eq:TtildetoT", "Tₚ", f"{_OSCILLATOR}, z₀ = -0.4; κₚ = 0.05, rₚ = 0.1",
+             np.logspace(-2.5, -1.1, 36), _unscaled,
              lambda eps: np.array([
                  np.log(time(epsilon=e, t_s=1.0)) + sa.escape_time(
                      drift, 0.05 / np.sqrt(e), 0.1 / e, log=True) for e in eps]), "ε"),
-        Plot("threshold", "κ where T is 1", f"{_OSCILLATOR}, z₀ = -0.4, r = 10 ε; κ unscaled",
+        Plot("threshold", "κₚ where Tₚ is 1", f"{_OSCILLATOR}, z₀ = -0.4, r = 10",
              np.logspace(-60, -2, 40), _long, _threshold, "ε"),
     ]  # fmt: skip
 
@@ -328,7 +328,7 @@ def _stick_slip() -> Picture:
                 z, y = found[-1]
                 field = np.array([rise(y=y), float(slope(y=y, z=z))])
                 found.append(found[-1] + h * field + dw)
-            axes.plot(*np.array(found).T, style, lw=1.2, label=f"κ = {kappa:g}")
+            axes.plot(*np.array(found).T, style, lw=1.2, label=f"κₚ = {kappa:g}")
         axes.axhspan(-eps, eps, color="0.8")
         axes.legend()
         axes.set(xlabel="z", ylabel="y", title=f"{_OSCILLATOR}, ε = 1/100; the layer in grey")

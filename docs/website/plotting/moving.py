@@ -93,7 +93,7 @@ def _delay() -> Plot:
     # There phi = 6 w^2 + eps t to the leading order.
     unit = value("fold-delay", 1)
     return Plot(
-        "fold-delay", "time from the fold to u = 1", f"{_OF}, no noise",
+        "fold-delay", "time past the fold", f"{_OF}, no noise: until u = 1",
         np.geomspace(1e-7, 1e-2, 25),
         lambda eps: np.log(_late(eps)), lambda eps: np.log(_LEAVES * unit(epsilon=6 * eps)), "ε",
     )  # fmt: skip

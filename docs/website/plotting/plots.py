@@ -97,14 +97,19 @@ def draw(plot: Plot | Picture) -> str:
         figure = Figure(figsize=(6.4, 3.4 if exact else 5.2))
         above, *below = np.atleast_1d(figure.subplots(1 if exact else 2, 1, sharex=True))
         above.plot(plot.x, values / unit, label="exact")
-        above.plot(plot.x, formula / unit, "--", label="formula")
-        name = f"log₁₀ {plot.quantity}" if plot.logs else plot.quantity
+        # Of two curves that coincide one is drawn as circles.
+        drawn = {"ls": "none", "marker": "o", "mfc": "none", "markevery": len(plot.x) // 24 or 1}
+        above.plot(plot.x, formula / unit, **(drawn if exact else {"ls": "--"}), label="formula")
+        named = f"({plot.quantity})" if re.search("^-| - |/", plot.quantity) else plot.quantity
+        name = f"log₁₀ {named}" if plot.logs else plot.quantity
         above.set(ylabel=name, title=plot.title)
         above.set(xscale="log" if plot.log_x else "linear")
         above.legend()
         if exact:
             most = np.max(error)
-            said = f"within {most:.0e}" if most else "in every digit"
+            first, power = f"{most:.0e}".split("e")
+            within = rf"within ${first} \times 10^{{{int(power)}}}$"
+            said = within if most else "in every digit"
             above.set(xlabel=f"{plot.axis}\nboth agree {said}")
         else:
             if plot.logs and np.max(error) > _FAR:

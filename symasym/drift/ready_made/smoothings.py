@@ -64,7 +64,7 @@ def sine(
     *,
     waves: int = 1,
 ) -> Drift:
-    """The linear smoothing plus b sin(waves pi u): up to 2 `waves` wells and barriers.
+    """The linear smoothing plus b sin(w pi u), w = `waves`: up to 2 w wells and barriers.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def sine(
 def tanh(
     a_minus: Numbers | None = None, a_plus: Numbers | None = None, steepness: Numbers | None = None
 ) -> Drift:
-    """A sigmoid, tanh(steepness u) scaled so that it meets a- and a+ exactly.
+    """A sigmoid, tanh(b u) with b = `steepness`, scaled so that it meets a- and a+ exactly.
 
     Parameters
     ----------
