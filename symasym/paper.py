@@ -422,7 +422,7 @@ def _stays_below(drift: Drift, field: ExactField, context: MPContext) -> mpf:
     if low is None:
         raise AccuracyError(
             "a well of A is too close to an end to be told from it, so the paper's bound is not "
-            "known; use method='exact'."
+            "known; rescale the problem."
         )
     # V falls from its highest point left of 1 to this well, and crosses V(1) once.
     for _ in range(int(context.prec) + 8):

@@ -94,9 +94,8 @@ def log_slopes(
             _Side(drift, changes, mirrored, kappa, "r" in numbers, context)
             for mirrored in ((False, True) if "r" in numbers else (False,))
         ]
-        for side, end in zip(
-            sides, (numbers.get("start", 1), -numbers.get("start", 0)), strict=False
-        ):
+        ends = (numbers["start"], -numbers["start"]) if "r" in numbers else (Fraction(1),)
+        for side, end in zip(sides, ends, strict=True):
             side.scene.expect(-numbers.get("r", Fraction(1)), end)
         if "r" not in numbers:
             inside, outside = sides[0].occupation(quantity == "1 - P")

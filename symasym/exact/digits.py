@@ -286,11 +286,11 @@ class Partition:
         grid = np.linspace(float(lo), float(hi), 17)
         with np.errstate(over="ignore"):
             mean = float(np.abs(self.field.float_values(grid)).mean())
-        return self._lam_float * mean * float(hi - lo) <= _MILD_PANELS * self.reach
+        return bool(self._lam_float * mean * float(hi - lo) <= _MILD_PANELS * self.reach)
 
     def expect(self, start: Fraction, end: Fraction) -> None:
         """Raise TimeLimitError where the panels from `start` to `end` take too long."""
-        lo, hi = Rational(max(start, -1)), Rational(min(end, 1))
+        lo, hi = max(Rational(start), Rational(-1)), min(Rational(end), Rational(1))
         if self.field.is_polynomial or lo >= hi or self._varies_little(lo, hi):
             return
         at_ends = int(np.sum(self.field.float_values(np.array([lo, hi], dtype=float)) == 0))

@@ -226,7 +226,6 @@ def _emitted(drift: sa.Drift, target: str = "numpy", **options: Any) -> Any:
     return sa.emit("eq:Ttilde", target, drift=drift, **options)
 
 
-WAVE = sa.Drift("1 - 2*u + exp(-(1000*(u - 1/3))**2)")
 LINES = sa.tanh(1, -1, 1)
 
 #: Calls that are refused with advice; each message that advises a call or an option is among them.
@@ -536,7 +535,7 @@ REFUSED = {
     ),
     "label": Refused(sa.formula, 3, then=[lambda: sa.formula(sa.labels()[0])]),
     "labels": Refused(sa.formula, "qqq", then=[lambda: sa.formula(sa.labels()[0])]),
-    "varies fast": Refused(sa.escape_time, WAVE, 5, 2, method="laplace"),
+    "varies fast": Refused(sa.escape_time, sa.tanh(3, 1, 5), 8, 2, method="laplace"),
     "integral in float64": Refused(sa.laplace_integral("3 - x**2", 1, "x", -1, 1).evaluate, 1000),
     "integral's digits": Refused(
         sa.laplace_integral("-x**2 - x**3/10", 1, "x", -1, 1, dps=20).evaluate,
