@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symasym.base.call_context import mpf_of, own_context
-from symasym.base.errors import InputError, RegionError
+from symasym.base.errors import AccuracyError, InputError, RegionError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray, IntArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
@@ -418,7 +418,12 @@ def _stays_below(drift: Drift, field: ExactField, context: MPContext) -> mpf:
     one = context.one
     peaks = [-one, *(b for b in barriers if field.potential_rise(b, one) < 0)]
     high = peaks[-1]
-    low = min(w for w in wells if w > high)
+    low = min((w for w in wells if w > high), default=None)
+    if low is None:
+        raise AccuracyError(
+            "a well of A is too close to an end to be told from it, so the paper's bound is not "
+            "known; rescale the problem."
+        )
     # V falls from its highest point left of 1 to this well, and crosses V(1) once.
     for _ in range(int(context.prec) + 8):
         middle = (low + high) / 2

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from decimal import ROUND_CEILING, Context
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -29,8 +30,9 @@ from symasym.base.inputs import (
     is_array,
     shown,
 )
+from symasym.base.texts import upwards
 from symasym.drift.drift import Drift
-from symasym.methods import answer
+from symasym.methods import METHODS, answer
 from symasym.numbers.trees import NumpyOps
 from symasym.scenes import (
     Answer,
@@ -70,6 +72,8 @@ _SECONDS_A_CALL, _SECONDS_A_POINT, _SECONDS_A_DRIFT = 2e-3, 1e-6, 2e-5
 _SECONDS_WITH_DIGITS = 2.0
 _SECONDS_EXACT, _SECONDS_EXACT_PER_EXPONENT, _MOST_EXPONENT = 5e-6, 7e-8, 2000.0
 _LAYER_EXPONENT = 150.0
+# From here on the error of an expansion in float64 says whether a proof of it is worth its time.
+_FLOAT_ERROR = 1e-9
 # In the analysis of an exponent in float64, for a prediction.
 _ROUNDINGS = 20
 # Of the exact integrals, for one attempt and for all of them.
@@ -159,8 +163,8 @@ class Plan:
     def __str__(self) -> str:
         order = "" if self.order is None else f", order {self.order}"
         head = (
-            f"{self.method}{order}: relative error at most {self.error:.2g} ({self.error_kind}), "
-            f"about {self.cost:,.0f} times np.exp a point"
+            f"{self.method}{order}: relative error at most {_at_most(self.error)} "
+            f"({self.error_kind}), about {self.cost:,.0f} times np.exp a point"
         )
         lines = [
             f"  {'kept' if t.kept else 'left out':9}{_short(t.size):>10}  {t.name}: {t.reason}"
@@ -336,8 +340,13 @@ def _cheapest(
     for method in methods:
         best = None
         for order in _ORDERS[method]:
+            asked = request._replace(method=method, order=order)
             try:
-                estimate = answer(drift, numbers, request._replace(method=method, order=order))
+                known = _float_error(drift, numbers, asked) if method == "strong_noise" else 0.0
+                if known > max(10 * float(allowed), _FLOAT_ERROR):
+                    best = known if best is None else min(best, known)
+                    continue
+                estimate = answer(drift, numbers, asked)
             except SymasymError as error:
                 refused[method] = str(error)
                 continue
@@ -346,8 +355,25 @@ def _cheapest(
                 return estimate, refused
             best = relative if best is None else min(best, relative)
         if best is not None:
-            refused[method] = f"its stated error is {float(best):.2g} at best"
+            size = f"{float(best):.2g} at best" if best < np.inf else "as large as the value"
+            refused[method] = f"its stated error is {size}"
     return answer(drift, numbers, request._replace(method="exact", order=None)), refused
+
+
+def _float_error(drift: Drift, numbers: dict[str, Any], request: Request) -> float:
+    """The relative error that the method states in float64, which costs little.
+
+    0 beyond float64's range, infinite where the error is as large as the value.
+    """
+    try:
+        scenes = float_scenes(drift, numbers)
+    except SymasymError:
+        return 0.0
+    try:
+        answers = METHODS[request.method].of_scenes(scenes, request)
+    except AccuracyError:
+        return float("inf")
+    return 0.0 if answers.errors is None else float(np.expm1(answers.errors[0]))
 
 
 def _relative(estimate: Estimate, log: bool) -> mpf:
@@ -374,7 +400,7 @@ def _planned(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: 
         if parts.error <= float(known):
             planned = _of_parts(parts, rtol, request)
             kept = " with ".join(t.name for t in planned.terms if t.kept)
-            return replace(planned, singulants=tuple(_singulants(drift, float(scene.lam), kept)))
+            return replace(planned, singulants=tuple(_singulants(drift, scene.lam, kept)))
         refused["laplace"] = f"its stated error is {float(parts.error):.2g} at best"
     try:
         relative, estimate = _uniform(drift, numbers, request.log)
@@ -429,11 +455,10 @@ def _of_parts(parts: Parts, rtol: float, request: Request) -> Plan:
     for name, share, error in reversed(ordered):
         size = to_mpf(share / parts.total, 15)
         if name in dropped:
-            bound = context.nstr((abs(share) + error) / parts.total, 2)
-            why = f"below {bound} of T"
+            why = f"at most {_at_most((abs(share) + error) / parts.total)} of T"
         else:
             value += share
-            why = f"its series is known to {context.nstr(error / parts.total, 2)} of T"
+            why = f"its series is known to {_at_most(error / parts.total)} of T"
         terms.append(Term(name, name not in dropped, size, why))
     # Of the exact value; relative to the one that is kept it is larger.
     relative = parts.error + gone
@@ -445,11 +470,12 @@ def _of_parts(parts: Parts, rtol: float, request: Request) -> Plan:
     if request.log:
         value, error = context.log(value), relative
     estimate = Estimate(value, error, "estimate", "laplace", parts.order, kept, left)
-    order, relative = parts.order, float(relative)
+    # Where the quotient is below float64's range, its least number is not.
+    order, relative = parts.order, np.nextafter(float(relative), np.inf).item()
     return Plan("laplace", order, tuple(terms), relative, "estimate", cost, rtol, {}, estimate)
 
 
-def _singulants(drift: Drift, lam: float, kept: str) -> Iterator[Singulant]:
+def _singulants(drift: Drift, lam: Fraction, kept: str) -> Iterator[Singulant]:
     """Singulants of the wells and barriers named in the terms, polynomial A."""
     c = [float(x) for x in drift.exact_coefficients() or (0,)]
     zeros = np.polynomial.polynomial.polyroots(np.trim_zeros(c, "b") or [0.0])
@@ -471,7 +497,7 @@ def _singulants(drift: Drift, lam: float, kept: str) -> Iterator[Singulant]:
             continue
         least = int(np.argmin(steps))
         yield Singulant(
-            point, f"to {others[least]:.4g}", float(steps[least]), int(lam * steps[least])
+            point, f"to {others[least]:.4g}", float(steps[least]), int(lam * Fraction(steps[least]))
         )
 
 
@@ -479,7 +505,21 @@ def _short(size: mpf) -> str:
     """Two digits of a number, however small."""
     from mpmath import libmp
 
-    return str(libmp.to_str(size._mpf_, 2))
+    return _on_one_line(str(libmp.to_str(size._mpf_, 2)))
+
+
+def _at_most(size: mpf) -> str:
+    """The same rounded upwards."""
+    return _on_one_line(upwards(size, digits=2))
+
+
+def _on_one_line(text: str) -> str:
+    """A number; of one whose power of ten would fill lines, that power rounded upwards."""
+    power = text.partition("e")[2]
+    if len(power) < 20:
+        return text
+    short = Context(prec=2, rounding=ROUND_CEILING).create_decimal(power)
+    return f"{'-' * text.startswith('-')}10^({short})"
 
 
 # -- arrays, each scene by the cheapest method in float64 whose error will do ----------------------

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import operator
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from numbers import Rational
@@ -39,6 +39,9 @@ _LONGEST_EXPONENT = 100_000
 _LONGEST_TEXT = 100_000
 _LONGEST_BITS = 400_000
 _SHOWN = 80
+# Digits of a number that a formula may hold.
+_PRINTED_DIGITS = 1000
+_PRINTED = 10**_PRINTED_DIGITS
 
 
 def shown(value: object) -> str:
@@ -224,11 +227,11 @@ def _from_library(name: str, value: mpf | Expr) -> Fraction:
         return _bounded(name, Fraction(int(value.p), int(value.q)))
     if getattr(value, "is_number", False):
         raise InputError(
-            f"{name} is {value}, which is not a finite rational number; give a rational, "
+            f"{name} is {shown(value)}, which is not a finite rational number; give a rational, "
             "or a decimal string with as many digits as the answer needs."
         )
     if hasattr(value, "_mpc_"):
-        raise InputError(f"{name} is {value}, which is complex; give a real number.")
+        raise InputError(f"{name} is {shown(value)}, which is complex; give a real number.")
     raise InputError(
         f"{name} is {shown(value)} of type {type(value).__name__}; give an int, float, str, "
         "Fraction, Decimal, mpf or SymPy rational."
@@ -298,6 +301,16 @@ def whole(name: str, text: str) -> int:
         return int(text)
     except ValueError:
         raise InputError(f"{name} is {text!r}; give a whole number.") from None
+
+
+def require_printable(values: Mapping[str, object]) -> None:
+    """Raise InputError for the first number that has too many digits to print; arrays pass."""
+    for name, value in values.items():
+        if not is_array(value) and max(map(abs, exact(name, value).as_integer_ratio())) > _PRINTED:
+            raise InputError(
+                f"{name} has more than {_PRINTED_DIGITS:,} digits, too many to print; leave the "
+                "parameter free."
+            )
 
 
 def positive(name: str, value: Fraction) -> Fraction:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
 
-__all__ = ["carried_text", "meant", "number_repr", "number_text", "with_error"]
+__all__ = ["carried_text", "meant", "number_repr", "number_text", "upwards", "with_error"]
 
 # Of the error that is printed; the value goes on to the last of them.
 _ERROR_DIGITS = 3
@@ -89,9 +89,9 @@ def with_error(value: Any, error: Any) -> tuple[str, str]:
     if hasattr(value, "_mpc_") or isinstance(value, complex):
         re, im = (_rounded(part, error, _ERROR_DIGITS) for part in (value.real, value.imag))
         text = f"({re[0]} {'' if im[0].startswith('-') else '+'}{im[0]}j)"
-        return text, _upwards(error, re[1], im[1])
+        return text, upwards(error, re[1], im[1])
     text, rounding = _rounded(value, error, _ERROR_DIGITS)
-    return text, _upwards(error, rounding)
+    return text, upwards(error, rounding)
 
 
 def carried_text(value: Any, error: Any, most: int) -> tuple[str, str]:
@@ -105,7 +105,7 @@ def carried_text(value: Any, error: Any, most: int) -> tuple[str, str]:
     ('0.66667', '4.34e-6')
     """
     text, rounding = _rounded(value, error, 0, most)
-    return text, _upwards(error, rounding)
+    return text, upwards(error, rounding)
 
 
 def _rounded(value: Any, error: Any, further: int, most: int | None = None) -> tuple[str, mpf]:
@@ -134,18 +134,24 @@ def _rounded(value: Any, error: Any, further: int, most: int | None = None) -> t
         return text, abs(context.make_mpf(exactly) - context.mpf(text))
 
 
-def _upwards(*errors: Any) -> str:
-    """The sum of errors, its three digits rounded upwards."""
+def upwards(*errors: Any, digits: int = _ERROR_DIGITS) -> str:
+    """The sum of errors, its first digits rounded upwards.
+
+    Examples
+    --------
+    >>> upwards(1.5001), upwards(0.00123, digits=2)
+    ('1.51', '0.0013')
+    """
     from mpmath import libmp
 
     with own_context(30) as context:
         total = sum((_real(error, context) for error in errors), context.zero)
         if not total or not context.isfinite(total):
             return "inf" if total else "0"
-        unit = context.mpf(10) ** (_power(total, context) - _ERROR_DIGITS + 1)
-        # The float nearest to a text of three digits is that text.
+        unit = context.mpf(10) ** (_power(total, context) - digits + 1)
+        # The float nearest to a text of so few digits is that text.
         units = context.ceil(total / unit * (1 - context.mpf(2) ** -52))
-        return str(libmp.to_str((units * unit)._mpf_, _ERROR_DIGITS))
+        return str(libmp.to_str((units * unit)._mpf_, digits))
 
 
 def _real(x: Any, context: MPContext) -> mpf:

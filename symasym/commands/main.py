@@ -20,6 +20,8 @@ from symasym.commands.settings import Parser, document
 
 _BAD_INPUT = 2
 _INTERRUPTED = 130
+# As of a program that the closed pipe ends: 128 and the signal.
+_BROKEN_PIPE = 141
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -34,7 +36,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     -------
     int
         0, or 1 for a derivation or check that fails, 2 after an error that is said in one
-        sentence, 130 after an interrupt.
+        sentence, 130 after an interrupt, 141 where whoever read the output has left.
     """
     if argv is None:
         argv = sys.argv[1:]
@@ -57,7 +59,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         # Whoever read the output has left and needs no word.
         _drop_output()
-        return 1
+        return _BROKEN_PIPE
     except OSError as error:
         # Files raise OutputError, so this is standard output itself.
         _drop_output()

@@ -10,7 +10,7 @@ import sympy
 
 from symasym.base.call_context import patient
 from symasym.base.errors import InputError
-from symasym.base.inputs import exact, is_name, shown
+from symasym.base.inputs import exact, is_name, require_printable, shown
 from symasym.emit.forms import quotients
 from symasym.emit.program import Case, Function, Program, fold, require_closed
 from symasym.emit.source import Source, check_target, rendered
@@ -95,6 +95,7 @@ def emit(
     if isinstance(what, str):
         what = Record.of(what)
     numbers = _numbers(parameters)
+    require_printable(drift.values if drift is not None else {})
     if drift is None and (method is not None or order is not None):
         raise InputError("method and order are for a formula with a drift in it; give drift=….")
     if isinstance(what, Record):
@@ -118,7 +119,9 @@ def _numbers(parameters: Mapping[str, Any] | None) -> dict[str, Any]:
         raise InputError(
             f"parameters is {shown(parameters)}; give a dict of values by name, as {{'mu': 3}}."
         )
-    return quotients({name: exact(name, value) for name, value in (parameters or {}).items()})
+    read = {name: exact(name, value) for name, value in (parameters or {}).items()}
+    require_printable(read)
+    return quotients(read)
 
 
 def _of_formula(formula: Record) -> Program:

@@ -94,6 +94,9 @@ def log_slopes(
             _Side(drift, changes, mirrored, kappa, "r" in numbers, context)
             for mirrored in ((False, True) if "r" in numbers else (False,))
         ]
+        ends = (numbers["start"], -numbers["start"]) if "r" in numbers else (Fraction(1),)
+        for side, end in zip(sides, ends, strict=True):
+            side.scene.expect(-numbers.get("r", Fraction(1)), end)
         if "r" not in numbers:
             inside, outside = sides[0].occupation(quantity == "1 - P")
             log = formulas.log_occupation_share(context, known(inside).value, known(outside).value)

@@ -146,10 +146,9 @@ def stationary_density(
 
     def compute(n: int, context: MPContext) -> mpf:
         precise(context, n)
-        w_left, w_right = (
-            swept_scene(drift, mirrored, lam, context).from_infinity(-y if mirrored else y)
-            for mirrored in (False, True)
-        )
+        left, right = (swept_scene(drift, mirrored, lam, context) for mirrored in (False, True))
+        expect_both(left, right, Rational(1), y)
+        w_left, w_right = left.from_infinity(y), right.from_infinity(-y)
         return sweep.density(mpf_of(lam, context), w_left, w_right)
 
     return _to_digits(compute, dps, log)
@@ -162,6 +161,7 @@ def occupation(
     with own_context(dps) as context:
         precise(context, dps)
         scene = swept_scene(drift, False, 2 / kappa**2, context)
+        scene.expect(Rational(-1), Rational(1))
         records = scene.records(Fraction(-1), Fraction(1))
         layer = sweep.in_layer(records, scene.numbers.lam, scene.drift_at(-1))
         after = formulas.tail_right(scene.drift_at(1))
@@ -200,7 +200,14 @@ def _from_both_ends(
     precise(context, dps)
     lam = 2 / kappa**2
     left, right = (swept_scene(drift, mirrored, lam, context) for mirrored in (False, True))
+    expect_both(left, right, r, start)
     return left.absorbed(-r, start), right.absorbed(-r, -start)
+
+
+def expect_both(left: Partition, right: Partition, r: Fraction, start: Fraction) -> None:
+    """Raise TimeLimitError, before either is begun, where one of two sweeps takes too long."""
+    left.expect(-r, start)
+    right.expect(-r, -start)
 
 
 def swept_scene(drift: Drift, mirrored: bool, lam: Fraction, context: MPContext) -> Partition:
@@ -268,14 +275,29 @@ class Partition:
 
     def _inside(self, lo: Fraction, hi: Fraction) -> Iterator[Panel]:
         """Panels of a part of the layer: Taylor panels only where lam V varies little."""
-        grid = np.linspace(float(lo), float(hi), 17)
-        with np.errstate(over="ignore"):
-            mean = float(np.abs(self.field.float_values(grid)).mean())
-        if self._lam_float * mean * float(hi - lo) <= _MILD_PANELS * self.reach:
+        if self._varies_little(lo, hi):
             yield from self._taylor(Rational(0), lo, hi)
             return
         for centre, t0, t1 in self._graded(lo, hi):
             yield from self._block(centre, t0, t1, 0)
+
+    def _varies_little(self, lo: Fraction, hi: Fraction) -> bool:
+        """True where lam V changes by so little that Taylor panels are cheapest."""
+        grid = np.linspace(float(lo), float(hi), 17)
+        with np.errstate(over="ignore"):
+            mean = float(np.abs(self.field.float_values(grid)).mean())
+        return bool(self._lam_float * mean * float(hi - lo) <= _MILD_PANELS * self.reach)
+
+    def expect(self, start: Fraction, end: Fraction) -> None:
+        """Raise TimeLimitError where the panels from `start` to `end` take too long."""
+        lo, hi = max(Rational(start), Rational(-1)), min(Rational(end), Rational(1))
+        if self.field.is_polynomial or lo >= hi or self._varies_little(lo, hi):
+            return
+        at_ends = int(np.sum(self.field.float_values(np.array([lo, hi], dtype=float)) == 0))
+        beside = len(self._zeros(lo, hi)) + at_ends
+        halvings = max(0, self.lam.numerator.bit_length() - self.lam.denominator.bit_length())
+        seconds = _SECONDS * beside * halvings * self.bits**_PER_BITS
+        expect(seconds, f"Taylor series of A to {self.bits} bits beside its zeros")
 
     def _graded(self, lo: Fraction, hi: Fraction) -> Iterator[tuple[Fraction, Fraction, Fraction]]:
         """Blocks (centre, t0, t1) that start or stop at the zeros of A and at the ends.
@@ -283,13 +305,7 @@ class Partition:
         Measuring from a zero keeps the digits of phi beside it; `_block` halves
         towards it as far as it must.
         """
-        zeros = self._zeros(lo, hi)
-        if not self.field.is_polynomial:
-            at_ends = int(np.sum(self.field.float_values(np.array([lo, hi], dtype=float)) == 0))
-            halvings = max(0, self.lam.numerator.bit_length() - self.lam.denominator.bit_length())
-            seconds = _SECONDS * (len(zeros) + at_ends) * halvings * self.bits**_PER_BITS
-            expect(seconds, f"Taylor series of A to {self.bits} bits beside its zeros")
-        marks = [lo, *zeros, hi]
+        marks = [lo, *self._zeros(lo, hi), hi]
         for left, right in zip(marks, marks[1:], strict=False):
             # A short split point keeps the rationals of the blocks short.
             half = dyadic((right - left) / 2, 8 + places(right - left))

@@ -15,7 +15,7 @@ from sympy import Expr, S, Symbol
 from symasym.base.call_context import patient, step
 from symasym.base.errors import InputError
 from symasym.base.estimate import Answer
-from symasym.base.inputs import Number, Numbers, choice, count, exact, is_array
+from symasym.base.inputs import Number, Numbers, choice, count, exact, float_text, require_printable
 from symasym.derivation.printing import tex
 from symasym.drift.drift import Drift
 from symasym.emit import emit
@@ -49,9 +49,6 @@ _MOST = 8
 _MOST_UNIFORM = 1
 # Characters on a line of LaTeX, as `_width` counts them: A4 in the smallest type.
 _WIDE = 134
-# Digits of a number that a formula may hold.
-_DIGITS = 1000
-_LONGEST = 10**_DIGITS
 _TEX = {D_MINUS: "D_-", D_PLUS: "D_+", LAM: r"\lambda", BEYOND_1: "(r - 1)"}
 
 
@@ -267,7 +264,7 @@ class Expansion:
         if any(x.has(FinitePart, sympy.Integral) for x in expressions):
             raise InputError(
                 f"A = {self.drift.expression()} is no polynomial in u, so that the regular part "
-                "has no closed form; emit a term's expression, or use the function."
+                "has no closed form; use the function, such as sa.escape_time(method='laplace')."
             )
         odd = [s for s in free if s in self.equations and not s.is_real]
         if odd:
@@ -467,12 +464,7 @@ def expand(
 - V^(4)(u1)/(16*V''(u1)**2)
     """
     require_drift(drift, bound=False)
-    for name, value in {**drift.values, "start": start}.items():
-        if not is_array(value) and max(map(abs, exact(name, value).as_integer_ratio())) > _LONGEST:
-            raise InputError(
-                f"{name} has more than {_DIGITS:,} digits, too many to print; leave the parameter "
-                "free."
-            )
+    require_printable({**drift.values, "start": start})
     quantity = choice("quantity", quantity, QUANTITIES)
     noise = choice("noise", noise, ("weak", "strong", "uniform"))
     if order is None:
@@ -491,8 +483,8 @@ def expand(
         if quantity == "T" and (abs(at) >= 1 or zero_at(drift, at)):
             where = "a zero of A" if abs(at) < 1 else "outside of the layer"
             raise InputError(
-                f"start is {start}, {where}; the uniform formula is that of another start in the "
-                "layer, and sa.escape_time(method='uniform') has numbers."
+                f"start is {float_text(at)}, {where}; the uniform formula is that of another start "
+                "in the layer, and sa.escape_time(method='uniform') has numbers."
             )
         if quantity not in ("T", "P", "1 - P") or order > _MOST_UNIFORM:
             raise InputError(
@@ -560,10 +552,14 @@ def _uniform(drift: Drift, quantity: str, order: int, start: Fraction, case: Cas
     e = _composed(known, ring, "uniform", drift, quantity, order, start)
     # That A is 0 at u1, u2, ... is how these are defined; SymPy would take seconds to find it.
     others = (c for c in e.conditions if not isinstance(c, sympy.Eq))
-    if any(e.put_in(c) == False for c in others):  # noqa: E712
+    try:
+        holds = all(e.put_in(c) != False for c in others)  # noqa: E712
+    except TypeError:  # a condition on what is infinite
+        holds = False
+    if not holds:
         raise InputError(
-            f"{drift!r} from {start} has a complex pair of zeros too near to the start or to an "
-            "end for the formula; use sa.escape_time(method='uniform')."
+            f"{drift!r} from {start} has a pair of zeros that the formula does not cover, such as "
+            "a complex one near the start or an end; use sa.escape_time(method='uniform')."
         )
     return e
 

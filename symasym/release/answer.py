@@ -219,7 +219,7 @@ def release(
         return _simulated(scene, paths, seed, step, workers, float(correlation))
     full = flag("full", full)
     if exact("tau", tau) != 0:
-        raise InputError(f"tau is {tau}; coloured noise is for method='simulate' alone.")
+        raise InputError(f"tau is {shown(tau)}; coloured noise is for method='simulate' alone.")
     # z is a clock, or the sentence that says where it is not.
     scene.speed(across, scene.z)
     answer = _BY_METHOD[method](scene, float(read["rtol"]))

@@ -17,7 +17,7 @@ import numpy as np
 from symasym.base.call_context import step as keep_to_patience
 from symasym.base.errors import AccuracyError, InputError, TimeLimitError
 from symasym.base.executors import cluster, local
-from symasym.base.inputs import FloatArray
+from symasym.base.inputs import FloatArray, shown
 from symasym.release.system import System
 
 __all__ = ["Paths", "simulate"]
@@ -64,7 +64,7 @@ def simulate(
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
             raise InputError(f"{name} is {value!r}; give a whole number of at least {least}.")
     if paths > _MOST_PATHS:
-        raise InputError(f"paths is {paths}; give at most {_MOST_PATHS}.")
+        raise InputError(f"paths is {shown(paths)}; give at most {_MOST_PATHS}.")
     counts = [_AT_ONCE] * (paths // _AT_ONCE) + [paths % _AT_ONCE] * (paths % _AT_ONCE > 0)
     seeds = np.random.SeedSequence(seed).spawn(len(counts))
     work = [

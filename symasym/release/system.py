@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import FloatArray, Number, Numbers, exact, float_text, positive
+from symasym.base.inputs import FloatArray, Number, Numbers, exact, float_text, positive, to_float
 from symasym.drift.drift import Drift
 from symasym.drift.landscape import drag_time
 from symasym.numbers.trees import NumpyOps, evaluate_tree
@@ -162,8 +162,8 @@ class System:
         >>> round(block.drag_time("-0.4", "0.01"), 1)  # to the fold at -7/9
         37.8
         """
-        at = float(exact("z", z))
-        width = float(positive("eps", exact("eps", eps)))
+        at = to_float("z", exact("z", z))
+        width = to_float("eps", positive("eps", exact("eps", eps)))
         slope = System(self.phi.diff(self._symbols["z"]), self.velocity)
         return drag_time(
             self.frozen(z).critical_points(),

@@ -276,7 +276,9 @@ def _tanh(x: TruncatedSeries, ops: SeriesOps) -> TruncatedSeries:
     # sinh/cosh would lose the saturated tail; y' = (1 - y^2) x' keeps it.
     slopes, context, e = _short(x.slopes()), ops.context, -ops.bits
     y = [ops.fixed(context.tanh(x.head()), e)]
-    complement = [ops.fixed(context.sech(x.head()) ** 2, e)]
+    # Further out it is below one unit, and mpmath's exponential would fill the memory.
+    inside = abs(x.head()) < ops.bits
+    complement = [ops.fixed(context.sech(x.head()) ** 2, e) if inside else 0]
     for n in range(1, ops.order):
         y.insert(0, _scaled(_dot(slopes, complement), x.e) // n)
         # y^2, whose products are equal in pairs.

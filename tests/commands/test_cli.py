@@ -294,7 +294,7 @@ def test_a_reader_that_left_is_no_traceback() -> None:
         assert process.stderr is not None
         process.stdout.close()
         assert process.stderr.read() == b""
-    assert process.returncode == 1
+    assert process.returncode == 141
 
 
 def test_derive_into_head_is_quiet(tmp_path: Path) -> None:
@@ -304,7 +304,7 @@ def test_derive_into_head_is_quiet(tmp_path: Path) -> None:
         assert process.stderr is not None
         process.stdout.close()
         assert process.stderr.read() == b"derivations: 1 steps\n"
-    assert process.returncode == 1
+    assert process.returncode == 141
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")

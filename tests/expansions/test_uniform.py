@@ -309,7 +309,7 @@ def test_cases_and_conditions() -> None:
         (
             sa.friction(3, 1, "-1.2"),
             {"start": "9/10"},
-            "a complex pair of zeros too near to the start or to an end",
+            "such as a complex one near the start or an end",
         ),
         (sa.Drift("cos(2*u) - 1/5"), {}, "no polynomial in u and has 1 turning points"),
         (sa.Drift("3*sin(2*u) - 5*u - 1/2"), {}, "no polynomial in u and has 2 turning points"),

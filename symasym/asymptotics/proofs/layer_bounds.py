@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from symasym.base import call_context
+from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.numbers.balls import BallOps, exact_ball, flint_module, precision, profile_of
@@ -136,6 +137,8 @@ def highest(drift: Drift, mirrored: bool) -> Fraction:
         for segment in layer_of(drift, mirrored, Fraction(0), Fraction(1)).segments:
             for panel in segment.panels:
                 top = top.max(base + panel.span()[1])
+        if not top.is_finite():
+            raise AccuracyError(f"V of {drift} has no proved upper bound; use method='exact'.")
         mantissa, exponent = top.upper().man_exp()
         return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
 

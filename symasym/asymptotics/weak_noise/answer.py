@@ -15,6 +15,7 @@ replace the estimate where they are proved.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -44,7 +45,7 @@ from symasym.asymptotics.weak_noise.critical_points import both_sides, in_float
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.asymptotics.weak_noise.regular_part import require_resolved, unresolved_in
 from symasym.asymptotics.weak_noise.series import Point, Series
-from symasym.base.call_context import kept, mpf_of, own_context
+from symasym.base.call_context import expect, kept, mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray, IntArray, exact, float_text, is_array
@@ -68,6 +69,9 @@ if TYPE_CHECKING:
 
 #: Proved bounds at an order, or None.
 Prove = Callable[[int], Any]
+
+# Values of an analytic A, at least, that V and the regular part take for each bit.
+_VALUES_A_BIT = 8
 
 _BOUNDED = ("higher orders of every series, and what is exponentially small, in the bound",)
 DROPPED = ("higher orders of every series, in the error",)
@@ -265,6 +269,15 @@ def _kept_halves(
 ) -> tuple[OneSided, OneSided]:
     """The same to `dps` digits, for the next question about the drift."""
     context.dps = dps
+    field = ExactField(drift, False, context)
+    if not field.is_polynomial:
+        each = []
+        for _ in range(2):  # the first also makes what later ones share
+            begun = time.thread_time()
+            field.number(context.mpf(1) / 3)
+            each.append(time.thread_time() - begun)
+        seconds = _VALUES_A_BIT * context.prec * min(each)
+        expect(seconds, f"the weak-noise series of A to {dps:,} digits")
     return _halves(drift, r, x, order, context, outer)
 
 
