@@ -8,7 +8,8 @@ window.MathJax = {
   },
   // A formula that TeX does not take shows as an error; it must not pass as text.
   tex: { packages: { "[-]": ["noerrors", "noundefined"] } },
-  output: { displayOverflow: "linebreak", linebreaks: { inline: true } },
+  // TeX's letters are wider than those of the text at the same height.
+  output: { scale: 0.92, displayOverflow: "linebreak", linebreaks: { inline: true } },
   // What Sphinx marks as mathematics, and nothing else.
   options: { ignoreHtmlClass: ".*", processHtmlClass: "math" },
   startup: {

@@ -99,7 +99,7 @@ def text() -> str:
 def _place(row: dict[str, Any]) -> str:
     """Section, and equations by their numbers with the labels."""
     place = re.sub(
-        r"\beq:\w+|(?<=, )(?:cubic|fr1|fr2)\b",
+        r"\beq:\w+|\bfr[12]\b|(?<=, )cubic\b",
         lambda m: f"({NUMBERS[m[0]]}) `{m[0]}`" if m[0] in NUMBERS else f"`{m[0]}`",
         row["place"],
     )
@@ -135,9 +135,11 @@ def markdown() -> str:
         "# Errata of the paper",
         "",
         "Where the printed paper is wrong or says less than it could, the weightiest first.",
-        "Equation numbers are those of [arXiv:1310.8328](https://arxiv.org/abs/1310.8328).",
+        "Equations are counted through from (1) to the end of the appendix, with those that have",
+        "no label, as in the source of [arXiv:1310.8328](https://arxiv.org/abs/1310.8328).",
         "Variables are scaled, as in the [glossary](glossary.md#symbols); the index $p$ marks",
-        "physical ones. The number of a row leads to its details.",
+        "physical ones. The number of a row leads to its details. An equation without a row is a",
+        "definition, or was [derived](derivations.md) as it is printed.",
         "",
         "*wrong*: false as it stands, or true only under a condition that is not stated.",
         "*misprint*: another sign, symbol, number or reference was meant, as the paper's own",

@@ -3,7 +3,7 @@
 A scene is a drift with noise, radius and start, given exactly. Its tags say what it
 is an example of (`TAGS` explains them). What is known in closed form stands with it.
 
-Two lists are kept apart. A scene tagged "refused" is a known limit: the honest outcome is
+Two lists are kept apart. A scene tagged "refused" is a known limit: the right outcome is
 a `SymasymError`, for the reason in `note`. `KNOWN_WRONG` is for wrong digits that are
 returned in silence: a defect each, and the list must be empty.
 """
@@ -150,7 +150,7 @@ TAGS = {
     # what may be asked
     "quadrature": "mild enough for plain quadrature",
     "slow": "takes seconds: in the default tests only once",
-    "may refuse": "right digits or a SymasymError, either is honest",
+    "may refuse": "right digits or a SymasymError",
     "refused": "a SymasymError is the known outcome",
 }
 

@@ -50,7 +50,7 @@ def failures(*wanted: tuple[str, str]) -> set[tuple[str, str]]:
 
 ALL = [
     MILD,
-    *((check, SCENE) for check in ("accuracy", "honesty", "sums", "equations")),
+    *((check, SCENE) for check in ("accuracy", "stated error", "sums", "equations")),
     ("symmetries", SCENE),
     ("arrays", SCENE),
     ("accuracy", "friction sliding"),
@@ -148,7 +148,7 @@ def test_a_broken_float64_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(double, "escape_time", wrong)
     found = failures(("accuracy", SCENE))
     assert ("float64", "accuracy") in found
-    assert ("float64 arrays", "honesty") in found
+    assert ("float64 arrays", "stated error") in found
 
 
 def test_a_broken_ball_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -166,8 +166,8 @@ def test_a_broken_ball_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("module", "method", "task"),
     [
-        (strong_noise, "strong_noise", ("honesty", "friction k=10")),
-        (weak_noise, "laplace", ("honesty", "friction")),
+        (strong_noise, "strong_noise", ("stated error", "friction k=10")),
+        (weak_noise, "laplace", ("stated error", "friction")),
     ],
 )
 def test_an_error_that_is_claimed_too_small_is_found(
@@ -192,7 +192,7 @@ def test_a_wrong_bound_of_C_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
         return found._replace(value=found.value * 3)
 
     monkeypatch.setattr(exit_bounds, "of_scene", wrong)
-    assert ("bound", "honesty (bound)") in failures(("honesty", SCENE))
+    assert ("bound", "stated error (bound)") in failures(("stated error", SCENE))
 
 
 def test_a_paper_that_claims_an_error_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -203,7 +203,7 @@ def test_a_paper_that_claims_an_error_is_found(monkeypatch: pytest.MonkeyPatch) 
         return found._replace(error=found.value / 1000, kind="estimate")
 
     monkeypatch.setattr(paper, "of_scene", proud)
-    assert ("paper", "honesty (estimate)") in failures(("honesty", "friction k=0.3"))
+    assert ("paper", "stated error (estimate)") in failures(("stated error", "friction k=0.3"))
 
 
 @pytest.mark.skipif(os.name == "nt", reason="no timers there")

@@ -66,8 +66,13 @@ def draw(count: int) -> Any:
     from matplotlib.figure import Figure
 
     panels = (
-        (along_noise(count), "noise amplitude κ", "log", "(a) weak to strong noise, z₀ = -0.4"),
-        (along_spring(count), "z₀", "linear", "(b) through the fold, κ = 0.1"),
+        (
+            along_noise(count),
+            r"noise amplitude $\kappa$",
+            "log",
+            "(a) weak to strong noise, $z_0 = -0.4$",
+        ),
+        (along_spring(count), "$z_0$", "linear", r"(b) through the fold, $\kappa = 0.1$"),
     )
     with style():
         figure = Figure(figsize=(7.4, 3.9))
@@ -80,7 +85,7 @@ def draw(count: int) -> Any:
                 )
                 place.semilogy(errors.x, errors.stated[method], color=color, linestyle=":")
             place.set(xlabel=name, xscale=scale, title=title, ylim=(1e-16, 30))
-        axes[0].set_ylabel("relative error of T")
+        axes[0].set_ylabel("relative error of $T$")
         axes[1].axvline(-7 / 9, color="0.6", lw=0.8)
         axes[1].annotate("fold", (-7 / 9, 1e-15), (3, 0), textcoords="offset points", color="0.4")
         figure.legend(

@@ -59,7 +59,7 @@ def draw() -> Any:
         left.plot(where.real, where.imag, "x", label="Padé's poles (21 terms)")
         left.plot([float(s) for s in singulants], [0, 0], "o", mfc="none", ms=9, label="singulants")
         left.axhline(0, lw=0.5, color="0.6")
-        left.set(xlabel="Re t", ylabel="Im t", title="(a) Borel plane")
+        left.set(xlabel=r"Re $t$", ylabel=r"Im $t$", title="(a) Borel plane")
         # All of them are real and positive, from the first singulant to beyond the second.
         left.set(xscale="log", xlim=(0.1, 5), ylim=(-1, 1), yticks=(-1, 0, 1))
         left.minorticks_off()
@@ -67,7 +67,9 @@ def draw() -> Any:
         left.legend(loc="upper right")
         right.semilogy(counts, errors[0], marker=".", label="sum of the terms")
         right.semilogy(counts, errors[1], marker=".", label="median Borel–Padé")
-        right.set(xlabel="number of terms", ylabel="relative error", title=f"(b) κ = {KAPPA}")
+        right.set(
+            xlabel="number of terms", ylabel="relative error", title=rf"(b) $\kappa = {KAPPA}$"
+        )
         right.legend()
         return figure
 
@@ -105,6 +107,8 @@ def draw_orders(count: int) -> Any:
             color = f"C{order}" if order < 4 else "black"
             label = f"order {order}: slope {slope:.2f}"
             axes.loglog(kappas, row, color=color, marker=".", label=label)
-        axes.set(xlabel="noise amplitude κ", ylabel="relative error of T", title="z₀ = -0.6")
+        axes.set(
+            xlabel=r"noise amplitude $\kappa$", ylabel="relative error of $T$", title="$z_0 = -0.6$"
+        )
         axes.legend()
         return figure

@@ -543,7 +543,7 @@ def _shares(axes: Axes, drift: sa.Drift, kappa: Number, z0: FloatArray, fold: fl
     color, dashes = looks["step (the paper)"]
     ends, values = [z0[0], fold, fold, z0[-1]], [0, 0, 1, 1]
     axes.plot(ends, values, dashes, color=color, label="step (the paper)", zorder=1)
-    axes.legend(loc="upper left", bbox_to_anchor=(0, 0.93), fontsize=7.2, handlelength=1.6)
+    axes.legend(loc="center right", fontsize=7.2)
 
 
 def _errors(axes: Axes, curves: Curves, z0: FloatArray, wanted: FloatArray) -> None:

@@ -106,6 +106,7 @@ def release(
         law.set(xlabel="$z$ at release", ylabel="density", title="(b)  place of release")
         law.set_xlim(right=scenes[0].z)
         law.legend(loc="upper right")
+        plane.legend(*law.get_legend_handles_labels(), loc="upper left")
         _times(times, scenes[0], mu, alpha, points)
         return figure
 
@@ -238,9 +239,10 @@ def regimes(
         f"What becomes of a block that begins to stick at z0 ({text}, r scaled), over eps and the "
         "physical kappa_p. It is held to the fold with probability 1/2 on the solid curve, by the "
         "adiabatic law; above the dashed one T is less than twice the time of the ideal switch. "
-        "Scenes that were marched are squares where it is held to the fold, rings where noise "
-        "frees it before, and crosses where its mean time is less than twice that of the ideal "
-        "switch, which at the right the belt alone sees to. Dotted: the paper's threshold."
+        "Marks are scenes whose release was computed: squares where the block is held to the fold, "
+        "rings where noise frees it before, and crosses where its mean time is less than twice "
+        "that of the ideal switch; at the right the belt reaches the fold within that time. "
+        "Dotted: the paper's threshold."
     )
     with style():
         figure = new_figure(5.4, 4.6, caption)
@@ -251,7 +253,7 @@ def regimes(
             eps_half[seen],
             (noise * np.sqrt(eps_half))[seen],
             color=blue,
-            label="held to the fold: 1/2",
+            label="held to the fold with probability 1/2",
         )
         axes.plot(
             eps,
@@ -268,9 +270,9 @@ def regimes(
             label="the paper's threshold",
         )
         ends = {
-            "marched: passes": ("x", red),
-            "marched: escapes by noise": ("o", teal),
-            "marched: sticks to the fold": ("s", blue),
+            "computed: passes": ("x", red),
+            "computed: escapes by noise": ("o", teal),
+            "computed: sticks to the fold": ("s", blue),
         }
         mark: dict[str, Any] = {"fillstyle": "none", "markersize": 5, "linestyle": "none"}
         for name, (marker, color) in ends.items():
@@ -284,7 +286,7 @@ def regimes(
                 held = law.cdf(fold - e * radius / (1 - fold - float(exact("alpha", alpha))))
                 passes = marched.mean < 2.0 * flight
                 held_to_it = "sticks to the fold" if held > 0.5 else "escapes by noise"
-                marker, color = ends[f"marched: {'passes' if passes else held_to_it}"]
+                marker, color = ends[f"computed: {'passes' if passes else held_to_it}"]
                 at = [e], [k * np.sqrt(e)]
                 axes.plot(*at, marker=marker, color=dark(color, 0.8), **mark)
         axes.set(
@@ -295,9 +297,7 @@ def regimes(
             xlim=(1e-5, 0.05),
             ylim=(1e-4, 1.0),
         )
-        axes.text(
-            0.97, 0.1, "sticks to the fold", transform=axes.transAxes, ha="right", color=FAINT
-        )
+        axes.text(0.8, 0.1, "sticks to the fold", transform=axes.transAxes, ha="right", color=FAINT)
         axes.text(0.03, 0.93, "passes", transform=axes.transAxes, va="top", color=FAINT)
         axes.text(
             0.27,

@@ -49,7 +49,7 @@ _HAVE = {"T": _COMMON | {"uniform", "local"}, "P": _COMMON, "1-P": _COMMON}
 _HAVE["C"] = _HAVE["1-C"] = _COMMON | {"bound"}
 
 
-def honesty(problem: Problem, full: bool) -> Iterator[Finding]:
+def stated_error(problem: Problem, full: bool) -> Iterator[Finding]:
     """The stated errors of all methods and orders on a scene."""
     asked = problem.questions()
     turn = count(sum(map(ord, problem.name)))
@@ -93,10 +93,10 @@ def _claimed(
         except sa.RangeError:
             continue
         except sa.SymasymError:
-            yield Finding(formula, method, "honesty", None, where)
+            yield Finding(formula, method, "stated error", None, where)
             continue
         except Exception as error:  # anything else is a defect, and reported as one
-            yield failed(formula, method, "honesty", where, error)
+            yield failed(formula, method, "stated error", where, error)
             continue
         yield from _judged(formula, method, estimate, way, setting, known, where)
 
@@ -131,7 +131,7 @@ def _judged(
     gap = distance(estimate.value, wanted)
     error = mpf(getattr(estimate.error, "_mpf_", estimate.error))
     kind = "bound" if estimate.error_kind == "bound" else "estimate"
-    yield compared(formula, method, f"honesty ({kind})", gap, error + unsure, where)
+    yield compared(formula, method, f"stated error ({kind})", gap, error + unsure, where)
     if "rtol" in setting:
         value = abs(mpf(getattr(estimate.value, "_mpf_", estimate.value)))
         # A logarithm is rounded to float64, or to its digits, whatever is asked for.
@@ -161,13 +161,15 @@ def arrays(problem: Problem, full: bool) -> Iterator[Finding]:
             try:
                 estimates = asked[quantity](method=method, log=True, full=True, **order)
             except sa.SymasymError:
-                yield Finding(LABELS[quantity], method, "honesty of arrays", None, where)
+                yield Finding(LABELS[quantity], method, "stated errors of arrays", None, where)
                 continue
             except Exception as error:
-                yield failed(LABELS[quantity], method, "honesty of arrays", where, error)
+                yield failed(LABELS[quantity], method, "stated errors of arrays", where, error)
                 continue
             each = zip(estimates.value, estimates.error, exact(quantity), strict=True)
             for value, stated, wanted in each:
                 gap = distance(float(value), wanted)
                 allowed = float(stated) + abs(float(value)) * 2.3e-16
-                yield compared(LABELS[quantity], method, "honesty of arrays", gap, allowed, where)
+                yield compared(
+                    LABELS[quantity], method, "stated errors of arrays", gap, allowed, where
+                )

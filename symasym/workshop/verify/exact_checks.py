@@ -99,7 +99,7 @@ def accuracy(problem: Problem, full: bool) -> Iterator[Finding]:
 def _refusal(
     problem: Problem, quantity: str, evaluator: str, check: str, where: str, error: Exception
 ) -> Finding:
-    """Refusing is honest where the table says so, and a failure elsewhere."""
+    """A pass where the table allows a refusal, a failure elsewhere."""
     name = {"floats": "float64", "arrays": "float64 arrays", "claims": "float64"}
     evaluator = name.get(evaluator, evaluator)
     if problem.tags & {"may refuse", "refused"}:
@@ -155,7 +155,7 @@ def _arrays(
     yield compared(label(quantity), "float64 arrays", "accuracy", gap, allowed, where)
     # The last digit of the float64 that is returned is not part of the analysis.
     allowed = error + math.ulp(value)
-    yield compared(label(quantity), "float64 arrays", "honesty", gap, allowed, where)
+    yield compared(label(quantity), "float64 arrays", "stated error", gap, allowed, where)
 
 
 def _claims(
@@ -174,7 +174,9 @@ def _claims(
         if "dps" not in options:
             name = "float64"
         gap = distance(estimate.value, wanted)
-        yield compared(label(quantity), name, "honesty", gap, _sum(estimate.error, room), where)
+        yield compared(
+            label(quantity), name, "stated error", gap, _sum(estimate.error, room), where
+        )
 
 
 def _sum(a: mpf | float, b: mpf | float) -> Any:

@@ -50,7 +50,7 @@ class Done(NamedTuple):
 _OF_SCENES: dict[str, Callable[[Problem, bool], Iterator[Finding]]] = {
     "quadrature": exact_checks.quadrature,
     "accuracy": exact_checks.accuracy,
-    "honesty": claims.honesty,
+    "stated error": claims.stated_error,
     "arrays": claims.arrays,
     "sums": exact_checks.sums,
     "symmetries": exact_checks.symmetries,
@@ -103,17 +103,17 @@ def _applies(check: str, problem: Problem, full: bool) -> bool:
         return not tags & _STIFF and (full or "moderate" in tags)
     if not full and tags & {"extreme"}:
         return False
-    dear = check in ("honesty", "arrays", "equations") and not tags & _POLYNOMIAL
-    if not full and (dear or (check == "honesty" and tags & {"fold", "kink"})):
+    dear = check in ("stated error", "arrays", "equations") and not tags & _POLYNOMIAL
+    if not full and (dear or (check == "stated error" and tags & {"fold", "kink"})):
         return False
-    if check in ("arrays", "honesty"):
+    if check in ("arrays", "stated error"):
         return not tags & (_STIFF if not full else {"refused", "may refuse", "slow"})
     return check != "sums" or not tags & {"refused", "may refuse", "slow"}
 
 
 def _rank(task: Task) -> int:
     """The rank of a task by how long it takes."""
-    order = ("orders", "leading", "honesty", "arrays", "quadrature", "accuracy", "equations")
+    order = ("orders", "leading", "stated error", "arrays", "quadrature", "accuracy", "equations")
     return order.index(task.check) if task.check in order else len(order)
 
 
