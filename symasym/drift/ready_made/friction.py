@@ -18,7 +18,7 @@ __all__ = ["Friction", "Folds", "friction"]
 
 @dataclass(frozen=True)
 class Folds:
-    """Coalescing critical points: ``u[0]``, ``z0[0]`` of the fold (+), ``u[1]``, ``z0[1]`` of (-)."""
+    """Where critical points coalesce: (+) ``u[0]``, ``z0[0]``; (-) ``u[1]``, ``z0[1]``."""
 
     u: tuple[Any, Any]
     z0: tuple[Any, Any]
