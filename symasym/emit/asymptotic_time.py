@@ -110,7 +110,7 @@ def _program(
     kept = tuple((s, e) for s, e in shared if s in needed)
     least = sympy.Rational(1, 10**100)  # its square is no 0
     where: tuple[Any, ...] = (least <= KAPPA, sympy.Le(KAPPA, sympy.Float(repr(most), 20)))
-    outside = f"kappa is not in 1e-100..{most}, where this order tells T"
+    outside = f"kappa is not in 1e-100..{most}, where this order gives T"
     if r is None:
         where += (R > 1,)
         outside += ", or r is not above 1"

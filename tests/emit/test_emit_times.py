@@ -380,7 +380,7 @@ def _weak(**changed):
 def test_beyond_its_range_an_expansion_has_no_value():
     load = _weak().load()
     for arguments in ((0.5, 10), (0.0, 10), (0.1, 1.0), (float("nan"), 10)):
-        with pytest.raises(ValueError, match="where this order tells T"):
+        with pytest.raises(ValueError, match="where this order gives T"):
             load.log_weak_noise_time(*arguments)
     with pytest.raises(ValueError, match=r"kappa is 0.5, r is 10.0: kappa is not in 1e-100\.\."):
         load.log_weak_noise_time(0.5, 10)
