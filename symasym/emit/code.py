@@ -144,7 +144,7 @@ def _of_formula(formula: Record) -> Program:
     if functions:
         return program
     whole = _function(program.name, formula.title, formula.expression)
-    left = tuple(latex(side, formula.names) for side in parts(formula.left))
+    left = tuple(latex(side, dict(formula.names)) for side in parts(formula.left))
     return replace(program, functions=(replace(whole, latex="", left=left, names=formula.names),))
 
 
