@@ -75,7 +75,7 @@ def by_definitions(e: sa.Expansion, drift: sa.Drift, kappa: str, r: str) -> Any:
     known |= {f"u{k}": z for k, z in enumerate(zeros, 1)}
 
     def finite_part(h: Any, a: Any, b: Any) -> Any:
-        h, total, ends = sympy.lambdify(x, h, "mpmath"), mpmath.mpf(0), []
+        h, total, ends = sympy.lambdify(x, h, "mpmath", cse=True), mpmath.mpf(0), []
         for edge, side in ((a, 1), (b, -1)):
             ends.append(edge)
             if e.case.at_start and abs(edge - start) < mpmath.mpf("1e-9"):
@@ -166,7 +166,17 @@ def test_the_expression_is_the_whole_sum_of_laplace(problem: Problem) -> None:
     assert agrees(number(e, drift, KAPPA, problem.r), want)
 
 
-@pytest.mark.parametrize("problem", all_answered(), ids=str)
+#: Scenes whose formulas take SymPy 5 to 20 s; others of their kind stay.
+LATER = {"degree 20", "sine weak"}
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [
+        pytest.param(p, marks=pytest.mark.slow if p.name in LATER else (), id=p.name)
+        for p in all_answered()
+    ],
+)
 def test_what_laplace_answers_has_a_formula(problem: Problem) -> None:
     """On the whole table, wherever the start is: log T to 29 digits."""
     drift, (kappa, r, start) = problem.make(), (problem.kappa, problem.r, problem.start)
@@ -200,12 +210,13 @@ def test_what_laplace_answers_has_a_formula(problem: Problem) -> None:
 def test_a_start_on_a_zero_or_outside(
     drift: str, start: str, kappa: str, case: str, quantity: str
 ) -> None:
-    """Where A's odd derivatives count, too: order 3, against the method.
+    """Where A's odd derivatives count, too: order 3 (2 of the sine), against the method.
 
     The noise is so strong that exponentially small terms are seen in 29 digits.
     """
     known = sa.Drift(drift)
-    e = sa.expand(known, quantity, order=3, start=start)
+    order = 3 if known.exact_coefficients() else 2
+    e = sa.expand(known, quantity, order=order, start=start)
     assert str(e.case) == case
     want = e.evaluate(kappa, "3/2", dps=DIGITS)
     with mpmath.workdps(80):

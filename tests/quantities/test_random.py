@@ -82,7 +82,7 @@ def check_quadrature(scene: tuple[sa.Drift, Fraction, Fraction, Fraction]) -> No
 FEW = settings(SAMPLE, max_examples=8)
 KINDS = {"ready-made": drifts(), "narrow": narrow()}
 # A scene with a narrow feature takes seconds.
-SAMPLES = {"ready-made": SAMPLE, "narrow": FEW}
+SAMPLES = {"ready-made": settings(SAMPLE, max_examples=12), "narrow": FEW}
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -178,7 +178,7 @@ def test_claimed_error_covers_the_true_one(problem: Problem, whole: bool) -> Non
     kappas = (problem.kappa, "1/4", "3/100") if "analytic" not in problem.tags else ("1/10",)
     for kappa in kappas:
         scene = drift, kappa, problem.r, problem.start
-        some = orders if whole or kappa == problem.kappa else orders[::2]
+        some = orders if whole or kappa == problem.kappa else orders[::4]
         check_scene(scene, some, kappa != "1/4", arrays=kappa != "3/100")
 
 
