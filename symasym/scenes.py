@@ -128,6 +128,8 @@ def _bits(x: Fraction) -> int:
 
 def common_shape(drift: Drift, shapes: dict[str, tuple[int, ...]]) -> tuple[int, ...]:
     """The shape to which the drift's parameters and numbers of these shapes broadcast."""
+    if not any(shapes.values()):
+        return drift.shape
     try:
         return np.broadcast_shapes(drift.shape, *shapes.values())
     except ValueError:
@@ -224,15 +226,15 @@ def rows_of(scenes: Scenes, rows: slice | IntArray | tuple[slice | IntArray, ...
 
 def input_rounding(scenes: Scenes, size: FloatArray) -> FloatArray:
     """A bound on the change of a logarithm where exact numbers are read as floats."""
-    change = np.zeros_like(scenes.lam)
     # A logarithm changes with a position no faster than lam |phi|, or as one comes close to an
     # absorbing end. The rounding of kappa is counted with that of lam.
+    gap = sum(gap for name, gap in scenes.moved.items() if name != "kappa")
+    if not gap:
+        return np.zeros_like(scenes.lam)
     room: Any = np.inf
     if "r" in scenes.numbers:
         room = scenes.numbers["r"] - np.abs(scenes.numbers["start"])
-    for name, gap in scenes.moved.items():
-        if name != "kappa" and gap:
-            change += gap * (scenes.lam * size + 2 / room)
+    change: FloatArray = gap * (scenes.lam * size + 2 / room)
     return change
 
 

@@ -285,7 +285,9 @@ def _by_balls(quantity: str, scene: Scene, dps: int) -> _Slopes | None:
         return None
     at = {**drift.scalars(), **numbers}
     slopes = {name: _Slope(*balls.to_mpf(enclosed[name], dps + 10)) for name in at}
-    return _Slopes(_log(quantity, drift, numbers, dps), slopes, at)
+    log = balls.to_mpf(enclosed[derivatives.LOG], dps + 10)[0]
+    # Its ball has so many places; one below 1 has fewer digits.
+    return _Slopes(log if abs(log) >= 1 else _log(quantity, drift, numbers, dps), slopes, at)
 
 
 def _by_digits(quantity: str, scene: Scene, dps: int) -> _Slopes:
@@ -295,7 +297,7 @@ def _by_digits(quantity: str, scene: Scene, dps: int) -> _Slopes:
     drift, numbers = scene.drift, dict(scene.numbers)
     size = _size(drift, numbers)
     try:
-        found = digit_derivatives.log_slopes(quantity, drift, numbers, dps, size)
+        log, found = digit_derivatives.log_slopes(quantity, drift, numbers, dps, size)
     except TimeLimitError:
         raise
     except (AccuracyError, InputError):
@@ -305,7 +307,7 @@ def _by_digits(quantity: str, scene: Scene, dps: int) -> _Slopes:
         # The sweeps hold more digits; half a unit of the last one that is asked for is claimed.
         half = context.mpf(10) ** -dps / 2
         slopes = {name: _Slope(found[name], half * max(1, abs(found[name]))) for name in at}
-    return _Slopes(_log(quantity, drift, numbers, dps), slopes, at)
+    return _Slopes(log, slopes, at)
 
 
 def _unit(name: str, at: Mapping[str, Fraction]) -> Fraction:

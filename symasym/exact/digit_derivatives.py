@@ -19,8 +19,8 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from functools import cached_property, lru_cache
-from operator import mul
+from functools import cached_property
+from operator import floordiv, mul
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,7 +30,7 @@ from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField
 from symasym.exact import sweep
-from symasym.exact.balls.derivatives import Dual
+from symasym.exact.balls.derivatives import Dual, derivative_of
 from symasym.exact.digit_panels import (
     MORE_TERMS,
     Constant,
@@ -67,8 +67,8 @@ _RATIOS = (Rational(4), Rational(2), Rational(16), Rational(64), Rational(3, 2))
 
 def log_slopes(
     quantity: str, drift: Drift, numbers: dict[str, Fraction], dps: int, size: int
-) -> dict[str, Any]:
-    """d log(quantity)/dp as mpf, p being each parameter of the drift, kappa, and r and start.
+) -> tuple[Any, dict[str, Any]]:
+    """log(quantity), and its derivatives by each parameter of the drift, kappa, and r and start.
 
     Parameters
     ----------
@@ -88,34 +88,32 @@ def log_slopes(
     kappa = numbers["kappa"]
     with own_context(dps) as context:
         precise(context, dps + size + _GUARD)
-        changes = [_derivative(drift, name) for name in drift.parameters]
+        changes = [derivative_of(drift, name) for name in drift.parameters]
         names = [*drift.parameters, "kappa", *(["r"] if "r" in numbers else [])]
         sides = [
             _Side(drift, changes, mirrored, kappa, "r" in numbers, context)
             for mirrored in ((False, True) if "r" in numbers else (False,))
         ]
         if "r" not in numbers:
-            share = sides[0].occupation(quantity == "1 - P")
-            return {name: to_mpf(x, dps) for name, x in share.log_slopes(names).items()}
+            inside, outside = sides[0].occupation(quantity == "1 - P")
+            log = formulas.log_occupation_share(context, known(inside).value, known(outside).value)
+            found = formulas.occupation_share(inside, outside).log_slopes(names)
+            return to_mpf(log, dps), {name: to_mpf(x, dps) for name, x in found.items()}
         r, start = numbers["r"], numbers["start"]
         left, right = (side.absorbed(-r, x) for side, x in zip(sides, (start, -start), strict=True))
         if quantity == "T":
-            found = sweep.escape_time(left, right).log_slopes(names)
+            time = sweep.escape_time(left, right)
+            log, found = context.log(time.value), time.log_slopes(names)
             from_left, from_right = (known(side.w).value for side in (left, right))
             change = from_right / left.sigma.value - from_left / right.sigma.value
             found["start"] = change / (from_left + from_right)
         else:
             if quantity == "1 - C":
                 left, right = right, left
+            log = formulas.log_exit_share(context, left.sigma.value, right.sigma.value)
             found = formulas.exit_share(left.sigma, right.sigma).log_slopes(names)
             found["start"] = (1 if quantity == "1 - C" else -1) / right.sigma.value
-        return {name: to_mpf(x, dps) for name, x in found.items()}
-
-
-@lru_cache(maxsize=64)
-def _derivative(drift: Drift, name: str) -> Drift:
-    """dA/dp as a drift."""
-    return drift.derivative(name)
+        return to_mpf(log, dps), {name: to_mpf(x, dps) for name, x in found.items()}
 
 
 class _Side:
@@ -163,13 +161,11 @@ class _Side:
             self.records(start, end, self.ends), Dual(lam, self.row(lambda _: none, slope))
         )
 
-    def occupation(self, complement: bool) -> Dual:
-        """P or 1 - P; both times depend on lam and phi through lam phi alone."""
+    def occupation(self, complement: bool) -> tuple[Dual, Dual]:
+        """`sweep.layer_times`; both depend on lam and phi through lam phi alone."""
         records = self.records(Fraction(-1), Fraction(1), False)
         layer = sweep.in_layer(records, self.numbers.lam, self.value(-1))
-        times = sweep.layer_times(layer, formulas.tail_right(self.value(1)), complement)
-        share: Dual = formulas.occupation_share(*times)
-        return share
+        return sweep.layer_times(layer, formulas.tail_right(self.value(1)), complement)
 
 
 class _Changed:
@@ -177,6 +173,7 @@ class _Changed:
 
     def __init__(self, panel: Panel, side: _Side, end: bool) -> None:
         self.panel, self.side, self.moved = panel, side, end
+        self._changes: list[list[Any]] | None = None
 
     def record(self, tiny: Any) -> Record:
         """Its numbers for a sweep, with their derivatives."""
@@ -198,18 +195,12 @@ class _Changed:
             for field in side.changes:
                 self._require_tame(field, middle, panel.half, panel.count + MORE_TERMS, _RATIOS)
         number, sign = side.numbers.mpf, 1 if panel.up else -1
-        lam = sign * side.numbers.lam_exact
-
-        def integral(field: ExactField) -> Any:
-            """Of a change, over the panel."""
-            if not isinstance(panel, Taylor):
-                return panel.integral(field)
-            c = self._taylor(field, panel)
-            return panel.width * sum((x / (k + 1) for k, x in enumerate(c)), Rational(0))
-
-        return side.row(
-            lambda f: number(lam * integral(f)), number(-side.of_kappa * abs(panel.rise))
-        )
+        if isinstance(panel, Taylor):
+            rises = [sum(x / (k + 1) for k, x in enumerate(row)) for row in self._rows(panel)]
+        else:
+            rises = [side.numbers.lam_exact * panel.integral(field) for field in side.changes]
+        return side.listed([number(sign * x) for x in rises]
+                           + [number(-side.of_kappa * abs(panel.rise))])  # fmt: skip
 
     @cached_property
     def _rate(self) -> Any:
@@ -228,29 +219,24 @@ class _Changed:
 
     def _dual(self, k: int) -> Dual:
         """int_e, int_inverse or nested."""
-        value, slopes = self._numbers[k]
+        panel = self.panel
+        if isinstance(panel, Taylor):
+            value, slopes = self._of_taylor(panel, k)
+        else:
+            value = (panel.int_e, panel.int_inverse, panel.nested)[k]
+            slopes = self._of_slow(panel, k) if isinstance(panel, Slow) else self._of_constant[k]
         if self.moved:
             # The left end moves outwards.
-            rate, end = self._rate, self.panel.end
-            (int_e, _), (int_inverse, _), (nested, _) = self._numbers
+            rate, end = self._rate, panel.end
             slopes[-1] = (
-                (end, 1 + rate * int_inverse, int_inverse)[k] if self.panel.up else
-                (1 - rate * int_e, end, int_inverse - rate * nested)[k]
+                (end, 1 + rate * panel.int_inverse, panel.int_inverse)[k] if panel.up else
+                (1 - rate * panel.int_e, end, panel.int_inverse - rate * panel.nested)[k]
             )  # fmt: skip
         return Dual(value, slopes)
 
-    @cached_property
-    def _numbers(self) -> list[tuple[Any, Any]]:
-        """int_e, int_inverse and nested, each with its changes."""
-        panel = self.panel
-        if isinstance(panel, Taylor):
-            return self._of_taylor(panel)
-        slopes = self._of_slow(panel) if isinstance(panel, Slow) else self._of_constant()
-        values = panel.int_e, panel.int_inverse, panel.nested
-        return list(zip(values, slopes, strict=True))
-
     # -- a constant drift ------------------------------------------------------------------------
 
+    @cached_property
     def _of_constant(self) -> tuple[Any, Any, Any]:
         """By the moments of e^{-y t}, y being lam |phi| times the width."""
         panel, numbers = self.panel, self.side.numbers
@@ -258,59 +244,42 @@ class _Changed:
         h = numbers.mpf(panel.width)
         one, two = _moments(abs(panel.rise), numbers.context)
         # y grows as log `end` falls.
-        first = h * one * self._rise
-        return first, first.copy(), h * h * (one - two if panel.up else two) * self._rise
+        # An array comes first in products: mpf would print it before it gives up.
+        first = self._rise * (h * one)
+        return first, first.copy(), self._rise * (h * h * (one - two if panel.up else two))
 
     # -- Taylor series ---------------------------------------------------------------------------
 
-    def _of_taylor(self, panel: Taylor) -> list[tuple[Any, Any]]:
-        """By the moments of four series (see the module)."""
-        side, context = self.side, self.side.numbers.context
-        lam = side.numbers.lam_exact * panel.width
-        # Coefficients that are rounding alone would grow about the other end.
-        tiny = max(map(abs, panel.q)) / (1 << (context.prec - 32))
-        own, *rows = (
-            _trimmed(row, tiny)
-            for row in (panel.q, *([lam * x for x in self._taylor(f, panel)] for f in side.changes))
-        )
-        count = max(map(len, [own, *rows]))
-        backwards = [-x if k % 2 else x for k, x in enumerate(shifted(own, Rational(1)))]
-        reach = max(sum(abs(float(x)) / (k + 1) for k, x in enumerate(c)) for c in (own, backwards))
-        bits = context.prec + guard_bits(reach)
-        q, denominator = integers(own, bits)
-        back = [-x if k % 2 else x for k, x in enumerate(shifted(q, 1))]
-        terms = _terms(q, denominator, bits), _terms(back, denominator, bits)
-        if terms[1] > _MOST_TERMS * terms[0]:
-            raise _slow_convergence()
-        y, n = (_series(q, denominator, bits, terms[0], source) for source in (False, True))
-        e, m = (_series(back, denominator, bits, terms[1], source) for source in (False, True))
-        total = sum(n)
-        of_y, of_n, of_e, of_m = (
-            _moments_at_left(y, count), _moments_at_left(n, count),
-            _moments_at_right(e, count), _moments_at_right(m, count),
-        )  # fmt: skip
-        changes = (
-            [total - x for x in of_e[1:]],
-            of_y[1:],
-            [a - b for a, b in zip(of_n[1:], of_m[1:], strict=True)],
-        )
-        h = side.numbers.mpf(panel.width)
-        unit = h * context.ldexp(1, -bits) * (1 if panel.up else panel.end)
-        numbers = []
-        for value, width, change in zip((total, of_y[0], of_n[0]), (1, 1, h), changes, strict=True):
-            each = [x // (k + 1) for k, x in enumerate(change)]
+    def _of_taylor(self, panel: Taylor, k: int) -> tuple[Any, Any]:
+        """int_e, int_inverse or nested and its changes, by the moments of one series or two."""
+        side, four = self.side, self._solutions
+        value, change = four.int_e() if k == 0 else four.int_inverse() if k == 1 else four.nested()
+        each = [x // (j + 1) for j, x in enumerate(change)]
+        mpf, h = side.numbers.context.mpf, side.numbers.mpf(panel.width)
+        slopes = [mpf(sum(map(mul, c, each))) / below for c, below in four.directions]
+        slopes[-1] *= side.numbers.mpf(side.of_kappa)
+        scale = h * side.numbers.context.ldexp(1, -four.bits)
+        if k == 2:
+            scale *= h
+        if panel.up:
+            return value * scale, side.listed(slopes) * scale
+        scale *= panel.end
+        return value * scale, side.listed(slopes) * scale + self._rise * (value * scale)
 
-            def along(direction: Sequence[Any], each: list[Any] = each) -> Any:
-                c, below = integers(direction, bits)
-                return context.mpf(sum(map(mul, c, each))) / below
+    @cached_property
+    def _solutions(self) -> _Solutions:
+        """The four series of the panel."""
+        assert isinstance(self.panel, Taylor)
+        return _Solutions(self.panel, self._rows(self.panel), self.side.numbers.context)
 
-            slopes = [along(row) for row in rows]
-            slopes.append(side.numbers.mpf(side.of_kappa) * along(own))
-            scaled = side.listed(slopes) * (unit * width)
-            if not panel.up:
-                scaled = scaled + value * unit * width * self._rise
-            numbers.append((value * unit * width, scaled))
-        return numbers
+    def _rows(self, panel: Taylor) -> list[list[Any]]:
+        """Taylor coefficients of the changes of lam phi times the width, in units of it."""
+        if self._changes is None:
+            lam = self.side.numbers.lam_exact * panel.width
+            self._changes = [
+                [lam * x for x in self._taylor(field, panel)] for field in self.side.changes
+            ]
+        return self._changes
 
     def _taylor(self, field: ExactField, panel: Taylor) -> list[Any]:
         """Taylor coefficients of a change at the panel's left end, in units of its width."""
@@ -339,16 +308,31 @@ class _Changed:
 
     # -- slow panels -----------------------------------------------------------------------------
 
-    def _of_slow(self, panel: Slow) -> tuple[Any, Any, Any]:
+    def _of_slow(self, panel: Slow, k: int) -> Any:
         """By the slow series with the source -dpsi M."""
-        half = self.side.numbers.mpf(panel.half)
-        following = self._at(panel, panel.t1, True) * half
-        opposing = self._at(panel, panel.t0, False) * half
+        if k < 2:
+            return self._following if panel.up == (k == 0) else self._opposing
+        following, opposing = self._following, self._opposing
         if not panel.up:
-            return opposing, following, opposing * panel.following + following * panel.opposing
+            return opposing * panel.following + following * panel.opposing
+        half = self.side.numbers.mpf(panel.half)
         first = self._at(panel, panel.t0, True) * half
         whole = self._over(panel, first, following) * half
-        return following, opposing, whole - first * panel.opposing - panel.first * opposing
+        return whole - first * panel.opposing - opposing * panel.first
+
+    @cached_property
+    def _following(self) -> Any:
+        """Changes of the solution that follows the drift, at the right end."""
+        panel = self.panel
+        assert isinstance(panel, Slow)
+        return self._at(panel, panel.t1, True) * self.side.numbers.mpf(panel.half)
+
+    @cached_property
+    def _opposing(self) -> Any:
+        """Changes of the one that opposes it, at the left end."""
+        panel = self.panel
+        assert isinstance(panel, Slow)
+        return self._at(panel, panel.t0, False) * self.side.numbers.mpf(panel.half)
 
     def _psi(self, panel: Slow, t: Fraction, count: int) -> tuple[list[Any], list[list[Any]]]:
         """Taylor coefficients of lam |phi| half about t, and of each of its changes."""
@@ -413,7 +397,59 @@ class _Changed:
         ]
         right, left = sum(q) * unit, sum(q[::2]) - sum(q[1::2])
         inside = self.side.listed(weighted) * (unit / psi[0]) * self.side.numbers.mpf(panel.half)
-        return left * unit * at_left - right * at_right - inside
+        return at_left * (left * unit) - at_right * right - inside
+
+
+class _Solutions:
+    """The four solutions on a Taylor panel (see the module), in fixed point.
+
+    `directions` are the changes of lam phi times the width and, last, itself: whole numbers and
+    their denominator. The methods give a number of the panel in units of 2^-bits and, for each
+    Taylor coefficient, k + 1 times its change.
+    """
+
+    def __init__(self, panel: Taylor, rows: list[list[Any]], context: MPContext) -> None:
+        # Coefficients that are rounding alone would grow about the other end.
+        tiny = max(map(abs, panel.q)) / (1 << (context.prec - 32))
+        own, *changes = (_trimmed(row, tiny) for row in (panel.q, *rows))
+        self._count = max(map(len, [own, *changes]))
+        backwards = [-x if k % 2 else x for k, x in enumerate(shifted(own, Rational(1)))]
+        reach = max(sum(abs(float(x)) / (k + 1) for k, x in enumerate(c)) for c in (own, backwards))
+        self.bits = bits = context.prec + guard_bits(reach)
+        q, self._denominator = integers(own, bits)
+        back = [-x if k % 2 else x for k, x in enumerate(shifted(q, 1))]
+        self.directions = [*(integers(row, bits) for row in changes), (q, self._denominator)]
+        terms = [_terms(c, self._denominator, bits) for c in (q, back)]
+        if terms[1] > _MOST_TERMS * terms[0]:
+            raise _slow_convergence()
+        self._left, self._right = (q, terms[0]), (back, terms[1])
+
+    def _from(self, side: tuple[list[Any], int], source: bool) -> list[Any]:
+        """Taylor coefficients of the solution with a source or without."""
+        q, terms = side
+        return _series(q, self._denominator, self.bits, terms, source)
+
+    @cached_property
+    def _n(self) -> list[Any]:
+        """Those of N."""
+        return self._from(self._left, True)
+
+    def int_e(self) -> tuple[Any, list[Any]]:
+        """N(1)."""
+        total = sum(self._n)
+        moments = _moments_at_right(self._from(self._right, False), self._count)
+        return total, [total - x for x in moments[1:]]
+
+    def int_inverse(self) -> tuple[Any, list[Any]]:
+        """int 1/e."""
+        value, *moments = _moments_at_left(self._from(self._left, False), self._count)
+        return value, moments
+
+    def nested(self) -> tuple[Any, list[Any]]:
+        """int N."""
+        value, *of_n = _moments_at_left(self._n, self._count)
+        of_m = _moments_at_right(self._from(self._right, True), self._count)
+        return value, [a - b for a, b in zip(of_n, of_m[1:], strict=True)]
 
 
 def _trimmed(row: list[Any], tiny: Any) -> list[Any]:
@@ -451,15 +487,17 @@ def _series(q: list[Any], denominator: int, bits: int, count: int, source: bool)
 
 def _moments_at_left(series: list[Any], count: int) -> list[Any]:
     """int_0^1 s^k y ds, k = 0, ..., count."""
-    return [sum(y // (n + k + 1) for n, y in enumerate(series)) for k in range(count + 1)]
+    end = len(series) + 1
+    return [sum(map(floordiv, series, range(k + 1, end + k))) for k in range(count + 1)]
 
 
 def _moments_at_right(series: list[Any], count: int) -> list[Any]:
     """int_0^1 (1 - s)^k y ds, k = 0, ..., count, by Euler's beta function."""
-    terms = [y // (n + 1) for n, y in enumerate(series)]
+    end = len(series) + 1
+    terms = list(map(floordiv, series, range(1, end)))
     moments = [sum(terms)]
     for k in range(1, count + 1):
-        terms = [k * x // (n + k + 1) for n, x in enumerate(terms)]
+        terms = [k * x // n for n, x in enumerate(terms, k + 1)]
         moments.append(sum(terms))
     return moments
 

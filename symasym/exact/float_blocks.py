@@ -317,6 +317,8 @@ def planned(
     if series is None:
         # The n-th Chebyshev coefficient shrinks by count^n when the block is cut into panels.
         few &= _tail(x) / count**8 <= 4e-14 * count
+    elif len(series) > float_panels.PLAIN:
+        few &= _unbent(series, count)
     size = steep / lam_h
     field.reaches(blocks.scene, size)
     phi = x[float_panels.NODES // 2] / lam_h
@@ -391,6 +393,15 @@ def _rounding(field: Field, blocks: Blocks, anchors: Anchors, ready: np.ndarray)
     t = positions(block, anchors, float_panels.lobatto().nodes[::4])
     result[chosen] = field.rounding(block.scene, t).max(axis=1, initial=0.0)
     return result
+
+
+def _unbent(series: FloatArray, count: IntArray) -> np.ndarray:
+    """Blocks whose panels have no Taylor coefficient of q above `float_panels.bends`."""
+    terms = len(series)
+    most = float_panels.binomials(terms) @ np.abs(series)
+    allowed = float_panels.bends(terms)[:, None] * count ** np.arange(3.0, terms + 1)[:, None]
+    unbent: np.ndarray = np.all(most <= allowed, axis=0)
+    return unbent
 
 
 def is_slow(low: FloatArray, high: FloatArray, x: FloatArray) -> np.ndarray:

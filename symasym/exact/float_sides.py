@@ -1,10 +1,10 @@
 r"""Sides of mild scenes in float64: from -r to the start with panels of their own.
 
-On a side, lam phi is a polynomial q(t)/h on [-1, end], t from -1 to 1, whose coefficients have the
-sum Q of their moduli. Then lam V moves by Q at most, and where that is moderate nothing needs a
-logarithm but sigma left of u = -1, in units of which the panels are joined (`sweep.carried`).
-Panels are as long as the local |q| and q' allow, all of a side alike: they end where an integral
-over equal cells passes whole numbers. What they make together is summed as it stands.
+On a side, lam phi is a polynomial q(t)/h on [-1, end], t from -1 to 1. With Q the sum of the moduli
+of its coefficients over k + 1, lam V moves by Q at most; where that is moderate 1/sigma and w are
+carried through the panels as they stand (`sweep.carried`), and only sigma left of u = -1 needs a
+logarithm. Panels are as long as the local |q| and its derivatives allow, all of a side alike: they
+end where an integral over equal cells passes whole numbers.
 
 Where that sigma is above e^(Q + 45), S is constant on [-1, end] to all digits, so that
 
@@ -34,8 +34,9 @@ from symasym.numbers.float_arrays import LogPositive
 
 _ULP = 2e-16  # of an exponent, its sum included
 _ROUNDING = 2e-15  # of fewer than 15 operations; and what is left out, below e^-36
-#: Largest Q of a side that is taken: e^Q, and its product with others, are floats.
-_HIGHEST = 600.0
+#: Largest Q of a side that is taken: the errors are proportional to it.
+_HIGHEST = 1000.0
+_LOWEST = 1e-290  # of 1/sigma, below which floats have fewer digits
 #: q' that take a panel of their own, or |q| = REACH; the squares of both are added.
 _BENT = 3 / 16
 #: Exponents of a single integral that change none of its digits, beside log(1 + Q).
@@ -52,8 +53,8 @@ _FEW = 32  # sides, of which more take a rule of their own
 
 
 class _Sides(NamedTuple):
-    """Some sides: lam, the coefficients of q, the sum of their moduli, the width h, the relative
-    error of a panel; log sigma, its error, and w at u = -1."""
+    """Some sides: lam, the coefficients of q, Q, the width h, the relative error of a panel; log
+    sigma, its error, and w at u = -1."""
 
     lam: FloatArray
     series: FloatArray
@@ -82,7 +83,9 @@ def swept(field: Field, lam: FloatArray, r: FloatArray, end: FloatArray) -> tupl
         A side is [-r, end].
     """
     rate = lam * field.size()[: len(lam)]
-    mild = (r > 1.0) & (end > -1.0) & (end <= 1.0) & (rate < MILD)
+    mild = rate < MILD
+    for inside in (r > 1.0, end > -1.0, end <= 1.0):
+        mild &= inside
     index = np.flatnonzero(mild)
     some = _run(index)
     coefficients = None if field.directions else field.series(some)
@@ -91,7 +94,7 @@ def swept(field: Field, lam: FloatArray, r: FloatArray, end: FloatArray) -> tupl
     lam, r, end, rate, a_minus = (x[some] for x in (lam, r, end, rate, field.a_minus))
     h = end + 1.0
     series = centred(coefficients, -1.0, end, lam * h)
-    size = np.abs(series).sum(axis=0)
+    size = (1.0 / np.arange(1.0, len(series) + 1)) @ np.abs(series)
     # The error of a panel is that of others which are not graded (`symasym.exact.floats`).
     own = 5e-15 + 8e-18 * rate
     tail = float_panels.constant(lam * a_minus, r - 1.0)
@@ -108,7 +111,7 @@ def swept(field: Field, lam: FloatArray, r: FloatArray, end: FloatArray) -> tupl
     if rest.size:
         some = _run(rest)
         found[:, some] = _nested(sides.take(some))
-    done = np.isfinite(found).all(axis=0)
+    done = np.isfinite(found.sum(axis=0))
     if not done.all():
         index, found = index[done], found[:, done]
     return index, _logs(found)
@@ -126,43 +129,38 @@ def _logs(found: FloatArray) -> Swept:
     return Swept(LogPositive(found[0], found[1]), LogPositive(found[2], found[3]))
 
 
-# -- two integrals and the nested one --------------------------------------------------------------
+# -- panels ----------------------------------------------------------------------------------------
 
 
 def _nested(sides: _Sides) -> FloatArray:
     """log sigma, its error, log w and its error, nan where the panels do not resolve e^{lam V}."""
-    lam, series, size, h, own = sides[:5]
-    fall, int_e, int_inverse, nested, missed = _integrals(series, h)
-    missed[missed > RESOLUTION] = np.nan
-    # In units of sigma at u = -1.
-    unit = np.exp(-sides.log_sigma)
-    int_inverse *= fall
-    nested *= fall * unit
-    int_e *= unit
-    sigma, w = sweep.carried(
-        Swept(1.0, sides.w), Record(int_e, int_inverse, nested, fall, 1.0), lam
-    )
-    # What is added has errors of its own: none is above the sum of all.
-    moved = _ULP * size
-    own = own + missed + moved + sides.error
-    log = sides.log_sigma + np.log(sigma)
-    return np.array((log, own + moved + _ROUNDING * (1.0 + np.abs(log)),
-                     np.log(w), 3 * own + moved + _ROUNDING))  # fmt: skip
+    size, h, own = sides[2:5]
+    rate, w, missed, least = _joined(sides, *_integrals(sides.series, h))
+    missed[(missed > RESOLUTION) | (least < _LOWEST)] = np.nan
+    # Exponents lam (V(v) - V(u)) are off by `moved` at most, by as much for each of two in w.
+    moved, own, log = _ULP * size, own + missed, -np.log(rate)
+    error = own + moved + sides.error + _ROUNDING
+    return np.array((log, error + _ROUNDING * np.abs(log), np.log(w), error + 2 * own + moved))
 
 
-def _integrals(series: FloatArray, h: FloatArray) -> FloatArray:
-    """e^{lam V} at the ends, 1 at u = -1, the integrals of `float_panels.integrals`, and
-    what the nodes miss of them."""
+def _integrals(series: FloatArray, h: FloatArray) -> tuple[FloatArray, list[int], IntArray | slice]:
+    """Of each panel e^{lam V} at its right end, 1 being that at its left one, the integrals of
+    `float_panels.integrals`, and what the nodes miss of them.
+
+    First come the first panels of all sides, then the second ones, ...: how many there are of each,
+    and the sides' order.
+    """
     count, ends = _panels(series)
     number, most = len(ends) - 1, int(count.max())
+    order: IntArray | slice = slice(None)
+    widths = [number]
     if most > 1:
-        # The sides with most panels first, and of all of them the first panel, the second, ...
+        # The sides with most panels first.
         order = np.argsort(-count, kind="stable")
-        sides = np.searchsorted(-count[order], -np.arange(most), side="left").tolist()
-        side = np.concatenate([order[:n] for n in sides])
+        widths = np.searchsorted(-count[order], -np.arange(most), side="left").tolist()
+        side = np.concatenate([order[:n] for n in widths])
         first = np.add.accumulate(count) - count
-        at = first[side] + np.repeat(np.arange(most), sides)
-    # e at the right end, the three integrals, what is missed.
+        at = first[side] + np.repeat(np.arange(most), widths)
     parts = np.empty((5, number))
     place, memory = float_panels.memory()
     for begin in range(0, number, float_panels.AT_ONCE):
@@ -181,25 +179,40 @@ def _integrals(series: FloatArray, h: FloatArray) -> FloatArray:
         parts[1:, some] = [x[0] for x in float_panels.integrals(exponents, memory)]
         parts[1:4, some] *= half
         parts[3, some] *= half
-    return parts if most == 1 else _joined(parts, sides, order)
+    return parts, widths, order
 
 
-def _joined(parts: FloatArray, sides: list[int], order: IntArray) -> FloatArray:
-    """The same of the sides from that of their panels, `sides` of which have a first, a second, ...
-    one; `order` is theirs."""
-    result = np.zeros((5, sides[0]))
-    result[0] = 1.0
+def _joined(
+    sides: _Sides, parts: FloatArray, widths: list[int], order: IntArray | slice
+) -> FloatArray:
+    """1/sigma and w at the ends of the sides, the most that is missed on a panel, and the least
+    1/sigma on the way."""
+    lam = sides.lam[order]
+    result = np.empty((4, len(lam)))
+    rates, ws, most, least = result
+    np.exp(-sides.log_sigma[order], out=rates)
+    ws[:] = sides.w[order]
+    most[:] = 0.0
+    least[:] = rates
     low = 0
-    for n in sides:
+    for n in widths:
         end, int_e, int_inverse, nested, missed = parts[:, low : low + n]
-        so_far = result[:, :n]
-        int_e *= so_far[0]
-        int_inverse /= so_far[0]
-        nested += so_far[1] * int_inverse
-        so_far[0] *= end
-        so_far[1:4] += parts[1:4, low : low + n]
-        np.maximum(so_far[4], missed, out=so_far[4])
+        rate, w = rates[:n], ws[:n]
+        # `sweep.carried`, of 1/sigma.
+        nested *= rate
+        nested += int_inverse
+        nested *= lam[:n]
+        w += nested
+        int_e *= rate
+        int_e += 1.0
+        end /= int_e
+        w *= end
+        rate *= end
+        np.maximum(most[:n], missed, out=most[:n])
+        np.minimum(least[:n], rate, out=least[:n])
         low += n
+    if isinstance(order, slice):
+        return result
     back = np.empty_like(result)
     back[:, order] = result
     return back
@@ -208,15 +221,18 @@ def _joined(parts: FloatArray, sides: list[int], order: IntArray) -> FloatArray:
 def _panels(series: FloatArray) -> tuple[IntArray, FloatArray]:
     """Numbers of panels of the sides, and where panels end, the k-th side being [2k - 1, 2k + 1].
 
-    On none of them lam V moves by more than `REACH`, or falls by more than `REACH_DOWN`.
+    On none of them lam V moves by more than `REACH`, or falls by more than `REACH_DOWN`, and no
+    Taylor coefficient of many is above `float_panels.bends`.
     """
-    powers, slopes, up_to = _at_cells(len(series))
-    values, bent = powers @ series, slopes @ series
+    at_cells, up_to = _at_cells(len(series))
+    values, bent, *others = (at_cells @ series).reshape(-1, len(up_to) + 1, series.shape[1])
     # |q| in panels, squared.
-    np.maximum(values / -REACH, values / REACH_DOWN, out=values)
+    values *= np.where(values < 0.0, -1.0 / REACH, 1.0 / REACH_DOWN)
     values *= values
     values += np.abs(bent, out=bent)
     values += 1e-9
+    for k, other in enumerate(others, 3):
+        values += np.abs(other, out=other) ** (2 / k)
     steep = np.maximum(values[1:], values[:-1])
     np.sqrt(steep, out=steep)
     known = np.zeros(steep.size + 1)
@@ -230,16 +246,23 @@ def _panels(series: FloatArray) -> tuple[IntArray, FloatArray]:
     reached *= (whole / reached[:, -1])[:, None]
     reached += (np.add.accumulate(whole) - whole)[:, None]
     ends = np.interp(ends, known, np.arange(float(len(known))))
-    return count, ends * (2.0 / len(up_to)) - 1.0
+    ends *= 2.0 / len(up_to)
+    ends -= 1.0
+    return count, ends
 
 
 @cache
-def _at_cells(terms: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """t^k at the ends of equal cells of [-1, 1], two for each term and not fewer than eight; its
-    derivatives times `_BENT`; the matrix from a row of values on the cells to running means."""
+def _at_cells(terms: int) -> tuple[FloatArray, FloatArray]:
+    """t^k at the ends of equal cells of [-1, 1], two for each term and not fewer than eight;
+    its derivatives times `_BENT`, and of many terms the higher ones over k! and
+    `float_panels.bends`; the matrix from a row of values on the cells to running means."""
     cells = max(8, 2 * terms)
     t, k = np.linspace(-1.0, 1.0, cells + 1)[:, None], np.arange(terms)
-    return t**k, _BENT * k * t ** np.maximum(k - 1, 0), np.tri(cells).T / cells
+    rows = [t**k, _BENT * k * t ** np.maximum(k - 1, 0)]
+    if terms > float_panels.PLAIN:
+        weights = float_panels.binomials(terms) / float_panels.bends(terms)[:, None]
+        rows += [w * t ** np.maximum(k - n, 0) for n, w in enumerate(weights, 2)]
+    return np.vstack(rows), np.tri(cells).T / cells
 
 
 # -- a single integral -----------------------------------------------------------------------------
@@ -264,7 +287,7 @@ def _single(sides: _Sides) -> FloatArray:
     outside, inside, bounds = _ellipses(len(series))
     # The mean of the exponential is e^highest/(1 + Q) or more, roughly.
     highest = np.maximum((inside @ heights).max(axis=0), 0.0)
-    enough = _ENOUGH + highest - np.log1p(size)
+    enough = _ENOUGH + highest - np.log1p(len(series) * size)
     most = (outside @ heights).reshape(len(bounds), -1, len(h)).max(axis=1)
     wanted = ((most - enough + bounds[:, :1]) * bounds[:, 1:]).min(axis=0)
     nodes = min(-int(-wanted.max() // _RULES) * _RULES, _MOST)
@@ -333,6 +356,6 @@ def _start(series: FloatArray, size: FloatArray) -> FloatArray:
     above = (2.0 / _CELLS) ** 2 / 16 * (terms @ np.abs(series))
     exponents = _to_cells(len(series)) @ series
     highest = np.maximum.accumulate(exponents, axis=0) + above
-    below = (highest < -(_BELOW + np.log1p(size))).sum(axis=0)
+    below = (highest < -(_BELOW + np.log1p(len(series) * size))).sum(axis=0)
     start: FloatArray = 2.0 / _CELLS * np.maximum(below - 1, 0) - 1.0
     return start

@@ -417,7 +417,7 @@ class LogPositive:
         return LogPositive(log, self.error + term.error + _ROUNDING * np.abs(log))
 
     def __rtruediv__(self, other: int) -> LogPositive:
-        return _positive(other) / self
+        return LogPositive(-self.log, self.error) if other == 1 else _positive(other) / self
 
     def __add__(self, other: LogPositive | int) -> LogPositive:
         term = _positive(other)
@@ -436,16 +436,18 @@ class LogPositive:
         whole = 1.0 + ratio
         behind = np.log(whole)
         log = np.maximum(self.log, term.log) + behind
-        # A share may be 0 and its error 1e284: neither is found as a difference.
-        larger, smaller = 1.0 / whole, ratio / whole
-        first = apart > 0
-        error = np.where(first, larger, smaller) * self.error
-        error += np.where(first, smaller, larger) * term.error
-        if np.fmax.reduce(self.error + term.error, axis=None) > _LINEAR:
+        # The shares are 1/whole of the larger one and ratio/whole: one may be 0 beside an error of
+        # 1e284, so neither is found as a difference.
+        first, known = apart > 0, self.error + term.error
+        error = np.where(first, term.error, self.error)
+        error *= ratio
+        error += np.where(first, self.error, term.error)
+        error /= whole
+        if np.fmax.reduce(known, axis=None) > _LINEAR:
             # log of the sum of both shares, each times e to its error: convex, so no less below.
             ahead = np.minimum(apart, 0.0) + self.error, np.minimum(-apart, 0.0) + term.error
             most = np.logaddexp(*ahead) - behind
-            error = np.where(self.error + term.error > _LINEAR, most, error)
+            error = np.where(known > _LINEAR, most, error)
         return LogPositive(log, error + _ROUNDING * (np.abs(log) + 2.0))
 
     __radd__ = __add__

@@ -35,16 +35,17 @@ def quotients(x: Number, numbers: Arithmetic) -> tuple[Any, Any]:
     """phi_1(x) and phi_2(x), to a few units of rounding."""
     # Below 1/2 in size, half a unit of rounding is left out of the series.
     small = abs(x) < 0.5
+    everywhere = numbers.all(small)
     first = second = numbers.zero * x
-    if numbers.any(small):
-        y = x if numbers.all(small) else numbers.where(small, x, numbers.zero)
+    if everywhere or numbers.any(small):
+        y = x if everywhere else numbers.where(small, x, numbers.zero)
         if numbers is FLOATS:
             second = poly(_SECOND, y)
         else:
             for k in range(_terms(numbers.eps), 0, -1):
                 second = (1 + y * second) / (k + 1)
         first = 1 + y * second
-    if not numbers.all(small):
+    if not everywhere:
         z = numbers.where(small, numbers.one, x)
         rise = numbers.expm1(z)
         first = numbers.where(small, first, rise / z)

@@ -17,11 +17,11 @@ import symasym
 
 _PACKAGE = str(Path(symasym.__file__).parent)
 
+_SIDES = "sides with panels of their own (`exact/float_sides.py`), but for their samples"
+
 #: What the functions of `symasym.exact` do; anything else is "the rest".
 STAGES = {
-    "samples of the exponential and their sums": (
-        *("sampled", "exponents_of_series", "_single", "_nested"),
-    ),
+    "samples of the exponential and their sums": ("sampled", "exponents_of_series", "integrals"),
     "drift on blocks: Taylor shifts, values": ("series_of", "shifted", "phi_at", "phi", "series"),
     "planning blocks: slow, sampled or cut": ("planned", "is_slow", "_tail", "_pieces", "hidden"),
     "what counts and what does not": ("counting", "placed", "up_to", "_coarse"),
@@ -81,13 +81,15 @@ def shares(call: Callable[[], Any], runs: int = 5) -> dict[str, float]:
     own: dict[str, float] = defaultdict(float)
     for (file, _, name), (_, _, total, _, callers) in pstats.Stats(profile).stats.items():
         if file.startswith(_PACKAGE):
-            own[_stage(name)] += total
+            own[_stage(file, name)] += total
             continue
         for (where, _, caller), (_, _, part, _) in callers.items():
-            own[_stage(caller) if where.startswith(_PACKAGE) else "the rest"] += part
+            own[_stage(where, caller) if where.startswith(_PACKAGE) else "the rest"] += part
     whole = sum(own.values())
     return {name: own[name] / whole for name in sorted(own, key=own.__getitem__, reverse=True)}
 
 
-def _stage(function: str) -> str:
+def _stage(file: str, function: str) -> str:
+    if Path(file).name == "float_sides.py":
+        return _SIDES
     return next((name for name, parts in STAGES.items() if function in parts), "the rest")

@@ -259,7 +259,7 @@ def test_the_search_fools_an_error_of_two_terms(
     from symasym.asymptotics.weak_noise import series
 
     monkeypatch.setattr(series, "_SHARE", 0.0)
-    assert fooling.judged(60, 1, search, 0).ratios.max() > 10
+    assert fooling.judged(12, 1, search, 0).ratios.max() > 10
 
 
 @needs_flint

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.base.errors import AccuracyError
@@ -44,7 +44,10 @@ if TYPE_CHECKING:
 
     from symasym.drift.drift import Drift
 
-__all__ = ["log_slopes", "log_slopes_of_occupation"]
+__all__ = ["LOG", "derivative_of", "log_slopes", "log_slopes_of_occupation"]
+
+#: The logarithm itself, among its derivatives; no parameter has such a name.
+LOG = "log(quantity)"
 
 # Panels of a scene beyond which differences are found in less time.
 _MOST_PANELS = 300
@@ -58,7 +61,8 @@ def log_slopes(
     start: Fraction,
     dps: int,
 ) -> dict[str, Any]:
-    """Balls for d log(quantity)/dp, p being each parameter of the drift, kappa, r and start.
+    """Balls for log(quantity), as `LOG`, and for its derivatives by each parameter of the drift,
+    kappa, r and start.
 
     Parameters
     ----------
@@ -86,13 +90,16 @@ def log_slopes(
         left = _swept(left_pieces, lam, list(directions.values()))
         right = _swept(right_pieces, lam, mirrored)
         if quantity == "T":
-            return _time(left, right, len(directions)).log_slopes(directions)
+            time = _time(left, right, len(directions))
+            return {LOG: time.value.log(), **time.log_slopes(directions)}
         if quantity == "1 - C":
             left, right = right, left
         share: Dual = formulas.exit_share(left.sigma, right.sigma)
         towards_left = 1 / right.sigma.value
-        return share.log_slopes(directions) | {
-            "start": towards_left if quantity == "1 - C" else -towards_left
+        return {
+            LOG: -(left.sigma.value / right.sigma.value).log1p(),
+            **share.log_slopes(directions),
+            "start": towards_left if quantity == "1 - C" else -towards_left,
         }
 
     return _refined(compute, dps, lam * (1 + r))
@@ -119,18 +126,26 @@ def log_slopes_of_occupation(
         )
         # Both times depend on lam and phi through lam phi alone.
         layer = sweep.in_layer(records, exact_ball(lam), a_minus)
-        times = sweep.layer_times(layer, formulas.tail_right(a_plus), quantity == "1 - P")
-        share: Dual = formulas.occupation_share(*times)
-        return share.log_slopes(directions)
+        inside, outside = sweep.layer_times(layer, formulas.tail_right(a_plus), quantity == "1 - P")
+        share: Dual = formulas.occupation_share(inside, outside)
+        return {LOG: -(outside.value / inside.value).log1p(), **share.log_slopes(directions)}
 
     return _refined(compute, dps, lam)
 
 
 def _directions(drift: Drift, kappa: Fraction) -> dict[str, Direction]:
     """The changes per unit of each parameter, and of kappa: d(log lam)/d(kappa) = -2/kappa."""
-    directions = {name: Direction(profile_of(drift.derivative(name))) for name in drift.parameters}
+    directions = {
+        name: Direction(profile_of(derivative_of(drift, name))) for name in drift.parameters
+    }
     directions["kappa"] = Direction(profile_of(drift), -2 / kappa, -2 / kappa)
     return directions
+
+
+@lru_cache(maxsize=64)
+def derivative_of(drift: Drift, name: str) -> Drift:
+    """dA/dp as a drift, with what was found of it."""
+    return drift.derivative(name)
 
 
 def _bounded(drift: Drift, directions: dict[str, Direction]) -> Profile:
