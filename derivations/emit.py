@@ -18,7 +18,7 @@ from derivations.runner import describe
 from symasym.base.files import write_bytes
 from symasym.derivation import Expansion
 from symasym.derivation.code import function
-from symasym.derivation.results import parts
+from symasym.derivation.results import latex, parts
 
 FOLDER = Path(__file__).parent.parent / "symasym" / "generated"
 FORMAT = "symasym-formulas/1"
@@ -385,9 +385,10 @@ def doc(item: Emitted) -> str:
 def statement(item: Emitted) -> dict[str, Any]:
     """A function as data, its symbols named as in the code: what `sa.emit` prints.
 
-    Of a step, the step's LaTeX as well.
+    Of a step, the step's LaTeX as well; and the LaTeX of its left sides and of its symbols.
     """
     stated = expression(item)
+    shown = build(item.label).names
     names, arguments = named(stated)
     called = {s: sympy.Symbol(names[s], **s._assumptions_orig) for s in arguments}
     pieces = [e.subs(called, simultaneous=True) for e in parts(stated)]
@@ -397,7 +398,24 @@ def statement(item: Emitted) -> dict[str, Any]:
         "arguments": [names[s] for s in arguments],
         "expression": sympy.srepr(pieces[0] if len(pieces) == 1 else sympy.Tuple(*pieces)),
         "latex": _latex_of_step(item) if item.step else "",
+        "left": _left_sides(item),
+        "names": {names[s]: latex(s, shown) for s in arguments},
     }
+
+
+def _left_sides(item: Emitted) -> list[str]:
+    """LaTeX of what a function's values are, one each."""
+    derivation = build(item.label)
+    (left,) = (
+        [s.left for s in derivation.steps if s.name == item.step]
+        if item.step
+        else [derivation.left]
+    )
+    sides = list(left) if isinstance(left, (tuple, list)) else [left]
+    if item.piece is not None and len(sides) > item.piece:
+        sides = [sides[item.piece]]
+    shown = [s if isinstance(s, str) else latex(s, derivation.names) for s in sides]
+    return [s.partition(" = ")[0] for s in shown]
 
 
 def _latex_of_step(item: Emitted) -> str:
@@ -425,7 +443,7 @@ def formulas() -> str:
             )
         written = record["left"] + record["expression"] + record.get("remainder", "")
         record["names"] = {
-            name: shown for name, shown in derivation.names.items() if f"Symbol({name!r}" in written
+            name: shown for name, shown in derivation.names.items() if f"({name!r}" in written
         }
         record["steps"] = [
             {

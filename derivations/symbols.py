@@ -455,7 +455,7 @@ IN_WORDS: dict[str, dict[str, Meaning]] = {
     },
     "regular-part": {"t": Meaning("distance from the zero of the drift", "scaled: y/eps")},
     "saddle-recurrences": {"t": Meaning("distance from the zero of the drift", "scaled: y/eps")},
-    "first-three": {"r": MEANINGS["r"]},
+    "first-three": {name: MEANINGS[name] for name in ("r", "T_1", "T_2")},
     "eq:phi": {"F": Meaning("field inside the layer, eq:cont", "unscaled")},
     "eq:scaledSDEx": {
         "y": MEANINGS["y"],

@@ -61,7 +61,7 @@ mathjax_config_path = "mathjax.js"
 
 
 def _link_docstring(app, what, name, value, options, lines) -> None:
-    lines[:] = typeset(lines)
+    lines[:] = typeset(lines, name)
 
 
 def _whole_signatures(app) -> None:

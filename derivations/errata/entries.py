@@ -81,7 +81,7 @@ ERRATA: tuple[Erratum, ...] = (
         r"where $z$ changes it by little meanwhile",
         r"figures 7 and 8 where $T$ exceeds $1/\varepsilon$; section 6.2 itself claims no more "
         r"than "
-        r"$T > O(r)$",
+        r"$T_p > O(r_p)$",
         "eq:reducedSDEtilde",
         evidence_text.released_by_the_belt,
     ),
@@ -179,7 +179,7 @@ ERRATA: tuple[Erratum, ...] = (
         "3, point 4",
         "eq:Tsmall",
         "wrong",
-        r"$T > O(r)$ if the drift is negative on an interval",
+        r"$T_p > O(r_p)$ if the drift is negative on an interval",
         r"the interval must lie ahead of the start (or $V(0) > V(u_1)$)",
         r"section 6.2 itself does suppose $u_2 > 0$",
         "eq:S",
@@ -189,7 +189,7 @@ ERRATA: tuple[Erratum, ...] = (
         "3, point 4",
         "eq:Tsmall",
         "wrong",
-        r"$T > O(r)$ for $\kappa_p \ll \sqrt\varepsilon$",
+        r"$T_p > O(r_p)$ for $\kappa_p \ll \sqrt\varepsilon$",
         r"for $\kappa$ below the derived edge, which has $\log(r_p/\varepsilon)$ in it",
         r"none",
         "eq:Tsmall",
@@ -209,10 +209,10 @@ ERRATA: tuple[Erratum, ...] = (
         "3, point 3",
         "eq:Tlarge",
         "wrong",
-        r"$T = r/a^+ + O(r^2)$, unscaled, also for $\kappa_p \ll \sqrt\varepsilon$ and a positive "
+        r"$T_p = r_p/a^+ + O(r_p^2)$, also for $\kappa_p \ll \sqrt\varepsilon$ and a positive "
         r"drift (point 4); scaled $T \to r/a^+$ (section 6.2)",
-        r"in weak noise $T = r/a^+ + O(\varepsilon) + O(r^2)$: the scaled difference tends to a "
-        r"constant, not to 0",
+        r"in weak noise $T_p = r_p/a^+ + O(\varepsilon) + O(r_p^2)$: the scaled difference tends "
+        r"to a constant, not to 0",
         r"none",
         "eq:S",
         evidence.smooth_crossing,
@@ -546,7 +546,7 @@ ERRATA: tuple[Erratum, ...] = (
         "",
         "wording",
         r"the results are said to be shown rigorously",
-        r"asymptotically: sections 6.1 and 6.2 leave the remainders of the reduction, $O(r)$, "
+        r"asymptotically: sections 6.1 and 6.2 leave the remainders of the reduction, $O(r_p)$, "
         r"outside the paper",
         r"none",
         "eq:TtildetoT",
@@ -566,18 +566,20 @@ ERRATA: tuple[Erratum, ...] = (
         "3",
         "eq:Tsmall",
         "wording",
-        r"$T > O(r)$, and likewise $\kappa_p/\sqrt\varepsilon \ge O(1)$ and $t > O(\kappa_p^2)$",
-        r"$T/r \to \infty$, and $\kappa_p/\sqrt\varepsilon$ and $t/\kappa_p^2$ bounded from below",
+        r"$T_p > O(r_p)$, and likewise $\kappa_p/\sqrt\varepsilon \ge O(1)$ and "
+        r"$t > O(\kappa_p^2)$",
+        r"$T_p/r_p \to \infty$, and $\kappa_p/\sqrt\varepsilon$ and $t/\kappa_p^2$ bounded from "
+        r"below",
         r"none",
         "eq:Tsmall",
-        argument=r"$O$ bounds from above: everything positive is greater than some $O(r)$, 0",
+        argument=r"$O$ bounds from above: everything positive is greater than some $O(r_p)$, 0",
     ),
     Erratum(
         "4",
         "eq:scaledSDE",
         "wording",
-        r"remainder $O(r)$ beside $dt$ and $dW$",
-        r"$O(r)\,dt$ in the drift and $O(\kappa_p r)\,dW$ in the noise",
+        r"remainder $O(r_p)$ beside $dt$ and $dW$",
+        r"$O(r_p)\,dt$ in the drift and $O(\kappa_p r_p)\,dW$ in the noise",
         r"none",
         "eq:scaledSDE",
         argument=r"an increment over $dt$ has no part that does not vanish with $dt$",

@@ -64,10 +64,10 @@ MODULES = {
     "symasym.emit.source": "Emitted source code",
 }
 
-#: Classes of answers, which nobody builds: shown without arguments.
+#: Classes of answers in `symasym`, which nobody builds: shown without arguments.
 RETURNED = {
-    "CriticalPoint", "Folds", "Friction", "LaplaceExpansion", "Plan", "Reduction", "Release",
-    "UniformExpansion",
+    "CriticalPoint", "Expansion", "Folds", "Formula", "Friction", "LaplaceExpansion", "Plan",
+    "RangeBound", "Reduction", "Release", "Sensitivity", "UniformExpansion",
 }  # fmt: skip
 
 #: The types in signatures that are no classes, with what they are.
@@ -168,8 +168,10 @@ def _page(title: str, module: str, names: list[str]) -> str:
             lines += [f".. autoexception:: {name}", ""]
         elif inspect.isclass(value):
             inner = [f"   :exclude-members: {', '.join(INNER[name])}"] if name in INNER else []
-            given = "()" if name in RETURNED else _arguments(value)
-            below = [] if value.__bases__ == (object,) else ["   :show-inheritance:"]
+            given = "()" if module == "symasym" and name in RETURNED else _arguments(value)
+            base = value.__bases__[0]
+            known = base is str or hasattr(import_module(module), base.__name__)
+            below = ["   :show-inheritance:"] if known else []
             lines += [f".. autoclass:: {name}{given}", *_CLASS, *below, *inner, ""]
         elif callable(value):
             lines += [f".. autofunction:: {name}", ""]
@@ -183,15 +185,20 @@ def _page(title: str, module: str, names: list[str]) -> str:
 _APART = re.compile(
     r"``.*?``|:\w+:`[^`]*`|`[^`]*`|\"[^\"]*\"|\beq:\w+|[\w/-]+\.(?:md|py)\b|\b[A-Z]\. (?=[A-Z])"
     r"|\be\.g\.|\ba$|^\s*- |\b\w+n't\b|(?<=\b\w)'s\b|\S*\*\*\S*|\bint\b(?! h_)"
-    r"|\ba (?=float64)"
+    r"|\ba (?=float64)|\(i+\)"
 )
 #: An interval of numbers or names.
 _INTERVAL = re.compile(r"(?<![\w)])[\[(](-?\w), (-?\w)[\])]")
 _FIELD = re.compile(r"\s*:(?:param|returns?|raises?|ivar|vartype|type|rtype)\b[^:]*:|\s*\.\. .*")
 
 
-def typeset(lines: list[str]) -> list[str]:
-    """The lines of a docstring, in reStructuredText, with formulas and links."""
+def typeset(lines: list[str], name: str = "") -> list[str]:
+    """The lines of a docstring, in reStructuredText, with formulas and links.
+
+    `name` is that of what it documents: in `symasym.emit` C is a language.
+    """
+    if name.startswith("symasym.emit"):
+        lines = [re.sub(r"(?<![`\w])C(?![`\w])", "``C``", line) for line in lines]
     shown, session = [], False
     for line in lines:
         session = line.lstrip().startswith(">>>") or (session and bool(line.strip()))

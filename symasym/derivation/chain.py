@@ -29,7 +29,7 @@ RULES = (
 )
 
 #: Ends of a left side that need no sign of equality.
-_RELATIONS = (r"\sim", r"\simeq", r"\to", r"\le", r"\ge", "=")
+RELATIONS = (r"\sim", r"\simeq", r"\to", r"\le", r"\ge", "=")
 STATUSES = ("checked", "assumed", "fails")
 
 
@@ -83,7 +83,7 @@ class Step:
         one = isinstance(self.left, str)
         pairs = [(self.left, self.result)] if one else zip(self.left, self.result, strict=True)
         return r" ,\quad ".join(
-            f"{left} {'' if str(left).endswith(_RELATIONS) else '= '}{latex(result, names)}"
+            f"{left} {'' if str(left).endswith(RELATIONS) else '= '}{latex(result, names)}"
             for left, result in pairs
         )
 

@@ -11,6 +11,7 @@ import sympy
 from symasym.base.call_context import patient
 from symasym.base.errors import InputError
 from symasym.base.inputs import exact, is_name, require_printable, shown
+from symasym.derivation.results import latex, parts
 from symasym.emit.forms import quotients
 from symasym.emit.program import Case, Function, Program, fold, require_closed
 from symasym.emit.source import Source, check_target, rendered
@@ -133,6 +134,8 @@ def _of_formula(formula: Record) -> Program:
             tuple(item["arguments"]),
             (Case(item["values"]),),
             latex=item["latex"],
+            left=tuple(item["left"]),
+            names=item["names"],
         )
         for item in formula.code
     )
@@ -144,7 +147,8 @@ def _of_formula(formula: Record) -> Program:
     if functions:
         return program
     whole = _function(program.name, formula.title, formula.expression)
-    return replace(program, functions=(replace(whole, latex=""),))
+    left = tuple(latex(side, dict(formula.names)) for side in parts(formula.left))
+    return replace(program, functions=(replace(whole, latex="", left=left, names=formula.names),))
 
 
 def _of_expression(what: Any, name: str) -> Program:

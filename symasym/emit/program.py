@@ -157,6 +157,10 @@ class Function:
         What is wrong where no case holds.
     latex : str, optional
         The step that states it; empty where the formula itself does.
+    left : tuple of str
+        LaTeX of what the values are, one each, where a formula states them.
+    names : mapping
+        LaTeX of the arguments in the formula's symbols.
     """
 
     name: str
@@ -168,6 +172,8 @@ class Function:
     quadrature: Quadrature | None = None
     first_passage: FirstPassage | None = None
     latex: str | None = None
+    left: tuple[str, ...] = ()
+    names: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def symbols(self) -> set[Any]:

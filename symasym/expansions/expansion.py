@@ -82,7 +82,8 @@ class Expansion:
         In the symbols of `definitions`.
     definitions : dict
         What each symbol stands for: sums, series, heights, derivatives of V, critical points.
-        R1+, R2+, ... and R1-, ... are the finite parts of int h_k du right and left of the start.
+        ``R1+, R2+, ...`` and ``R1-, ...`` are the finite parts of int h_k du right and left of the
+        start.
     equations : dict
         For each critical point without a closed form: A there, which is 0.
     terms : tuple of Contribution

@@ -658,6 +658,12 @@ def test_the_explorers_address_holds_its_sliders(site: Path, browser) -> None:
     other = browser.new_page()
     other.goto(tab.url)
     assert other.evaluate(_DRAWN)["sliders"] == again["sliders"] != seen["sliders"]
+    other.goto("about:blank")
+    other.goto((site / "explorer.html").as_uri() + "#kappa=7&mu=2")
+    region = other.locator("#explorer-region").text_content()
+    assert region.endswith("Not taken from the address: kappa = 7.")
+    sliders = other.evaluate(_DRAWN)["sliders"]
+    assert (sliders["kappa"], sliders["mu"]) == ("0.03", "2.00")
     other.close()
     tab.close()
 

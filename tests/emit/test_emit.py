@@ -383,8 +383,12 @@ def test_latex_has_the_symbols_of_the_formula_and_no_names_of_programs():
         # What the formula states stands there once, what a step states besides it as well.
         assert text.count(sa.formula(label).latex()) == 1
     assert r"\log T_2" in sa.emit("eq:secondTerm", "latex")
-    # With a number in it, it is no step any more.
-    assert "next" in sa.emit("saddle-recurrences", "latex", {"n": 2})
+    # With numbers in it as well.
+    assert "\nm_{n+1} = 5 m_n\n" in sa.emit("saddle-recurrences", "latex", {"n": 2})
+    folded = sa.emit("eq:Ttildesmall", "latex", {"a_plus": "0.4"})
+    assert (
+        r"T \sim \frac{5 r}{2} + \frac{2 \pi}{\sqrt{-A'(u_1) A'(u_2)}} e^{2 D/\kappa^2}" in folded
+    )
 
 
 def test_latex_is_typeset(tmp_path):

@@ -47,27 +47,32 @@ function take(range, value) {
   return true;
 }
 
-/** A number that was typed or stands in the address, taken, or refused with a sentence. */
-function taken(range, text) {
+/** A number that was typed, taken, or refused with a sentence. */
+function typed(range) {
   const field = fieldOf(range);
-  const fits = text !== "" && take(range, Number(text));
+  const text = field.value.trim().replace("−", "-");
+  const taken = text !== "" && take(range, Number(text));
   const ends = [range.min, range.max].map((end) => atPosition(range, Number(end)));
-  field.setCustomValidity(fits ? "" : `Give a number from ${ends[0]} to ${ends[1]}.`);
+  field.setCustomValidity(taken ? "" : `Give a number from ${ends[0]} to ${ends[1]}.`);
   field.reportValidity();
-  return fits;
+  return taken;
 }
-const typed = (range) => taken(range, fieldOf(range).value.trim().replace("−", "-"));
+
+/** What the address has and no slider reaches. */
+let refused = [];
 
 /** The address (#mu=2&kappa=0.05) of what is shown is taken over; what it lacks stays. */
 function fromAddress() {
   const given = new URLSearchParams(location.hash.slice(1));
+  refused = [];
   for (const name of ["drift", "axis"]) {
     const list = form.elements[name];
     if ([...list.options].some((one) => one.value === given.get(name))) list.value = given.get(name);
   }
   for (const range of RANGES) {
     const text = given.get(range.name);
-    if (text !== null && text.trim() !== "") taken(range, text.trim());
+    if (text === null || text.trim() === "" || take(range, Number(text))) continue;
+    refused.push(`${range.name} = ${text}`);
   }
 }
 
@@ -274,7 +279,8 @@ function show(figure, plot) {
 function update() {
   const sliders = sliderValues();
   const n = numbers(sliders);
-  explorer.querySelector("#explorer-region").textContent = inWords(n);
+  const left = refused.length ? ` Not taken from the address: ${refused.join(", ")}.` : "";
+  explorer.querySelector("#explorer-region").textContent = inWords(n) + left;
   // Of the other drifts there is no paper's formula, and no fold.
   const items = Object.entries(rows(n)).filter(
     ([, value]) => isFriction(sliders) || ![NONE, `${NONE}, ${NONE}`].includes(value),
@@ -352,7 +358,10 @@ for (const range of RANGES) {
 }
 form.addEventListener("input", soon);
 form.addEventListener("submit", (event) => event.preventDefault());
-form.addEventListener("change", () => toAddress());
+form.addEventListener("change", () => {
+  refused = [];
+  toAddress();
+});
 // The sliders go back after the event.
 form.addEventListener("reset", () =>
   setTimeout(() => {

@@ -18,7 +18,7 @@ __all__ = ["Friction", "Folds", "friction"]
 
 @dataclass(frozen=True)
 class Folds:
-    """The points at which two critical points coalesce: u[0] at z0[0] (+) and u[1] at z0[1] (-)."""
+    """Where critical points coalesce: (+) ``u[0]``, ``z0[0]``; (-) ``u[1]``, ``z0[1]``."""
 
     u: tuple[Any, Any]
     z0: tuple[Any, Any]

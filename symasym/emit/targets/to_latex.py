@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from typing import Any
 
 import sympy
 
+from symasym.derivation.chain import RELATIONS
 from symasym.derivation.printing import tex
 from symasym.emit.forms import as_printed
 from symasym.emit.program import Function, Program, Ready, header
@@ -57,7 +59,13 @@ def _function(function: Function) -> str:
     if function.first_passage is not None:
         return rf"\phi(u) = {_tex(function.first_passage.drift)} \quad (|u| \le 1)"
     if len(function.cases) == 1 and not function.cases[0].conditions:
-        return f"{name} = {_values(function.cases[0].values)}"
+        values = function.cases[0].values
+        if len(function.left) != len(values):
+            return f"{name} = {_values(values)}"
+        return r" ,\quad ".join(
+            f"{left} {'' if left.endswith(RELATIONS) else '= '}{_tex(value, function.names)}"
+            for left, value in zip(function.left, values, strict=True)
+        )
     rows = []
     for case in function.cases:
         asked = r",\ ".join(_tex(c) for c in case.conditions) or r"\text{otherwise}"
@@ -70,12 +78,12 @@ def _values(values: tuple[Any, ...]) -> str:
     return r" ,\quad ".join(_tex(v) for v in values)
 
 
-def _tex(e: Any) -> str:
+def _tex(e: Any, shown: Mapping[str, str] = NAMES) -> str:
     e = as_printed(e)
     # Numbers of the program have more digits than a reader wants.
     e = e.xreplace({x: sympy.Float(x, 20) for x in e.atoms(sympy.Float)})
-    names = {s: NAMES[s.name] for s in e.free_symbols if s.name in NAMES}
-    for s in e.free_symbols:
+    names = {s: shown[s.name] for s in e.free_symbols if s.name in shown}
+    for s in e.free_symbols - set(names):
         if s.name.split("_")[0] in _WORDS:
             names[s] = rf"\mathrm{{{s.name.replace('_', chr(92) + ' ')}}}"
     return tex(e, names)
