@@ -28,7 +28,7 @@ def drift(**more: Any) -> sa.Drift:
         ),
         (
             uniform,
-            "seen",
+            "windows",
             lambda d, k: sa.escape_time(d, k, 2, method="uniform", order=1, log=True),
         ),
         (landscape, "_of_analytic", lambda d, k: d.critical_points()),
