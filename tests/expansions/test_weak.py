@@ -506,6 +506,12 @@ def test_binding_one_after_the_other_keeps_exactness() -> None:
         (sa.Drift("lambda - u"), {}, "has a parameter lambda"),
         (sa.Drift("lam - u"), {"noise": "strong"}, "has a parameter lam"),
         (sa.Drift("W_1 + u - 4*u**3"), {}, "has a parameter W_1"),
+        (sa.Drift("e - u"), {}, "has a parameter e"),
+        (
+            sa.Drift("20*((u - 1/3)**2 - Ai)"),
+            {"noise": "uniform", "order": 0, "case": "start well barrier"},
+            "has a parameter Ai",
+        ),
         (sa.Drift("gamma*u + u**2/3"), {"case": "start=barrier"}, "has a parameter gamma"),
         (
             sa.Drift("eta + u - 4*u**3"),
