@@ -229,7 +229,7 @@ ORDER = """
     a_up b_up k zeta p_2 q_1 q_2
     a_down b_down weights
     bi bi_slope squares cross slopes slope even odd square norm bottom gap area first second value
-    mean peak rest tail falling integral
+    mean peak rest tail dawson integral speed_start
 """.split()  # noqa: SIM905
 
 

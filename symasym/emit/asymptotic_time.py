@@ -236,18 +236,18 @@ def _composed(halves: tuple[OneSided, OneSided], names: Names, r: Fraction | Non
     ops = Symbolic()
     radius = 1 + BEYOND_1 if r is None else number_of(r)
     one, other = halves
-    rising, falling = (
+    scale, speed = (
         ops.leaf(0.0, names.named(f"start_{kind}", series))
         for kind, series in (
-            ("rising", added(one.rising_start, other.rising_start)),
-            ("falling", added(one.falling_start, other.falling_start)),
+            ("scale", added(one.scale_start, other.scale_start)),
+            ("speed", added(one.speed_start, other.speed_start)),
         )
     )
     left, right = (
         side_of(names.half(one, side), radius, ops)
         for one, side in zip(halves, ("left", "right"), strict=True)
     )
-    ratio = mean_time(Sides(left, right, rising, falling, one.endpoint_product))
+    ratio = mean_time(Sides(left, right, scale, speed, one.endpoint_product))
     assert isinstance(ratio, Ratio)
     return ratio
 

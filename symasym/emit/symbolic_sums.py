@@ -70,10 +70,10 @@ class Names:
             ]
 
         return one._replace(
-            rising_start=self.named(f"start_rising_{side}", one.rising_start),
-            falling_start=self.named(f"start_falling_{side}", one.falling_start),
-            rising=points(one.rising, ""),
-            falling=points(one.falling, "falling_"),
+            scale_start=self.named(f"start_scale_{side}", one.scale_start),
+            speed_start=self.named(f"start_speed_{side}", one.speed_start),
+            scale_points=points(one.scale_points, ""),
+            speed_points=points(one.speed_points, "speed_"),
             outer=self.named(f"between_{side}", one.outer),
         )
 

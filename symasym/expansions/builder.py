@@ -367,13 +367,13 @@ class Symbols(Builder):
         formal = [c if n % 2 else -c for n, c in enumerate(odd)]
         barrier, half = self.case.at_start == "barrier", self._gaussian(self.start, 0)
         half = Series([Part(0.0, 0, [c / 2 for c in half.parts[0].coefficients])])
-        rising, falling = (
+        scale, speed = (
             mirrored(self._named(name, name, X, row), sign)
             for name, row in zip("YZ", (odd, formal) if barrier else (formal, odd), strict=True)
         )
         if barrier:
-            return added(half, rising), falling, False
-        return rising, added(half, falling), True
+            return added(half, scale), speed, False
+        return scale, added(half, speed), True
 
     # -- the regular part ---------------------------------------------------------------------
 
@@ -430,31 +430,33 @@ class Symbols(Builder):
         if self.case.at_start:
             return left, right
         # Of both sides of the start together, at a kink alone, the series of e^{-lam V} counts.
-        falling = added(left.falling_start, right.falling_start)
-        own = self._symbol_of(right.rising_start, "Y", "")
+        speed = added(left.speed_start, right.speed_start)
+        own = self._symbol_of(right.scale_start, "Y", "")
         other = mirrored(own, -1)
-        if terms(added(left.rising_start, right.rising_start)):
-            other = self._symbol_of(left.rising_start, "Y", "-")
+        if terms(added(left.scale_start, right.scale_start)):
+            other = self._symbol_of(left.scale_start, "Y", "-")
         return (
-            left._replace(rising_start=other, falling_start=Series([])),
-            right._replace(rising_start=own, falling_start=self._symbol_of(falling, "Z", "")),
+            left._replace(scale_start=other, speed_start=Series([])),
+            right._replace(scale_start=own, speed_start=self._symbol_of(speed, "Z", "")),
         )
 
     def line(self) -> list[CriticalPoint]:
         """Of int e^{-lam V} over the whole line (as `weak_noise.critical_points.whole`)."""
         self.base, self.before = S.Zero, 0
-        rising: list[CriticalPoint] = []
-        falling: list[CriticalPoint] = []
+        scale_points: list[CriticalPoint] = []
+        speed_points: list[CriticalPoint] = []
         low, _, high = self.edges
         self.at_edge = [self.smooth(u) for u in (low, low, high)]
         flat = self.flat(self.a_minus)
-        add_edge(rising, falling, 0, self.heights[low], flat, self.at_edge[0], "kink", low)
-        self.end(1, self.between(1, rising, falling), rising, falling)
-        ends = falling[0], falling[-1]
+        add_edge(
+            scale_points, speed_points, 0, self.heights[low], flat, self.at_edge[0], "kink", low
+        )
+        self.end(1, self.between(1, scale_points, speed_points), scale_points, speed_points)
+        ends = speed_points[0], speed_points[-1]
         sides = {id(p): side for p, side in zip(ends, "-+", strict=True)}
         return [
             p._replace(series=self._symbol_of(p.series, "F", sides[id(p)])) if id(p) in sides else p
-            for p in falling
+            for p in speed_points
         ]
 
     def _symbol_of(self, series: Any, letter: str, side: str) -> Any:
@@ -483,4 +485,6 @@ class Symbols(Builder):
                 for p in known
             ]
 
-        return one._replace(rising=points(one.rising, "E"), falling=points(one.falling, "F"))
+        return one._replace(
+            scale_points=points(one.scale_points, "E"), speed_points=points(one.speed_points, "F")
+        )

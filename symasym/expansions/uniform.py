@@ -62,7 +62,7 @@ V_MEAN = Symbol("V(m)", real=True)
 #: The number of zeros of A' in (-1, 1).
 TURNS = sympy.Function("turning_points", integer=True)
 Z, P0, Q0 = sympy.symbols("Z p q", real=True)
-_PARTS = {"rising": "B", "falling": "W", "both": "J", "onward": "G"}
+_PARTS = {"scale": "B", "speed": "W", "both": "J", "onward": "G"}
 
 
 class Expressions:
@@ -316,12 +316,12 @@ class Coalescing(PairSymbols, OrderZero):
                 named = gaussian_functions(x, True, emitted)
                 table |= dict(zip((sigma, dawson, area), named, strict=True))
             self.tex |= {x: r"\xi", sigma: r"\sigma", dawson: r"\mathcal{D}", area: r"\Lambda"}
-        rising, falling, both = over_end(c, LAM, e.t, e.peak, e.rest, sigma, dawson, area)
+        scale, speed, both = over_end(c, LAM, e.t, e.peak, e.rest, sigma, dawson, area)
         length = BEYOND_1
         straight, beyond = quotients(-LAM * e.slope * length, c)
         straight, beyond = length * straight, length**2 * beyond
         return {
-            "rising": rising + straight, "falling": falling,
+            "scale": scale + straight, "speed": speed,
             "onward": straight, "both": both + beyond,
         }[integral.part]  # fmt: skip
 
@@ -348,16 +348,22 @@ class Coalescing(PairSymbols, OrderZero):
         return self.a_plus if sign > 0 else -self.a_minus
 
     def end(
-        self, sign: int, rank: int, rising: list[CriticalPoint], falling: list[CriticalPoint]
+        self,
+        sign: int,
+        rank: int,
+        scale_points: list[CriticalPoint],
+        speed_points: list[CriticalPoint],
     ) -> tuple[Any, Any, Any] | None:
         gaussian: Any = self.before_end[sign]
         if gaussian is None:
-            return Builder.end(self, sign, rank, rising, falling)
+            return Builder.end(self, sign, rank, scale_points, speed_points)
         height, edge = self.heights[self.edges[1 + sign]], self.edges[1 + sign]
         parts = {part: TruncatedIntegral(gaussian, part) for part in _PARTS}
         self.joint.append(Joint(-1, -1, S.Zero, parts["both"]))
-        rising.append(CriticalPoint(rank, height, parts["rising"], parts["onward"], "kink", edge))
-        falling.append(CriticalPoint(rank, -height, parts["falling"], None, "kink", edge))
+        scale_points.append(
+            CriticalPoint(rank, height, parts["scale"], parts["onward"], "kink", edge)
+        )
+        speed_points.append(CriticalPoint(rank, -height, parts["speed"], None, "kink", edge))
         return None
 
     # -- the regular part -----------------------------------------------------------------------

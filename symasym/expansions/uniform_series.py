@@ -518,8 +518,9 @@ def two_sides(symbols: Any) -> tuple[Side, Side]:
         beyond = one.beyond and (S.One, *one.beyond[1:])
         halves.append(
             one._replace(
-                rising=placed(one.rising), falling=placed(one.falling), outer=_named(one.outer),
-                rising_start=_named(one.rising_start), falling_start=Series([]), beyond=beyond,
+                scale_points=placed(one.scale_points), speed_points=placed(one.speed_points),
+                outer=_named(one.outer), scale_start=_named(one.scale_start),
+                speed_start=Series([]), beyond=beyond,
             )
         )  # fmt: skip
     paired = isinstance(symbols, UniformSeries)
@@ -554,7 +555,7 @@ def stationary(symbols: Any, order: int) -> tuple[Expr, Expr]:
     for edge, sign in ((S.One, 1), (-S.One, -1)):
         rows = _truncations(symbols, edge, zeros, context)
         change = _corrections(symbols, edge)(rows, [], LAM, order, context)
-        total += sign * change.falling
+        total += sign * change.speed
     outside = sum(
         sympy.exp(LAM * p.height) / (LAM * slope)
         for p, slope in (

@@ -471,7 +471,7 @@ def test_places_against_laplace_integral() -> None:
     with own_context(40) as context:
         field = ExactField(FRICTION, False, context)
         one = critical_points.both_sides(field, Fraction(-1), Fraction(1), 4, context, 40)[1]
-        lists = {"well": one.falling, "barrier": one.rising}
+        lists = {"well": one.speed_points, "barrier": one.scale_points}
         for kind, sign in (("well", -1), ("barrier", 1)):
             place = next(p for p in lists[kind] if p.kind == kind)
             near = sympy.Rational(round(float(place.u) * 100), 100)

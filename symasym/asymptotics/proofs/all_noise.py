@@ -531,8 +531,12 @@ def _with_heights(one: OneSided, ops: Formal) -> OneSided:
         u, height, slope = beyond
         beyond = u, Height(_height(height, ops), 1), slope
     return one._replace(
-        rising=[p._replace(height=Height(_height(p.height, ops), 1)) for p in one.rising],
-        falling=[p._replace(height=Height(_height(p.height, ops), -1)) for p in one.falling],
+        scale_points=[
+            p._replace(height=Height(_height(p.height, ops), 1)) for p in one.scale_points
+        ],
+        speed_points=[
+            p._replace(height=Height(_height(p.height, ops), -1)) for p in one.speed_points
+        ],
         beyond=beyond,
     )
 

@@ -61,8 +61,8 @@ def _alone(halves: Sequence[OneSided], lam: mpf) -> set[_Place]:
     """The zeros of A with no other one close by, and the other points with no zero close by."""
     places: list[tuple[_Place, bool, Any]] = [(_START, False, 0 * lam)]
     for k, half in enumerate(halves):
-        points = {p.rank: (p.kind in _ZEROS, p.height) for p in half.rising}
-        points |= {p.rank: (True, -p.height) for p in half.falling if p.kind in _ZEROS}
+        points = {p.rank: (p.kind in _ZEROS, p.height) for p in half.scale_points}
+        points |= {p.rank: (True, -p.height) for p in half.speed_points if p.kind in _ZEROS}
         row = [((k, rank), *points[rank]) for rank in sorted(points)]
         places = places + row if k else row[::-1] + places
     return _apart(places, lam)
@@ -116,19 +116,19 @@ def _with_majorants_of(half: OneSided, k: int, known: set[_Place], start: bool) 
         ]
 
     # The regular part's majorants are those of the start and of the end.
-    end = (k, max((p.rank for p in half.rising), default=0)) in known
-    own = half.rising_start, half.falling_start, half.outer
+    end = (k, max((p.rank for p in half.scale_points), default=0)) in known
+    own = half.scale_start, half.speed_start, half.outer
     if start:
         keep = _START in known, _START in known, _START in known and end
         own = tuple(map(_kept, own, keep))
     else:
         own = Series([]), Series([]), Series([])
     return half._replace(
-        rising_start=own[0],
-        falling_start=own[1],
+        scale_start=own[0],
+        speed_start=own[1],
         outer=own[2],
-        rising=points(half.rising),
-        falling=points(half.falling),
+        scale_points=points(half.scale_points),
+        speed_points=points(half.speed_points),
     )
 
 

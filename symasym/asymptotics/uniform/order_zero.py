@@ -192,30 +192,32 @@ class OrderZero(Builder):
         drop = 4 * zeta * c.sqrt(zeta) / 3
         return Together(form, pair, side * point, side, onward, members, height, drop)
 
-    def between(self, sign: int, rising: list[CriticalPoint], falling: list[CriticalPoint]) -> int:
+    def between(
+        self, sign: int, scale_points: list[CriticalPoint], speed_points: list[CriticalPoint]
+    ) -> int:
         inside = self.inside(sign)
         for rank, k in enumerate(inside, start=1):
             if k in self.single:
                 z = self.lines[k]
                 height = self.potential(z) - self.base
                 barrier = bool(first(self.slope(z)) > 0)
-                points = rising if barrier else falling
+                points = scale_points if barrier else speed_points
                 points.append(
                     CriticalPoint(rank, height if barrier else -height, self.saddle(k), None)
                 )
         for pair in self.together:
             if pair.side == sign:
-                self.add(pair, inside, rising, falling)
-        rising.sort(key=lambda point: point.rank)
-        falling.sort(key=lambda point: point.rank)
+                self.add(pair, inside, scale_points, speed_points)
+        scale_points.sort(key=lambda point: point.rank)
+        speed_points.sort(key=lambda point: point.rank)
         return len(inside) + 1
 
     def add(
         self,
         pair: Together,
         inside: list[int],
-        rising: list[CriticalPoint],
-        falling: list[CriticalPoint],
+        scale_points: list[CriticalPoint],
+        speed_points: list[CriticalPoint],
     ) -> None:
         """Both integrals over a pair, and the double one in place of their product."""
         low, high = self.ranks(pair, inside)
@@ -224,10 +226,12 @@ class OrderZero(Builder):
         well, barrier = (low, high) if pair.onward else (high, low)
         both = AiryIntegral(pair.form, "both") if pair.onward else None
         self.joint.append(Joint(well, barrier, 2 * rise, both))
-        rising.append(
-            CriticalPoint(barrier, height + rise, AiryIntegral(pair.form, "rising"), None)
+        scale_points.append(
+            CriticalPoint(barrier, height + rise, AiryIntegral(pair.form, "scale"), None)
         )
-        falling.append(CriticalPoint(well, rise - height, AiryIntegral(pair.form, "falling"), None))
+        speed_points.append(
+            CriticalPoint(well, rise - height, AiryIntegral(pair.form, "speed"), None)
+        )
 
     def ranks(self, pair: Together, inside: list[int]) -> tuple[Any, Any]:
         """Ranks of its two zeros from the start on; between two ranks for a complex pair."""
@@ -248,20 +252,28 @@ class OrderZero(Builder):
     # -- the end ------------------------------------------------------------------------------
 
     def end(
-        self, sign: int, rank: int, rising: list[CriticalPoint], falling: list[CriticalPoint]
+        self,
+        sign: int,
+        rank: int,
+        scale_points: list[CriticalPoint],
+        speed_points: list[CriticalPoint],
     ) -> tuple[Any, Any, Any] | None:
         before = self.before_end[sign]
         if before is None:
-            return super().end(sign, rank, rising, falling)
+            return super().end(sign, rank, scale_points, speed_points)
         # A complex pair may be between them.
         last = self.inside(sign).index(before.barrier) + 1
-        barrier = next(point for point in rising if point.rank == last)
+        barrier = next(point for point in scale_points if point.rank == last)
         gaussian = before.gaussian
         height = barrier.height - gaussian.t**2 / 2
         onward = TruncatedIntegral(gaussian, "onward")
         self.joint.append(Joint(-1, -1, 0.0, TruncatedIntegral(gaussian, "both")))
-        rising.append(CriticalPoint(rank, height, TruncatedIntegral(gaussian, "rising"), onward))
-        falling.append(CriticalPoint(rank, -height, TruncatedIntegral(gaussian, "falling"), None))
+        scale_points.append(
+            CriticalPoint(rank, height, TruncatedIntegral(gaussian, "scale"), onward)
+        )
+        speed_points.append(
+            CriticalPoint(rank, -height, TruncatedIntegral(gaussian, "speed"), None)
+        )
         return None
 
     def barrier_before(self, sign: int) -> _BeforeEnd | None:

@@ -38,7 +38,7 @@ from symasym.asymptotics.weak_noise.compose import (
     pairs_of,
     plain,
     regular_part,
-    rising_of,
+    scale_contributions,
     with_digits,
 )
 from symasym.asymptotics.weak_noise.critical_points import both_sides, in_float
@@ -223,7 +223,7 @@ def _items(
     for k, one in enumerate(both):
         front = at.lam * plain(shares[1 - k] / sides.total, at)[0]
         sign, chance = 2 * k - 1, "" if k else "C times "
-        for low, high, pair in pairs_of(one, rising_of(one, r, nodes), nodes):
+        for low, high, pair in pairs_of(one, scale_contributions(one, r, nodes), nodes):
             value, error = plain(pair, at)
             name = f"{chance}{_named(low, sign, r)} with {_named(high, sign, r)}"
             items.append((name, front * value, front * error))
@@ -286,7 +286,7 @@ def _terms(name: str, both: tuple[OneSided, OneSided], context: MPContext) -> tu
     kinds = ("well",) if name[-1] == "P" else ("well", "barrier")
     words = []
     for side, one in zip((-1, 1), both, strict=True):
-        for point in one.rising + one.falling:
+        for point in one.scale_points + one.speed_points:
             if point.kind in kinds:
                 words.append(f"{point.kind} at u = {context.nstr(side * point.u, 6)}")
     return (*sorted(words), "kinks" if name[-1] == "P" else _TIME)

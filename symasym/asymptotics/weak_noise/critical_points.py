@@ -103,18 +103,18 @@ def both_sides(
 def whole(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
     """Critical points of int e^{-lam V} over the line where it converges, V measured from -1."""
     right = both_sides(field, Fraction(-2), Fraction(2), order, context, 0)[1]
-    height = right.falling[0].height
-    return [p._replace(height=p.height - height) for p in right.falling]
+    height = right.speed_points[0].height
+    return [p._replace(height=p.height - height) for p in right.speed_points]
 
 
 def wells_and_barriers(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
     """All of [-1, 1], left to right, V measured from -1."""
     builder = _FieldBuilder(field, Fraction(-1), Fraction(2), order, context)
     builder.base = context.zero
-    rising: list[CriticalPoint] = []
-    falling: list[CriticalPoint] = []
-    builder.between(1, rising, falling)
-    return sorted(rising + falling, key=lambda point: point.u)
+    scale_points: list[CriticalPoint] = []
+    speed_points: list[CriticalPoint] = []
+    builder.between(1, scale_points, speed_points)
+    return sorted(scale_points + speed_points, key=lambda point: point.u)
 
 
 def barriers(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
@@ -363,7 +363,7 @@ def _float_series(x: Series | Local | None) -> Any:
 
 def in_float(one: OneSided) -> OneSided:
     """An expansion that was computed with more digits than float64 has, in float64."""
-    rising, falling = (
+    scale_points, speed_points = (
         [
             p._replace(
                 height=float(p.height),
@@ -372,17 +372,18 @@ def in_float(one: OneSided) -> OneSided:
             )
             for p in points
         ]
-        for points in (one.rising, one.falling)
+        for points in (one.scale_points, one.speed_points)
     )
     return one._replace(
-        rising_start=_float_series(one.rising_start),
-        falling_start=_float_series(one.falling_start),
+        scale_start=_float_series(one.scale_start),
+        speed_start=_float_series(one.speed_start),
         outer=_float_series(one.outer),
-        rising=rising,
-        falling=falling,
+        scale_points=scale_points,
+        speed_points=speed_points,
         beyond=one.beyond and tuple(float(x) for x in one.beyond),  # type: ignore[arg-type]
         # Heights cancel each other in pairs of critical points.
-        height_rounding=3e-16 * max([abs(p.height) for p in rising + falling], default=0.0),
+        height_rounding=3e-16
+        * max([abs(p.height) for p in scale_points + speed_points], default=0.0),
     )
 
 

@@ -71,10 +71,10 @@ class CriticalPoint(NamedTuple):
 
 
 class Joint(NamedTuple):
-    """What replaces the product of the shares at two ranks, falling and rising."""
+    """Replaces the product of the contributions at two ranks, `speed` and `scale`."""
 
-    falling: Any
-    rising: Any
+    speed: Any
+    scale: Any
     height: Numbers
     local: Local | None
 
@@ -84,12 +84,12 @@ class OneSided(NamedTuple):
 
     Attributes
     ----------
-    rising_start, falling_start : Series
+    scale_start, speed_start : Series
         Of e^{lam V} and of e^{-lam V} to the right of the start, V measured from it.
     endpoint_product : bool
         Whether their product is part of the double integral, which at a barrier the regular part
         has already.
-    rising, falling : list of CriticalPoint
+    scale_points, speed_points : list of CriticalPoint
         Beyond the start, of e^{lam V} and of e^{-lam V}; heights are those of the exponent.
     outer : Series
         The regular part (`symasym.asymptotics.weak_noise.regular_part`), in the layer.
@@ -100,11 +100,11 @@ class OneSided(NamedTuple):
     exponential_gap : what that costs, e^{-lam exponential_gap} of the value
     """
 
-    rising_start: Series
-    falling_start: Series
+    scale_start: Series
+    speed_start: Series
     endpoint_product: bool
-    rising: list[CriticalPoint]
-    falling: list[CriticalPoint]
+    scale_points: list[CriticalPoint]
+    speed_points: list[CriticalPoint]
     outer: Series
     beyond: tuple[Any, Any, Any] | None
     height_rounding: Numbers = 0.0
@@ -113,8 +113,8 @@ class OneSided(NamedTuple):
 
     def all_series(self) -> list[Series]:
         """Every power series of this side."""
-        points = self.rising + self.falling
-        every = [self.rising_start, self.falling_start, self.outer]
+        points = self.scale_points + self.speed_points
+        every = [self.scale_start, self.speed_start, self.outer]
         every += [x for p in points for x in (p.series, p.onward) if isinstance(x, Series)]
         if self.beyond is not None:
             every.append(Series([Part(1.0, 0, [1 / self.beyond[2]])]))
@@ -129,11 +129,11 @@ def formal_series(h: Series) -> tuple[Series, Series]:
     and -h_k for the other.
     """
     shares = [endpoint_shares(1 if k % 2 else -1, c) for k, c in enumerate(_row(h))]
-    rising, falling = (
+    scale, speed = (
         Series([Part(1.0, 0, list(row), h.majorants)] if row else [], h.rounding)
         for row in (zip(*shares, strict=True) if shares else ((), ()))
     )
-    return rising, falling
+    return scale, speed
 
 
 def _row(series: Series) -> list[Numbers]:
@@ -142,8 +142,8 @@ def _row(series: Series) -> list[Numbers]:
 
 
 def add_edge(
-    rising: list[CriticalPoint],
-    falling: list[CriticalPoint],
+    scale_points: list[CriticalPoint],
+    speed_points: list[CriticalPoint],
     rank: int,
     height: Numbers,
     left: Series,
@@ -169,8 +169,8 @@ def add_edge(
     changed = Series([Part(1.0, 0, change, known)] if change else [], rounding)
     changes = formal_series(changed)
     onward = None if right is None else formal_series(right)[0]
-    rising.append(CriticalPoint(rank, height, changes[0], onward, kind, u))
-    falling.append(CriticalPoint(rank, -height, changes[1], None, kind, u))
+    scale_points.append(CriticalPoint(rank, height, changes[0], onward, kind, u))
+    speed_points.append(CriticalPoint(rank, -height, changes[1], None, kind, u))
 
 
 def mirrored(series: Series, sign: int) -> Series:
@@ -535,48 +535,54 @@ class Builder:
         if first(start) >= 1:
             own, line = formal_series(self.flat(far)), (start, 0 * start, far)
             return OneSided(*own, True, [], [], Series([]), line, self.height_rounding)
-        rising: list[CriticalPoint] = []
-        falling: list[CriticalPoint] = []
+        scale_points: list[CriticalPoint] = []
+        speed_points: list[CriticalPoint] = []
         extra: Any = 0.0
         if first(start) < -1:
             h, inner = self.flat(near), mirrored(self.at_edge[1], sign)
             extra = (-1 - start) / near
             # V at the layer's near edge.
             height = (1 + start) * near
-            add_edge(rising, falling, 0, height, h, inner, "kink", -1 + 0 * start)
+            add_edge(scale_points, speed_points, 0, height, h, inner, "kink", -1 + 0 * start)
             begin = *formal_series(h), True
         else:
             begin = self.beginning(sign)
         outer = self.outer(sign, extra)
-        rank = self.between(sign, rising, falling)
-        beyond = self.end(sign, rank, rising, falling)
-        return OneSided(*begin, rising, falling, outer, beyond, self.height_rounding)
+        rank = self.between(sign, scale_points, speed_points)
+        beyond = self.end(sign, rank, scale_points, speed_points)
+        return OneSided(*begin, scale_points, speed_points, outer, beyond, self.height_rounding)
 
     def beginning(self, sign: int) -> tuple[Series, Series, bool]:
         """The series of a start in the layer, and whether their product is part of D."""
         return *formal_series(mirrored(self.at_edge[1], sign)), True
 
-    def between(self, sign: int, rising: list[CriticalPoint], falling: list[CriticalPoint]) -> int:
+    def between(
+        self, sign: int, scale_points: list[CriticalPoint], speed_points: list[CriticalPoint]
+    ) -> int:
         """Add wells and barriers; returns the rank of what comes next."""
         inside = self.inside(sign)
         for rank, k in enumerate(inside, start=1):
             height = self.potential(self.lines[k]) - self.base
             barrier, u = self.barrier(k), sign * self.lines[k]
-            points, kind = (rising, "barrier") if barrier else (falling, "well")
+            points, kind = (scale_points, "barrier") if barrier else (speed_points, "well")
             height = height if barrier else -height
             points.append(CriticalPoint(rank, height, self.saddle(k), None, kind, u))
         return len(inside) + 1
 
     def end(
-        self, sign: int, rank: int, rising: list[CriticalPoint], falling: list[CriticalPoint]
+        self,
+        sign: int,
+        rank: int,
+        scale_points: list[CriticalPoint],
+        speed_points: list[CriticalPoint],
     ) -> tuple[Any, Any, Any] | None:
         """Add the end of the layer, or r before it; returns what lies beyond."""
         edge = self.edges[1 + sign]
         height, inner = self.potential(edge) - self.base, mirrored(self.at_edge[1 + sign], sign)
         u = sign * self.arithmetic.number(edge)
         if not self.beyond:
-            add_edge(rising, falling, rank, height, inner, None, "end", u)
+            add_edge(scale_points, speed_points, rank, height, inner, None, "end", u)
             return None
         slope = self.a_plus if sign > 0 else -self.a_minus
-        add_edge(rising, falling, rank, height, inner, self.flat(slope), "kink", u)
+        add_edge(scale_points, speed_points, rank, height, inner, self.flat(slope), "kink", u)
         return 1.0 + 0 * height, height, slope
