@@ -245,17 +245,17 @@ def radius_condition(start: Any) -> Any:
 def _conditions(symbols: Symbols, quantity: str) -> Iterator[Any]:
     """Where the formula holds, as predicates."""
     yield from symbols.conditions()
-    points: list[Any] = [-S.One, *symbols.lines, S.One]
+    points: list[Any] = [-S.One, *symbols.zeros, S.One]
     if quantity in OF_START:
         if abs(symbols.start) < 1:
             points.insert(1 + symbols.case.before, symbols.start)
         if not symbols.general:
             yield radius_condition(symbols.start)
     yield from (a < b for a, b in itertools.pairwise(points) if (a < b) is not sympy.true)
-    for u in symbols.lines:
+    for u in symbols.zeros:
         yield sympy.Eq(sympy.Function("A")(u) if symbols.general else symbols.A.subs(U, u), 0)
     if symbols.general:
-        (well, barrier) = symbols.lines
+        (well, barrier) = symbols.zeros
         yield sympy.Gt(symbols.heights[barrier], symbols.heights[well])
         return
     if symbols.powers is not None and symbols.kept:

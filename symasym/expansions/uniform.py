@@ -147,28 +147,28 @@ class PairSymbols(Symbols):
     def _zeros(self) -> list[Symbol]:
         """u1, u2, ... in the layer, the pair's m ± D^(1/2); `others_outside` are in no pair."""
         if self.powers is None:
-            lines = super()._zeros()
-            low, high = (lines[k] for k in self.paired)
+            zeros = super()._zeros()
+            low, high = (zeros[k] for k in self.paired)
             self.factor = []
             self.values[M], self.values[self.square] = (low + high) / 2, (high - low) ** 2 / 4
-            return lines
+            return zeros
         self.kept = self.powers.degree()
         self.factor = self._factor()
         inside = len(self.case.kinds)
-        lines = [self._point(k + 1, True) for k in range(inside)]
+        zeros = [self._point(k + 1, True) for k in range(inside)]
         for k, sign in zip(self.paired, (-1, 1), strict=False):
-            self.values[lines[k]] = M + sign * sympy.sqrt(self.square)
-            del self.equations[lines[k]]
+            self.values[zeros[k]] = M + sign * sympy.sqrt(self.square)
+            del self.equations[zeros[k]]
         more = range(inside + 1, self.kept - 1 + len(self.paired))
         self.others_outside = [self._point(k, self.kept == 3) for k in more]
-        apart = [u for k, u in enumerate(lines) if k not in self.paired] + self.others_outside
+        apart = [u for k, u in enumerate(zeros) if k not in self.paired] + self.others_outside
         if self.kept == 3:
             # The sum of all zeros.
             (u,) = apart
             c3, c2 = self.powers.all_coeffs()[:2]
             self.values[u] = -c2 / c3 - 2 * M
             del self.equations[u]
-        return lines
+        return zeros
 
     def _factor(self) -> list[Symbol]:
         """psi_0, psi_1, ..., seen from the start; m and D in closed form or their equations."""
@@ -227,7 +227,7 @@ class PairSymbols(Symbols):
 
     def _between_zeros(self) -> Pair:
         """The same of two real zeros without a closed form, from V and V'' there."""
-        well, barrier = (self.lines[k] for k in self.paired[:: self.place.side])
+        well, barrier = (self.zeros[k] for k in self.paired[:: self.place.side])
         low, high = (self.heights[u] for u in (well, barrier))
         self.values[self.zeta] = (3 * (high - low) / 4) ** Rational(2, 3)
         root = sympy.sqrt(self.zeta)
@@ -330,7 +330,7 @@ class Coalescing(PairSymbols, OrderZero):
         if not self.real or sign != self.place.side:
             return None
         edge = self.edges[1 + sign]
-        well, barrier = self.lines[::sign]
+        well, barrier = self.zeros[::sign]
         t, peak, rest = (Symbol(s, real=True) for s in ("t", "P", "rest"))
         fall = self.heights[barrier] - self.heights[edge]
         rho, slope = Symbol("rho", positive=True), self._slope(sign)
@@ -373,9 +373,9 @@ class Coalescing(PairSymbols, OrderZero):
 
     def _partial_fractions(self, k: int, lo: Expr, hi: Expr) -> Expr:
         """The finite part of int du/phi past the pair and over the other zeros."""
-        zeros, self.lines = self.lines, []
+        zeros, self.zeros = self.zeros, []
         total = super()._partial_fractions(k, lo, hi)
-        self.lines = zeros
+        self.zeros = zeros
         one, side = self.together[0], self.place.side
         share, parts = regular_share(one.pair, True, self.arithmetic), []
         for edge in (hi, lo):

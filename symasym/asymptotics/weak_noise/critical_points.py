@@ -150,13 +150,13 @@ class _FieldBuilder(Builder):
         self.at_zero = abs(x) < 1 and not field.value(x)
         sides = zip(self.edges[:2], self.edges[1:], strict=True)
         left, right = (simple_zeros(field, lo, hi, context) if lo < hi else [] for lo, hi in sides)
-        self.lines, self.barriers = ([z[k] for z in left + right] for k in (0, 1))
+        self.zeros, self.barriers = ([z[k] for z in left + right] for k in (0, 1))
         self.before = len(left)
 
     # -- the drift --------------------------------------------------------------------------
 
     def inside(self, sign: int) -> list[int]:
-        return list(range(self.before, len(self.lines)) if sign > 0 else range(self.before)[::-1])
+        return list(range(self.before, len(self.zeros)) if sign > 0 else range(self.before)[::-1])
 
     def barrier(self, k: int) -> bool:
         return bool(self.barriers[k])
@@ -186,9 +186,9 @@ class _FieldBuilder(Builder):
         return Series([Part(1.0, 0, trimmed(h), known)], self.least)
 
     def saddle(self, k: int) -> Series:
-        taylor = self.taylor(self.lines[k], 2 * self.count + 2 + FURTHER)
+        taylor = self.taylor(self.zeros[k], 2 * self.count + 2 + FURTHER)
         arc = arc_coefficients(taylor, 2 * self.count, 2, self.context.one)
-        self.require_estimate(self.lines[k], abs(taylor[1]), arc, 2)
+        self.require_estimate(self.zeros[k], abs(taylor[1]), arc, 2)
         return self.gaussian(arc, taylor, self.least)
 
     def no_estimate(self, shape: str, u: Numbers) -> AccuracyError:
@@ -233,7 +233,7 @@ class _FieldBuilder(Builder):
             for sign in (-1, 1):
                 field = self.field if sign > 0 else self.field.mirror()
                 lo, hi = sign * edges[1], sign * edges[1 + sign]
-                zeros = [sign * self.lines[k] for k in self.inside(sign)]
+                zeros = [sign * self.zeros[k] for k in self.inside(sign)]
                 shares[sign] = (
                     panel_integrals(field, lo, hi, zeros, self.count, c) if lo < hi else []
                 )

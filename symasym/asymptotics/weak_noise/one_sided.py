@@ -339,7 +339,7 @@ class Builder:
     ----------
     edges : list
         -r, the start and r, each moved to the nearest point of the layer [-1, 1].
-    lines : list
+    zeros : list
         The real zeros of A, ascending; `pairs` are the others above the real axis.
     beyond : bool
         Whether r > 1, so that a straight part of the potential follows the layer.
@@ -365,12 +365,12 @@ class Builder:
         self.a_minus, self.a_plus = only(scenes.a_minus), only(scenes.a_plus)
         self.start, self.beyond = only(scenes.start), bool(scenes.r[0] > 1)
         real = int(zeros.real[0]) if len(zeros.real) else 0
-        self.lines = [only(zeros.values[k]) for k in range(real)]
+        self.zeros = [only(zeros.values[k]) for k in range(real)]
         self.pairs = [only(z) for z in zeros.pairs]
         self.v = [-c / k for k, c in enumerate(self.c, start=1)]
         self.c_size = [abs(c) for c in self.c]
         self.height_size = sum(abs(v) for v in self.v)
-        self.zero_rounding = [self.rounding_of(z) for z in self.lines]
+        self.zero_rounding = [self.rounding_of(z) for z in self.zeros]
         self.pair_rounding = [self.rounding_of(z) for z in self.pairs]
 
     # -- rounding ---------------------------------------------------------------------------
@@ -385,7 +385,7 @@ class Builder:
 
     def others(self, z: Numbers) -> Iterator[Any]:
         """All zeros of A but z: real ones, and both of each complex pair."""
-        for w in self.lines:
+        for w in self.zeros:
             if w is not z:
                 yield w
         for w in self.pairs:
@@ -403,7 +403,7 @@ class Builder:
     def estimated(self) -> Any:
         """True where the next two terms of every series tell its error: A not straight or flat."""
         order, good = self.count - 1 - BEYOND, True
-        at = [(z, 2, 2 * order + 5) for z in self.lines] + [(u, 1, order + 2) for u in self.edges]
+        at = [(z, 2, 2 * order + 5) for z in self.zeros] + [(u, 1, order + 2) for u in self.edges]
         for u, low, high in at:
             if self.degree > high:
                 row = self.taylor(u)
@@ -427,13 +427,13 @@ class Builder:
 
     def barrier(self, k: int) -> bool:
         """True if the k-th real zero is a barrier, False for a well."""
-        return bool(first(self.slope(self.lines[k])) > 0)
+        return bool(first(self.slope(self.zeros[k])) > 0)
 
     def inside(self, sign: int) -> list[int]:
         """Numbers of the real zeros between the start and the layer's end, from the start on."""
         low, high = sorted((first(self.edges[1]), first(self.edges[1 + sign])))
-        order = range(len(self.lines)) if sign > 0 else reversed(range(len(self.lines)))
-        return [k for k in order if low < first(self.lines[k]) < high]
+        order = range(len(self.zeros)) if sign > 0 else reversed(range(len(self.zeros)))
+        return [k for k in order if low < first(self.zeros[k]) < high]
 
     # -- series -----------------------------------------------------------------------------
 
@@ -453,7 +453,7 @@ class Builder:
 
     def saddle(self, k: int) -> Series:
         """Laplace's series at the k-th real zero."""
-        taylor = self.taylor(self.lines[k])
+        taylor = self.taylor(self.zeros[k])
         arc = arc_coefficients(taylor, 2 * self.count, 2, self.arithmetic.one)
         # Higher coefficients depend on the zeros' distances by higher powers.
         return self.gaussian(arc, taylor, 8 * (self.count + self.degree) * self.zero_rounding[k])
@@ -472,7 +472,7 @@ class Builder:
 
     def poles(self) -> Iterator[Pole]:
         """The zeros of A, of a complex pair one."""
-        for z, rounding in zip(self.lines, self.zero_rounding, strict=True):
+        for z, rounding in zip(self.zeros, self.zero_rounding, strict=True):
             yield Pole(z, self.taylor(z), 1, rounding)
         for z, rounding in zip(self.pairs, self.pair_rounding, strict=True):
             yield Pole(z, self.taylor(z), 2, rounding)
@@ -562,8 +562,8 @@ class Builder:
         """Add wells and barriers; returns the rank of what comes next."""
         inside = self.inside(sign)
         for rank, k in enumerate(inside, start=1):
-            height = self.potential(self.lines[k]) - self.base
-            barrier, u = self.barrier(k), sign * self.lines[k]
+            height = self.potential(self.zeros[k]) - self.base
+            barrier, u = self.barrier(k), sign * self.zeros[k]
             points, kind = (scale_points, "barrier") if barrier else (speed_points, "well")
             height = height if barrier else -height
             points.append(CriticalPoint(rank, height, self.saddle(k), None, kind, u))
