@@ -74,7 +74,7 @@ class Names:
             speed_start=self.named(f"start_speed_{side}", one.speed_start),
             scale_points=points(one.scale_points, ""),
             speed_points=points(one.speed_points, "speed_"),
-            outer=self.named(f"between_{side}", one.outer),
+            regular_part=self.named(f"between_{side}", one.regular_part),
         )
 
 

@@ -317,7 +317,7 @@ class Symbols(Builder):
     def primitives(self) -> Any:
         return None
 
-    def outer(self, sign: int, extra: Numbers) -> Series:
+    def regular_part(self, sign: int, extra: Numbers) -> Series:
         side = "+" if sign > 0 else "-"
         lo, hi = sorted((self.edges[1], self.edges[1 + sign]))
         rows = [self._regular(k, lo, hi, side) for k in range(1, self.count + 1)]

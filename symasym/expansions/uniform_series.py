@@ -519,7 +519,7 @@ def two_sides(symbols: Any) -> tuple[Side, Side]:
         halves.append(
             one._replace(
                 scale_points=placed(one.scale_points), speed_points=placed(one.speed_points),
-                outer=_named(one.outer), scale_start=_named(one.scale_start),
+                regular_part=_named(one.regular_part), scale_start=_named(one.scale_start),
                 speed_start=Series([]), beyond=beyond,
             )
         )  # fmt: skip

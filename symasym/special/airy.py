@@ -17,7 +17,7 @@ parts turns (s² - zeta) G into ∓ G'/lam, so that each weight is lowered to a 
 
 a, b with (-1/lam)^n, a', b' with lam^-n. The first line of the last is DLMF 9.11.4, the others are
 its derivatives in zeta; the critical point that comes first is the minimum of V. What the
-integrations by parts leave behind has no exponential, and is the outer part.
+integrations by parts leave behind has no exponential, and is the regular part.
 """
 
 from __future__ import annotations

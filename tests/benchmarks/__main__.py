@@ -424,7 +424,7 @@ def by_hand_in_weak_noise(z0: str, r: float, order: int) -> Callable[[Any], Any]
         climb, fall = float(well.height + barrier.height), float(barrier.height - kink.height)
         low, high, edge, outer = (
             [float(c) for c in series.parts[0].coefficients[: order + 1]]
-            for series in (well.series, barrier.series, kink.series, side.outer)
+            for series in (well.series, barrier.series, kink.series, side.regular_part)
         )
         assert side.beyond is not None
         u, _, slope = side.beyond

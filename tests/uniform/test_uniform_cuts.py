@@ -90,7 +90,7 @@ def test_corrections_against_quadrature(barrier: bool, t: str) -> None:
 def test_a_start_beside_a_barrier(order: int, alone: bool) -> None:
     """By its distance in widths of the barrier; the worst errors fall as they should.
 
-    Where the barrier is alone T is a logarithm, all of it from the outer part.
+    Where the barrier is alone T is a logarithm, all of it from the regular part.
     """
     drift = with_zeros(Fraction(1, 2), HALF, -3) if alone else DRIFT
     worst = []

@@ -117,7 +117,7 @@ def _with_majorants_of(half: OneSided, k: int, known: set[_Place], start: bool) 
 
     # The regular part's majorants are those of the start and of the end.
     end = (k, max((p.rank for p in half.scale_points), default=0)) in known
-    own = half.scale_start, half.speed_start, half.outer
+    own = half.scale_start, half.speed_start, half.regular_part
     if start:
         keep = _START in known, _START in known, _START in known and end
         own = tuple(map(_kept, own, keep))
@@ -126,7 +126,7 @@ def _with_majorants_of(half: OneSided, k: int, known: set[_Place], start: bool) 
     return half._replace(
         scale_start=own[0],
         speed_start=own[1],
-        outer=own[2],
+        regular_part=own[2],
         scale_points=points(half.scale_points),
         speed_points=points(half.speed_points),
     )

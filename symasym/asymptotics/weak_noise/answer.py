@@ -85,7 +85,7 @@ class Quantity(NamedTuple):
     """What is asked for at lam, of P its complement; whether it needs the double integrals."""
 
     evaluate: Evaluate
-    outer: bool
+    regular_part: bool
 
 
 _QUANTITIES = {
@@ -111,9 +111,9 @@ def of_scene(scene: Scene, request: Request, prove: Prove | None = None) -> Answ
     r, start = ((_LINE | scene.numbers)[name] for name in _LINE)
     require_resolved(drift, lam)
     near = digits_lost(r, start)
-    outer = (digits + 15 + near) * quantity.outer
+    regular = (digits + 15 + near) * quantity.regular_part
     context, both = _kept_halves(
-        drift, r, start, orders[-1], working_digits(digits, lam, r) + near, outer
+        drift, r, start, orders[-1], working_digits(digits, lam, r) + near, regular
     )
     composed, at = _with_digits(both, lam, r, context)
     expanded = [with_digits(quantity.evaluate, composed, at(n)) for n in orders]
@@ -195,8 +195,8 @@ def parts(scene: Scene, digits: int, orders: range, allowed: Fraction) -> Parts:
     near = digits_lost(values["r"], values["start"])
     dps = working_digits(digits, lam, values["r"]) + near
     # No more digits of the regular part than its share of what is allowed.
-    outer = len(str(int(1 / allowed))) + 12 + near
-    context, both = _kept_halves(drift, values["r"], values["start"], orders[-1], dps, outer)
+    regular = len(str(int(1 / allowed))) + 12 + near
+    context, both = _kept_halves(drift, values["r"], values["start"], orders[-1], dps, regular)
     composed, at = _with_digits(both, lam, values["r"], context)
     best: Parts | None = None
     for n in orders:
@@ -257,15 +257,15 @@ def _too_strong(kappa: str, order: int) -> AccuracyError:
 
 
 def _halves(
-    drift: Drift, r: Fraction, x: Fraction, order: int, context: MPContext, outer: int
+    drift: Drift, r: Fraction, x: Fraction, order: int, context: MPContext, regular: int
 ) -> tuple[OneSided, OneSided]:
     """Left, mirrored, and right."""
-    return both_sides(ExactField(drift, False, context), x, r, order, context, outer)
+    return both_sides(ExactField(drift, False, context), x, r, order, context, regular)
 
 
 @kept
 def _kept_halves(
-    context: MPContext, drift: Drift, r: Fraction, x: Fraction, order: int, dps: int, outer: int
+    context: MPContext, drift: Drift, r: Fraction, x: Fraction, order: int, dps: int, regular: int
 ) -> tuple[OneSided, OneSided]:
     """The same to `dps` digits, for the next question about the drift."""
     context.dps = dps
@@ -278,7 +278,7 @@ def _kept_halves(
             each.append(time.thread_time() - begun)
         seconds = _VALUES_A_BIT * context.prec * min(each)
         expect(seconds, f"the weak-noise series of A to {dps:,} digits")
-    return _halves(drift, r, x, order, context, outer)
+    return _halves(drift, r, x, order, context, regular)
 
 
 def _terms(name: str, both: tuple[OneSided, OneSided], context: MPContext) -> tuple[str, ...]:
@@ -396,15 +396,15 @@ def _logs(
         line = {n: np.broadcast_to(float(x), scenes.lam.shape) for n, x in _LINE.items()}
         scenes = scenes._replace(numbers=scenes.numbers | line)
     exactly = None if is_array(start) else exact("start", start)
-    outer = 30 * quantity.outer
+    regular = 30 * quantity.regular_part
 
     def analyse(one: Drift, radius: float, start: float) -> tuple[OneSided, OneSided]:
         x, r = Fraction(start) if exactly is None else exactly, Fraction(radius)
         if len(scenes.lam) == 1:
-            left, right = _kept_halves(one, r, x, orders[-1], 40, outer)[1]
+            left, right = _kept_halves(one, r, x, orders[-1], 40, regular)[1]
             return in_float(left), in_float(right)
         with own_context(40) as context:
-            left, right = _halves(one, r, x, orders[-1], context, outer)
+            left, right = _halves(one, r, x, orders[-1], context, regular)
             return in_float(left), in_float(right)
 
     shapes = own_shapes(drift, scenes.given, scenes) if index is None else []

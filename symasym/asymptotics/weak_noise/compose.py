@@ -268,7 +268,7 @@ def scale_contributions(
 
 def regular_part(one: OneSided, r: Numbers, sums: ExponentialSums) -> Any:
     """The regular part of D, in the layer and beyond it."""
-    inside = sums.leaf(0.0, one.outer)
+    inside = sums.leaf(0.0, one.regular_part)
     if one.beyond is None:
         return inside
     u, _, slope = (sums.number(x) for x in one.beyond)

@@ -77,12 +77,12 @@ def both_sides(
     r: Fraction,
     order: int,
     context: MPContext,
-    outer: int,
+    regular: int,
     estimated: bool = True,
 ) -> tuple[OneSided, OneSided]:
     """The one-sided expansions left of `x`, mirrored, and right of it, out to `r`.
 
-    The regular part is to `outer` digits, or left out for 0. Where the next terms have to give the
+    The regular part is to `regular` digits, or left out for 0. Where the next terms have to give the
     error (`estimated`), zeros of A where they vanish are refused.
     """
     for u in (Fraction(-1), Fraction(1)):
@@ -97,7 +97,7 @@ def both_sides(
                 f"r is {float(r):.6g} and A is 0 at u = {float(u):.6g}, where the weak-noise "
                 "series of an end has no terms; use method='exact'."
             )
-    return _FieldBuilder(field, x, r, order, context, outer, estimated).both_sides()
+    return _FieldBuilder(field, x, r, order, context, regular, estimated).both_sides()
 
 
 def whole(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
@@ -132,11 +132,11 @@ class _FieldBuilder(Builder):
         r: Fraction,
         order: int,
         context: MPContext,
-        outer: int = 0,
+        regular: int = 0,
         estimated: bool = True,
     ) -> None:
         self.arithmetic = Digits(context)
-        self.field, self.context, self.digits, self.must_tell = field, context, outer, estimated
+        self.field, self.context, self.digits, self.must_tell = field, context, regular, estimated
         self.count, self.degree = order + 1 + BEYOND, 0
         self.height_size = self.height_rounding = 0.0
         self.least = self.unit = 64 * context.eps
@@ -239,7 +239,7 @@ class _FieldBuilder(Builder):
                 )
             return shares
 
-    def outer(self, sign: int, extra: Numbers) -> Series:
+    def regular_part(self, sign: int, extra: Numbers) -> Series:
         groups: Groups = [[] for _ in range(self.count)]
         if self.at_zero:
             self.add_corner(sign, groups)
@@ -377,7 +377,7 @@ def in_float(one: OneSided) -> OneSided:
     return one._replace(
         scale_start=_float_series(one.scale_start),
         speed_start=_float_series(one.speed_start),
-        outer=_float_series(one.outer),
+        regular_part=_float_series(one.regular_part),
         scale_points=scale_points,
         speed_points=speed_points,
         beyond=one.beyond and tuple(float(x) for x in one.beyond),  # type: ignore[arg-type]

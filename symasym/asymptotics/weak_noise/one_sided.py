@@ -91,7 +91,7 @@ class OneSided(NamedTuple):
         has already.
     scale_points, speed_points : list of CriticalPoint
         Beyond the start, of e^{lam V} and of e^{-lam V}; heights are those of the exponent.
-    outer : Series
+    regular_part : Series
         The regular part (`symasym.asymptotics.weak_noise.regular_part`), in the layer.
     beyond : tuple or None
         (u, V(u), phi) where the straight part beyond the layer begins, which ends at r.
@@ -105,7 +105,7 @@ class OneSided(NamedTuple):
     endpoint_product: bool
     scale_points: list[CriticalPoint]
     speed_points: list[CriticalPoint]
-    outer: Series
+    regular_part: Series
     beyond: tuple[Any, Any, Any] | None
     height_rounding: Numbers = 0.0
     joint: list[Joint] = []
@@ -114,7 +114,7 @@ class OneSided(NamedTuple):
     def all_series(self) -> list[Series]:
         """Every power series of this side."""
         points = self.scale_points + self.speed_points
-        every = [self.scale_start, self.speed_start, self.outer]
+        every = [self.scale_start, self.speed_start, self.regular_part]
         every += [x for p in points for x in (p.series, p.onward) if isinstance(x, Series)]
         if self.beyond is not None:
             every.append(Series([Part(1.0, 0, [1 / self.beyond[2]])]))
@@ -332,7 +332,7 @@ def edges_of(scenes: PolynomialScenes) -> FloatArray:
 class Builder:
     """Both one-sided expansions, to order `count` - 1 in 1/lam with those that tell the error.
 
-    What is asked of the drift is `taylor`, `barrier`, `potential` and `outer`; here A is a
+    What is asked of the drift is `taylor`, `barrier`, `potential` and `regular_part`; here A is a
     polynomial whose zeros are known, in float64, with a bound of the rounding of each number.
 
     Attributes
@@ -486,7 +486,7 @@ class Builder:
         sizes[0] = [abs(total) * self.eps for total in totals[0]]
         return totals, sizes
 
-    def outer(self, sign: int, extra: Numbers) -> Series:
+    def regular_part(self, sign: int, extra: Numbers) -> Series:
         """The regular part of one side, with what is `extra` before the layer."""
         totals, sizes = self.regular
         shares = [row[1 + sign] - row[1] for row in totals]
@@ -547,10 +547,12 @@ class Builder:
             begin = *formal_series(h), True
         else:
             begin = self.beginning(sign)
-        outer = self.outer(sign, extra)
+        regular_part = self.regular_part(sign, extra)
         rank = self.between(sign, scale_points, speed_points)
         beyond = self.end(sign, rank, scale_points, speed_points)
-        return OneSided(*begin, scale_points, speed_points, outer, beyond, self.height_rounding)
+        return OneSided(
+            *begin, scale_points, speed_points, regular_part, beyond, self.height_rounding
+        )
 
     def beginning(self, sign: int) -> tuple[Series, Series, bool]:
         """The series of a start in the layer, and whether their product is part of D."""

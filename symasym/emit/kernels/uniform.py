@@ -179,7 +179,7 @@ def _passed(sums: list[float], height: float, rise: float, lam: float) -> None:
 def _side(
     c: list[float], n: int, sign: float, r: float, slope: float, lam: float, zeros: list[float],
     real: int, owner: list[int], rows: list[float], count: int, edge: list[float], at: int,
-    outer: float, sums: list[float],
+    regular: float, sums: list[float],
 ) -> None:  # fmt: skip
     """S, D and W of one side without the start's own share, each a height and a value.
 
@@ -248,7 +248,7 @@ def _side(
     else:
         value = sign / _horner(c, 0, n, sign * reach) / lam
         _passed(sums, _potential(c, n, sign * reach), -value, lam)
-    _plus(sums, 2, 0.0, (outer + straight) / lam, lam)
+    _plus(sums, 2, 0.0, (regular + straight) / lam, lam)
 
 
 def _log_uniform(
