@@ -16,9 +16,9 @@ from symasym.asymptotics.weak_noise.one_sided import (
     Builder,
     CriticalPoint,
     OneSided,
-    arc_coefficients,
     endpoint_coefficients,
     endpoint_majorants,
+    inverse_coefficients,
     majorants,
 )
 from symasym.asymptotics.weak_noise.regular_part import panel_integrals, polynomial_primitives
@@ -82,8 +82,8 @@ def both_sides(
 ) -> tuple[OneSided, OneSided]:
     """The one-sided expansions left of `x`, mirrored, and right of it, out to `r`.
 
-    The regular part is to `regular` digits, or left out for 0. Where the next terms have to give the
-    error (`estimated`), zeros of A where they vanish are refused.
+    The regular part is to `regular` digits, or left out for 0. Where the next terms have to give
+    the error (`estimated`), zeros of A where they vanish are refused.
     """
     for u in (Fraction(-1), Fraction(1)):
         if not field.value(u):
@@ -187,9 +187,9 @@ class _FieldBuilder(Builder):
 
     def saddle(self, k: int) -> Series:
         taylor = self.taylor(self.zeros[k], 2 * self.count + 2 + FURTHER)
-        arc = arc_coefficients(taylor, 2 * self.count, 2, self.context.one)
-        self.require_estimate(self.zeros[k], abs(taylor[1]), arc, 2)
-        return self.gaussian(arc, taylor, self.least)
+        inverse = inverse_coefficients(taylor, 2 * self.count, 2, self.context.one)
+        self.require_estimate(self.zeros[k], abs(taylor[1]), inverse, 2)
+        return self.gaussian(inverse, taylor, self.least)
 
     def no_estimate(self, shape: str, u: Numbers) -> AccuracyError:
         """The refusal of a point where the series' next terms vanish."""
@@ -199,7 +199,7 @@ class _FieldBuilder(Builder):
             "method='exact'."
         )
 
-    def require_estimate(self, u: Numbers, slope: mpf, arc: list[Any], step: int) -> None:
+    def require_estimate(self, u: Numbers, slope: mpf, inverse: list[Any], step: int) -> None:
         """Refuse a zero of A where the last of a_0, a_step, ... all but vanish.
 
         But not where A is straight and has no others.
@@ -207,8 +207,8 @@ class _FieldBuilder(Builder):
         c = self.context
         # A zero that is not rational leaves some rounding.
         small = c.ldexp(1, -c.prec // 2)
-        after = range(len(arc) - 2 * BEYOND // step, len(arc))
-        last = {step * n: arc[n] / arc[0] ** (step * n + 1) for n in after}
+        after = range(len(inverse) - 2 * BEYOND // step, len(inverse))
+        last = {step * n: inverse[n] / inverse[0] ** (step * n + 1) for n in after}
         if not self.must_tell or any(abs(x) > small for x in last.values()):
             return
         more = [abs(mpf_of(x, c)) for x in self.exact_taylor(u, _FLATTEST)[2:]]
@@ -258,7 +258,7 @@ class _FieldBuilder(Builder):
         """
         if not self.at_zero:
             return super().beginning(sign)
-        c, taylor, a = self.context, *self.arc(sign)
+        c, taylor, a = self.context, *self.inverse(sign)
         self.require_estimate(self.x, abs(taylor[1]), a, 1)
         peak: Groups = [[] for _ in range(self.count)]
         formal: Groups = [[] for _ in range(self.count)]
@@ -275,14 +275,14 @@ class _FieldBuilder(Builder):
         other = series_of(formal, self.least, {1.0: odd})
         return (own, other, False) if taylor[1] > 0 else (other, own, True)
 
-    def arc(self, sign: int) -> tuple[list[Any], list[Any]]:
+    def inverse(self, sign: int) -> tuple[list[Any], list[Any]]:
         """Taylor coefficients of phi at the start as it is seen to that side, and the a_i."""
         # Exact for a polynomial, where rounding would hide a multiple zero.
         taylor = self.taylor(self.x)
         if not taylor[1]:
             raise degenerate(self.x)
         taylor = [t * sign if j % 2 == 0 else t for j, t in enumerate(taylor)]
-        return taylor, arc_coefficients(taylor, 2 * self.count, 1, self.context.one)
+        return taylor, inverse_coefficients(taylor, 2 * self.count, 1, self.context.one)
 
     def add_corner(self, sign: int, groups: Groups) -> None:
         """Add the double integrals beside the start, and what its finite part is to change by.
@@ -290,7 +290,7 @@ class _FieldBuilder(Builder):
         The finite part of `regular_part` leaves out powers of u - x, `_corner` those of s.
         """
         c = self.context
-        taylor, a = self.arc(sign)
+        taylor, a = self.inverse(sign)
         for i, p in enumerate(a):
             for j, q in enumerate(a[: len(a) - i]):
                 if (i + j) // 2 < self.count:

@@ -1,7 +1,7 @@
 """The one-sided expansions of the integrals of e^{±lam V} from a start on, over an arithmetic.
 
 Each is a sum over critical points: the maxima of the exponent, with Laplace's series by Watson's
-lemma (`arc_coefficients` of du/ds, `Builder.gaussian` their moments); the start and the end, with
+lemma (`inverse_coefficients` of du/ds, moments by `gaussian`); the start and the end, with
 the formal series of an endpoint, whatever the sign of the slope there; and the kinks u = -1 and 1,
 with the difference of that series' two sides, since A's derivatives jump. Where the exponent has a
 minimum nothing is added: the exponentials that the two sides of the formal series differ by there
@@ -187,8 +187,8 @@ def endpoint_coefficients(taylor: list[Any], count: int) -> list[Any]:
     return [row[0] for row in laurent(taylor, False, count)]
 
 
-def arc_coefficients(taylor: list[Any], count: int, step: int, one: Number) -> list[Any]:
-    """a_0, a_step, ... below a_count of du = (a_0 + a_1 s + ...) ds with V - V(z) = ±s²/2.
+def inverse_coefficients(taylor: list[Any], count: int, step: int, one: Number) -> list[Any]:
+    """a_0, a_step, ... below a_count of du = (a_0 + a_1 s + ...) ds, V - V(z) = ±s²/2 inverted.
 
     z is a simple zero of phi with these Taylor coefficients; a_i is the i-th coefficient of
     (1 + alpha_1 t + ...)^(-(i + 1)/2) over |phi'(z)|^((i + 1)/2), Perron's formula
@@ -198,11 +198,11 @@ def arc_coefficients(taylor: list[Any], count: int, step: int, one: Number) -> l
     bends = enumerate(taylor[2 : count + 1], start=1)
     alpha = [1, *(bend_of_saddle(j, c, slope) for j, c in bends)]
     front = abs(slope) ** -0.5
-    square, arc = front**2, []
+    square, inverse = front**2, []
     for i in range(0, count, step):
-        arc.append(power(alpha, -(i + 1), 2, i + 1, one)[i] * front)
+        inverse.append(power(alpha, -(i + 1), 2, i + 1, one)[i] * front)
         front = front * (square if step == 2 else abs(slope) ** -0.5)
-    return arc
+    return inverse
 
 
 def endpoint_majorants(taylor: list[Numbers], count: int) -> Majorants:
@@ -454,17 +454,19 @@ class Builder:
     def saddle(self, k: int) -> Series:
         """Laplace's series at the k-th real zero."""
         taylor = self.taylor(self.zeros[k])
-        arc = arc_coefficients(taylor, 2 * self.count, 2, self.arithmetic.one)
+        inverse = inverse_coefficients(taylor, 2 * self.count, 2, self.arithmetic.one)
         # Higher coefficients depend on the zeros' distances by higher powers.
-        return self.gaussian(arc, taylor, 8 * (self.count + self.degree) * self.zero_rounding[k])
+        return self.gaussian(
+            inverse, taylor, 8 * (self.count + self.degree) * self.zero_rounding[k]
+        )
 
-    def gaussian(self, arc: list[Any], taylor: list[Any], rounding: Numbers) -> Series:
+    def gaussian(self, inverse: list[Any], taylor: list[Any], rounding: Numbers) -> Series:
         """int e^{-lam |V - V(z)|} du, terms a_2n (2n - 1)!! (2 pi)^(1/2) lam^-(n + 1/2).
 
         (Watson's lemma for the even coefficients, DLMF 2.4(iv).)
         """
         terms, moment = [], first_moment(self.arithmetic)
-        for n, a in enumerate(arc):
+        for n, a in enumerate(inverse):
             terms.append(a * moment)
             moment = next_moment(n, moment)
         known = majorants(taylor, self.count, self.arithmetic)
