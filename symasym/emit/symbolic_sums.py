@@ -56,7 +56,7 @@ class Names:
         ]
         return part._replace(coefficients=kept)
 
-    def half(self, one: OneSided, side: str) -> OneSided:
+    def one_sided(self, one: OneSided, side: str) -> OneSided:
         """One side with symbols for its series."""
 
         def points(known: Iterable[CriticalPoint], what: str) -> list[CriticalPoint]:

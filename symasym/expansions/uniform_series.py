@@ -503,7 +503,7 @@ def _repeated(values: list[Expr]) -> list[Expr]:
 
 def two_sides(symbols: Any) -> tuple[Side, Side]:
     """Both sides of the start."""
-    at, halves, context = positions(symbols), [], _Context(symbols)
+    at, both, context = positions(symbols), [], _Context(symbols)
     for one, sign in zip(symbols.both_sides(), (-1, 1), strict=True):
 
         def placed(points: list[CriticalPoint], sign: int = sign) -> list[CriticalPoint]:
@@ -516,7 +516,7 @@ def two_sides(symbols: Any) -> tuple[Side, Side]:
             ]  # fmt: skip
 
         beyond = one.beyond and (S.One, *one.beyond[1:])
-        halves.append(
+        both.append(
             one._replace(
                 scale_points=placed(one.scale_points), speed_points=placed(one.speed_points),
                 regular_part=_named(one.regular_part), scale_start=_named(one.scale_start),
@@ -525,8 +525,8 @@ def two_sides(symbols: Any) -> tuple[Side, Side]:
         )  # fmt: skip
     paired = isinstance(symbols, UniformSeries)
     sides = [
-        OneSide(half, [symbols.canonical] if paired and symbols.place.side == sign else [])
-        for half, sign in zip(halves, (-1, 1), strict=True)
+        OneSide(one, [symbols.canonical] if paired and symbols.place.side == sign else [])
+        for one, sign in zip(both, (-1, 1), strict=True)
     ]
     zeros = _zeros(symbols)
     edges = (-S.One, symbols.start, S.One)

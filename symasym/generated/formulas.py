@@ -46,7 +46,7 @@ def scaled_radius(r: Ratios, eps: Ratios) -> Any:
     return r/eps
 
 
-def escape_time_of_halves(w: Ratios, sigma_left: Ratios, sigma_right: Ratios) -> Any:
+def escape_time_of_sides(w: Ratios, sigma_left: Ratios, sigma_right: Ratios) -> Any:
     """T from sigma on both sides and w, the sum of both (positive-form)."""
     return w/(1/sigma_left + 1/sigma_right)
 
@@ -56,7 +56,7 @@ def exit_share(sigma_left: Ratios, sigma_right: Ratios) -> Any:
     return 1/(1 + sigma_left/sigma_right)
 
 
-def density_of_halves(lam: Ratios, w: Ratios) -> Any:
+def density_of_sides(lam: Ratios, w: Ratios) -> Any:
     """p_ss from w, the sum of both sides (positive-density)."""
     return lam/w
 

@@ -161,7 +161,7 @@ def _halves() -> list[Plot]:
         left, right = pieces.halves(V, lam, r)
         K_left, K_right = doubles(lam)
         w = scale * (K_left / left + K_right / right)
-        return float(emitted.escape_time_of_halves(w, left / scale, right / scale))
+        return float(emitted.escape_time_of_sides(w, left / scale, right / scale))
 
     def sides(k: float) -> float:
         lam = 2 / k**2
@@ -178,7 +178,7 @@ def _halves() -> list[Plot]:
         tails = emitted.tail_left(1.5) + emitted.tail_right(-1.5)
         mass = pieces.single(shape, -lam, -1, 1) + tails / lam
         w = lam * np.exp(lam * shape(u)) * mass
-        return np.log(emitted.density_of_halves(lam, w))
+        return np.log(emitted.density_of_sides(lam, w))
 
     return [
         Plot("backward", "T", f"{name}; the integrals by quadrature", noise, exact,

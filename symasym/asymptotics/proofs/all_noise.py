@@ -291,7 +291,7 @@ class Proof:
         with precision(self._bits()), own_context(self._digits) as context:
             field = ExactField(drift, False, context)
             try:
-                self._halves = both_sides(field, start, r, order, context, 30, estimated=False)
+                self._both = both_sides(field, start, r, order, context, 30, estimated=False)
             except SymasymError:
                 raise NotProved from None
             even = not any(coefficients[::2])
@@ -330,7 +330,7 @@ class Proof:
     def _expansion(self, top: arb) -> tuple[FormalSum, FormalSum]:
         """T_N/lam as a quotient of formal sums."""
         ops = Formal(self._cells.labels, self._digits, self._order, top)
-        return expansion(self._halves, self._r, ops)
+        return expansion(self._both, self._r, ops)
 
     def _quotients(self, sums: tuple[FormalSum, FormalSum], top: arb) -> list[_Quotient]:
         """T/T_N with more and more coefficients."""

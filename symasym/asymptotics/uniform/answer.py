@@ -256,8 +256,8 @@ def _sides(
     context.dps = digits + extra
     left, right = (ExactField(drift, mirrored, context, offset) for mirrored in (True, False))
     sides = windows((left, right), x, r, order, digits, context)
-    halves = sides[0].half, sides[1].half
-    return sides, truncations_of(right, halves, x, r, order, digits, context)
+    both = sides[0].one_sided, sides[1].one_sided
+    return sides, truncations_of(right, both, x, r, order, digits, context)
 
 
 def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
@@ -281,10 +281,10 @@ def _estimate(scene: _TwoSides, lam: Fraction, order: int, kappa: str) -> tuple[
         sides.append(side._replace(pairs=canonical_pairs))
         costs.append(cost)
     scene = scene._replace(sides=sides)
-    halves = [side.half for side in scene.sides]
+    both = [side.one_sided for side in scene.sides]
 
     def allowed_of(n: int, T: Any) -> Any:
-        return allowed(halves, scene.radius, number, n, T, context)
+        return allowed(both, scene.radius, number, n, T, context)
 
     value, size = _with_error(scene.time, number, order, kappa, context, allowed_of)
     size += 10 * max(costs) * value
@@ -382,21 +382,22 @@ class _SideSum:
     """One side of the start at one lam: its contributions, and what is known of their pairs."""
 
     def __init__(self, side: OneSide, r: mpf, at: Point) -> None:
-        self.half, none = side.half, 0 * at.lam
+        self.one_sided, none = side.one_sided, 0 * at.lam
 
         def value(height: mpf, series: Any) -> Any:
             return plain(Leaf(height, series), at)[0] + none if terms(series) else none
 
-        scale = [p for p, _ in scale_contributions(side.half, r, Nodes())]
+        scale = [p for p, _ in scale_contributions(side.one_sided, r, Nodes())]
         self.scale_points = [
             _Contribution(p.u, value(p.height, p.series), value(p.height, p.onward), p)
             for p in scale
         ]
         self.speed_points = [
-            _Contribution(p.u, value(p.height, p.series), none, p) for p in side.half.speed_points
+            _Contribution(p.u, value(p.height, p.series), none, p)
+            for p in side.one_sided.speed_points
         ]
-        self.nested = plain(regular_part(side.half, r, Nodes()), at)[0] + none
-        starts = side.half.scale_start, side.half.speed_start
+        self.nested = plain(regular_part(side.one_sided, r, Nodes()), at)[0] + none
+        starts = side.one_sided.scale_start, side.one_sided.speed_start
         self.starts = [value(0.0, series) for series in starts]
 
     def all(self) -> list[_Contribution]:
@@ -478,7 +479,7 @@ def sides_at(
     sums[1].correct(left, start, right, 1)
     low, high = (part.side() for part in sums)
     scale, speed = low.scale_start + high.scale_start, low.speed_start + high.speed_start
-    return Sides(low, high, scale, speed, sides[0].half.endpoint_product)
+    return Sides(low, high, scale, speed, sides[0].one_sided.endpoint_product)
 
 
 class Member(NamedTuple):

@@ -158,7 +158,7 @@ def airy(canonical: CanonicalPair, lam: mpf, order: int, context: MPContext) -> 
 class OneSide(NamedTuple):
     """One side of the start, with the pairs whose turning point is in it."""
 
-    half: OneSided
+    one_sided: OneSided
     pairs: list[CanonicalPair]
 
 

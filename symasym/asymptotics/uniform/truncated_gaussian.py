@@ -120,7 +120,7 @@ class Corrections(NamedTuple):
 
 def truncations_of(
     field: ExactField,
-    halves: tuple[OneSided, OneSided],
+    both: tuple[OneSided, OneSided],
     x: Fraction,
     r: Fraction,
     order: int,
@@ -129,11 +129,11 @@ def truncations_of(
 ) -> Truncations:
     """The truncated Gaussians at the start `x` and at the layer's ends, of the zeros next to them.
 
-    `field` is not mirrored; `halves` lie left, in the mirror, and right.
+    `field` is not mirrored; `both` lie left, in the mirror, and right.
     """
     points = [
         point._replace(u=sign * point.u)
-        for sign, one in zip((-1, 1), halves, strict=True)
+        for sign, one in zip((-1, 1), both, strict=True)
         for point in one.scale_points + [p for p in one.speed_points if p.kind == "well"]
     ]
     zeros = [p for p in points if p.kind in ("well", "barrier")]

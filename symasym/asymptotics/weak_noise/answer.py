@@ -112,7 +112,7 @@ def of_scene(scene: Scene, request: Request, prove: Prove | None = None) -> Answ
     require_resolved(drift, lam)
     near = digits_lost(r, start)
     regular = (digits + 15 + near) * quantity.regular_part
-    context, both = _kept_halves(
+    context, both = _kept_one_sided(
         drift, r, start, orders[-1], working_digits(digits, lam, r) + near, regular
     )
     composed, at = _with_digits(both, lam, r, context)
@@ -196,7 +196,7 @@ def parts(scene: Scene, digits: int, orders: range, allowed: Fraction) -> Parts:
     dps = working_digits(digits, lam, values["r"]) + near
     # No more digits of the regular part than its share of what is allowed.
     regular = len(str(int(1 / allowed))) + 12 + near
-    context, both = _kept_halves(drift, values["r"], values["start"], orders[-1], dps, regular)
+    context, both = _kept_one_sided(drift, values["r"], values["start"], orders[-1], dps, regular)
     composed, at = _with_digits(both, lam, values["r"], context)
     best: Parts | None = None
     for n in orders:
@@ -256,7 +256,7 @@ def _too_strong(kappa: str, order: int) -> AccuracyError:
     )
 
 
-def _halves(
+def _one_sided(
     drift: Drift, r: Fraction, x: Fraction, order: int, context: MPContext, regular: int
 ) -> tuple[OneSided, OneSided]:
     """Left, mirrored, and right."""
@@ -264,7 +264,7 @@ def _halves(
 
 
 @kept
-def _kept_halves(
+def _kept_one_sided(
     context: MPContext, drift: Drift, r: Fraction, x: Fraction, order: int, dps: int, regular: int
 ) -> tuple[OneSided, OneSided]:
     """The same to `dps` digits, for the next question about the drift."""
@@ -278,7 +278,7 @@ def _kept_halves(
             each.append(time.thread_time() - begun)
         seconds = _VALUES_A_BIT * context.prec * min(each)
         expect(seconds, f"the weak-noise series of A to {dps:,} digits")
-    return _halves(drift, r, x, order, context, regular)
+    return _one_sided(drift, r, x, order, context, regular)
 
 
 def _terms(name: str, both: tuple[OneSided, OneSided], context: MPContext) -> tuple[str, ...]:
@@ -401,10 +401,10 @@ def _logs(
     def analyse(one: Drift, radius: float, start: float) -> tuple[OneSided, OneSided]:
         x, r = Fraction(start) if exactly is None else exactly, Fraction(radius)
         if len(scenes.lam) == 1:
-            left, right = _kept_halves(one, r, x, orders[-1], 40, regular)[1]
+            left, right = _kept_one_sided(one, r, x, orders[-1], 40, regular)[1]
             return in_float(left), in_float(right)
         with own_context(40) as context:
-            left, right = _halves(one, r, x, orders[-1], context, regular)
+            left, right = _one_sided(one, r, x, orders[-1], context, regular)
             return in_float(left), in_float(right)
 
     shapes = own_shapes(drift, scenes.given, scenes) if index is None else []
