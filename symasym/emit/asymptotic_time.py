@@ -235,7 +235,7 @@ def _composed(both: tuple[OneSided, OneSided], names: Names, r: Fraction | None)
     radius = 1 + BEYOND_1 if r is None else number_of(r)
     one, other = both
     scale, speed = (
-        ops.leaf(0.0, names.named(f"start_{kind}", series))
+        ops.exponential(0.0, names.named(f"start_{kind}", series))
         for kind, series in (
             ("scale", added(one.scale_start, other.scale_start)),
             ("speed", added(one.speed_start, other.speed_start)),

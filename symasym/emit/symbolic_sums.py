@@ -102,7 +102,7 @@ class Symbolic:
 
     rounding = 0.0
 
-    def leaf(self, height: Expr | mpf, series: Series, rounding: float = 0.0) -> Sum:
+    def exponential(self, height: Expr | mpf, series: Series, rounding: float = 0.0) -> Sum:
         """One symbol, or a number over lam, times e^{lam height}."""
         factor = sum((X ** sympy.Rational(p.offset) * p.coefficients[0] for p in series.parts), 0)
         return Sum([(sympy.expand(number_of(height)), sympy.sympify(factor))])

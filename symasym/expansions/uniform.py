@@ -103,10 +103,10 @@ class Locals(Symbolic):
     def __init__(self, symbols: Coalescing) -> None:
         self.symbols = symbols
 
-    def leaf(self, height: Expr, series: Any, rounding: float = 0.0) -> Sum:
+    def exponential(self, height: Expr, series: Any, rounding: float = 0.0) -> Sum:
         """One symbol times e^{lam height}."""
         if isinstance(series, Series):
-            return super().leaf(height, series, rounding)
+            return super().exponential(height, series, rounding)
         return Sum([(height, self.symbols.local(series))])
 
 

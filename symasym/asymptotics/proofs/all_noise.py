@@ -470,7 +470,9 @@ class Formal:
         self._labels, self._order, self._top = labels, order, top
         self.radius = flint_module().arb(10) ** (_LOST - digits)
 
-    def leaf(self, height: Height | float, series: Series, rounding: float = 0.0) -> FormalSum:
+    def exponential(
+        self, height: Height | float, series: Series, rounding: float = 0.0
+    ) -> FormalSum:
         """e^{lam height} times the series, to the order."""
         key: Key = ()
         if isinstance(height, Height):

@@ -50,7 +50,7 @@ from symasym.asymptotics.uniform.truncated_gaussian import (
 from symasym.asymptotics.weak_noise.answer import DROPPED
 from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes, rounding_of_places
 from symasym.asymptotics.weak_noise.compose import (
-    Leaf,
+    Exponential,
     Nodes,
     Side,
     Sides,
@@ -385,7 +385,7 @@ class _SideSum:
         self.one_sided, none = side.one_sided, 0 * at.lam
 
         def value(height: mpf, series: Any) -> Any:
-            return plain(Leaf(height, series), at)[0] + none if terms(series) else none
+            return plain(Exponential(height, series), at)[0] + none if terms(series) else none
 
         scale = [p for p, _ in scale_contributions(side.one_sided, r, Nodes())]
         self.scale_points = [
@@ -601,5 +601,5 @@ def whole_at(
             left_out += [p for u in zeros_of(canonical, context) if (p := place_at(u, points))]
     for point in points:
         if not any(point is p for p in left_out):
-            total += plain(Leaf(point.height, point.series), at)[0]
+            total += plain(Exponential(point.height, point.series), at)[0]
     return total

@@ -218,7 +218,7 @@ def _items(
 ) -> list[tuple[str, Any, Any]]:
     """Every pair of critical points and the regular part of both sides, times the chance of it."""
     r, nodes, items = composed.r, composed.nodes, []
-    sides, none = composed.sides, nodes.leaf(0.0, Series([]))
+    sides, none = composed.sides, nodes.exponential(0.0, Series([]))
     shares = sides.shares
     for k, one in enumerate(both):
         front = at.lam * plain(shares[1 - k] / sides.total, at)[0]

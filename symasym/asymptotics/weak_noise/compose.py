@@ -100,7 +100,7 @@ class Node:
         return _Changed(self, Value.wrong)
 
 
-class Leaf(Node):
+class Exponential(Node):
     """e^{lam height} times a series; `rounding` is the rounding of the height."""
 
     def __init__(self, height: Numbers, series: Series | Local, rounding: Numbers = 0.0) -> None:
@@ -184,7 +184,7 @@ class ExponentialSums(Protocol):
     def number(self, x: Numbers) -> Any:
         """A number of the expansion in this arithmetic."""
 
-    def leaf(self, height: Numbers, series: Any, rounding: Numbers = 0.0) -> Any:
+    def exponential(self, height: Numbers, series: Any, rounding: Numbers = 0.0) -> Any:
         """e^{lam height} times the series."""
 
     def total(self, terms: list[Any]) -> Any:
@@ -194,7 +194,7 @@ class ExponentialSums(Protocol):
 class Nodes:
     """Expressions on numbers."""
 
-    leaf, total = Leaf, Sum
+    exponential, total = Exponential, Sum
 
     def __init__(self, rounding: Numbers = ROUNDING) -> None:
         self.rounding = rounding
@@ -253,7 +253,9 @@ def scale_contributions(
     one: OneSided, r: Numbers, sums: ExponentialSums
 ) -> list[tuple[CriticalPoint, Any]]:
     """The critical points of e^{lam V} with what they contribute, the end beyond the layer last."""
-    points = [(p, sums.leaf(p.height, p.series, one.height_rounding)) for p in one.scale_points]
+    points = [
+        (p, sums.exponential(p.height, p.series, one.height_rounding)) for p in one.scale_points
+    ]
     if one.beyond is not None:
         u, height, slope = (sums.number(x) for x in one.beyond)
         fall = slope * (r - u)
@@ -262,17 +264,17 @@ def scale_contributions(
             rounding = rounding + ULP * (abs(height) + abs(fall))
         series = Series([Part(1.0, 0, [-1 / slope])], sums.rounding)
         end = CriticalPoint(_END, height - fall, series, None, "end")
-        points.append((end, sums.leaf(end.height, series, rounding)))
+        points.append((end, sums.exponential(end.height, series, rounding)))
     return points
 
 
 def regular_part(one: OneSided, r: Numbers, sums: ExponentialSums) -> Any:
     """The regular part of D, in the layer and beyond it."""
-    inside = sums.leaf(0.0, one.regular_part)
+    inside = sums.exponential(0.0, one.regular_part)
     if one.beyond is None:
         return inside
     u, _, slope = (sums.number(x) for x in one.beyond)
-    return sums.total([inside, sums.leaf(0.0, Series([Part(1.0, 0, [(r - u) / slope])]))])
+    return sums.total([inside, sums.exponential(0.0, Series([Part(1.0, 0, [(r - u) / slope])]))])
 
 
 def pairs_of(
@@ -281,9 +283,9 @@ def pairs_of(
     """Products of each critical point of e^{-lam V} with those of e^{lam V} from it on."""
     together = {(joint.speed, joint.scale) for joint in one.joint}
     kinks = [p for p, _ in scale if terms(p.onward)]
-    onward = {p.rank: sums.leaf(p.height, p.onward, one.height_rounding) for p in kinks}
+    onward = {p.rank: sums.exponential(p.height, p.onward, one.height_rounding) for p in kinks}
     for low in one.speed_points:
-        own = sums.leaf(low.height, low.series, one.height_rounding)
+        own = sums.exponential(low.height, low.series, one.height_rounding)
         for high, share in scale:
             if high.rank == low.rank and high.rank in onward:
                 beyond = onward[high.rank]
@@ -302,12 +304,12 @@ def side_of(one: OneSided, r: Numbers, sums: ExponentialSums) -> Side:
     """One side composed, with the end at `r` where that is beyond the layer."""
     scale = scale_contributions(one, r, sums)
     nested = [pair for _, _, pair in pairs_of(one, scale, sums)]
-    nested += [sums.leaf(j.height, j.local) for j in one.joint if j.local is not None]
+    nested += [sums.exponential(j.height, j.local) for j in one.joint if j.local is not None]
     return Side(
         sums.total([share for _, share in scale]),
         sums.total([*nested, regular_part(one, r, sums)]),
-        sums.leaf(0.0, one.scale_start),
-        sums.leaf(0.0, one.speed_start),
+        sums.exponential(0.0, one.scale_start),
+        sums.exponential(0.0, one.speed_start),
     )
 
 
@@ -319,8 +321,8 @@ def sides_of(both: tuple[OneSided, OneSided], r: Numbers, sums: ExponentialSums)
     return Sides(
         side_of(left, r, sums),
         side_of(right, r, sums),
-        sums.leaf(0.0, scale),
-        sums.leaf(0.0, speed),
+        sums.exponential(0.0, scale),
+        sums.exponential(0.0, speed),
         left.endpoint_product,
     )
 
@@ -352,9 +354,10 @@ def stationary_sums(
     """
     ends = zip((points[0].height, points[-1].height), slopes, strict=True)
     outside = [
-        sums.leaf(height, Series([Part(1.0, 0, [1 / slope])]), rounding) for height, slope in ends
+        sums.exponential(height, Series([Part(1.0, 0, [1 / slope])]), rounding)
+        for height, slope in ends
     ]
-    whole = [sums.leaf(p.height, p.series, rounding) for p in points]
+    whole = [sums.exponential(p.height, p.series, rounding) for p in points]
     return sums.total(outside), sums.total(whole)
 
 
