@@ -292,7 +292,7 @@ def _canonical_pair(
         return None
     if pair.zeta > 0 and None in [place_at(u, points) for u in zeros_of(canonical, context)]:
         return None
-    gaps = [_climb(stretch, canonical, u, points) for u in stretch.cuts]
+    gaps = [_total_variation(stretch, canonical, u, points) for u in stretch.cuts]
     middle = mpf_of(point, context) + pair.middle
     ends = [mpf_of(u, context) for u in (stretch.lo, stretch.hi)]
     # Beyond the layer phi is another function, and the pair none of its own.
@@ -300,7 +300,7 @@ def _canonical_pair(
     return canonical._replace(gap=gap)
 
 
-def _climb(
+def _total_variation(
     stretch: LayerPart, canonical: CanonicalPair, cut: Fraction, points: list[CriticalPoint]
 ) -> Any:
     """The total variation of V between a pair and a cut."""
