@@ -305,7 +305,7 @@ def corrections(
         "a": (a, formal(truncation.peak)),
         "a_down": (a_down, formal(down)),
         "tail": (functions.sigma, formal(sigma_terms(truncation.t, terms, c), 1)),
-        "speed": (functions.dawson, formal(dawson_terms(truncation.t, terms, c), 1)),
+        "dawson": (functions.dawson, formal(dawson_terms(truncation.t, terms, c), 1)),
         "integral": (functions.area, formal(_log_series(truncation.t, terms, sign, c), 1)),
     }
     formula: Callable[..., Any] = barrier_truncated if truncation.barrier else well_truncated
