@@ -296,7 +296,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "total": Meaning("integral of exp(lam V) over both sides", "scaled length"),
         "nested_left": Meaning("double integral left of the start", "scaled length squared"),
         "nested_right": Meaning("double integral right of the start", "scaled length squared"),
-        "falling": Meaning(
+        "speed_start": Meaning(
             "contribution of the start to the integral of exp(-lam V)", "scaled length"
         ),
     },
@@ -323,7 +323,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "peak": Meaning("du/dt at the barrier", "root of scaled time"),
         "rest": Meaning("1/phi at the end less p/t", "scaled time per scaled length"),
         "tail": Meaning("the Gaussian integral beyond the end, over its value there", "lam^(-1/2)"),
-        "falling": Meaning("Dawson's integral up to the end", "lam^(-1/2)"),
+        "dawson": Meaning("Dawson's integral up to the end", "lam^(-1/2)"),
         "integral": Meaning("lam times the integral of Dawson's", _PURE),
     },
     "positive-density": {

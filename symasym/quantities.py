@@ -149,9 +149,9 @@ def escape_time(
     patience : float, optional
         Seconds of processor time that it may take, 10 if left out.
     drag_time : number, optional
-        With `full`: the scaled time in which the frozen variables move by as much as the wells can
-        bear, from `Reduction.drag_time` or `System.drag_time`. A note is given where T is a tenth
-        of it or more.
+        With `full`: the scaled time in which the motion of the frozen variables changes a well by
+        its depth, from `Reduction.drag_time` or `System.drag_time`. A note is given where T is a
+        tenth of it or more.
 
     Returns
     -------
@@ -185,7 +185,7 @@ def escape_time(
         return _asked(drift, numbers, request, rtol, workers)
     if not full:
         raise InputError(f"drag_time is {shown(drag_time)}, for a note; pass full=True with it.")
-    # An infinite one is that of wells that the motion makes firmer.
+    # An infinite one is that of a drift without a well that a barrier ends.
     borne = (
         drag_time
         if drag_time == float("inf")

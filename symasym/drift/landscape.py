@@ -14,7 +14,7 @@ from symasym.base.call_context import own_context, step
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.generated.numpy_formulas import potential_left, potential_right
-from symasym.numbers.complex_balls import ComplexBall, tame
+from symasym.numbers.complex_balls import ComplexBall, resolved
 from symasym.numbers.polynomials import bracketed_zero
 
 if TYPE_CHECKING:
@@ -313,7 +313,7 @@ def _proxies(
         # Rounding of x is multiplied by the slope, which is at most change/radius.
         noise = 1e-14 * np.abs(series).max() + 4e-16 * change / (hi - lo)
         settled = np.abs(series[-3:]).max() <= 1e-12 * np.abs(series).max() + noise
-        if (settled and tame(change, np.abs(values).max())) or hi - lo < _NARROWEST:
+        if (settled and resolved(change, np.abs(values).max())) or hi - lo < _NARROWEST:
             done.append((lo, hi, np.polynomial.chebyshev.chebtrim(series, min(noise, 1.0))))
         else:
             pending += [(lo, (lo + hi) / 2), ((lo + hi) / 2, hi)]
@@ -361,10 +361,10 @@ def drag_time(
     phi: Callable[[FloatArray], FloatArray],
     rate: Callable[[FloatArray], FloatArray],
 ) -> float:
-    """Time after which a drift that changes at `rate` has lost one of its wells, to first order.
+    """Time in which a drift that changes at `rate` changes one of its wells by its depth.
 
-    The depth of phi between a well and its barrier over the rate there. Infinite without a well
-    that a barrier ends, or where the change makes the wells firmer.
+    The depth of phi between a well and its barrier over the rate there: to first order, the time
+    after which the well is lost, or is twice as deep. Infinite without a well that a barrier ends.
     """
     times = []
     for one, other in zip(points[:-1], points[1:], strict=True):
@@ -376,6 +376,6 @@ def drag_time(
             k = int(np.argmax(np.abs(depth)))
             low, high = u[max(k - 1, 0)], u[min(k + 1, u.size - 1)]
         change = float(rate(u[k : k + 1])[0])
-        if {one.kind, other.kind} == {"well", "barrier"} and change * depth[k] < 0.0:
+        if {one.kind, other.kind} == {"well", "barrier"} and change != 0.0:
             times.append(float(abs(depth[k] / change)))
     return min(times, default=float("inf"))

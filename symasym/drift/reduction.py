@@ -94,11 +94,11 @@ class Reduction:
         return tuple(sympy.simplify(component.subs(put)) for component in self.sliding)
 
     def drag_time(self, eps: Number, values: Mapping[Any, Any] | None = None) -> float:
-        """Scaled time after which the frozen coordinates have moved by as much as the wells bear.
+        """Scaled time in which the motion of the frozen coordinates changes a well by its depth.
 
         To first order: the depth of the drift between a well and its barrier, over the rate at
-        which the motion along the surface changes it. A time T of the drift describes the whole
-        system where it is far shorter.
+        which the motion along the surface changes it, up or down. A time T of the drift describes
+        the whole system only where it is far shorter.
 
         Parameters
         ----------
@@ -110,7 +110,7 @@ class Reduction:
         Returns
         -------
         float
-            Infinite without a well that a barrier ends, or where the motion makes the wells firmer.
+            Infinite without a well that a barrier ends.
 
         Raises
         ------

@@ -16,6 +16,7 @@ from symasym.emit.forms import quotients
 from symasym.emit.program import Case, Function, Program, fold, require_closed
 from symasym.emit.source import Source, check_target, rendered
 from symasym.records import Record
+from symasym.scenes import require_drift
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -96,7 +97,9 @@ def emit(
     if isinstance(what, str):
         what = Record.of(what)
     numbers = _numbers(parameters)
-    require_printable(drift.values if drift is not None else {})
+    if drift is not None:
+        require_drift(drift, bound=False)
+        require_printable(drift.values)
     if drift is None and (method is not None or order is not None):
         raise InputError("method and order are for a formula with a drift in it; give drift=….")
     if isinstance(what, Record):

@@ -35,7 +35,6 @@ from symasym.emit.program import (
     require_closed,
 )
 from symasym.records import Record
-from symasym.scenes import require_drift
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -208,7 +207,6 @@ def program(
     order: int | str | None = None,
 ) -> Program:
     """A formula of `LABELS` for a drift; `numbers` are the drift's parameters, or the others."""
-    require_drift(drift, bound=False)
     if what.label not in LABELS:
         raise InputError(
             f"{what.label} takes no drift; those that do are {', '.join(LABELS)}. "

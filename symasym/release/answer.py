@@ -262,7 +262,7 @@ def _of_order(scene: Scene, name: str, mean: float, error: float, share: float) 
         note = (
             f"z moves while the block sticks, and changes T by more than {_SMALL:g} of it: T is "
             "not the time of release"
-            + (f"; the well bears it for about {borne:.4g}." if np.isfinite(borne) else ".")
+            + (f"; a well has changed by its depth in {borne:.4g}." if np.isfinite(borne) else ".")
         )
         return Release(mean, None, "none", None, None, name, (note,), scene)
     return Release(mean, error, "estimate", None, None, name, (), scene)

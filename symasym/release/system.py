@@ -148,12 +148,11 @@ class System:
         return cls(phi, velocity)
 
     def drag_time(self, z: Number, eps: Number) -> float:
-        """Scaled time after which z has moved by as much as the wells at z can bear.
+        """Scaled time in which the motion of z changes a well at z by its depth.
 
         To first order: the depth of the drift between a well and its barrier, over the rate at
-        which the motion of z changes it. A time T of the scalar equation at z describes the whole
-        system where it is far shorter. Infinite without a well that a barrier ends, or where the
-        motion makes the wells firmer.
+        which the motion of z changes it, up or down. A time T of the scalar equation at z describes
+        the whole system only where it is far shorter. Infinite without a well that a barrier ends.
 
         Examples
         --------

@@ -227,6 +227,7 @@ def _emitted(drift: sa.Drift, target: str = "numpy", **options: Any) -> Any:
 
 
 LINES = sa.tanh(1, -1, 1)
+WAVES = sa.Drift("1/2 - 3/4*u - 3/5*sin(6*u)")
 
 #: Calls that are refused with advice; each message that advises a call or an option is among them.
 REFUSED = {
@@ -654,11 +655,10 @@ REFUSED = {
     ),
     "uniform formula": Refused(
         sa.expand,
-        LINES,
+        WAVES,
         "T",
         noise="uniform",
-        start="0.3",
-        then=[lambda: sa.escape_time(LINES, "0.1", 2, start="0.3", method="uniform")],
+        then=[lambda: sa.escape_time(WAVES, "0.1", 2, method="uniform")],
     ),
     "uniform case": Refused(
         sa.expand,

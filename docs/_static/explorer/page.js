@@ -136,10 +136,12 @@ function inWords(n) {
 }
 
 /** The way to the fold in time, marked where T, which has z frozen, is longer than it. */
-function dragged(n) {
-  if (n.wayToFold === null) return NONE;
-  const longer = n.logExact !== null && n.logExact > Math.log(n.wayToFold);
-  return short(n.wayToFold) + (longer ? " — T is not the block’s time" : "");
+/** How much of λD, the height of the barrier, changes while T passes: D changes with z as u₂ − u₁. */
+function changed(n) {
+  if (n.wayToFold === null || n.logExact === null || n.points.length !== 2) return NONE;
+  const rate = (2 / n.kappa ** 2) * n.time * Math.abs(n.points[1].u - n.points[0].u);
+  const log = Math.log(rate) + n.logExact;
+  return fromLog(log, 2) + (log > Math.log(0.1) ? " — T and C are not the block’s" : "");
 }
 
 /** Relative error of a formula, both logarithms given. */
@@ -164,7 +166,8 @@ function rows(n) {
     "Stokes multiplier, and as a step": `${short(n.smooth)}, ${short(n.step)}`,
     "T, scaled, z frozen": fromLog(n.logExact),
     "relative error of T itself, at most about": fromLog(n.logOwnError, 2),
-    "time for the belt to carry z to the fold z₀⁽⁺⁾": dragged(n),
+    "time for the belt to carry z to the fold z₀⁽⁺⁾": short(n.wayToFold),
+    "change of λD while T passes, ελ|∂D/∂z₀|T": changed(n),
     "Tₚ = ε T, physical": fromLog(physical),
     "T, scaled, by the paper’s formula": fromLog(n.logTime),
     "relative error of the paper’s formula": relative(n.logTime, n.logExact),
