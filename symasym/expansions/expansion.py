@@ -616,7 +616,7 @@ def _with_own_names(e: Expansion) -> Expansion:
     functions = {f.func for v in values for f in sympy.sympify(v).atoms(sympy.Function)}
     # Of e^u and Ai these are e and Ai.
     heads = (re.match(r"(?:\\operatorname\{)?(\w+)", e._latex(f(U))) for f in functions
-             if f.nargs and len(f.nargs) == 1 in f.nargs)  # fmt: skip
+             if f.nargs == sympy.FiniteSet(1))  # fmt: skip
     in_tex |= dict.fromkeys(head[1] for head in heads if head)
     rows = (row for rule in set(e.rules.values()) for row in rule.lines)
     in_tex |= dict.fromkeys(re.findall(r"\\?[A-Za-z]+(?:_\d)?", " ".join(rows)))
