@@ -256,10 +256,14 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "H_line": Meaning("primitive of alpha/(y^2 + R^2)", _SCALED_TIME, _T),
         "H_odd": Meaning("primitive of beta y/(y^2 - D)", _SCALED_TIME, _T),
         "s_1": Meaning("integral of 1/(y^2 + R^2) over the line", "1/scaled length", _T),
-        "s_next": Meaning("integral of (y^2 + R^2)^(-n - 1) over the line", f"{_LENGTH} -1 - 2 n", _T),
+        "s_next": Meaning(
+            "integral of (y^2 + R^2)^(-n - 1) over the line", f"{_LENGTH} -1 - 2 n", _T
+        ),
         "b_next": Meaning("binomial coefficient of D^(i + 1) y^(-2n - 2i - 2)", _PURE, _T),
         "I": Meaning("integral of y^(j + 2) (y^2 - D)^(-n)", f"{_LENGTH} j + 3 - 2 n", _T),
-        "h_next": Meaning("coefficient of y^j in -h' (y^2 - D)^(p + 1)", f"h times {_LENGTH} 2 p + 1 - j", _T),
+        "h_next": Meaning(
+            "coefficient of y^j in -h' (y^2 - D)^(p + 1)", f"h times {_LENGTH} 2 p + 1 - j", _T
+        ),
         "alpha": Meaning(
             "coefficient in the pole part of 1/phi, (alpha + beta y)/(y^2 - D)",
             "scaled time times scaled length",
@@ -277,8 +281,12 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "term": Meaning("binomial coefficient of D^i y^(-2n - 2i)", _PURE),
         "lower": Meaning("integral of y^j (y^2 - D)^(1 - n)", f"{_LENGTH} j + 3 - 2 n"),
         "same": Meaning("integral of y^j (y^2 - D)^(-n)", f"{_LENGTH} j + 1 - 2 n"),
-        "before": Meaning("coefficient of y^(j - 1) in h (y^2 - D)^p", f"h times {_LENGTH} 2 p + 1 - j"),
-        "after": Meaning("coefficient of y^(j + 1) in h (y^2 - D)^p", f"h times {_LENGTH} 2 p - 1 - j"),
+        "before": Meaning(
+            "coefficient of y^(j - 1) in h (y^2 - D)^p", f"h times {_LENGTH} 2 p + 1 - j"
+        ),
+        "after": Meaning(
+            "coefficient of y^(j + 1) in h (y^2 - D)^p", f"h times {_LENGTH} 2 p - 1 - j"
+        ),
         "n": Meaning("power of the pole", "a whole number"),
         "i": Meaning("number of the coefficient, from 0 on", "a whole number"),
         "power": Meaning("power of the pole of h", "a whole number"),
@@ -313,7 +321,9 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "Z": Meaning("lam^(2/3) zeta, of the pair's distance", _PURE, _A),
         "small": Meaning("lam^(-1/3)", "lam^(-1/3)"),
         "a": Meaning("du/ds half-way between the zeros", "scaled length times lam^(1/3)"),
-        "b": Meaning("slope of du/ds in s half-way between the zeros", "scaled length times lam^(2/3)"),
+        "b": Meaning(
+            "slope of du/ds in s half-way between the zeros", "scaled length times lam^(2/3)"
+        ),
     },
     "truncated-gaussian": {
         "I_up": Meaning(
