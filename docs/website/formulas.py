@@ -288,7 +288,7 @@ def _errata(label: str) -> list[str]:
                 numbered(text, "equation ") for text in (slip.place, slip.printed, slip.right)
             )
             box = [
-                f":::{{admonition}} The paper differs ({slip.kind}): {place}",
+                f":::{{admonition}} Erratum ({slip.kind}): {place}",
                 f"Printed: {printed}.",
                 "",
                 f"Correct: {right}.",
@@ -300,7 +300,7 @@ def _errata(label: str) -> list[str]:
             ]
             boxes.append(box)
     lines = [line for box in boxes for line in box]
-    return folded(f"The paper differs in {len(boxes)} places", lines) if boxes[1:] else lines
+    return folded(f"{len(boxes)} errata", lines) if boxes[1:] else lines
 
 
 def _evaluation(label: str) -> list[str]:
