@@ -40,7 +40,7 @@ _GREEK = {
     )
 }
 _FUNCTIONS = {
-    name: f"\\{name}" for name in ("log", "sin", "cos", "arccos", "min", "max", "int")
+    name: f"\\{name}" for name in ("Gamma", "log", "sin", "cos", "arccos", "min", "max", "int")
 } | {name: rf"\operatorname{{{name}}}" for name in ("erf", "Ai", "Bi")}
 _DIFFERENTIALS = ("du", "dy", "dz", "ds", "dp", "dt", "dW", "dT")
 _SIGNS = {
