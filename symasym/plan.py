@@ -210,7 +210,7 @@ def plan(
     Returns
     -------
     Plan
-        The cheapest method a point, once the drift is analysed.
+        The method that costs least for each point, once the drift is analysed.
 
     Raises
     ------
