@@ -222,9 +222,10 @@ def parts(
         "diagram": [
             "![seconds against the true relative error of T, a panel for each scene and a curve "
             "for each method](work-precision.svg)",
-            "Further left is more accurate, further down is faster. A full mark claims an error, a "
-            "hollow one claims none; a small triangle left of a mark says that the error is "
-            "smaller than drawn: below that of the reference, or left of the axis.",
+            "Further left is more accurate, further down is faster. Of symasym's marks a full one "
+            "claims an error and a hollow one claims none; the other programs' marks have no "
+            "inside. A small caret that points left, on a mark, says that the error is smaller "
+            "than drawn: below that of the reference, or left of the axis.",
         ],
         "reached": [
             "The smallest true error of each expansion, whatever the time, and the setting that "
