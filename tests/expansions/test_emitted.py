@@ -146,6 +146,20 @@ def test_emitted_starts(quantity: str, target: str, tmp_path: Path) -> None:
         assert float(value) == pytest.approx(want, rel=1e-13), scene
 
 
+@pytest.mark.parametrize("target", ["c", "javascript"])
+@pytest.mark.parametrize("parameter", ["log_value", "INFINITY"])
+def test_a_parameter_with_the_name_of_a_function(
+    parameter: str, target: str, tmp_path: Path
+) -> None:
+    e = sa.expand(sa.Drift(f"{parameter}/5 - u"), order=1)
+    source = e.emit("c", name="value")
+    known = {"kappa": 0.25, "r": 1.5}
+    call = Call("scene", "value", tuple(known.get(n, 1.0) for n in source._ready[0].arguments))
+    want = e.bind(**{parameter: 1}).evaluate("1/4", "3/2")
+    ((_, _, value),) = ran(target, ({"scene": source}, [call], [want]), tmp_path)
+    assert float(value) == pytest.approx(want, rel=1e-12)
+
+
 def test_whole_numbers_in_mpmath_are_no_doubles() -> None:
     """1/9 of integers, which Python would divide as doubles, cost T its digits after 20."""
     e = sa.expand(sa.linear(1, 3), order=1)

@@ -149,6 +149,9 @@ NAMED_ROOTS = [
     (sa.Drift("1/2 - cos(3*u)"), "T", "-3/5"),
     (sa.Drift("cos(3*u) - 1/2"), "T", "4/5"),
     (sa.Drift("exp(u) - 21/20 - u + u**3/10"), "T", "-3/5"),
+    # Whose Taylor series ends at a pole: more terms for the digits of the zeros.
+    (sa.Drift("(u**2 - 1/16)/(1 + u**2/3)"), "T", "-3/5"),
+    (sa.Drift("(u**2 - 1/9)/(1/2 + u**2)"), "T", "-3/5"),
     (sa.tanh(1, "-1/2", 2), "T", "3/10"),
     (sa.Drift("exp(u) - 1/2"), "T", 0),
     (sa.tanh(1, "-1/2", 2), "1 - P", -1),
