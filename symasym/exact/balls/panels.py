@@ -264,9 +264,12 @@ class Panel(Piece):
             flint.ctx.cap = self.terms
             c = self._complete(getattr(self, name)).coeffs()
             # As many as a change by kappa takes.
-            most = max(count, (self.profile.terms() or 0) + 1)
-            rule = _moments_of_powers(most, len(c), flint.ctx.prec)
-            self._moments[name] = known = (rule * flint.arb_mat(len(c), 1, c)).entries()
+            known = [flint.arb(0)] * max(count, (self.profile.terms() or 0) + 1)
+            for odd in (0, 1):
+                some = c[odd::2]
+                rule = _moments_of_powers(len(known[odd::2]), len(some), odd, flint.ctx.prec)
+                known[odd::2] = (rule * flint.arb_mat(len(some), 1, some)).entries()
+            self._moments[name] = known
         return known
 
     @cached_property
@@ -349,14 +352,11 @@ class PanelSlope:
 
     def _over(self, name: str, bound: Any) -> Any:
         """Integral over the panel of q times one of its series, of a function below `bound`."""
-        panel = self._panel
-        # Of a polynomial q the other factor alone is cut off, where q is smaller than on the disk.
-        tail = 2 * panel._tail(bound * self._reach)
-        if self._whole:
-            q = self._q.coeffs()
-            return sum(map(mul, q, panel.moments(name, len(q))), tail)
-        flint_module().ctx.cap = panel.terms
-        return _over_panel(panel._complete(getattr(panel, name) * self._q)) + tail
+        panel, q = self._panel, self._q.coeffs()
+        # The series is cut off, and q where it is no polynomial.
+        cuts = 1 if self._whole else 3
+        tail = 2 * cuts * panel._tail(bound * self._reach)
+        return sum(map(mul, q, panel.moments(name, len(q))), tail)
 
     @cached_property
     def plus(self) -> Any:
@@ -380,11 +380,11 @@ class PanelSlope:
         return exact_ball(panel.half**2) * self._over("_difference", 2 * panel._nested_bound)
 
 
-@lru_cache(maxsize=16)
-def _moments_of_powers(count: int, terms: int, bits: int) -> Any:
-    """Integrals from -1 to 1 of t^{j + k}, j < count, k < terms, as a matrix of `bits`."""
+@lru_cache(maxsize=32)
+def _moments_of_powers(count: int, terms: int, odd: int, bits: int) -> Any:
+    """Integrals of t^{2 (j + k + odd)} over [-1, 1], j < count, k < terms, a matrix of `bits`."""
     flint = flint_module()
-    each = [flint.arb(0 if n % 2 else 2) / (n + 1) for n in range(count + terms)]
+    each = [flint.arb(2) / (2 * (n + odd) + 1) for n in range(count + terms)]
     return flint.arb_mat([each[j : j + terms] for j in range(count)])
 
 
