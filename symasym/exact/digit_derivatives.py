@@ -10,8 +10,9 @@ and by Fubini's theorem
     d/dq_k int N   = (int s^{k+1} N ds - int w^{k+1} M dw)/(k + 1).
 
 So four recurrences, not two, give the derivatives in all parameters. A solution without layers,
-M' = 1 - psi M, changes by the one of dM' = -dpsi M - psi dM: the same slow series with another
-source. The directions are those of `symasym.exact.balls.derivatives`.
+M' = 1 - psi M, is at each point the integral of e^{psi_0 t + psi_1 t^2/2 + ...} over t < 0, and
+changes by its moments (`digit_panels.slow_moments`). The directions are
+those of `symasym.exact.balls.derivatives`.
 """
 
 from __future__ import annotations
