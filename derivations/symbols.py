@@ -372,7 +372,10 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "nested_up": Meaning("double integral where V rises", "squared widths", _X),
     },
     "panel-step": {
-        "sigma": Meaning("Sigma/s at the panel's left end", "scaled length"),
+        "sigma": Meaning(
+            "Sigma/s at the panel's left end, s = exp(lam V), Sigma its integral from the end",
+            "scaled length",
+        ),
         "sigma_b": Meaning("Sigma/s at the panel's right end", "scaled length", _X),
         "w": Meaning(
             "lam/sigma times the integral of sigma from the end to the panel",
@@ -431,7 +434,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
     "eq:forcePWC": {"alpha": Meaning("Coulomb friction force", "unscaled")},
 }
 
-_ZETA = Meaning("square of the zeros' place in s", "lam^(-2/3) times Z")
+_ZETA = Meaning("square of the zeros' place in s", "lam^(-2/3)")
 _S_OF_U = Meaning("the variable of the cubic, phi du = (s^2 - zeta) ds", "lam^(-1/3)")
 #: Label -> TeX of symbols of its error, note, conditions and steps alone.
 IN_WORDS: dict[str, dict[str, Meaning]] = {

@@ -110,6 +110,8 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         if self._slash:
             if behind:
                 raise _TallError
+            if len(above) == 1 and above[0].is_Add:
+                top = self._parenthesised(top)
             return f"{top or 1}/{self._divisor(below, bottom)}"
         return " ".join([self._fraction(above, below, top or "1", bottom), *behind])
 
@@ -121,6 +123,8 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
             flat = self._flat(below)
             if not flat and len(below) == 1 and below[0].is_Add:
                 inverse = rf"\left[{bottom}\right]^{{-1}}"
+                if len(above) == 1 and above[0].is_Add:
+                    top = self._parenthesised(top)
                 return inverse if top == "1" else f"{top} {inverse}"
             bottom = flat or bottom
         return rf"\frac{{{top}}}{{{bottom}}}"

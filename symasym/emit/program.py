@@ -28,8 +28,8 @@ TAKEN = frozenset(
         typedef union unsigned void volatile while abs arguments await catch class debugger delete
         eval export extends false finally function implements import in instanceof interface let
         new null package private protected public super this throw true try typeof undefined var
-        with yield map Math NaN Infinity NAN math np mpmath ctx dps out main exp log sqrt pow sin
-        cos tan sinh cosh tanh asin acos atan fabs expm1 log1p gamma j0 j1 jn y0 y1 yn""",
+        with yield map Math NaN Infinity NAN INFINITY math np mpmath ctx dps out main exp log sqrt
+        pow sin cos tan sinh cosh tanh asin acos atan fabs expm1 log1p gamma j0 j1 jn y0 y1 yn""",
     )
 ) | frozenset(keyword.kwlist)
 
@@ -39,7 +39,7 @@ _LOCAL = frozenset(
     re.findall(
         r"\w+",
         """c count drift ends log_time left mean marks p points right zeros zeros_ between_
-        log_time_ logIntegral logTime logUniform log_uniform_ INFINITY""",
+        log_time_ logIntegral logTime logUniform log_uniform_""",
     )
 )
 

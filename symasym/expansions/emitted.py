@@ -83,6 +83,8 @@ def program(
     free = set().union(value.free_symbols, *(v.free_symbols for v in order.values())) - order.keys()
     refuse(free, order.values())
     plain = {s: plain_name(s.name) for s in sorted(free, key=str)}
+    # Beside the function's own names.
+    plain |= {s: f"{text}_" for s, text in plain.items() if text in (name, f"log_{name}")}
     for s in order:
         base = re.sub(r"\W+", "_", s.name.replace("'", "d").replace("-", "m").replace("+", "p"))
         base = f"{base.strip('_')}_" if base[:1] == "t" or base in TAKEN else base.strip("_")

@@ -613,6 +613,11 @@ def _with_own_names(e: Expansion) -> Expansion:
     names = set(re.findall(r"[A-Za-z]\w*", words))
     constants = set().union(*(sympy.sympify(v).atoms(sympy.NumberSymbol) for v in values))
     in_tex = {_head(e._latex(s)): s for s in {*own, *constants}}
+    functions = {f.func for v in values for f in sympy.sympify(v).atoms(sympy.Function)}
+    # Of e^u and Ai these are e and Ai.
+    heads = (re.match(r"(?:\\operatorname\{)?(\w+)", e._latex(f(U))) for f in functions
+             if f.nargs == sympy.FiniteSet(1))  # fmt: skip
+    in_tex |= dict.fromkeys(head[1] for head in heads if head)
     rows = (row for rule in set(e.rules.values()) for row in rule.lines)
     in_tex |= dict.fromkeys(re.findall(r"\\?[A-Za-z]+(?:_\d)?", " ".join(rows)))
     for s in sorted(parameters, key=str):

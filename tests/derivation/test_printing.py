@@ -68,6 +68,8 @@ V = sympy.Function("V")
         # A fraction within a fraction is on one line, or the outer one is a power.
         (a / (1 / b + a / (2 * k)), r"\frac{a}{1/b + a/(2 \kappa)}"),
         (a / (1 + exp(u) / b), r"a \left[1 + \frac{1}{b} e^{u}\right]^{-1}"),
+        (a / (1 + (a - k) / (b * k)), r"\frac{a}{1 + (a - \kappa)/(b \kappa)}"),
+        ((a - k) / (1 + exp(u) / b), r"(a - \kappa) \left[1 + \frac{1}{b} e^{u}\right]^{-1}"),
         # Signs are taken out where most terms have one, and whole numbers stand in front.
         ((-1 - b) / k, r"-\frac{1 + b}{\kappa}"),
         ((k - a - 1) * (v + 1) * b, r"-b (1 + a - \kappa) (v + 1)"),

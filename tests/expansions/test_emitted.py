@@ -138,11 +138,26 @@ def started(quantity: str) -> Asked:
     return files, calls, wanted
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("target", ["c", "javascript", "python", "numpy", "mpmath"])
 @pytest.mark.parametrize("quantity", ["T", "1 - C"])
 def test_emitted_starts(quantity: str, target: str, tmp_path: Path) -> None:
     for scene, want, value in ran(target, started(quantity), tmp_path):
         assert float(value) == pytest.approx(want, rel=1e-13), scene
+
+
+@pytest.mark.parametrize("target", ["c", "javascript"])
+@pytest.mark.parametrize("parameter", ["log_value", "INFINITY"])
+def test_a_parameter_with_the_name_of_a_function(
+    parameter: str, target: str, tmp_path: Path
+) -> None:
+    e = sa.expand(sa.Drift(f"{parameter}/5 - u"), order=1)
+    source = e.emit("c", name="value")
+    known = {"kappa": 0.25, "r": 1.5}
+    call = Call("scene", "value", tuple(known.get(n, 1.0) for n in source._ready[0].arguments))
+    want = e.bind(**{parameter: 1}).evaluate("1/4", "3/2")
+    ((_, _, value),) = ran(target, ({"scene": source}, [call], [want]), tmp_path)
+    assert float(value) == pytest.approx(want, rel=1e-12)
 
 
 def test_whole_numbers_in_mpmath_are_no_doubles() -> None:
@@ -219,6 +234,7 @@ def uniform(order: int) -> Asked:
     return files, calls, wanted
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("target", ["c", "javascript", "python", "numpy", "mpmath"])
 @pytest.mark.parametrize("order", [0, 1])
 def test_emitted_uniform(target: str, order: int, tmp_path: Path) -> None:
@@ -244,6 +260,7 @@ def overflowing(noise: str, order: int) -> Asked:
     return {"scene": source}, calls, wanted
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("target", ["c", "javascript", "python", "numpy"])
 @pytest.mark.parametrize(("noise", "order"), [("weak", 2), ("uniform", 1)])
 def test_logarithms_where_exponentials_overflow(

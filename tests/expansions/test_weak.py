@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -177,6 +178,7 @@ def test_the_expression_is_the_whole_sum_of_laplace(problem: Problem) -> None:
 LATER = {"degree 20", "sine weak"}
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     "problem",
     [
@@ -197,6 +199,7 @@ def test_what_laplace_answers_has_a_formula(problem: Problem) -> None:
         assert agrees(mpmath.log(by_definitions(e, drift, kappa, r)), want)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("quantity", ["T", "C", "1-C"])
 @pytest.mark.parametrize(
     ("drift", "start", "kappa", "case"),
@@ -251,8 +254,73 @@ def test_contributions_name_their_points() -> None:
     assert ("1 - C", ("barrier u = 0", "end u = r")) in pairs
     own = {t.weight: t for t in e.terms if t.pair[0] == "barrier u = 0" and "kink" in t.pair[1]}
     assert own["C"].front == -own["1 - C"].front
+    assert ("C", ("barrier u = 0", "end u = -r")) in pairs
+    inside = sa.expand(sa.Drift("(u - 1/4)*(2 + u)*(2 - 3*u)"), order=1, start="1/4")
+    assert {t.weight for t in inside.terms if t.pair[0] == "barrier u = 1/4"} == {"C", "1 - C"}
     outside = sa.expand(sa.Drift("u/2 - u**2 - 1/20"), order=1, start="-9/8")
     assert {t.pair[0] for t in outside.terms} == {"kink u = -1", "well u2", "kink u = 1"}
+
+
+@pytest.mark.parametrize(
+    ("drift", "start"),
+    [("1 + u/2 - u**2/5", "-1/3"), ("-1/2 - u/4", "1/4"), ("1/2 + u + u**2/3", "0")],
+)
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_contributions_and_the_regular_part_are_the_sum(drift: str, start: str, order: int) -> None:
+    """C and 1 - C times each, to O(kappa^(2 order + 2)): a kink with itself has no exponential."""
+    known = sa.Drift(drift)
+    e, of_c = (sa.expand(known, q, order=order, start=start) for q in ("T", "C"))
+    errors = []
+    for kappa in ("1/20", "1/40"):
+        with mpmath.workdps(60):
+            parts = {"T": e.formula, "lam": 2 / sympy.Symbol("kappa", positive=True) ** 2}
+            parts |= {s.name: s for s in e.definitions if s.name in ("M-", "M+")}
+            value = {
+                name: by_definitions(replace(e, formula=f), known, kappa, "3")
+                for name, f in parts.items()
+            }
+            C = by_definitions(of_c, known, kappa, "3")
+            share = {"C": C, "1 - C": 1 - C}
+            total = mpmath.mpf(0)
+            for t in e.terms:
+                one = replace(e, formula=t.expression)
+                total += share[t.weight] * by_definitions(one, known, kappa, "3")
+            A = sympy.lambdify(sympy.Symbol("u", real=True), known.expression(), "mpmath")
+            total += 2 * (share["1 - C"] / A(mpmath.mpf(1)) - C / A(mpmath.mpf(-1)))
+            total += value["lam"] * (share["1 - C"] * value["M+"] + C * value["M-"])
+            errors.append(abs(total / value["T"] - 1))
+    assert errors[0] < 1e-4
+    assert errors[1] < 1e-40 or mpmath.log(errors[0] / errors[1], 2) > 2 * order + 1.9
+
+
+@pytest.mark.parametrize(
+    ("drift", "quantity"),
+    [
+        (sa.friction(), "T"),
+        (sa.friction(), "P"),
+        (sa.Drift("a - u + c*u**2"), "T"),
+        (sa.Drift("c*(1/4 - u**2)"), "T"),
+        (sa.Drift("u*(c - u**2)"), "T"),
+    ],
+    ids=str,
+)
+def test_examples_of_cases_fulfil_the_conditions(drift: sa.Drift, quantity: str) -> None:
+    """The zeros from mpmath; the leading coefficient is not 0."""
+    for case in sa.expand(drift, quantity, order=0).cases():
+        e, bound = sa.expand(drift, quantity, order=0, case=case), drift.bind(**case.example)
+        values = {n: sympy.Rational(x.numerator, x.denominator) for n, x in bound.values.items()}
+        zeros = [z for z in roots_of(bound).values() if abs(z) > 1e-9 or not case.at_start]
+        values |= {f"u{k}": sympy.sympify(z) for k, z in enumerate(zeros, 1)}
+        values |= {"r": sympy.Integer(3)}
+        for c in e.conditions:
+            at = {s: values[s.name] for s in c.free_symbols}
+            if isinstance(c, sympy.Eq):
+                assert abs(c.lhs.subs(at)) < 1e-12, c
+            else:
+                assert c.subs(at) == True, (c, case.example)  # noqa: E712
+        lead = sympy.Poly(drift.expression(), sympy.Symbol("u", real=True)).LC()
+        if not lead.is_number:
+            assert sympy.Ne(lead, 0) in e.conditions
 
 
 def test_conditions_of_starts() -> None:
@@ -275,6 +343,7 @@ def test_conditions_of_starts() -> None:
     assert sympy.Ne(c - sympy.Rational(1, 2), 0) in e.conditions
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("order", [0, 1, 5, 8])
 @pytest.mark.parametrize("quantity", ["T", "C", "1-C"])
 def test_orders(quantity: str, order: int) -> None:
@@ -352,6 +421,8 @@ def test_the_first_correction_is_the_textbooks() -> None:
         return four / (8 * two**2) - 5 * three**2 / (24 * two**3)
 
     assert sympy.expand(term.coefficients[1] - (shape("u2") - shape("u1")) / 2) == 0
+    higher = next(c for c in sa.expand(sa.Drift.general(), order=1).conditions if "V(" in str(c))
+    assert str(higher) == "V(u2) > V(u1)"
     lead = 2 * sympy.pi / sympy.sqrt(-v["V''(u1)"] * v["V''(u2)"])
     assert sympy.simplify(term.front / lead) == 1
 
@@ -506,6 +577,12 @@ def test_binding_one_after_the_other_keeps_exactness() -> None:
         (sa.Drift("lambda - u"), {}, "has a parameter lambda"),
         (sa.Drift("lam - u"), {"noise": "strong"}, "has a parameter lam"),
         (sa.Drift("W_1 + u - 4*u**3"), {}, "has a parameter W_1"),
+        (sa.Drift("e - u"), {}, "has a parameter e"),
+        (
+            sa.Drift("20*((u - 1/3)**2 - Ai)"),
+            {"noise": "uniform", "order": 0, "case": "start well barrier"},
+            "has a parameter Ai",
+        ),
         (sa.Drift("gamma*u + u**2/3"), {"case": "start=barrier"}, "has a parameter gamma"),
         (
             sa.Drift("eta + u - 4*u**3"),

@@ -309,6 +309,7 @@ y = sympy.Symbol("y")
         ((-(x**2), "log(x)", x, 0, 1), "neither analytic nor"),
         ((-(sympy.Abs(x) ** sympy.Rational(3, 2)), 1, x, -1, 1), "no Taylor series"),
         ((sympy.I * x, 1, x, 0, 1), "complex"),
+        ((-x, "oo*x", x, 0, 1), "g = oo.x is complex, infinite or undefined"),
         ((sympy.Integer(3), 1, x, 0, 1), "does not contain x"),
         ((-sympy.gamma(x), 1, x, 1, 3), "f contains gamma"),
         ((-x, sympy.besselj(0, x), x, 0, 1), "g contains besselj"),
@@ -333,6 +334,17 @@ def test_bad_integrals(arguments: Any, says: str) -> None:
     text = str(caught.value)
     assert text.endswith(".")
     assert ";" in text or "unless" in text
+
+
+@pytest.mark.parametrize("name", ["lam", "lambda", "e", "O"])
+def test_no_parameter_reads_as_the_formula_s_own(name: str) -> None:
+    """Two symbols of one name would be one argument of emitted code."""
+    with pytest.raises(sa.InputError, match=f"has a parameter {name}, which the formula has"):
+        sa.laplace_integral("log(x) - x", f"1 + {name}*x", "x", 0, "oo")
+    other = sa.laplace_integral("log(x) - x", "1 + Ai*x", "x", 0, "oo")
+    assert [str(s) for s in other.parameters] == ["Ai"]
+    with pytest.raises(sa.InputError, match="has a parameter Ai, which the formula has"):
+        other.expression_in("Ai")
 
 
 def test_wrong_maxima_are_refused() -> None:

@@ -110,7 +110,7 @@ def draw(plot: Plot | Picture) -> str:
             first, power = f"{most:.0e}".split("e")
             within = rf"within ${first} \times 10^{{{int(power)}}}$"
             said = within if most else "in every digit"
-            above.set(xlabel=f"{plot.axis}\nboth agree {said}")
+            above.set(xlabel=f"{plot.axis}\nboth agree, relatively, {said}")
         else:
             if plot.logs and np.max(error) > _FAR:
                 below[0].plot(plot.x, (formula - values) / unit, "k-")

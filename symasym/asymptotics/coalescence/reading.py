@@ -55,13 +55,14 @@ def read_integral(
     elif any(end.has(sympy.I) for end in (lo, hi)):
         kind = "contour"
         require_valleys(lo, hi)
-    if formula.has(sympy.I, sympy.zoo, sympy.nan):
+    if formula.has(sympy.I, sympy.oo, -sympy.oo, sympy.zoo, sympy.nan):
         raise InputError(f"f = {f} is neither real nor imaginary; give one or the other.")
     require_exponent(formula, symbol)
     if weight == 0:
         raise InputError(f"{name} is 0, so the integral is; give one that is not.")
     factor, weight = weight.as_independent(symbol, as_Add=False)
-    if weight.has(sympy.I, sympy.zoo, sympy.nan) or factor.has(sympy.oo, sympy.zoo, sympy.nan):
+    without = (sympy.oo, -sympy.oo, sympy.zoo, sympy.nan)
+    if weight.has(sympy.I, *without) or factor.has(*without):
         raise InputError(
             f"{name} = {g} is not a constant times a real function; split it into parts."
         )

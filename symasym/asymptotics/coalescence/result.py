@@ -16,7 +16,7 @@ import sympy
 from symasym.asymptotics.coalescence.iterated import IteratedPart
 from symasym.asymptotics.coalescence.parts import BEYOND, PairPart, SumPart
 from symasym.asymptotics.laplace.kinks import number
-from symasym.asymptotics.laplace.result import IntegralExpansion, named
+from symasym.asymptotics.laplace.result import IntegralExpansion
 from symasym.base.call_context import mpf_of, own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import Estimate
@@ -59,6 +59,11 @@ class UniformExpansion(IntegralExpansion):
     conditions: tuple[str, ...]
     _factor: Expr = field(compare=False)
     _parts: tuple[SumPart, ...] = field(compare=False)
+
+    @property
+    def _own_names(self) -> tuple[str, ...]:
+        """lam in text and LaTeX, the number e, and Airy functions."""
+        return "lam", "lambda", "e", *(("Ai", "Bi") if self.kind != "erfc" else ())
 
     @property
     def error_kind(self) -> str:
@@ -127,7 +132,7 @@ class UniformExpansion(IntegralExpansion):
                 f"order is {self.order}; formulas are given to {MOST_TERMS} terms, beyond which "
                 "they fill pages."
             )
-        symbol = named(lam)
+        symbol = self._lam(lam)
         if self.kind == "products":
             g, h = (part.as_independent(self.x, as_Add=False)[1] for part in self.g)
             ends = self.a, self.b

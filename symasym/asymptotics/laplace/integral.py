@@ -227,10 +227,11 @@ def _read(
     expressions = []
     for name, value in (("f", f), ("g", g), ("a", a), ("b", b)):
         expression = parse(name, value, names)
-        if expression.has(sympy.I, sympy.zoo, sympy.nan):
+        infinite = (sympy.oo, -sympy.oo) if name in "fg" else ()
+        if expression.has(sympy.I, sympy.zoo, sympy.nan, *infinite):
             raise InputError(
-                f"{name} = {expression} is complex or undefined; give a real one (Laplace's "
-                "method is for real f; oscillating integrals need stationary phase)."
+                f"{name} = {expression} is complex, infinite or undefined; give a real one "
+                "(Laplace's method is for real f; oscillating integrals need stationary phase)."
             )
         expressions.append(expression)
     formula, weight, lo, hi = expressions

@@ -64,6 +64,24 @@ class IntegralExpansion:
     _again: Callable[..., Any] = field(compare=False)
 
     @property
+    def _own_names(self) -> tuple[str, ...]:
+        """lam in text and LaTeX, the number e, and the O of what is left out."""
+        return "lam", "lambda", "e", "O"
+
+    def __post_init__(self) -> None:
+        for name in self._own_names:
+            self._require_other_names(sympy.Symbol(name))
+
+    def _require_other_names(self, own: Expr) -> None:
+        """Refuse a parameter that reads as this symbol of the formula, in text or in LaTeX."""
+        for s in self.parameters:
+            if str(s) == str(own) or tex(s) == tex(own):
+                raise InputError(
+                    f"the integral has a parameter {s}, which the formula has as a name of its "
+                    "own; rename the parameter."
+                )
+
+    @property
     def parameters(self) -> tuple[Symbol, ...]:
         """Free symbols besides x."""
         parts = (self.f, self.g, self.a, self.b)
@@ -201,6 +219,18 @@ class IntegralExpansion:
         """The sum as an expression in `lam` (a symbol or a name)."""
         raise NotImplementedError
 
+    def _lam(self, lam: Symbol | str) -> Expr:
+        """The symbol of a name that no parameter has; an expression as it is."""
+        if isinstance(lam, sympy.Expr):
+            return lam
+        if not is_name(lam):
+            raise InputError(
+                f"lam is {shown(lam)}; give a symbol, or a name of letters, digits and _."
+            )
+        symbol = sympy.Symbol(lam, positive=True)
+        self._require_other_names(symbol)
+        return symbol
+
     @property
     def expression(self) -> Expr:
         """The sum as an expression in the parameters and the symbol lam."""
@@ -237,15 +267,6 @@ class IntegralExpansion:
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self})"
-
-
-def named(lam: Symbol | str) -> Expr:
-    """The symbol of a name; an expression as it is."""
-    if isinstance(lam, str) and is_name(lam):
-        return sympy.Symbol(lam, positive=True)
-    if isinstance(lam, sympy.Expr):
-        return lam
-    raise InputError(f"lam is {shown(lam)}; give a symbol, or a name of letters, digits and _.")
 
 
 @dataclass(frozen=True, repr=False)
@@ -406,7 +427,7 @@ class LaplaceExpansion(IntegralExpansion):
         )
 
     def expression_in(self, lam: Symbol | str = "lam") -> Expr:
-        symbol = named(lam)
+        symbol = self._lam(lam)
         total = sympy.Integer(0)
         for c in self.contributions:
             pairs = zip(c.exponents, c.coefficients, strict=True)
@@ -416,7 +437,7 @@ class LaplaceExpansion(IntegralExpansion):
 
     def latex(self, lam: str = "lambda") -> str:
         """The expansion with its O term, in LaTeX."""
-        symbol = named(lam)
+        symbol = self._lam(lam)
         size = sympy.exp(symbol * _sympy(self.height)) * symbol**-self.omitted
         return f"{super().latex(lam)} + O\\left({tex(size)}\\right)"
 

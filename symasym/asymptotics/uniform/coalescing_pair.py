@@ -37,6 +37,9 @@ if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
 
+# How many times as long Taylor's series is made until both zeros have all digits.
+_LONGER = (1, 2, 4)
+
 
 class CanonicalPair(NamedTuple):
     """A well and a barrier, real or a complex pair.
@@ -282,15 +285,23 @@ def _canonical_pair(
 ) -> CanonicalPair | None:
     """The pair about this zero of phi's slope, if it is one by itself."""
     context = stretch.context
-    taylor = [mpf_of(c, context) for c in _taylor(stretch.field, point, count)]
-    try:
-        pair = split_pair(taylor, context)
-        canonical = canonical_pair(
-            pair, taylor, point, _height(stretch, point), count, stretch.digits, context
-        )
-    except SymasymError:
-        return None
-    if pair.zeta > 0 and None in [place_at(u, points) for u in zeros_of(canonical, context)]:
+    for more in _LONGER:
+        terms = more * (4 * count + 40)
+        taylor = [mpf_of(c, context) for c in _taylor(stretch.field, point, terms)]
+        try:
+            pair = split_pair(taylor, context)
+            canonical = canonical_pair(
+                pair, taylor, point, _height(stretch, point), count, stretch.digits, context
+            )
+        except SymasymError:
+            return None
+        zeros = zeros_of(canonical, context) if pair.zeta > 0 else ()
+        if None not in [place_at(u, points) for u in zeros]:
+            break
+        # A polynomial has no more terms; another series may be short of the zeros' digits.
+        if stretch.field.is_polynomial or any(abs(u) > 1 for u in zeros):
+            return None
+    else:
         return None
     gaps = [_total_variation(stretch, canonical, u, points) for u in stretch.cuts]
     middle = mpf_of(point, context) + pair.middle
@@ -324,9 +335,8 @@ def _is_own(canonical: CanonicalPair, turns: list[Fraction], context: MPContext)
     return all(abs(canonical.pair.middle) <= distance for distance in away)
 
 
-def _taylor(field: ExactField, point: Fraction, count: int) -> list[Fraction]:
+def _taylor(field: ExactField, point: Fraction, terms: int) -> list[Fraction]:
     """Taylor coefficients of phi at the point, at least three."""
-    terms = 4 * count + 40
     taylor = field.taylor(point, Fraction(1), terms)
     return list(taylor) + [Fraction(0)] * (3 - len(taylor))
 

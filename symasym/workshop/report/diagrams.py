@@ -19,7 +19,7 @@ _LOOKS: dict[str, tuple[str, str]] = {
     "exact, proved": ("#56B4E9", "s"),
     "exact, arrays": ("#003F66", "v"),
     "laplace": ("#D55E00", "^"),
-    "uniform": ("#E69F00", "<"),
+    "uniform": ("#E69F00", ">"),
     "local": ("#B8860B", "p"),
     "strong_noise": ("#009E73", "D"),
     "paper": ("#000000", "*"),

@@ -189,7 +189,7 @@ def growth(grown: list[Grown]) -> str:
                 last.append(f"{in_tex(name)} {exponent(own):.2f}")
         heads = [titles[axis], *map(in_tex, names)]
         parts += [f"### With the {titles[axis]}".replace("the $", "$"), table(heads, rows)]
-        parts.append(f"Exponent of the growth between the last two rows: {'; '.join(last)}.")
+        parts.append(f"Exponent of the growth between the two largest sizes: {'; '.join(last)}.")
     return "\n\n".join(parts)
 
 
@@ -222,9 +222,10 @@ def parts(
         "diagram": [
             "![seconds against the true relative error of T, a panel for each scene and a curve "
             "for each method](work-precision.svg)",
-            "Further left is more accurate, further down is faster. A full mark claims an error, a "
-            "hollow one claims none; a small triangle left of a mark says that the error is "
-            "smaller than drawn: below that of the reference, or left of the axis.",
+            "Further left is more accurate, further down is faster. Of symasym's marks a full one "
+            "claims an error and a hollow one claims none; the other programs' marks have no "
+            "inside. A small caret that points left, on a mark, says that the error is smaller "
+            "than drawn: below that of the reference, or left of the axis.",
         ],
         "reached": [
             "The smallest true error of each expansion, whatever the time, and the setting that "
