@@ -309,11 +309,14 @@ def _of_one(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: R
 
 
 def _floats_do(drift: Drift, scenes: Scenes, name: str, allowed: Fraction) -> bool:
-    """True unless a proof is as cheap as float64: for an A that hardly varies, and where the
-    rounding of lam times the barrier exceeds `allowed`, so that float64 is tried in vain."""
+    """True unless a proof is as cheap as float64: for an A that hardly varies, for probabilities
+    where it is linear, and where the rounding of lam times the barrier exceeds `allowed`, so that
+    float64 is tried in vain."""
     with np.errstate(all="ignore"):
         phi = _on_grid(drift, scenes)[0]
         if not scenes.lam[0] * (phi.max() - phi.min()) > 1e-6:
+            return False
+        if name != "T" and np.abs(np.diff(phi, 2)).max() <= 1e-12 * np.abs(phi).max():
             return False
         beyond = max(float(scenes.numbers["r"][0]) - 1.0, 0.0) if "r" in scenes.numbers else 0.0
         moved = (phi[1:] + phi[:-1]) / (len(phi) - 1)

@@ -10,8 +10,9 @@ and by Fubini's theorem
     d/dq_k int N   = (int s^{k+1} N ds - int w^{k+1} M dw)/(k + 1).
 
 So four recurrences, not two, give the derivatives in all parameters. A solution without layers,
-M' = 1 - psi M, changes by the one of dM' = -dpsi M - psi dM: the same slow series with another
-source. The directions are those of `symasym.exact.balls.derivatives`.
+M' = 1 - psi M, is at each point the integral of e^{psi_0 t + psi_1 t^2/2 + ...} over t < 0, and
+changes by its moments (`digit_panels.slow_moments`). The directions are
+those of `symasym.exact.balls.derivatives`.
 """
 
 from __future__ import annotations
@@ -42,8 +43,7 @@ from symasym.exact.digit_panels import (
     guard_bits,
     integers,
     log_size,
-    one_of,
-    slow_series,
+    slow_moments,
     terms_needed,
 )
 from symasym.exact.digits import Partition, precise, swept_scene
@@ -61,6 +61,8 @@ __all__ = ["log_slopes"]
 _GUARD = 10
 # Terms about a panel's right end, over those about its left one.
 _MOST_TERMS = 4
+# Rounds of the slow series beyond those of its value; bits of which both have fewer in common.
+_MORE_ROUNDS, _AGREED = 8, 8
 # Radii of disks about a slow panel, over half its width.
 _RATIOS = (Rational(4), Rational(2), Rational(16), Rational(64), Rational(3, 2))
 
@@ -226,7 +228,7 @@ class _Changed:
         if isinstance(panel, Taylor):
             value, slopes = self._of_taylor(panel, k)
         else:
-            value = (panel.int_e, panel.int_inverse, panel.nested)[k]
+            value = getattr(panel, ("int_e", "int_inverse", "nested")[k])
             slopes = self._of_slow(panel, k) if isinstance(panel, Slow) else self._of_constant[k]
         if self.moved:
             # The left end moves outwards.
@@ -312,15 +314,14 @@ class _Changed:
     # -- slow panels -----------------------------------------------------------------------------
 
     def _of_slow(self, panel: Slow, k: int) -> Any:
-        """By the slow series with the source -dpsi M."""
+        """By the derivatives of the solutions without layers at the ends, and between them."""
         if k < 2:
             return self._following if panel.up == (k == 0) else self._opposing
         following, opposing = self._following, self._opposing
         if not panel.up:
             return opposing * panel.following + following * panel.opposing
-        half = self.side.numbers.mpf(panel.half)
-        first = self._at(panel, panel.t0, True) * half
-        whole = self._over(panel, first, following) * half
+        first = self._at(panel, panel.t0, panel.first, 1)
+        whole = self._over(panel, first, following) * self.side.numbers.mpf(panel.half)
         return whole - first * panel.opposing - opposing * panel.first
 
     @cached_property
@@ -328,67 +329,54 @@ class _Changed:
         """Changes of the solution that follows the drift, at the right end."""
         panel = self.panel
         assert isinstance(panel, Slow)
-        return self._at(panel, panel.t1, True) * self.side.numbers.mpf(panel.half)
+        return self._at(panel, panel.t1, panel.following, 1)
 
     @cached_property
     def _opposing(self) -> Any:
         """Changes of the one that opposes it, at the left end."""
         panel = self.panel
         assert isinstance(panel, Slow)
-        return self._at(panel, panel.t0, False) * self.side.numbers.mpf(panel.half)
+        return self._at(panel, panel.t0, panel.opposing, -1)
 
-    def _psi(self, panel: Slow, t: Fraction, count: int) -> tuple[list[Any], list[list[Any]]]:
-        """Taylor coefficients of lam |phi| half about t, and of each of its changes."""
+    def _psi(
+        self, panel: Slow, t: Fraction, count: int, sign: int = 1
+    ) -> tuple[list[Any], list[list[Any]]]:
+        """Taylor coefficients in `sign` s of lam |phi| half about t, s from there, and of each of
+        its changes."""
         numbers, scale = self.side.numbers, self.side.numbers.lam_exact * panel.half
         scale = -scale if panel.up else scale
 
         def about(field: ExactField) -> list[Any]:
             c = field.taylor(panel.centre + t, panel.half, count)[:count]
-            return [numbers.mpf(scale * x) for x in c]
+            return [numbers.mpf(scale * x * sign**k) for k, x in enumerate(c)]
 
         psi = about(self.side.scene.field)
         of_kappa = numbers.mpf(self.side.of_kappa)
         return psi, [*map(about, self.side.changes), [of_kappa * x for x in psi]]
 
-    def _at(self, panel: Slow, t: Fraction, alternate: bool) -> Any:
-        """Changes of a solution without layers at one point."""
-        context, rounds = self.side.numbers.context, panel.rounds
-        bits, count = context.prec + 32, 2 * panel.rounds + 2
-        psi, changes = self._psi(panel, t, count)
-        m = slow_series(psi, one_of(count, bits), rounds, alternate, bits)[: rounds + 1]
-
-        def change(direction: list[Any]) -> Any:
-            """Of one change of psi, in units of its largest coefficient and of 1/psi_0."""
-            size = max(map(abs, direction))
-            if not size:
-                return context.zero
-            c = [int(context.ldexp(x / size, bits)) for x in direction]
-            recent: deque[Any] = deque(maxlen=len(c))
-            source = []
-            for x in m:
-                recent.appendleft(x)
-                source.append(-(sum(map(mul, c, recent)) >> bits))
-            dm = slow_series(psi, source, rounds, alternate, bits)[0]
-            return context.ldexp(dm, -bits) * size / psi[0] ** 2
-
-        return self.side.listed([change(c) for c in changes])
+    def _at(self, panel: Slow, t: Fraction, value: Any, sign: int) -> Any:
+        """Changes of a solution without layers at one point, whose `value` is known: with the
+        `sign` 1 of the one that follows the drift, with -1 of the other."""
+        context, rounds = self.side.numbers.context, panel.rounds + _MORE_ROUNDS
+        psi, changes = self._psi(panel, t, rounds + 2, sign)
+        moments = slow_moments(psi, rounds, context)
+        half = self.side.numbers.mpf(panel.half)
+        if abs(moments[0] * half / value - 1) > context.ldexp(1, _AGREED - context.prec):
+            raise _slow_convergence()
+        by_psi = [x / k for k, x in enumerate(moments) if k]
+        slopes = [sum(map(mul, c, by_psi), context.zero) for c in changes]
+        return self.side.listed(slopes) * half
 
     def _over(self, panel: Slow, at_left: Any, at_right: Any) -> Any:
         """Changes of the integral of the following solution M over the panel, from its changes at
         the ends: with the opposing solution Q, (Q dM)' = -dM - dpsi M Q."""
-        context, rounds, count = self.side.numbers.context, panel.rounds, panel.count + MORE_TERMS
-        bits = context.prec + 32
-        for _ in range(4):
-            psi, changes = self._psi(panel, (panel.t0 + panel.t1) / 2, count)
-            one, last = one_of(count, bits), count - rounds - 1
-            m, q = (slow_series(psi, one, rounds, x, bits)[:last] for x in (True, False))
-            if not max(abs(x) for x in m[-6:] + q[-6:]) >> 24:
-                break
-            count *= 2
-        else:
-            raise _slow_convergence()
+        context = self.side.numbers.context
+        _, changes = self._psi(panel, (panel.t0 + panel.t1) / 2, panel.count + MORE_TERMS)
+        psi, m, q = panel.inside
+        last, bits = len(m) - panel.rounds - 1, context.prec + 32
+        m, q = m[:last], q[:last]
         both = [sum(map(mul, m[: k + 1], q[k::-1])) >> bits for k in range(last)]
-        unit = context.ldexp(1, -bits) / psi[0]
+        unit = context.ldexp(1, -bits) / psi
         longest = max(map(len, changes))
         moments = [
             2 * sum(x // (j + k + 1) for k, x in enumerate(both) if not (j + k) % 2)
@@ -399,7 +387,7 @@ class _Changed:
             for row in changes
         ]
         right, left = sum(q) * unit, sum(q[::2]) - sum(q[1::2])
-        inside = self.side.listed(weighted) * (unit / psi[0]) * self.side.numbers.mpf(panel.half)
+        inside = self.side.listed(weighted) * (unit / psi) * self.side.numbers.mpf(panel.half)
         return at_left * (left * unit) - at_right * right - inside
 
 

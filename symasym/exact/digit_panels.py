@@ -239,13 +239,25 @@ class Slow(Panel):
     def following(self) -> mpf:
         """The solution that follows the drift, at the right end."""
         phi = self._lam_phi(self.t1, self.rounds + 1)
-        return layer(phi, True, self._numbers.context) * self._numbers.mpf(self.half)
+        return layers(phi, self._numbers.context)[0] * self._numbers.mpf(self.half)
 
     @cached_property
+    def _at_left(self) -> tuple[mpf, mpf]:
+        """Both solutions at the left end."""
+        phi = self._lam_phi(self.t0, self.rounds + 1)
+        following, opposing = layers(phi, self._numbers.context)
+        half = self._numbers.mpf(self.half)
+        return following * half, opposing * half
+
+    @property
+    def first(self) -> mpf:
+        """The solution that follows the drift, at the left end."""
+        return self._at_left[0]
+
+    @property
     def opposing(self) -> mpf:
         """The solution that opposes the drift, at the left end."""
-        phi = self._lam_phi(self.t0, self.rounds + 1)
-        return layer(phi, False, self._numbers.context) * self._numbers.mpf(self.half)
+        return self._at_left[1]
 
     @property
     def int_e(self) -> mpf:
@@ -263,22 +275,28 @@ class Slow(Panel):
         if not self.up:
             return self.opposing * self.following
         # Upwards: the integral of the following solution that starts at zero.
-        return self._numbers.mpf(self.half) ** 2 * self._whole() - self.first * self.opposing
+        phi, following, _ = self.inside
+        context, half = self._numbers.context, self._numbers.mpf(self.half)
+        integral = 2 * sum(x // (2 * k + 1) for k, x in enumerate(following[::2])) / phi
+        return half**2 * context.ldexp(integral, -context.prec - 32) - self.first * self.opposing
 
     @cached_property
-    def first(self) -> mpf:
-        """The solution that follows the drift, at the left end."""
-        phi = self._lam_phi(self.t0, self.rounds + 1)
-        return layer(phi, True, self._numbers.context) * self._numbers.mpf(self.half)
-
-    def _whole(self) -> mpf:
-        """The integral of the following solution, its Taylor terms doubled until they suffice."""
-        count = self.count
+    def inside(self) -> tuple[mpf, list[Any], list[Any]]:
+        """lam |phi| half in the middle, and in units of half over it the Taylor coefficients of the
+        solutions that follow and oppose the drift, fixed point with 32 bits more than the context;
+        there are as many as suffice, the last `rounds` of them not complete."""
+        bits, count = self._numbers.context.prec + 32, self.count
         for _ in range(4):
             phi = self._lam_phi((self.t0 + self.t1) / 2, count)
-            integral = slow_integral(phi, count, self.rounds, True, self._numbers.context)
-            if integral is not None:
-                return integral
+            following, opposing = slow_series(phi, self.rounds, bits)
+            # Each derivative spoils one more of the last coefficients; those before must have died
+            # out.
+            last = count - self.rounds - 1
+            if (
+                not max(abs(x) for x in following[last - 6 : last] + opposing[last - 6 : last])
+                >> 24
+            ):
+                return phi[0], following, opposing
             count *= 2
         raise AccuracyError(
             f"the Taylor series of A at u = {float(self.centre + self.t0):.6g} converges too "
@@ -408,8 +426,9 @@ def context_integer(value: int) -> Any:
     return MPZ(value)
 
 
-def layer(phi: list[Any], alternate: bool, context: MPContext) -> mpf:
-    """A layer-free solution at one point, in units of the length that `phi` is scaled by.
+def layers(phi: list[Any], context: MPContext) -> tuple[mpf, mpf]:
+    """The solutions without layers at one point, M' = 1 - lam|phi| M and Q' = -1 + lam|phi| Q, in
+    units of the length that `phi` is scaled by.
 
     Parameters
     ----------
@@ -417,68 +436,63 @@ def layer(phi: list[Any], alternate: bool, context: MPContext) -> mpf:
         Taylor coefficients of lam |phi| times that length, about the point; one
         more than rounds of the slow series t_0 = 1/(lam|phi|),
         t_{k+1} = t_k'/(lam|phi|).
-    alternate : bool
-        True: the alternating sum, M' = 1 - lam|phi| M. False: Q' = -1 + lam|phi| Q.
-    """
-    bits, total, sign = context.prec + 32, 0, 1
-    for term in _slow_terms(phi, one_of(len(phi), bits), len(phi) - 1, bits):
-        total += sign * term[0]
-        sign = -sign if alternate else sign
-    return total / phi[0] / (1 << bits)
-
-
-def slow_integral(
-    phi: list[Any], count: int, rounds: int, alternate: bool, context: MPContext
-) -> mpf | None:
-    """The integral of a layer-free solution over s from -1 to 1, the panel's half width being 1.
-
-    Parameters
-    ----------
-    phi : list of mpf
-        As in `layer`, about the middle.
-    count, rounds : int
-        Terms of the Taylor and of the slow series.
-
-    Returns
-    -------
-    mpf or None
-        None if the Taylor series turns out too short.
     """
     bits = context.prec + 32
-    total = slow_series(phi, one_of(count, bits), rounds, alternate, bits)
-    # Each derivative spoils one more of the last coefficients; those before must have died out.
-    last = count - rounds - 1
-    if max(abs(x) for x in total[last - 6 : last]) >> 24:
-        return None
-    return 2 * sum(x // (2 * k + 1) for k, x in enumerate(total[::2])) / phi[0] / (1 << bits)
+    terms = [term[0] for term in _slow_terms(phi, len(phi) - 1, bits)]
+    even, odd, unit = sum(terms[::2]), sum(terms[1::2]), phi[0] * (1 << bits)
+    return (even - odd) / unit, (even + odd) / unit
 
 
-def slow_series(
-    phi: list[Any], source: list[Any], rounds: int, alternate: bool, bits: int
-) -> list[Any]:
-    """Taylor coefficients of a layer-free solution of M' = source - phi M, or of the one without
-    `alternate`, in units of 1/phi[0], fixed point; the last `rounds` are not complete."""
-    total = [0] * len(source)
-    sign = 1
-    for term in _slow_terms(phi, source, rounds, bits):
+def slow_series(phi: list[Any], rounds: int, bits: int) -> tuple[list[Any], list[Any]]:
+    """Taylor coefficients of M and Q (see `layers`) in units of 1/phi[0], fixed point; the last
+    `rounds` are not complete."""
+    sums = [0] * len(phi), [0] * len(phi)
+    for n, term in enumerate(_slow_terms(phi, rounds, bits)):
+        total = sums[n % 2]
         for k, x in enumerate(term):
-            total[k] += sign * x
-        sign = -sign if alternate else sign
-    return total
+            total[k] += x
+    return [a - b for a, b in zip(*sums, strict=True)], [a + b for a, b in zip(*sums, strict=True)]
 
 
-def one_of(count: int, bits: int) -> list[Any]:
-    """The series of 1, fixed point."""
-    return [context_integer(1) << bits] + [0] * (count - 1)
+def slow_moments(phi: list[Any], rounds: int, context: MPContext) -> list[mpf]:
+    """J_j, j = 0, 1, ..., the integrals of t^j exp(sum phi[k] t^{k+1}/(k+1)) from -inf to 0.
 
+    J_0 is M of `layers`, and J_{k+1}/(k+1) its derivative by phi[k]. By parts
 
-def _slow_terms(phi: list[Any], source: list[Any], rounds: int, bits: int) -> Iterator[list[Any]]:
-    """Taylor coefficients of t_0 = source/phi, t_1, ..., in units of 1/phi[0], fixed point."""
+        sum_k phi[k] J_{j+k} = [j = 0] - j J_{j-1},
+
+    so that J_j = -j g_j/phi[0] J_{j-1}, 1/g_j = 1 + sum_k phi[k]/phi[0] J_{j+k}/J_j, backwards
+    from where g = 1 (Olver's algorithm).
+    """
+    bits = context.prec + 32
+    one = context_integer(1) << bits
     ratio = [_fixed(x / phi[0], bits) for x in phi[1:]]
     while ratio and not ratio[-1]:
         ratio.pop()
     inverse = _fixed(1 / phi[0], bits)
-    term = _divide(source, ratio, bits)
+    # J_{j+1}/J_j, the last first.
+    steps: deque[Any] = deque(maxlen=len(ratio))
+    each = []
+    for j in range(rounds + 1, -1, -1):
+        total = 0
+        for r, step in zip(reversed(ratio[: len(steps)]), reversed(steps), strict=True):
+            total = (step * (r + total)) >> bits
+        g = (one << bits) // (one + total)
+        each.append(g)
+        steps.appendleft(-((j * inverse * g) >> bits))
+    moments = [context.ldexp(each.pop(), -bits) / phi[0]]
+    for j in range(1, rounds + 2):
+        moments.append(-j * context.ldexp(each.pop(), -bits) / phi[0] * moments[-1])
+    return moments
+
+
+def _slow_terms(phi: list[Any], rounds: int, bits: int) -> Iterator[list[Any]]:
+    """Taylor coefficients of t_0 = 1/phi, t_1, ..., in units of 1/phi[0], fixed point."""
+    ratio = [_fixed(x / phi[0], bits) for x in phi[1:]]
+    while ratio and not ratio[-1]:
+        ratio.pop()
+    inverse = _fixed(1 / phi[0], bits)
+    term = _divide([context_integer(1) << bits] + [0] * (len(phi) - 1), ratio, bits)
     yield term
     for _ in range(rounds):
         derivative = [((k + 1) * x * inverse) >> bits for k, x in enumerate(term[1:])]

@@ -17,21 +17,31 @@ import symasym
 
 _PACKAGE = str(Path(symasym.__file__).parent)
 
-_SIDES = "sides with panels of their own (`exact/float_sides.py`), but for their samples"
+_SWEEPS = "sweeps in the log domain, with their error analysis"
+_CALL = "the call: to read the numbers, to form the answer"
 
-#: What the functions of `symasym.exact` do; anything else is "the rest".
+#: What the functions of `symasym.exact` do.
 STAGES = {
     "samples of the exponential and their sums": ("sampled", "exponents_of_series", "integrals"),
-    "drift on blocks: Taylor shifts, values": ("series_of", "shifted", "phi_at", "phi", "series"),
+    "drift on panels: Taylor shifts, values": (
+        *("series_of", "shifted", "centred", "phi_at", "phi", "series"),
+    ),
     "planning blocks: slow, sampled or cut": ("planned", "is_slow", "_tail", "_pieces", "hidden"),
     "what counts and what does not": ("counting", "placed", "up_to", "_coarse"),
     "slow panels": ("slow", "slow_terms", "merge_slow"),
-    "sweeps in the log domain, with their error analysis": ("through", "carried", "first", "of"),
+    _SWEEPS: ("through", "carried", "first", "of"),
     "first cuts: zeros of A, Taylor series about them": (
         *("partition", "_even_blocks", "_graded_blocks", "_levels_needed", "zeros", "taylor"),
         *("shift", "_zeros_of", "_polished", "two_product", "two_sum", "_fast_two_sum"),
     ),
     "gathering and sorting records": ("take", "_joined", "joined", "sorted", "records_of"),
+}
+#: What modules and packages do, but for these functions; anything else is "the rest".
+MODULES = {
+    "exact/float_sides.py": "mild sides (`exact/float_sides.py`), samples and shifts apart",
+    "exact/float_panels.py": "samples of the exponential and their sums",
+    "numbers/float_arrays.py": _SWEEPS,
+    **dict.fromkeys(("base/", "scenes.py", "methods.py", "quantities.py", "drift/drift.py"), _CALL),
 }
 
 
@@ -90,6 +100,9 @@ def shares(call: Callable[[], Any], runs: int = 5) -> dict[str, float]:
 
 
 def _stage(file: str, function: str) -> str:
-    if Path(file).name == "float_sides.py":
-        return _SIDES
-    return next((name for name, parts in STAGES.items() if function in parts), "the rest")
+    inside = Path(file).relative_to(_PACKAGE).as_posix()
+    by_module = next((name for start, name in MODULES.items() if inside.startswith(start)), "")
+    by_name = next((name for name, parts in STAGES.items() if function in parts), "")
+    # Some of the names mean other things there.
+    apart = "float_sides" in inside
+    return (by_module if apart else by_name or by_module) or "the rest"

@@ -288,7 +288,8 @@ def test_auto_of_one_scene_computes_once(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_auto_of_a_probability_tries_no_float64_in_vain(monkeypatch: pytest.MonkeyPatch) -> None:
-    """log C is that of the higher barrier, where T has the lower one's rounding."""
+    """log C is that of the higher barrier, where T has the lower one's rounding; and of a linear
+    drift its proof is as cheap."""
     from symasym.exact import floats
 
     calls: list[str] = []
@@ -299,13 +300,17 @@ def test_auto_of_a_probability_tries_no_float64_in_vain(monkeypatch: pytest.Monk
         return computed(scenes, name)
 
     monkeypatch.setattr(floats, "float_logs", counted)
-    drift = sa.linear(1, "1/2")
+    drift = sa.Drift("(1 - u/3 + u**3/9)/2")
     options: dict[str, Any] = {"method": "auto", "rtol": 1e-6, "full": True, "log": True}
     sa.escape_time(drift, "1e-7", 10, **options)
     assert calls == ["T"]
     found = sa.exit_probability(drift, "1e-7", 10, **options)
     assert calls == ["T"]
     assert found.value == sa.exit_probability(drift, "1e-7", 10, full=True, log=True).value
+    for slope, asked in ((sa.linear(1, "1/2"), []), (drift, ["C"])):
+        calls.clear()
+        sa.exit_probability(slope, 1, 10, **options)
+        assert calls == asked
 
 
 def test_auto_keeps_rtol_where_the_value_is_large() -> None:

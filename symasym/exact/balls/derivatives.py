@@ -151,7 +151,9 @@ def derivative_of(drift: Drift, name: str) -> Drift:
 def _bounded(drift: Drift, directions: dict[str, Direction]) -> Profile:
     """The drift, bounded only where its changes are."""
     return _BoundedDrift(
-        profile_of(drift), tuple(d.profile for d in directions.values() if d.profile)
+        profile_of(drift),
+        # A polynomial has a bound everywhere.
+        tuple(d.profile for d in directions.values() if d.profile and d.profile.terms() is None),
     )
 
 
@@ -200,7 +202,8 @@ class Direction(NamedTuple):
         if self.profile is None:
             return None
         if isinstance(piece, Panel):
-            return PanelSlope(piece, self.profile, self.rate)
+            # lam changes lam phi as a multiple of phi would.
+            return PanelSlope(piece, None if self.power else self.profile, self.rate)
         return OuterSlope(piece, self.at_end(side))
 
     def at_end(self, side: int) -> Any:

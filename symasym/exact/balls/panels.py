@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from operator import mul
 from typing import TYPE_CHECKING, Any
 
@@ -214,34 +214,68 @@ class Panel(Piece):
     @cached_property
     def nested(self) -> Any:
         """Integral of e^{lam(V(w) - V(x))} over a < w < x < b."""
+        return exact_ball(self.half**2) * (
+            _over_panel(self._following) + 2 * self._tail(self._nested_bound)
+        )
+
+    @property
+    def _nested_bound(self) -> Any:
+        """A bound of m and M on the disk."""
+        # The path from an end to t is straight and at most RATIO + 1 long.
+        reach = RATIO + 1
+        return reach * (self.slope_bound * reach).exp()
+
+    @cached_property
+    def _following(self) -> Any:
+        """m(t) = int_{-1}^t e^{E(w) - E(t)} dw."""
+        return self._solution(self._exp_series, self._exp_inverse, -1)
+
+    @cached_property
+    def _difference(self) -> Any:
+        """M - m, M(t) = int_t^1 e^{E(t) - E(x)} dx."""
+        return -(self._solution(self._exp_inverse, self._exp_series, 1) + self._following)
+
+    def _solution(self, inside: arb_series, outside: arb_series, end: int) -> Any:
+        """`outside` times the integral of its reciprocal, `inside`, from one `end` to t.
+
+        It solves y' = 1 + end E' y. Where E' has few coefficients this takes a few multiplications
+        a term, and the product of the two series several times that.
+        """
         flint = flint_module()
         flint.ctx.cap = self.terms
-        running = self._complete(self._exp_series).integral()
-        below = -(_at_ends(running)[0] + self._exp_tail)
+        running = self._complete(inside).integral()
+        start = -(_at_ends(running)[end > 0] + self._exp_tail)
         degree = self.profile.terms()
-        if degree is not None and degree <= _SHORT:
-            integral = self._integral_by_recurrence(below)
-        else:
-            integral = _over_panel(self._complete(self._exp_inverse * (running + below)))
-        # On the disk the path from -1 to t is straight and at most RATIO + 1 long.
-        reach = RATIO + 1
-        bound = reach * (self.slope_bound * reach).exp()
-        return exact_ball(self.half**2) * (integral + 2 * self._tail(bound))
-
-    def _integral_by_recurrence(self, start: arb) -> arb:
-        """Integral of m over the panel, where m' = 1 - E' m, E the exponent, m(0) = `start`.
-
-        m is e^{-E} times the running integral of e^E; where E' has few coefficients this takes
-        a few multiplications a term, and the product of the two series several times that.
-        """
-        slopes = self._complete(self._exponent).derivative().coeffs()
-        m = [start, 1 - slopes[0] * start if slopes else 1 + 0 * start]
+        if degree is None or degree > _SHORT:
+            return self._complete(outside * (running + start))
+        slopes = (end * self._complete(self._exponent).derivative()).coeffs()
+        y = [start, 1 + slopes[0] * start if slopes else 1 + 0 * start]
         width = len(slopes)
         for k in range(1, self.terms - 1):
-            recent = m[-1 : -width - 1 : -1]
-            m.append(-sum(map(mul, slopes, recent)) / (k + 1))
-        even = (c / (2 * k + 1) for k, c in enumerate(m[::2]))
-        return 2 * sum(even, flint_module().arb(0))
+            recent = y[-1 : -width - 1 : -1]
+            y.append(sum(map(mul, slopes, recent)) / (k + 1))
+        return flint.arb_series(y, self.terms)
+
+    def moments(self, name: str, count: int) -> list[Any]:
+        """Integrals over the panel of t^k times one of the series, k < `count` or more."""
+        known = self._moments.get(name, [])
+        if len(known) < count:
+            flint = flint_module()
+            flint.ctx.cap = self.terms
+            c = self._complete(getattr(self, name)).coeffs()
+            # As many as a change by kappa takes.
+            known = [flint.arb(0)] * max(count, (self.profile.terms() or 0) + 1)
+            for odd in (0, 1):
+                some = c[odd::2]
+                rule = _moments_of_powers(len(known[odd::2]), len(some), odd, flint.ctx.prec)
+                known[odd::2] = (rule * flint.arb_mat(len(some), 1, some)).entries()
+            self._moments[name] = known
+        return known
+
+    @cached_property
+    def _moments(self) -> dict[str, list[Any]]:
+        """The `moments` by the name of the series."""
+        return {}
 
 
 class OuterSlope:
@@ -289,63 +323,69 @@ class EndSlope:
 
 
 class PanelSlope:
-    """The same of a `Panel` whose drift changes by `rate` times the one of `profile`.
+    """The same of a `Panel` whose drift changes by `rate` times the one of `profile`, or its own.
 
     In t, the exponent E changes by q. On the panel's circle of radius RATIO, q' is bounded by
     `steep`, and on paths from -1 into it q by RATIO + 1 times that.
     """
 
-    def __init__(self, panel: Panel, profile: Profile, rate: Fraction) -> None:
+    def __init__(self, panel: Panel, profile: Profile | None, rate: Fraction) -> None:
         self._panel = panel
-        flint, scale = flint_module(), panel.lam * panel.half * rate
-        flint.ctx.cap = panel.terms
-        self.steep = abs(exact_ball(scale)) * profile.bound(panel.center, RATIO * panel.half)
-        series = panel._complete(profile.series(panel.center, panel.half, panel.terms))
-        q = (-exact_ball(scale)) * series.integral()
-        cut = panel._tail(self.steep * RATIO)
-        left, right = (x + cut for x in _at_ends(q))
+        finite = (profile or panel.profile).terms()
+        #: Whether q is a polynomial, of which nothing is cut off.
+        self._whole = finite is not None and finite < panel.terms
+        if profile is None:
+            self.steep = abs(exact_ball(rate)) * panel.slope_bound
+            q, (left, right) = panel._exponent, panel._ends
+            q, left, right = (exact_ball(rate) * x for x in (q, left, right))
+        else:
+            flint, scale = flint_module(), exact_ball(panel.lam * panel.half * rate)
+            flint.ctx.cap = panel.terms
+            self.steep = abs(scale) * profile.bound(panel.center, RATIO * panel.half)
+            series = panel._complete(profile.series(panel.center, panel.half, panel.terms))
+            q = -scale * series.integral()
+            cut = 0 if self._whole else panel._tail(self.steep * RATIO)
+            left, right = (x + cut for x in _at_ends(q))
         self.growth = right - left
         self._q = q - left
         self._reach = self.steep * (RATIO + 1)
 
-    def _weighted(self, series: arb_series) -> tuple[Any, Any]:
-        """q times e^E or e^-E, and the tail of that."""
-        panel = self._panel
-        flint_module().ctx.cap = panel.terms
-        tail = panel._tail((panel.slope_bound * RATIO).exp() * self._reach)
-        return panel._complete(series * self._q), tail
-
-    @cached_property
-    def _exp_series(self) -> tuple[Any, Any]:
-        """q e^E and its truncation error."""
-        return self._weighted(self._panel._exp_series)
+    def _over(self, name: str, bound: Any) -> Any:
+        """Integral over the panel of q times one of its series, of a function below `bound`."""
+        panel, q = self._panel, self._q.coeffs()
+        # The series is cut off, and q where it is no polynomial.
+        cuts = 1 if self._whole else 3
+        tail = 2 * cuts * panel._tail(bound * self._reach)
+        return sum(map(mul, q, panel.moments(name, len(q))), tail)
 
     @cached_property
     def plus(self) -> Any:
         """int e^E (q - q(-1)), scaled as the integral of the panel."""
-        panel, (series, tail) = self._panel, self._exp_series
-        scale = exact_ball(panel.half) * (-panel._ends[0]).exp()
-        return scale * (_over_panel(series) + 2 * tail)
+        panel = self._panel
+        integral = self._over("_exp_series", (panel.slope_bound * RATIO).exp())
+        return exact_ball(panel.half) * (-panel._ends[0]).exp() * integral
 
     @cached_property
     def minus(self) -> Any:
         """-int e^-E (q - q(-1)), scaled as the integral of the panel."""
-        panel, (series, tail) = self._panel, self._weighted(self._panel._exp_inverse)
-        return -exact_ball(panel.half) * panel._ends[0].exp() * (_over_panel(series) + 2 * tail)
+        panel = self._panel
+        integral = self._over("_exp_inverse", (panel.slope_bound * RATIO).exp())
+        return -exact_ball(panel.half) * panel._ends[0].exp() * integral
 
     @cached_property
     def nested(self) -> Any:
-        """Integral of e^{E(w) - E(x)} (q(w) - q(x)) over a < w < x < b."""
-        panel, (weighted, tail) = self._panel, self._exp_series
-        flint_module().ctx.cap = panel.terms
-        running, moved = panel._complete(panel._exp_series).integral(), weighted.integral()
-        running = running - (_at_ends(running)[0] + panel._exp_tail)
-        moved = moved - (_at_ends(moved)[0] + tail)
-        product = panel._complete(panel._exp_inverse * (moved - self._q * running))
-        # |q(w) - q(x)| is at most `steep` times the length of the path, as for E in `Panel`.
-        reach = RATIO + 1
-        bound = reach * (panel.slope_bound * reach).exp() * self._reach
-        return exact_ball(panel.half**2) * (_over_panel(product) + 2 * panel._tail(bound))
+        """Integral of e^{E(w) - E(x)} (q(w) - q(x)) over a < w < x < b, by Fubini's theorem that of
+        q (M - m)."""
+        panel = self._panel
+        return exact_ball(panel.half**2) * self._over("_difference", 2 * panel._nested_bound)
+
+
+@lru_cache(maxsize=32)
+def _moments_of_powers(count: int, terms: int, odd: int, bits: int) -> Any:
+    """Integrals of t^{2 (j + k + odd)} over [-1, 1], j < count, k < terms, a matrix of `bits`."""
+    flint = flint_module()
+    each = [flint.arb(2) / (2 * (n + odd) + 1) for n in range(count + terms)]
+    return flint.arb_mat([each[j : j + terms] for j in range(count)])
 
 
 def _at_ends(series: arb_series) -> tuple[Any, Any]:
