@@ -248,7 +248,7 @@ def test_json_in_float64(capsys: pytest.CaptureFixture[str]) -> None:
             ["value", "escape-time", "--drift", "linear", "--kappa", "1", "--r", "2"],
             "with --set a_minus=…",
         ),
-        (["figure", "release", "--set", "kappa=0"], "kappa is 0; give a number greater than 0"),
+        (["figure", "release", "--set", "kappa=0"], "kappa is 0; it must be greater than 0"),
         ([*ESCAPE, "--set", "z0=1"], "z0 is set twice"),
         ([*ESCAPE, "--set", "nu=1"], "nu is no parameter of friction"),
         ([*ESCAPE, "--set", "nu"], "--set is 'nu'"),

@@ -449,10 +449,14 @@ def stokes(
 
     def log_time(method: TimeMethod, order: int | None = None) -> FloatArray:
         """log T by a method that takes one scene at a time: its error interpolated."""
-        logs = sa.escape_time(drift, float(exact("kappa", kappa)), r, method=method, order=order, log=True)
+        logs = sa.escape_time(
+            drift, float(exact("kappa", kappa)), r, method=method, order=order, log=True
+        )
         return wanted[:, 0] + _between(z0, np.asarray(logs) - wanted[::_FINER, 0], fine)
 
-    step = sa.escape_time(family.bind(z0=fine), float(exact("kappa", kappa)), r, method="paper", log=True)
+    step = sa.escape_time(
+        family.bind(z0=fine), float(exact("kappa", kappa)), r, method="paper", log=True
+    )
     curves = {
         "step (the paper)": np.asarray(step),
         "local": log_time("local"),
