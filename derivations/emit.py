@@ -49,12 +49,12 @@ EMITTED = (
     Emitted("scaled_radius", "eq:tilder", "r/eps, the radius in scaled variables.", plain=True),
     Emitted("potential_left", "eq:V2", "V(u) for u <= -1.", piece=0),
     Emitted("potential_right", "eq:V2", "V(u) for u >= 1.", piece=2),
-    Emitted("escape_time_of_halves", "positive-form",
+    Emitted("escape_time_of_sides", "positive-form",
             "T from sigma on both sides and w, the sum of both.", plain=True),
     Emitted("exit_share", "positive-form", "C from sigma on both sides.",
             "chance of leaving on the left", plain=True),
     Emitted("log_exit_share", "positive-form", "log C from sigma.", "logarithm of C"),
-    Emitted("density_of_halves", "positive-density", "p_ss from w, the sum of both sides.",
+    Emitted("density_of_sides", "positive-density", "p_ss from w, the sum of both sides.",
             plain=True),
     Emitted("occupation_share", "positive-density",
             "P from the integrals inside and outside, in one unit.", "occupation", plain=True),
@@ -229,7 +229,7 @@ ORDER = """
     a_up b_up k zeta p_2 q_1 q_2
     a_down b_down weights
     bi bi_slope squares cross slopes slope even odd square norm bottom gap area first second value
-    mean peak rest tail falling integral
+    mean peak rest tail dawson integral speed_start
 """.split()  # noqa: SIM905
 
 

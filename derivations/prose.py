@@ -40,7 +40,7 @@ _GREEK = {
     )
 }
 _FUNCTIONS = {
-    name: f"\\{name}" for name in ("log", "sin", "cos", "arccos", "min", "max", "int")
+    name: f"\\{name}" for name in ("Gamma", "log", "sin", "cos", "arccos", "min", "max", "int")
 } | {name: rf"\operatorname{{{name}}}" for name in ("erf", "Ai", "Bi")}
 _DIFFERENTIALS = ("du", "dy", "dz", "ds", "dp", "dt", "dW", "dT")
 _SIGNS = {
@@ -244,7 +244,7 @@ TEX_OF = {
         "behind": r"I_{\mathrm{left}}", "ahead": r"I_{\mathrm{right}}", "total": "W",
         "double_left": r"K_{\mathrm{left}}", "double_right": r"K_{\mathrm{right}}",
         "nested_left": r"J_{\mathrm{left}}", "nested_right": r"J_{\mathrm{right}}",
-        "falling": "m", "own_left": r"m_{\mathrm{left}}", "own_right": r"m_{\mathrm{right}}",
+        "speed_start": "m", "own_left": r"m_{\mathrm{left}}", "own_right": r"m_{\mathrm{right}}",
     },
     "airy-form": {
         "I_up": "I_{+}", "I_down": "I_{-}", "I_both": "I_{+-}", "small": r"\delta",
@@ -257,7 +257,7 @@ TEX_OF = {
     "truncated-gaussian": {
         "I_up": "I_{+}", "I_down": "I_{-}", "I_both": "I_{+-}", "gap": "g", "area": "a",
         "bottom": r"\psi(0)", "value": r"\psi(g)", "mean": r"\bar\psi", "first": r"\psi_1",
-        "second": r"\psi_2", "peak": "p", "rest": "q", "tail": r"\sigma", "falling": "D",
+        "second": r"\psi_2", "peak": "p", "rest": "q", "tail": r"\sigma", "dawson": "D",
         "integral": "L", "a_down": "c", "B_down": "E", "b": "B", "b_down": "E", "weights": "w",
     },
     "regular-part": {

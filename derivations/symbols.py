@@ -52,10 +52,10 @@ _LENGTH = "scaled length to the power"
 
 #: Domains of integration of eq:fourPieces.
 PIECES = {
-    1: "u in (-r, -1), v in (0, 1)",
-    2: "u in (-1, v), v in (0, 1)",
-    3: "u in (-r, 1), v in (1, r)",
-    4: "u in (1, v), v in (1, r)",
+    1: "-r < u < -1, 0 < v < 1",
+    2: "-1 < u < v, 0 < v < 1",
+    3: "-r < u < 1, 1 < v < r",
+    4: "1 < u < v < r",
 }
 
 MEANINGS: dict[str, Meaning] = {
@@ -148,8 +148,14 @@ MEANINGS: dict[str, Meaning] = {
     "sigma_right": Meaning("Sigma/s on the right of the start, s = exp(lam V)", "scaled length"),
     "I0": Meaning("integral of exp(lam V) over (0, r)", "scaled length"),
     "I1": Meaning("integral of exp(lam V) over (-r, 0)", "scaled length"),
-    "J0": Meaning("double integral over v in (0, r), see the note", "scaled length squared"),
-    "J1": Meaning("double integral over v in (-r, 0), see the note", "scaled length squared"),
+    "J0": Meaning(
+        "integral over v in (0, r) of exp(lam V) times the integral of exp(-lam V) from -r to v",
+        "scaled length squared",
+    ),
+    "J1": Meaning(
+        "integral over v in (-r, 0) of exp(lam V) times the integral of exp(-lam V) from -r to v",
+        "scaled length squared",
+    ),
 }
 
 _BLOCK = {
@@ -212,7 +218,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "c_2": Meaning("curvature of V at the well, of -V at a barrier", _SLOPE),
         **{
             f"c_{j}": Meaning(
-                f"{nth} derivative of V there, of -V at a barrier",
+                f"{nth} derivative of V at the well, of -V at a barrier",
                 f"scaled velocity per scaled length {power}",
             )
             for j, nth, power in (
@@ -233,7 +239,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
     },
     "endpoint-series": {
         "E_up": Meaning("coefficient of lam^-k in the integral of exp(lam V)", _H, _T),
-        "E_down": Meaning("coefficient of lam^-k in that of exp(-lam V)", _H, _T),
+        "E_down": Meaning("coefficient of lam^-k in the integral of exp(-lam V)", _H, _T),
         "side": Meaning("(-1)^k", _PURE),
         "left": Meaning("h_k on the left of the point, 0 at a start", _H),
         "right": Meaning("h_k on the right of the point, 0 at an end", _H),
@@ -250,15 +256,19 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "H_line": Meaning("primitive of alpha/(y^2 + R^2)", _SCALED_TIME, _T),
         "H_odd": Meaning("primitive of beta y/(y^2 - D)", _SCALED_TIME, _T),
         "s_1": Meaning("integral of 1/(y^2 + R^2) over the line", "1/scaled length", _T),
-        "s_next": Meaning("that of the next power", f"{_LENGTH} -1 - 2 n", _T),
-        "b_next": Meaning("the next binomial coefficient", _PURE, _T),
+        "s_next": Meaning(
+            "integral of (y^2 + R^2)^(-n - 1) over the line", f"{_LENGTH} -1 - 2 n", _T
+        ),
+        "b_next": Meaning("binomial coefficient of D^(i + 1) y^(-2n - 2i - 2)", _PURE, _T),
         "I": Meaning("integral of y^(j + 2) (y^2 - D)^(-n)", f"{_LENGTH} j + 3 - 2 n", _T),
-        "h_next": Meaning("coefficient of a power in -h'", f"h times {_LENGTH} 2 p + 1 - j", _T),
+        "h_next": Meaning(
+            "coefficient of y^j in -h' (y^2 - D)^(p + 1)", f"h times {_LENGTH} 2 p + 1 - j", _T
+        ),
         "alpha": Meaning(
             "coefficient in the pole part of 1/phi, (alpha + beta y)/(y^2 - D)",
             "scaled time times scaled length",
         ),
-        "beta": Meaning("coefficient of y in it", _SCALED_TIME),
+        "beta": Meaning("coefficient of y in the pole part of 1/phi", _SCALED_TIME),
         "y": Meaning("position from half-way between the zeros", "scaled: y/eps"),
         "R": Meaning("sqrt(|D|), half the zeros' distance if they are real", "scaled: y/eps"),
         "gap": Meaning("y - R", "scaled: y/eps"),
@@ -271,8 +281,12 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "term": Meaning("binomial coefficient of D^i y^(-2n - 2i)", _PURE),
         "lower": Meaning("integral of y^j (y^2 - D)^(1 - n)", f"{_LENGTH} j + 3 - 2 n"),
         "same": Meaning("integral of y^j (y^2 - D)^(-n)", f"{_LENGTH} j + 1 - 2 n"),
-        "before": Meaning("coefficient of the power below", f"h times {_LENGTH} 2 p + 1 - j"),
-        "after": Meaning("coefficient of the power above", f"h times {_LENGTH} 2 p - 1 - j"),
+        "before": Meaning(
+            "coefficient of y^(j - 1) in h (y^2 - D)^p", f"h times {_LENGTH} 2 p + 1 - j"
+        ),
+        "after": Meaning(
+            "coefficient of y^(j + 1) in h (y^2 - D)^p", f"h times {_LENGTH} 2 p - 1 - j"
+        ),
         "n": Meaning("power of the pole", "a whole number"),
         "i": Meaning("number of the coefficient, from 0 on", "a whole number"),
         "power": Meaning("power of the pole of h", "a whole number"),
@@ -283,7 +297,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
             "coefficient of t^j in V over its quadratic term", "1/scaled length to the power j", _T
         ),
         "m_0": Meaning("integral of exp(-s^2/2)", _PURE, _T),
-        "m_next": Meaning("the next moment", _PURE, _T),
+        "m_next": Meaning("integral of s^(2n + 2) exp(-s^2/2)", _PURE, _T),
         "moment": Meaning("integral of s^(2n) exp(-s^2/2)", _PURE),
         "n": Meaning("number of the moment, from 0 on", "a whole number"),
         "j": Meaning("power of t", "a whole number"),
@@ -296,7 +310,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "total": Meaning("integral of exp(lam V) over both sides", "scaled length"),
         "nested_left": Meaning("double integral left of the start", "scaled length squared"),
         "nested_right": Meaning("double integral right of the start", "scaled length squared"),
-        "falling": Meaning(
+        "speed_start": Meaning(
             "contribution of the start to the integral of exp(-lam V)", "scaled length"
         ),
     },
@@ -307,7 +321,9 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "Z": Meaning("lam^(2/3) zeta, of the pair's distance", _PURE, _A),
         "small": Meaning("lam^(-1/3)", "lam^(-1/3)"),
         "a": Meaning("du/ds half-way between the zeros", "scaled length times lam^(1/3)"),
-        "b": Meaning("slope of du/ds in s there", "scaled length times lam^(2/3)"),
+        "b": Meaning(
+            "slope of du/ds in s half-way between the zeros", "scaled length times lam^(2/3)"
+        ),
     },
     "truncated-gaussian": {
         "I_up": Meaning(
@@ -323,7 +339,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "peak": Meaning("du/dt at the barrier", "root of scaled time"),
         "rest": Meaning("1/phi at the end less p/t", "scaled time per scaled length"),
         "tail": Meaning("the Gaussian integral beyond the end, over its value there", "lam^(-1/2)"),
-        "falling": Meaning("Dawson's integral up to the end", "lam^(-1/2)"),
+        "dawson": Meaning("Dawson's integral up to the end", "lam^(-1/2)"),
         "integral": Meaning("lam times the integral of Dawson's", _PURE),
     },
     "positive-density": {
@@ -381,7 +397,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
     },
     "release-time": {
         "T": Meaning("mean time of release from (u, z)", _SCALED_TIME, _T),
-        "v": Meaning("variance of that time", "scaled time squared", _T),
+        "v": Meaning("variance of the time of release", "scaled time squared", _T),
         "g": Meaning("velocity of the slow variable z", "unscaled"),
     },
     "release-order": {
@@ -400,7 +416,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
     },
     "frozen-time": {
         "T": Meaning("mean time of release", _SCALED_TIME, _T),
-        "sigma_T": Meaning("standard deviation of that time", _SCALED_TIME, _T),
+        "sigma_T": Meaning("standard deviation of the time of release", _SCALED_TIME, _T),
         "T_0": Meaning("mean escape time with z frozen at its start", _SCALED_TIME),
         "T0_z": Meaning("derivative of T_0 by z", "scaled time per unscaled z"),
         "g": Meaning("velocity of the slow variable z", "unscaled"),

@@ -25,6 +25,10 @@ window.MathJax = {
       });
       // Cases shrink to the width of the page: a line break would part a value from its condition.
       MathJax.startup.input[0].postFilters.add(({ data }) => {
+        const rows = data.root.childNodes[0];
+        // Not between a left side and the first relation, where a line would hold the left alone.
+        const first = rows.childNodes.findIndex((node) => node.isKind("mo") && node.texClass === 3);
+        if (first === 1) rows.childNodes[first].attributes.set("linebreak", "nobreak");
         data.root.walkTree((node) => {
           // Between two formulas, and not inside one.
           if (node.isKind("mspace") && /^[12]em$/.test(node.attributes.get("width"))) {

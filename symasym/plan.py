@@ -319,12 +319,12 @@ def _floats_do(drift: Drift, scenes: Scenes, name: str, allowed: Fraction) -> bo
         moved = (phi[1:] + phi[:-1]) / (len(phi) - 1)
         potential = -np.cumsum([0.0, phi[0] * beyond, *moved, phi[-1] * beyond])
         # To the right, and to the left.
-        climbs = [(v - np.minimum.accumulate(v)).max() for v in (potential, potential[::-1])]
+        rises = [(v - np.minimum.accumulate(v)).max() for v in (potential, potential[::-1])]
         # T is that of the lower barrier; a probability depends on both, and may be near 1.
-        climb, enough = min(climbs), float(allowed)
+        rise, enough = min(rises), float(allowed)
         if name != "T":
-            climb, enough = max(climbs), min(enough, float(_FLOAT_RTOL))
-        rounding = _ROUNDINGS * np.finfo(float).eps * scenes.lam[0] * climb
+            rise, enough = max(rises), min(enough, float(_FLOAT_RTOL))
+        rounding = _ROUNDINGS * np.finfo(float).eps * scenes.lam[0] * rise
         return bool(rounding <= enough)
 
 

@@ -298,7 +298,7 @@ def closed_form(d: Any) -> None:
     d.conclude(
         sympy.symbols("A'_1 A'_2 D"),
         (*slopes, barrier),
-        note="for z0 < 1 and a well and a barrier: mu > 1/2, 0 < 1 - z0 < beta; "
+        note="for z0 < 1 and a well and a barrier in the layer: mu > 1/2, alpha < 1 - z0 < beta; "
         "omega is a third of arccos((1 - z0)/beta)",
     )
 

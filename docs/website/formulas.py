@@ -22,7 +22,7 @@ from derivations.labels import BEYOND, NUMBERS, numbered
 from derivations.prose import prose
 from derivations.registry import build, entries
 from derivations.runner import slug
-from derivations.symbols import IN_WORDS, LOCAL, MEANINGS, QUANTITIES, quantities, symbols
+from derivations.symbols import IN_WORDS, LOCAL, MEANINGS, QUANTITIES, Listed, quantities, symbols
 from symasym import friction
 from symasym.base.errors import InputError
 from symasym.derivation.results import latex
@@ -250,33 +250,33 @@ def _symbols(label: str, record: Mapping[str, Any]) -> list[str]:
     conditions = [h["statement"] for h in record["hypotheses"] if h["status"] != "fails"]
     said = " ".join(map(report.words, (record["note"], record["error"], *conditions)))
     shown = " ".join([record["latex"], *re.findall(r"\$([^$]*)\$", said)])
-    # A symbol that the equation as it is written has not is not explained.
-    rows = [
-        f"| ${s.latex}$ | {report.words(s.meaning.text)} | {report.words(s.meaning.scale)} |"
-        for s in symbols(label)
-        if s.meaning.text and _stands(s.latex, shown)
-    ]
     own = IN_WORDS.get(label, {})
-    general = {
-        sign: MEANINGS[name]
-        for sign, name in _BESIDE.items()
-        if sign not in own and _stands(sign, shown)
-    }
-    rows += [
-        f"| ${sign}$ | {report.words(meaning.text)} | {report.words(meaning.scale)} |"
-        for sign, meaning in {**general, **own}.items()
-        if not any(row.startswith(f"| ${sign}$") for row in rows)
+    beside = {sign: MEANINGS[name] for sign, name in _BESIDE.items() if _found(sign, shown)}
+    meant = {**beside, **own, **{s.latex: s.meaning for s in _explained(label, shown)}}
+    # In the order of the formula and of the words below it.
+    order = sorted(
+        meant, key=lambda sign: at.start() if (at := _found(sign, shown)) else len(shown)
+    )
+    rows = [
+        f"| ${sign}$ | {report.words(meant[sign].text)} | {report.words(meant[sign].scale)} |"
+        for sign in order
     ]
     if r"\mathbf{1}" in record["latex"]:
         rows.append(_INDICATOR)
     return ["| symbol | meaning | measured in |", "|---|---|---|", *rows, ""]
 
 
-def _stands(sign: str, shown: str) -> bool:
-    """True for a symbol in TeX that stands in a text, and not as the head of an indexed one."""
+def _explained(label: str, shown: str) -> list[Listed]:
+    """The symbols of a formula that stand in its equation as it is written, in their order."""
+    here = {s: at for s in symbols(label) if (at := _found(s.latex, shown)) and s.meaning.text}
+    return sorted(here, key=lambda s: here[s].start())
+
+
+def _found(sign: str, shown: str) -> re.Match[str] | None:
+    """Where a symbol in TeX stands in a text, and not as the head of an indexed one."""
     whole = rf"{re.escape(sign)}(?![A-Za-z_])" if sign[-1].isalpha() else re.escape(sign)
     before = r"(?<![\\A-Za-z])" if sign[0].isalpha() else ""
-    return re.search(f"{before}{whole}", shown) is not None
+    return re.search(f"{before}{whole}", shown)
 
 
 def _errata(label: str) -> list[str]:
@@ -288,7 +288,7 @@ def _errata(label: str) -> list[str]:
                 numbered(text, "equation ") for text in (slip.place, slip.printed, slip.right)
             )
             box = [
-                f":::{{admonition}} The paper differs ({slip.kind}): {place}",
+                f":::{{admonition}} Erratum ({slip.kind}): {place}",
                 f"Printed: {printed}.",
                 "",
                 f"Correct: {right}.",
@@ -300,7 +300,7 @@ def _errata(label: str) -> list[str]:
             ]
             boxes.append(box)
     lines = [line for box in boxes for line in box]
-    return folded(f"The paper differs in {len(boxes)} places", lines) if boxes[1:] else lines
+    return folded(f"{len(boxes)} errata", lines) if boxes[1:] else lines
 
 
 def _evaluation(label: str) -> list[str]:
@@ -411,8 +411,8 @@ def _own(label: str, shown: str) -> list[str]:
     local = LOCAL.get(label, {})
     own = [
         f"${s.latex}$: {report.words(s.meaning.text)}"
-        for s in symbols(label)
-        if (s.name in local or not (s.left or s.name in _COMMON)) and _stands(s.latex, shown)
+        for s in _explained(label, shown)
+        if s.name in local or not (s.left or s.name in _COMMON)
     ]
     return [f"where {'; '.join(own)}.", ""] if own else []
 
@@ -466,8 +466,7 @@ def index(records: Records) -> str:
         listed += [f"## {title}", "", f"[{name} with its formulas](section-{number}.md).", ""]
         for module, place, what in _modules(number):
             titles = [f"{_link(label)}, {_named(label)}" for label in _of_module(records, module)]
-            listed += [f"- {place}, {heading(what)}: {'; '.join(titles)}."]
-        listed += [""]
+            listed += [f"{place}, {heading(what)}:", "", *(f"- {title}" for title in titles), ""]
     steps = sum(len(record["steps"]) for record in records.values())
     return "\n".join(
         [

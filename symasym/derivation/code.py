@@ -37,7 +37,7 @@ _KNOWN = {
         name: name
         for name in ("sinh", "cosh", "expm1", "log1p", "logaddexp", "larger", "log_modulus")
     },
-    "climb": "climb",
+    "height_exp": "height_exp",
     # Quotients with a removable singularity at 0; each file that needs one holds it.
     **{name: name for name in ("exprel", "exprel2", "tanhc", "sinc")},
     # Functions that each file holds where it calls them (`symasym.emit.forms.LOCAL`).
@@ -61,7 +61,7 @@ class Dialect:
 
     def call(self, name: str, arguments: list[str]) -> str:
         """The call of a function on arguments that are written already."""
-        if name == "climb" and name not in self.helpers:
+        if name == "height_exp" and name not in self.helpers:
             name = "exp"
         if name in self.helpers:
             return f"{self.helpers[name]}({', '.join([self.first, *arguments][not self.first :])})"
@@ -76,7 +76,7 @@ DIALECTS = {
         {"larger": "maximum", **{a: f"arc{a[1:]}" for a in ("asin", "acos", "atan", "atan2")}},
         {
             **_OWN,
-            **{name: f"_{name}" for name in ("log_modulus", "climb")},
+            **{name: f"_{name}" for name in ("log_modulus", "height_exp")},
             **{name: f"_each_{name}" for name in LOCAL},
         },
     ),

@@ -149,7 +149,7 @@ class Sampled:
     degree : int, optional
         If both sides are polynomials in the drawn numbers of at most this total
         degree, different ones pass by chance with probability at most
-        (degree / 10,000)^points (Schwartz and Zippel). Left out, no such bound
+        (degree/10,000)^k for k points (Schwartz and Zippel). Left out, no such bound
         is claimed: the statement is that they agree at these points.
     zeros : int, optional
         The same for sums of exponentials with polynomial factors: a difference

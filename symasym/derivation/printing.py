@@ -406,7 +406,9 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         at = ", ".join(
             f"{self._print(a)} = {self._print(b)}" for a, b in zip(old, new, strict=True)
         )
-        return rf"{self._print(inner)} \Big|_{{{at}}}"
+        shown = self._print(inner)
+        bar = r"\bigg|" if r"\frac" in shown else r"\Big|"
+        return rf"{shown} {bar}_{{{at}}}"
 
     def _print_Derivative(self, expr: Any) -> str:
         order = len(expr.variables)

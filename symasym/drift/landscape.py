@@ -14,7 +14,7 @@ from symasym.base.call_context import own_context, step
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.generated.numpy_formulas import potential_left, potential_right
-from symasym.numbers.complex_balls import ComplexBall, tame
+from symasym.numbers.complex_balls import ComplexBall, resolved
 from symasym.numbers.polynomials import bracketed_zero
 
 if TYPE_CHECKING:
@@ -313,7 +313,7 @@ def _proxies(
         # Rounding of x is multiplied by the slope, which is at most change/radius.
         noise = 1e-14 * np.abs(series).max() + 4e-16 * change / (hi - lo)
         settled = np.abs(series[-3:]).max() <= 1e-12 * np.abs(series).max() + noise
-        if (settled and tame(change, np.abs(values).max())) or hi - lo < _NARROWEST:
+        if (settled and resolved(change, np.abs(values).max())) or hi - lo < _NARROWEST:
             done.append((lo, hi, np.polynomial.chebyshev.chebtrim(series, min(noise, 1.0))))
         else:
             pending += [(lo, (lo + hi) / 2), ((lo + hi) / 2, hi)]

@@ -79,17 +79,17 @@ def weak_noise_time(
     with own_context(DIGITS) as context:
         field = ExactField(drift, False, context)
         radius = r or Fraction(2)
-        halves = both_sides(field, Fraction(0), radius, order, context, DIGITS, estimated=False)
+        both = both_sides(field, Fraction(0), radius, order, context, DIGITS, estimated=False)
         names = Names(order, context, np.abs(drift.evaluate_float(np.linspace(-1, 1, 101))).max())
-        ratio = _composed(halves, names, r)
-    most = _reach(drift, halves, order, r)
+        ratio = _composed(both, names, r)
+    most = _reach(drift, both, order, r)
     # Where the sums over critical points cancel, doubles may hold less than the expansion does.
     for _ in range(40):
         emitted = _program(what, ratio, names, order, r, kappa, most)
-        if kappa is not None or _in_doubles(emitted, most, halves, r, order):
+        if kappa is not None or _in_doubles(emitted, most, both, r, order):
             break
         most = _rounded_down(most / 2)
-    error = f"relative O(kappa^{2 * order + 2}); {_told(halves, order, r, most)}"
+    error = f"relative O(kappa^{2 * order + 2}); {_told(both, order, r, most)}"
     return replace(emitted, error=error)
 
 
@@ -137,18 +137,16 @@ _RADII = tuple(Fraction(x) for x in ("1.001", "2", "10", "1000"))
 
 
 def _time(
-    halves: tuple[OneSided, OneSided], kappa: float, r: Fraction, order: int, context: MPContext
+    both: tuple[OneSided, OneSided], kappa: float, r: Fraction, order: int, context: MPContext
 ) -> AtOrder:
     """T and its claimed error."""
     arithmetic = Digits(context)
     lam = context.mpf(2) / context.mpf(kappa) ** 2
-    composed = Composed(halves, arithmetic.number(r), 64 * context.eps)
+    composed = Composed(both, arithmetic.number(r), 64 * context.eps)
     return with_digits(escape_time, composed, Point(lam, order, True, None, arithmetic))
 
 
-def _reach(
-    drift: Drift, halves: tuple[OneSided, OneSided], order: int, r: Fraction | None
-) -> float:
+def _reach(drift: Drift, both: tuple[OneSided, OneSided], order: int, r: Fraction | None) -> float:
     """The kappa up to which the next orders are smaller than the value."""
     radii = _RADII if r is None else (r,)
     with own_context(30) as context:
@@ -156,7 +154,7 @@ def _reach(
         def holds(kappa: float) -> bool:
             if unresolved(drift, 2 / kappa**2, ()):
                 return False
-            times = (_time(halves, kappa, radius, order, context) for radius in radii)
+            times = (_time(both, kappa, radius, order, context) for radius in radii)
             return all(time.sure for time in times)
 
         kappa, factor = 1e-3, 1.5
@@ -180,12 +178,12 @@ def _rounded_down(x: float) -> float:
     return float(f"{math.floor(x / unit * (1 + 1e-12)) * unit:.2g}")
 
 
-def _told(halves: tuple[OneSided, OneSided], order: int, r: Fraction | None, most: float) -> str:
+def _told(both: tuple[OneSided, OneSided], order: int, r: Fraction | None, most: float) -> str:
     """The error estimate from the next two orders, as a sentence."""
     at, stated = r or Fraction(10), []
     with own_context(30) as context:
         for kappa in (most / 2, most / 4, most / 8):
-            time = _time(halves, kappa, at, order, context)
+            time = _time(both, kappa, at, order, context)
             relative = float(time.error / time.value) if time.sure else math.inf
             stated.append(f"{relative:.1e} at kappa = {kappa:.3g}")
     return (
@@ -197,7 +195,7 @@ def _told(halves: tuple[OneSided, OneSided], order: int, r: Fraction | None, mos
 def _in_doubles(
     code: Program,
     kappa: float,
-    halves: tuple[OneSided, OneSided],
+    both: tuple[OneSided, OneSided],
     r: Fraction | None,
     order: int,
 ) -> bool:
@@ -218,7 +216,7 @@ def _in_doubles(
             # The double that the code is given.
             given = (float(radius),) if r is None else ()
             exact = Fraction(given[0]) if given else radius
-            want = context.log(_time(halves, kappa, exact, order, context).value)
+            want = context.log(_time(both, kappa, exact, order, context).value)
             size = max(1, abs(want))
             if not abs(digits(kappa, *given, dps=25) - want) <= 1e-22 * size:
                 raise ArithmeticError(f"{code.label}: what is emitted has not the sums' value")
@@ -231,23 +229,23 @@ def _in_doubles(
     return True
 
 
-def _composed(halves: tuple[OneSided, OneSided], names: Names, r: Fraction | None) -> Ratio:
+def _composed(both: tuple[OneSided, OneSided], names: Names, r: Fraction | None) -> Ratio:
     """T/lam, by the sums that evaluate it."""
     ops = Symbolic()
     radius = 1 + BEYOND_1 if r is None else number_of(r)
-    one, other = halves
-    rising, falling = (
-        ops.leaf(0.0, names.named(f"start_{kind}", series))
+    one, other = both
+    scale, speed = (
+        ops.exponential(0.0, names.named(f"start_{kind}", series))
         for kind, series in (
-            ("rising", added(one.rising_start, other.rising_start)),
-            ("falling", added(one.falling_start, other.falling_start)),
+            ("scale", added(one.scale_start, other.scale_start)),
+            ("speed", added(one.speed_start, other.speed_start)),
         )
     )
     left, right = (
-        side_of(names.half(one, side), radius, ops)
-        for one, side in zip(halves, ("left", "right"), strict=True)
+        side_of(names.one_sided(one, side), radius, ops)
+        for one, side in zip(both, ("left", "right"), strict=True)
     )
-    ratio = mean_time(Sides(left, right, rising, falling, one.endpoint_product))
+    ratio = mean_time(Sides(left, right, scale, speed, one.endpoint_product))
     assert isinstance(ratio, Ratio)
     return ratio
 

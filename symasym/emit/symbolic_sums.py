@@ -56,7 +56,7 @@ class Names:
         ]
         return part._replace(coefficients=kept)
 
-    def half(self, one: OneSided, side: str) -> OneSided:
+    def one_sided(self, one: OneSided, side: str) -> OneSided:
         """One side with symbols for its series."""
 
         def points(known: Iterable[CriticalPoint], what: str) -> list[CriticalPoint]:
@@ -70,11 +70,11 @@ class Names:
             ]
 
         return one._replace(
-            rising_start=self.named(f"start_rising_{side}", one.rising_start),
-            falling_start=self.named(f"start_falling_{side}", one.falling_start),
-            rising=points(one.rising, ""),
-            falling=points(one.falling, "falling_"),
-            outer=self.named(f"between_{side}", one.outer),
+            scale_start=self.named(f"start_scale_{side}", one.scale_start),
+            speed_start=self.named(f"start_speed_{side}", one.speed_start),
+            scale_points=points(one.scale_points, ""),
+            speed_points=points(one.speed_points, "speed_"),
+            regular_part=self.named(f"between_{side}", one.regular_part),
         )
 
 
@@ -102,7 +102,7 @@ class Symbolic:
 
     rounding = 0.0
 
-    def leaf(self, height: Expr | mpf, series: Series, rounding: float = 0.0) -> Sum:
+    def exponential(self, height: Expr | mpf, series: Series, rounding: float = 0.0) -> Sum:
         """One symbol, or a number over lam, times e^{lam height}."""
         factor = sum((X ** sympy.Rational(p.offset) * p.coefficients[0] for p in series.parts), 0)
         return Sum([(sympy.expand(number_of(height)), sympy.sympify(factor))])

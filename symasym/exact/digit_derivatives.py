@@ -196,7 +196,7 @@ class _Changed:
         if isinstance(panel, Slow):
             middle = panel.centre + panel.t0 + panel.half
             for field in side.changes:
-                self._require_tame(field, middle, panel.half, panel.count + MORE_TERMS, _RATIOS)
+                self._require_resolved(field, middle, panel.half, panel.count + MORE_TERMS, _RATIOS)
         number, sign = side.numbers.mpf, 1 if panel.up else -1
         if isinstance(panel, Taylor):
             rises = [sum(x / (k + 1) for k, x in enumerate(row)) for row in self._rows(panel)]
@@ -289,10 +289,10 @@ class _Changed:
         scene = self.side.scene
         # More terms than of A, as a change may be larger.
         terms = (len(panel.q) if not scene.field.is_polynomial else scene.order()) + MORE_TERMS
-        self._require_tame(field, panel.left, panel.width, terms, (4,))
+        self._require_resolved(field, panel.left, panel.width, terms, (4,))
         return field.taylor(panel.left, panel.width, terms)
 
-    def _require_tame(
+    def _require_resolved(
         self, field: ExactField, centre: Fraction, size: Fraction, terms: int, ratios: Sequence[Any]
     ) -> None:
         """Raise AccuracyError unless so many Taylor terms hold the digits, by Cauchy's bound on a

@@ -34,7 +34,7 @@ from symasym.exact.digit_panels import (
 from symasym.exact.sweep import Record, Sum, Swept
 from symasym.generated import formulas, mpmath_formulas
 from symasym.numbers import balls
-from symasym.numbers.complex_balls import tame
+from symasym.numbers.complex_balls import resolved
 from symasym.numbers.rationals import Rational
 from symasym.scenes import Answer, Request, Scene, quantity_of
 
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext
 
 _GUARD = 64
-_MILD_PANELS = 48
+_MODERATE_PANELS = 48
 _MOST_PIECES = 12
 _PANEL_COST = 700  # of a Taylor panel, in coefficients of the slow series of a layer
 _DEEPEST = 400
@@ -281,7 +281,7 @@ class Partition:
         grid = np.linspace(float(lo), float(hi), 17)
         with np.errstate(over="ignore"):
             mean = float(np.abs(self.field.float_values(grid)).mean())
-        return bool(self._lam_float * mean * float(hi - lo) <= _MILD_PANELS * self.reach)
+        return bool(self._lam_float * mean * float(hi - lo) <= _MODERATE_PANELS * self.reach)
 
     def expect(self, start: Fraction, end: Fraction) -> None:
         """Raise TimeLimitError where the panels from `start` to `end` take too long."""
@@ -375,7 +375,7 @@ class Partition:
             # phi may be far from zero and yet have a singularity nearby.
             rate = max((abs(local[k]) / abs(local[0])) ** (1 / k) for k in range(8, len(local)))
             radius = min(radius, 0.8 / max(rate, 1e-3))
-            while radius > 1.3 and not tame(
+            while radius > 1.3 and not resolved(
                 self.field.spread(middle, dyadic(half * Rational(radius), 8 + places(half))),
                 abs(local[0]),
             ):
@@ -395,7 +395,7 @@ class Partition:
             step()
             here, most = centre + t, t1 - t
             if not self.field.is_polynomial:
-                unit = most = self._tame_width(here, min(4 * unit, t1 - t))
+                unit = most = self._resolved_width(here, min(4 * unit, t1 - t))
             about = self.field.taylor(here, unit, 24)
             scale = self.lam * unit
             w = self._width([abs(float(scale * c)) for c in about], most / unit)
@@ -407,7 +407,7 @@ class Partition:
             yield Taylor(self.numbers, c, h, here)
             t += h
 
-    def _tame_width(self, here: Fraction, most: Fraction) -> Fraction:
+    def _resolved_width(self, here: Fraction, most: Fraction) -> Fraction:
         """`most`, halved until the Taylor series of A is known to converge fast enough.
 
         By Cauchy's bound on a disk of radius 4 h, which A maps into one of radius M,

@@ -15,11 +15,11 @@ from symasym.base.inputs import FloatArray
 from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels
 from symasym.exact.float_panels import REACH, REACH_DOWN, SLOWNESS
-from symasym.numbers.complex_balls import tame
+from symasym.numbers.complex_balls import resolved
 from symasym.numbers.polynomials import poly
 
 #: lam |A| up to which positions are measured from u = 0.
-MILD = 5e3
+MODERATE = 5e3
 #: Panels of a sampled block, joined before the log domain is entered: e^(8 REACH_DOWN) < 1e39.
 _COUNTS = np.array([1, 2, 3, 4, 5, 6, 8])
 #: The same where slopes are carried and a sweep takes longer than samples: e^(32 REACH) < 1e112.
@@ -58,8 +58,8 @@ def partition(
     """First blocks of each scene's part of [-1, 1], and the expansions they are taken about."""
     inside = np.flatnonzero(hi > lo)
     # Rounding of phi enters the exponent as lam * size * 1e-16.
-    mild = lam[inside] * field.size()[inside] < MILD
-    easy, hard = inside[mild], inside[~mild]
+    moderate = lam[inside] * field.size()[inside] < MODERATE
+    easy, hard = inside[moderate], inside[~moderate]
     first = _even_blocks(field, easy, lo, hi)
     if not hard.size:
         empty = np.empty(0, dtype=np.intp)
@@ -225,7 +225,7 @@ def hidden(
     close = straying <= 1e-6 * size + 1e-10 * field.size()[blocks.scene]
     # What 17 nodes miss of a function on that disk is 4e-10 of its bound, at most.
     negligible = lam_h * around.radius < 1e-5
-    seen: np.ndarray = (tame(around.radius, size) | negligible) & (close | (blocks.anchor < 0))
+    seen: np.ndarray = (resolved(around.radius, size) | negligible) & (close | (blocks.anchor < 0))
     return ~seen
 
 

@@ -1,4 +1,4 @@
-r"""Sides of mild scenes in float64: from -r to the start with panels of their own.
+r"""Sides of moderate scenes in float64: from -r to the start with panels of their own.
 
 On a side, lam phi is a polynomial q(t)/h on [-1, end], t from -1 to 1. With Q the sum of the moduli
 of its coefficients over k + 1, lam V moves by Q at most; where that is moderate 1/sigma and w are
@@ -27,7 +27,7 @@ from symasym.base.call_context import own_context, step
 from symasym.base.inputs import FloatArray
 from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels, sweep
-from symasym.exact.float_blocks import FAINT, MILD, centred
+from symasym.exact.float_blocks import FAINT, MODERATE, centred
 from symasym.exact.float_panels import NODES, REACH, REACH_DOWN, RESOLUTION
 from symasym.exact.sweep import Record, Swept
 from symasym.numbers.float_arrays import LogPositive
@@ -71,7 +71,7 @@ class _Sides(NamedTuple):
 
 
 def swept(field: Field, lam: FloatArray, r: FloatArray, end: FloatArray) -> tuple[IntArray, Swept]:
-    """The mild ones among the sides, and sigma and w at their ends (`symasym.exact.sweep`).
+    """The moderate ones among the sides, and sigma and w at their ends (`symasym.exact.sweep`).
 
     Mild are those of a polynomial, with r > 1 >= |end|, that few panels resolve.
 
@@ -83,10 +83,10 @@ def swept(field: Field, lam: FloatArray, r: FloatArray, end: FloatArray) -> tupl
         A side is [-r, end].
     """
     rate = lam * field.size()[: len(lam)]
-    mild = rate < MILD
+    moderate = rate < MODERATE
     for inside in (r > 1.0, end > -1.0, end <= 1.0):
-        mild &= inside
-    index = np.flatnonzero(mild)
+        moderate &= inside
+    index = np.flatnonzero(moderate)
     some = _run(index)
     coefficients = None if field.directions else field.series(some)
     if coefficients is None or not index.size:

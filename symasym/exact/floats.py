@@ -17,7 +17,7 @@ from symasym.base.call_context import step
 from symasym.base.inputs import FloatArray, is_array
 from symasym.drift.field.float_field import Field, IntArray, field_of
 from symasym.exact import float_panels, float_sides, sweep
-from symasym.exact.float_blocks import MILD, partition
+from symasym.exact.float_blocks import MODERATE, partition
 from symasym.exact.float_records import Records, merged, records_of
 from symasym.exact.sweep import InLayer, Record, Swept
 from symasym.generated import formulas
@@ -219,12 +219,12 @@ def _from_both_ends(
     """sigma and w at the start from the left and from the right."""
     n, rates = len(lam), np.concatenate((lam, lam))
     end, r = np.concatenate((start, -start)), np.concatenate((r, r))
-    mild, known = float_sides.swept(field, rates, r, end)
+    moderate, known = float_sides.swept(field, rates, r, end)
     sigma, w = known
-    if len(mild) < 2 * n:
+    if len(moderate) < 2 * n:
         # A side that is known has no panels: both of its ends are -1.
         low, high = -r, end.copy()
-        low[mild] = high[mild] = -1.0
+        low[moderate] = high[moderate] = -1.0
         unknown = LogPositive.of(np.full(2 * n, np.nan))
         sigma, w = _panels(field, rates, low, high).through(
             lambda state, p, lam: sweep.carried(Swept(*state), p, lam),
@@ -233,7 +233,7 @@ def _from_both_ends(
             sweep.first,
         )
         for whole, some in zip((sigma, w), known, strict=True):
-            whole.log[mild], whole.error[mild] = some.log, some.error
+            whole.log[moderate], whole.error[moderate] = some.log, some.error
     return Swept(sigma[:n], w[:n]), Swept(sigma[n:], w[n:])
 
 
@@ -290,7 +290,7 @@ def _panels(field: Field, lam: FloatArray, start: FloatArray, end: FloatArray) -
     # A panel is good to about 20 ulp, and to the rounding of phi in its exponent where phi
     # is not taken about a nearby centre.
     rounding = lam * field.size()[: len(lam)]
-    local = 5e-15 + 8e-18 * np.where(rounding < MILD, rounding, 1e3)
+    local = 5e-15 + 8e-18 * np.where(rounding < MODERATE, rounding, 1e3)
     own = local[records.scene] + records.local
     rise = records.moments.rise
     up = rise > 0

@@ -140,12 +140,12 @@ def in_layer(records: Iterable[Record], lam: Ratios, a_minus: Ratios) -> InLayer
 def escape_time(left: Swept, right: Swept) -> Any:
     """T from both sides of the start (eq:Ttilde)."""
     w = known(left.w + right.w)
-    return formulas.escape_time_of_halves(w, left.sigma, right.sigma)
+    return formulas.escape_time_of_sides(w, left.sigma, right.sigma)
 
 
 def density(lam: Ratios, w_left: Number, w_right: Number) -> Any:
     """p_ss from both sides of a point (eq:pss)."""
-    return formulas.density_of_halves(lam, known(w_left + w_right))
+    return formulas.density_of_sides(lam, known(w_left + w_right))
 
 
 def layer_times(layer: InLayer, tail_right: Number, complement: bool) -> tuple[Any, Any]:

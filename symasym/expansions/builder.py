@@ -148,11 +148,11 @@ class Symbols(Builder):
         self.start = Rational(start.numerator, start.denominator)
         self.edges = [-S.One, min(max(self.start, -S.One), S.One), S.One]
         self.beyond, self.before = True, case.before
-        self.lines = self._zeros()
+        self.zeros = self._zeros()
         self.names = {self.start: str(start), -S.One: "-1", S.One: "1"}
-        self.names |= {u: u.name for u in [*self.lines, *self.others_outside]}
+        self.names |= {u: u.name for u in [*self.zeros, *self.others_outside]}
         self.a_minus, self.a_plus = (self._slope_beyond(u) for u in (-1, 1))
-        self.heights = {u: self.height_at(u) for u in (self.edges[0], *self.lines, self.edges[2])}
+        self.heights = {u: self.height_at(u) for u in (self.edges[0], *self.zeros, self.edges[2])}
         self.heights[self.start] = S.Zero
 
     def conditions(self) -> Iterator[Any]:
@@ -182,25 +182,25 @@ class Symbols(Builder):
         if self.case.at_start and factor is not None:
             factor = factor.quo(sympy.Poly(U - self.start, U))
         inside = len(self.case.kinds)
-        lines = [self._point(k + 1, True) for k in range(inside)]
+        zeros = [self._point(k + 1, True) for k in range(inside)]
         more = 0 if factor is None else factor.degree() - inside
         self.others_outside = [self._point(inside + k + 1, more == 1) for k in range(more)]
         if factor is not None and factor.degree() in (1, 2):
-            self._solve(factor.all_coeffs()[::-1], lines)
-        return lines
+            self._solve(factor.all_coeffs()[::-1], zeros)
+        return zeros
 
-    def _solve(self, c: list[Expr], lines: list[Symbol]) -> None:
+    def _solve(self, c: list[Expr], zeros: list[Symbol]) -> None:
         """The zeros of c_0 + c_1 u or c_0 + c_1 u + c_2 u^2, A but for a zero at the start.
 
         The slope of the latter is ±(c_1^2 - 4 c_0 c_2)^(1/2) there, for A's times u - start.
         """
         if len(c) == 2:
-            (u,) = [*lines, *self.others_outside]
+            (u,) = [*zeros, *self.others_outside]
             self.values[u] = -c[0] / c[1]
         else:
             root = sympy.sqrt(c[1] ** 2 - 4 * c[0] * c[2])
             free = [1, -1]
-            for k, (u, kind) in enumerate(zip(lines, self.case.kinds, strict=True)):
+            for k, (u, kind) in enumerate(zip(zeros, self.case.kinds, strict=True)):
                 sign = 1 if kind == "barrier" else -1
                 if self.case.at_start and k < self.case.before:
                     sign = -sign
@@ -252,8 +252,8 @@ class Symbols(Builder):
 
     def _kind(self, u: Expr) -> str:
         """``"well"`` or ``"barrier"`` at a zero in the layer."""
-        if u in self.lines:
-            return self.case.kinds[self.lines.index(u)]
+        if u in self.zeros:
+            return self.case.kinds[self.zeros.index(u)]
         return self.case.at_start if u == self.start else ""
 
     def drift_slope(self, j: int) -> Expr:
@@ -276,7 +276,7 @@ class Symbols(Builder):
     # -- what `Builder` asks for --------------------------------------------------------------
 
     def inside(self, sign: int) -> list[int]:
-        return list(range(self.before, len(self.lines)) if sign > 0 else range(self.before)[::-1])
+        return list(range(self.before, len(self.zeros)) if sign > 0 else range(self.before)[::-1])
 
     def barrier(self, k: int) -> bool:
         return self.case.kinds[k] == "barrier"
@@ -296,7 +296,7 @@ class Symbols(Builder):
         return Series([Part(1.0, 0, [sympy.expand(c) for c in h])])
 
     def saddle(self, k: int) -> Series:
-        return self._gaussian(self.lines[k], k + 1)
+        return self._gaussian(self.zeros[k], k + 1)
 
     def _gaussian(self, u: Expr, number: int) -> Series:
         """Laplace's series at a zero."""
@@ -317,7 +317,7 @@ class Symbols(Builder):
     def primitives(self) -> Any:
         return None
 
-    def outer(self, sign: int, extra: Numbers) -> Series:
+    def regular_part(self, sign: int, extra: Numbers) -> Series:
         side = "+" if sign > 0 else "-"
         lo, hi = sorted((self.edges[1], self.edges[1 + sign]))
         rows = [self._regular(k, lo, hi, side) for k in range(1, self.count + 1)]
@@ -367,13 +367,13 @@ class Symbols(Builder):
         formal = [c if n % 2 else -c for n, c in enumerate(odd)]
         barrier, half = self.case.at_start == "barrier", self._gaussian(self.start, 0)
         half = Series([Part(0.0, 0, [c / 2 for c in half.parts[0].coefficients])])
-        rising, falling = (
+        scale, speed = (
             mirrored(self._named(name, name, X, row), sign)
             for name, row in zip("YZ", (odd, formal) if barrier else (formal, odd), strict=True)
         )
         if barrier:
-            return added(half, rising), falling, False
-        return rising, added(half, falling), True
+            return added(half, scale), speed, False
+        return scale, added(half, speed), True
 
     # -- the regular part ---------------------------------------------------------------------
 
@@ -399,7 +399,7 @@ class Symbols(Builder):
             return (hi - lo) / self.A if k == 1 else S.Zero
         total = S.Zero
         at_start = [self.start] if self.case.at_start else []
-        for z in [*self.lines, *self.others_outside, *at_start]:
+        for z in [*self.zeros, *self.others_outside, *at_start]:
             rate = -self.derivative(2, z)
             g = [
                 -self.derivative(j + 2, z) / (sympy.factorial(j + 1) * rate)
@@ -412,7 +412,7 @@ class Symbols(Builder):
                 high, low = ((edge - z if edge != z else None) for edge in (hi, lo))
                 if power == -1:
                     ratio = (high or S.One) / (low or S.One)
-                    inside = z in self.lines or z == self.start
+                    inside = z in self.zeros or z == self.start
                     total += share * sympy.log(sympy.Abs(ratio) if inside else ratio)
                 else:
                     t = [S.Zero if y is None else y ** (power + 1) for y in (high, low)]
@@ -430,31 +430,33 @@ class Symbols(Builder):
         if self.case.at_start:
             return left, right
         # Of both sides of the start together, at a kink alone, the series of e^{-lam V} counts.
-        falling = added(left.falling_start, right.falling_start)
-        own = self._symbol_of(right.rising_start, "Y", "")
+        speed = added(left.speed_start, right.speed_start)
+        own = self._symbol_of(right.scale_start, "Y", "")
         other = mirrored(own, -1)
-        if terms(added(left.rising_start, right.rising_start)):
-            other = self._symbol_of(left.rising_start, "Y", "-")
+        if terms(added(left.scale_start, right.scale_start)):
+            other = self._symbol_of(left.scale_start, "Y", "-")
         return (
-            left._replace(rising_start=other, falling_start=Series([])),
-            right._replace(rising_start=own, falling_start=self._symbol_of(falling, "Z", "")),
+            left._replace(scale_start=other, speed_start=Series([])),
+            right._replace(scale_start=own, speed_start=self._symbol_of(speed, "Z", "")),
         )
 
     def line(self) -> list[CriticalPoint]:
         """Of int e^{-lam V} over the whole line (as `weak_noise.critical_points.whole`)."""
         self.base, self.before = S.Zero, 0
-        rising: list[CriticalPoint] = []
-        falling: list[CriticalPoint] = []
+        scale_points: list[CriticalPoint] = []
+        speed_points: list[CriticalPoint] = []
         low, _, high = self.edges
         self.at_edge = [self.smooth(u) for u in (low, low, high)]
         flat = self.flat(self.a_minus)
-        add_edge(rising, falling, 0, self.heights[low], flat, self.at_edge[0], "kink", low)
-        self.end(1, self.between(1, rising, falling), rising, falling)
-        ends = falling[0], falling[-1]
+        add_edge(
+            scale_points, speed_points, 0, self.heights[low], flat, self.at_edge[0], "kink", low
+        )
+        self.end(1, self.between(1, scale_points, speed_points), scale_points, speed_points)
+        ends = speed_points[0], speed_points[-1]
         sides = {id(p): side for p, side in zip(ends, "-+", strict=True)}
         return [
             p._replace(series=self._symbol_of(p.series, "F", sides[id(p)])) if id(p) in sides else p
-            for p in falling
+            for p in speed_points
         ]
 
     def _symbol_of(self, series: Any, letter: str, side: str) -> Any:
@@ -483,4 +485,6 @@ class Symbols(Builder):
                 for p in known
             ]
 
-        return one._replace(rising=points(one.rising, "E"), falling=points(one.falling, "F"))
+        return one._replace(
+            scale_points=points(one.scale_points, "E"), speed_points=points(one.speed_points, "F")
+        )

@@ -24,7 +24,7 @@ from symasym.asymptotics.weak_noise.compose import (
     Sides,
     mean_time,
     pairs_of,
-    rising_of,
+    scale_contributions,
     side_of,
     stationary_sums,
 )
@@ -109,12 +109,14 @@ def composed(symbols: Symbols, ring: Any, noise: str, quantity: str, order: int)
             Side(total, nested, *map(_expression, side[2:]))
             for total, nested, side in zip((_L, _R), (D_MINUS, D_PLUS), (left, right), strict=True)
         ]
-        rising, falling = (a + b for a, b in zip(plain[0][2:], plain[1][2:], strict=True))
-        sides = Sides(plain[0], plain[1], rising, falling, both[1].endpoint_product)
+        scale, speed = (a + b for a, b in zip(plain[0][2:], plain[1][2:], strict=True))
+        sides = Sides(plain[0], plain[1], scale, speed, both[1].endpoint_product)
         behind, ahead = sides.shares
         # Of the start itself, in T: of both sides together, or at a barrier of each.
         starts = (
-            (S.Zero, falling) if sides.endpoint_product else (plain[0].falling, plain[1].falling)
+            (S.Zero, speed)
+            if sides.endpoint_product
+            else (plain[0].speed_start, plain[1].speed_start)
         )
         rows = (ahead, _L), (behind, ahead if sides.endpoint_product else _R)
         own = [(*row, value) for row, value in zip(rows, starts, strict=True) if value != 0]
@@ -185,13 +187,13 @@ def _contributions(
 ) -> Iterator[Contribution]:
     """The pairs of one side, the first with what the start adds to int e^{-lam V}."""
     ring, sign = Symbolic(), "" if weight == "1 - C" else "-"
-    rising = rising_of(one, 1 + BEYOND_1, ring)
+    scale = scale_contributions(one, 1 + BEYOND_1, ring)
     if start != 0:
         series, u = Series([Part(0.0, 0, [start])]), symbols.start
         kind = symbols.case.at_start or "kink"
         own = CriticalPoint(-1, S.Zero, series, None, kind, -u if sign else u)
-        one = one._replace(falling=[own, *one.falling])
-    for low, high, product_of_both in pairs_of(one, rising, ring):
+        one = one._replace(speed_points=[own, *one.speed_points])
+    for low, high, product_of_both in pairs_of(one, scale, ring):
         if not product_of_both.terms:
             continue
         parts = [_series(p.series, symbols) for p in (low, high)]
@@ -243,17 +245,17 @@ def radius_condition(start: Any) -> Any:
 def _conditions(symbols: Symbols, quantity: str) -> Iterator[Any]:
     """Where the formula holds, as predicates."""
     yield from symbols.conditions()
-    points: list[Any] = [-S.One, *symbols.lines, S.One]
+    points: list[Any] = [-S.One, *symbols.zeros, S.One]
     if quantity in OF_START:
         if abs(symbols.start) < 1:
             points.insert(1 + symbols.case.before, symbols.start)
         if not symbols.general:
             yield radius_condition(symbols.start)
     yield from (a < b for a, b in itertools.pairwise(points) if (a < b) is not sympy.true)
-    for u in symbols.lines:
+    for u in symbols.zeros:
         yield sympy.Eq(sympy.Function("A")(u) if symbols.general else symbols.A.subs(U, u), 0)
     if symbols.general:
-        (well, barrier) = symbols.lines
+        (well, barrier) = symbols.zeros
         yield sympy.Gt(symbols.heights[barrier], symbols.heights[well])
         return
     if symbols.powers is not None and symbols.kept:

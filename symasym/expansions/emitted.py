@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import sympy
 from sympy import Expr, S, Symbol
 
-from symasym.emit.forms import climb, erfcx, expm1, larger
+from symasym.emit.forms import erfcx, expm1, height_exp, larger
 from symasym.emit.program import TAKEN, Case, Function, Program, by_logarithm
 from symasym.emit.symbolic_sums import LAM
 
@@ -124,7 +124,7 @@ def _logarithm(
         number = len([s for s in known if s.name.startswith("sum(")]) + 1
         top, total = Symbol(f"top({number})", real=True), Symbol(f"sum({number})", real=True)
         known[top] = _largest(list(parts))
-        known[total] = sum((c * climb(LAM * (h - top)) for h, c in parts.items()), S.Zero)
+        known[total] = sum((c * height_exp(LAM * (h - top)) for h, c in parts.items()), S.Zero)
         return top, total
 
     made: dict[Expr, tuple[Expr, Symbol]] = {}
@@ -141,7 +141,7 @@ def _logarithm(
             return rows[0]
         top, total = Symbol(f"top({name})", real=True), Symbol(f"sum({name})", real=True)
         known[top] = _largest([h for h, _ in rows])
-        known[total] = sum((c * climb(LAM * (h - top)) for h, c in rows), S.Zero)
+        known[total] = sum((c * height_exp(LAM * (h - top)) for h, c in rows), S.Zero)
         return top, total
 
     (high, above), (low, below) = (

@@ -62,7 +62,7 @@ V_MEAN = Symbol("V(m)", real=True)
 #: The number of zeros of A' in (-1, 1).
 TURNS = sympy.Function("turning_points", integer=True)
 Z, P0, Q0 = sympy.symbols("Z p q", real=True)
-_PARTS = {"rising": "B", "falling": "W", "both": "J", "onward": "G"}
+_PARTS = {"scale": "B", "speed": "W", "both": "J", "onward": "G"}
 
 
 class Expressions:
@@ -103,10 +103,10 @@ class Locals(Symbolic):
     def __init__(self, symbols: Coalescing) -> None:
         self.symbols = symbols
 
-    def leaf(self, height: Expr, series: Any, rounding: float = 0.0) -> Sum:
+    def exponential(self, height: Expr, series: Any, rounding: float = 0.0) -> Sum:
         """One symbol times e^{lam height}."""
         if isinstance(series, Series):
-            return super().leaf(height, series, rounding)
+            return super().exponential(height, series, rounding)
         return Sum([(height, self.symbols.local(series))])
 
 
@@ -147,28 +147,28 @@ class PairSymbols(Symbols):
     def _zeros(self) -> list[Symbol]:
         """u1, u2, ... in the layer, the pair's m ± D^(1/2); `others_outside` are in no pair."""
         if self.powers is None:
-            lines = super()._zeros()
-            low, high = (lines[k] for k in self.paired)
+            zeros = super()._zeros()
+            low, high = (zeros[k] for k in self.paired)
             self.factor = []
             self.values[M], self.values[self.square] = (low + high) / 2, (high - low) ** 2 / 4
-            return lines
+            return zeros
         self.kept = self.powers.degree()
         self.factor = self._factor()
         inside = len(self.case.kinds)
-        lines = [self._point(k + 1, True) for k in range(inside)]
+        zeros = [self._point(k + 1, True) for k in range(inside)]
         for k, sign in zip(self.paired, (-1, 1), strict=False):
-            self.values[lines[k]] = M + sign * sympy.sqrt(self.square)
-            del self.equations[lines[k]]
+            self.values[zeros[k]] = M + sign * sympy.sqrt(self.square)
+            del self.equations[zeros[k]]
         more = range(inside + 1, self.kept - 1 + len(self.paired))
         self.others_outside = [self._point(k, self.kept == 3) for k in more]
-        apart = [u for k, u in enumerate(lines) if k not in self.paired] + self.others_outside
+        apart = [u for k, u in enumerate(zeros) if k not in self.paired] + self.others_outside
         if self.kept == 3:
             # The sum of all zeros.
             (u,) = apart
             c3, c2 = self.powers.all_coeffs()[:2]
             self.values[u] = -c2 / c3 - 2 * M
             del self.equations[u]
-        return lines
+        return zeros
 
     def _factor(self) -> list[Symbol]:
         """psi_0, psi_1, ..., seen from the start; m and D in closed form or their equations."""
@@ -227,7 +227,7 @@ class PairSymbols(Symbols):
 
     def _between_zeros(self) -> Pair:
         """The same of two real zeros without a closed form, from V and V'' there."""
-        well, barrier = (self.lines[k] for k in self.paired[:: self.place.side])
+        well, barrier = (self.zeros[k] for k in self.paired[:: self.place.side])
         low, high = (self.heights[u] for u in (well, barrier))
         self.values[self.zeta] = (3 * (high - low) / 4) ** Rational(2, 3)
         root = sympy.sqrt(self.zeta)
@@ -316,12 +316,12 @@ class Coalescing(PairSymbols, OrderZero):
                 named = gaussian_functions(x, True, emitted)
                 table |= dict(zip((sigma, dawson, area), named, strict=True))
             self.tex |= {x: r"\xi", sigma: r"\sigma", dawson: r"\mathcal{D}", area: r"\Lambda"}
-        rising, falling, both = over_end(c, LAM, e.t, e.peak, e.rest, sigma, dawson, area)
+        scale, speed, both = over_end(c, LAM, e.t, e.peak, e.rest, sigma, dawson, area)
         length = BEYOND_1
         straight, beyond = quotients(-LAM * e.slope * length, c)
         straight, beyond = length * straight, length**2 * beyond
         return {
-            "rising": rising + straight, "falling": falling,
+            "scale": scale + straight, "speed": speed,
             "onward": straight, "both": both + beyond,
         }[integral.part]  # fmt: skip
 
@@ -330,7 +330,7 @@ class Coalescing(PairSymbols, OrderZero):
         if not self.real or sign != self.place.side:
             return None
         edge = self.edges[1 + sign]
-        well, barrier = self.lines[::sign]
+        well, barrier = self.zeros[::sign]
         t, peak, rest = (Symbol(s, real=True) for s in ("t", "P", "rest"))
         fall = self.heights[barrier] - self.heights[edge]
         rho, slope = Symbol("rho", positive=True), self._slope(sign)
@@ -348,16 +348,22 @@ class Coalescing(PairSymbols, OrderZero):
         return self.a_plus if sign > 0 else -self.a_minus
 
     def end(
-        self, sign: int, rank: int, rising: list[CriticalPoint], falling: list[CriticalPoint]
+        self,
+        sign: int,
+        rank: int,
+        scale_points: list[CriticalPoint],
+        speed_points: list[CriticalPoint],
     ) -> tuple[Any, Any, Any] | None:
         gaussian: Any = self.before_end[sign]
         if gaussian is None:
-            return Builder.end(self, sign, rank, rising, falling)
+            return Builder.end(self, sign, rank, scale_points, speed_points)
         height, edge = self.heights[self.edges[1 + sign]], self.edges[1 + sign]
         parts = {part: TruncatedIntegral(gaussian, part) for part in _PARTS}
         self.joint.append(Joint(-1, -1, S.Zero, parts["both"]))
-        rising.append(CriticalPoint(rank, height, parts["rising"], parts["onward"], "kink", edge))
-        falling.append(CriticalPoint(rank, -height, parts["falling"], None, "kink", edge))
+        scale_points.append(
+            CriticalPoint(rank, height, parts["scale"], parts["onward"], "kink", edge)
+        )
+        speed_points.append(CriticalPoint(rank, -height, parts["speed"], None, "kink", edge))
         return None
 
     # -- the regular part -----------------------------------------------------------------------
@@ -367,9 +373,9 @@ class Coalescing(PairSymbols, OrderZero):
 
     def _partial_fractions(self, k: int, lo: Expr, hi: Expr) -> Expr:
         """The finite part of int du/phi past the pair and over the other zeros."""
-        zeros, self.lines = self.lines, []
+        zeros, self.zeros = self.zeros, []
         total = super()._partial_fractions(k, lo, hi)
-        self.lines = zeros
+        self.zeros = zeros
         one, side = self.together[0], self.place.side
         share, parts = regular_share(one.pair, True, self.arithmetic), []
         for edge in (hi, lo):

@@ -191,9 +191,9 @@ class UniformSeries(PairSymbols):
     def height_at(self, u: Expr) -> Symbol:
         """With its sign at the zeros next to the start."""
         height = super().height_at(u)
-        beside = [k for k in (self.before - 1, self.before) if 0 <= k < len(self.lines)]
+        beside = [k for k in (self.before - 1, self.before) if 0 <= k < len(self.zeros)]
         for k in beside:
-            if u == self.lines[k]:
+            if u == self.zeros[k]:
                 barrier = self.barrier(k)
                 known = Symbol(height.name, positive=barrier, negative=not barrier)
                 for table in (self.values, self.tex):
@@ -207,7 +207,7 @@ class UniformSeries(PairSymbols):
         rows = [(P0, Q0)]
         if self.count > 1:
             rows.append(self._next(pair))
-        low, high = (positions(self)[self.lines[k]] for k in self.paired) if self.real else (
+        low, high = (positions(self)[self.zeros[k]] for k in self.paired) if self.real else (
             (side * _PLACES.mpf("0.5"),) * 2)  # fmt: skip
         half = (high - low) / 2
         own = Pair(_PLACES.zero, half**2, pair.psi, sign, pair.zeta, pair.slope, pair.level)
@@ -270,7 +270,7 @@ class UniformSeries(PairSymbols):
         """The same from A's derivatives at two real zeros without a closed form."""
         root, side, g = sympy.sqrt(self.zeta), self.place.side, []
         for k, s in zip(self.paired[::side], (-root, root), strict=True):
-            u = self.lines[k]
+            u = self.zeros[k]
             f1, f2, f3 = (
                 -self.derivative(j + 1, u) * side ** (j + 1) / sympy.factorial(j) for j in (1, 2, 3)
             )
@@ -309,10 +309,10 @@ class UniformSeries(PairSymbols):
 
     def _partial_fractions(self, k: int, lo: Expr, hi: Expr) -> Expr:
         """The finite part past the pair and over the other zeros."""
-        apart = [u for j, u in enumerate(self.lines) if j not in self.paired]
-        lines, self.lines = self.lines, apart
+        apart = [u for j, u in enumerate(self.zeros) if j not in self.paired]
+        zeros, self.zeros = self.zeros, apart
         total = super()._partial_fractions(k, lo, hi)
-        self.lines = lines
+        self.zeros = zeros
         square, assigned = self.square, []
         for j in range(1, 2 * k):
             values = [
@@ -378,11 +378,11 @@ class UniformSeries(PairSymbols):
 
 def positions(symbols: Symbols) -> dict[Expr, Any]:
     """Numbers in the order of -1, the zeros in the layer, the start, and 1."""
-    count, place = len(symbols.lines) + 1, _PLACES.mpf
+    count, place = len(symbols.zeros) + 1, _PLACES.mpf
     numbers = {symbols.start: place(0), -S.One: place(-1), S.One: place(1)}
     if symbols.start == -1:
         numbers[symbols.start] = place(-1)
-    for k, u in enumerate(symbols.lines):
+    for k, u in enumerate(symbols.zeros):
         number = k - symbols.before + (1 if k >= symbols.before else 0)
         numbers[u] = place(number) / count
     return numbers
@@ -391,7 +391,7 @@ def positions(symbols: Symbols) -> dict[Expr, Any]:
 def _zeros(symbols: Symbols) -> list[CriticalPoint]:
     """The wells and barriers, left to right, with Watson's coefficients."""
     points, at = [], positions(symbols)
-    for k, u in enumerate(symbols.lines):
+    for k, u in enumerate(symbols.zeros):
         barrier = symbols.barrier(k)
         symbols.saddle(k)
         series = symbols.series[Symbol(f"{'B' if barrier else 'W'}{k + 1}", real=True)]
@@ -423,9 +423,9 @@ def _in_symbols(
     In LaTeX their index is the edge, and the zero unless it is `alone` there.
     """
     (k,) = [k for k, z in enumerate(zeros) if z.u == one.zero]
-    place = f"{symbols.names[edge]},{symbols.lines[k].name}"
+    place = f"{symbols.names[edge]},{symbols.zeros[k].name}"
     before = positions(symbols)[edge] < one.zero
-    index = symbols.names[edge] + ("" if alone else f",{symbols.tex[symbols.lines[k]]}")
+    index = symbols.names[edge] + ("" if alone else f",{symbols.tex[symbols.zeros[k]]}")
 
     def named(name: str, head: str, value: Any, **sign: Any) -> Symbol:
         symbol = Symbol(f"{name}({place})", **(sign or {"real": True}))
@@ -450,8 +450,8 @@ def _in_symbols(
     in_a: dict[Symbol, Expr] = {}
     for n in range(symbols.count):
         whole = one.whole[n]
-        c.append(Symbol(f"c{n}({symbols.lines[k].name})", real=True))
-        symbols.values[c[n]], symbols.tex[c[n]] = whole, f"c_{n}({symbols.tex[symbols.lines[k]]})"
+        c.append(Symbol(f"c{n}({symbols.zeros[k].name})", real=True))
+        symbols.values[c[n]], symbols.tex[c[n]] = whole, f"c_{n}({symbols.tex[symbols.zeros[k]]})"
         faded = one.peak[n] / whole if whole else S.Zero
         a.append(named(f"a{n}", f"a_{{{n},", c[n] * faded))
         if faded.is_Symbol:
@@ -503,7 +503,7 @@ def _repeated(values: list[Expr]) -> list[Expr]:
 
 def two_sides(symbols: Any) -> tuple[Side, Side]:
     """Both sides of the start."""
-    at, halves, context = positions(symbols), [], _Context(symbols)
+    at, both, context = positions(symbols), [], _Context(symbols)
     for one, sign in zip(symbols.both_sides(), (-1, 1), strict=True):
 
         def placed(points: list[CriticalPoint], sign: int = sign) -> list[CriticalPoint]:
@@ -516,16 +516,17 @@ def two_sides(symbols: Any) -> tuple[Side, Side]:
             ]  # fmt: skip
 
         beyond = one.beyond and (S.One, *one.beyond[1:])
-        halves.append(
+        both.append(
             one._replace(
-                rising=placed(one.rising), falling=placed(one.falling), outer=_named(one.outer),
-                rising_start=_named(one.rising_start), falling_start=Series([]), beyond=beyond,
+                scale_points=placed(one.scale_points), speed_points=placed(one.speed_points),
+                regular_part=_named(one.regular_part), scale_start=_named(one.scale_start),
+                speed_start=Series([]), beyond=beyond,
             )
         )  # fmt: skip
     paired = isinstance(symbols, UniformSeries)
     sides = [
-        OneSide(half, [symbols.canonical] if paired and symbols.place.side == sign else [])
-        for half, sign in zip(halves, (-1, 1), strict=True)
+        OneSide(one, [symbols.canonical] if paired and symbols.place.side == sign else [])
+        for one, sign in zip(both, (-1, 1), strict=True)
     ]
     zeros = _zeros(symbols)
     edges = (-S.One, symbols.start, S.One)
@@ -554,7 +555,7 @@ def stationary(symbols: Any, order: int) -> tuple[Expr, Expr]:
     for edge, sign in ((S.One, 1), (-S.One, -1)):
         rows = _truncations(symbols, edge, zeros, context)
         change = _corrections(symbols, edge)(rows, [], LAM, order, context)
-        total += sign * change.falling
+        total += sign * change.speed
     outside = sum(
         sympy.exp(LAM * p.height) / (LAM * slope)
         for p, slope in (
@@ -633,11 +634,11 @@ class Alone(Symbols):
         if self.powers is None:
             yield sympy.Eq(TURNS(self.A), 0)
         others = self.others_outside
-        if self.kept == len(self.lines) + 2 <= 3:
+        if self.kept == len(self.zeros) + 2 <= 3:
             # The sum of all zeros.
             assert self.powers is not None
             first, second = self.powers.all_coeffs()[:2]
-            middle = (-second / first - sum(self.lines, S.Zero)) / 2
+            middle = (-second / first - sum(self.zeros, S.Zero)) / 2
             real = sympy.Ge(sympy.discriminant(self.A, U), 0)
             yield sympy.Or(real, sympy.Ge(sympy.Abs(middle), 1))
         else:

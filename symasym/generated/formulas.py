@@ -46,7 +46,7 @@ def scaled_radius(r: Ratios, eps: Ratios) -> Any:
     return r/eps
 
 
-def escape_time_of_halves(w: Ratios, sigma_left: Ratios, sigma_right: Ratios) -> Any:
+def escape_time_of_sides(w: Ratios, sigma_left: Ratios, sigma_right: Ratios) -> Any:
     """T from sigma on both sides and w, the sum of both (positive-form)."""
     return w/(1/sigma_left + 1/sigma_right)
 
@@ -56,7 +56,7 @@ def exit_share(sigma_left: Ratios, sigma_right: Ratios) -> Any:
     return 1/(1 + sigma_left/sigma_right)
 
 
-def density_of_halves(lam: Ratios, w: Ratios) -> Any:
+def density_of_sides(lam: Ratios, w: Ratios) -> Any:
     """p_ss from w, the sum of both sides (positive-density)."""
     return lam/w
 
@@ -173,9 +173,9 @@ def time_of_doubles(
     return (ahead*double_left + behind*double_right)/total
 
 
-def on_the_right(ahead: Ratios, nested_right: Ratios, falling: Ratios) -> Any:
+def on_the_right(ahead: Ratios, nested_right: Ratios, speed_start: Ratios) -> Any:
     """The double integral on the right with the start's share of both sides (two-sides)."""
-    return nested_right + ahead*falling
+    return nested_right + ahead*speed_start
 
 
 def share_of_side(ahead: Ratios, total: Ratios) -> Any:
@@ -194,10 +194,10 @@ def pair_factors(a: Field, b: Field, a_up: Field, b_up: Field) -> Any:
 
 
 def barrier_truncated(
-    a: Field, b: Field, a_down: Field, weights: Field, tail: Field, falling: Field, integral: Field
+    a: Field, b: Field, a_down: Field, weights: Field, tail: Field, dawson: Field, integral: Field
 ) -> Any:
     """A truncated barrier in both integrals and the regular part (truncated-gaussian)."""
-    return a*tail, a_down*falling, integral*weights - a_down*b*falling
+    return a*tail, a_down*dawson, integral*weights - a_down*b*dawson
 
 
 def well_truncated(
@@ -206,11 +206,11 @@ def well_truncated(
     b_down: Field,
     weights: Field,
     tail: Field,
-    falling: Field,
+    dawson: Field,
     integral: Field,
 ) -> Any:
     """The same of a well (truncated-gaussian)."""
-    return -a_down*falling, -a*tail, -integral*weights - a*b_down*tail
+    return -a_down*dawson, -a*tail, -integral*weights - a*b_down*tail
 
 
 def friction_coefficients(mu: Field, alpha: Field, z0: Field) -> Any:
@@ -320,13 +320,13 @@ def over_end(
     peak: Number,
     rest: Number,
     tail: Number,
-    falling: Number,
+    dawson: Number,
     integral: Number,
 ) -> Any:
     """int e^(lam V) from the end on, int e^(-lam V) up to it, and both (truncated-gaussian)."""
     x0 = 1/lam
     x1 = x0*rest
-    x2 = falling*peak
+    x2 = dawson*peak
     return -x1 - peak*tail, x1 + x2, -x1*x2 + x0*peak**2*(integral - c.log(t))
 
 

@@ -22,7 +22,7 @@ from symasym.numbers.trees import FUNCTIONS, MpmathOps, NumpyOps
 #: A function whose change over a ball of twice a panel's half-width stays below this many
 #: times its size on the panel has no feature that 17 nodes there could miss: a needle of
 #: width w would change by e^((h/w)^2), a pole would make it infinite.
-TAME = 1e6
+RESOLVED = 1e6
 
 
 class ComplexBall:
@@ -251,9 +251,9 @@ class ComplexBallOps:
         return lambda x: self._by_slope(x, name, slopes[name](self._lift(x)))
 
 
-def tame(change: Number, size: Number) -> Any:
+def resolved(change: Number, size: Number) -> Any:
     """True if a change over a ball leaves no room for a feature that samples miss.
 
     False also for a `change` that is not a number.
     """
-    return change <= TAME * size
+    return change <= RESOLVED * size

@@ -133,8 +133,10 @@ def release(
     ----------
     system : System
         Such as `oscillator`; z's velocity must keep its sign while ``|u| < r``.
-    kappa, r : number
-        Scaled noise amplitude and radius, greater than 0.
+    kappa : number
+        Scaled noise amplitude, greater than 0.
+    r : number
+        Scaled radius of escape, greater than 0.
     eps : number
         Physical half-width of the layer, greater than 0: z moves by eps g in a unit of scaled time.
     start : pair of numbers

@@ -106,8 +106,10 @@ class System:
         ----------
         reduction : Reduction
             From `symasym.reduce`; kappa is to be multiplied by its amplitude.
-        slow, across : str
-            The coordinate that becomes z, and the one that is the switch h.
+        slow : str
+            The coordinate that becomes z.
+        across : str
+            The coordinate that is the switch h.
         at : mapping
             The other coordinates and parameters, name -> number.
 

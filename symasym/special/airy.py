@@ -17,7 +17,7 @@ parts turns (s² - zeta) G into ∓ G'/lam, so that each weight is lowered to a 
 
 a, b with (-1/lam)^n, a', b' with lam^-n. The first line of the last is DLMF 9.11.4, the others are
 its derivatives in zeta; the critical point that comes first is the minimum of V. What the
-integrations by parts leave behind has no exponential, and is the outer part.
+integrations by parts leave behind has no exponential, and is the regular part.
 """
 
 from __future__ import annotations
@@ -314,18 +314,18 @@ def by_parts(zeta: Number, pq: Rows, count: int) -> tuple[list[Any], list[Any]]:
 class PairTerms(NamedTuple):
     """The terms of int g e^{-lam V}, int h e^{lam V} and the double integral, heights left out."""
 
-    falling: list[Term]
-    rising: list[Term]
+    speed: list[Term]
+    scale: list[Term]
     both: list[Term]
 
 
-def product_rows(falling: Rows, rising: Rows) -> list[tuple[Any, Any, Any]]:
+def product_rows(speed: Rows, scale: Rows) -> list[tuple[Any, Any, Any]]:
     """Factors of Ai² + Bi², Ai Ai' + Bi Bi' and Ai'² + Bi'² in the terms lam^-n, over pi²."""
-    count = min(len(falling), len(rising))
-    signed = [((-1) ** n * a, (-1) ** n * b) for n, (a, b) in enumerate(falling)]
+    count = min(len(speed), len(scale))
+    signed = [((-1) ** n * a, (-1) ** n * b) for n, (a, b) in enumerate(speed)]
     weights: list[Any] = [
         Truncated([row[j] for row in rows[:count]], count)
-        for rows in (signed, rising)
+        for rows in (signed, scale)
         for j in (0, 1)
     ]
     return list(zip(*(factor.c for factor in pair_factors(*weights)), strict=True))
@@ -333,8 +333,8 @@ def product_rows(falling: Rows, rising: Rows) -> list[tuple[Any, Any, Any]]:
 
 def pair_terms(
     zeta: Number,
-    falling: Rows,
-    rising: Rows,
+    speed: Rows,
+    scale: Rows,
     lam: mpf,
     context: MPContext,
     known: AiryProducts | None = None,
@@ -360,7 +360,7 @@ def pair_terms(
 
     functions = pair_units(arithmetic, small, squares, cross, slopes)
     both = []
-    for n, row in enumerate(product_rows(falling, rising)):
+    for n, row in enumerate(product_rows(speed, scale)):
         values = [lam**-n * c * y for c, y in zip(row, functions, strict=True)]
         both.append((sum(values, 0 * z), sum((abs(y) for y in values), 0 * z)))
-    return PairTerms(single(falling, -1), single(rising, 1), both)
+    return PairTerms(single(speed, -1), single(scale, 1), both)

@@ -60,8 +60,8 @@ def gaussians(
     """
     root = c.sqrt(lam)
     sigma = erfcx * c.sqrt(c.pi / 2) / root
-    falling = value * c.sqrt(c.rational(2)) / root
-    return sigma, falling, area - (c.euler + c.log(2 * lam)) / 2
+    d = value * c.sqrt(c.rational(2)) / root
+    return sigma, d, area - (c.euler + c.log(2 * lam)) / 2
 
 
 def _dawsons(x: mpf, c: MPContext) -> tuple[Any, ...]:

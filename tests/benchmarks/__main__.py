@@ -418,13 +418,13 @@ def by_hand_in_weak_noise(z0: str, r: float, order: int) -> Callable[[Any], Any]
     with own_context(40) as context:
         drift = sa.friction(mu=3, alpha=1, z0=z0)
         side = weak_noise_answer._halves(drift, Fraction(r), Fraction(0), order, context, 40)[1]
-        (well,) = (p for p in side.falling if p.kind == "well")
-        (barrier,) = (p for p in side.rising if p.kind == "barrier")
-        (kink,) = (p for p in side.rising if p.kind == "kink")
-        climb, fall = float(well.height + barrier.height), float(barrier.height - kink.height)
+        (well,) = (p for p in side.speed_points if p.kind == "well")
+        (barrier,) = (p for p in side.scale_points if p.kind == "barrier")
+        (kink,) = (p for p in side.scale_points if p.kind == "kink")
+        barrier, fall = float(well.height + barrier.height), float(barrier.height - kink.height)
         low, high, edge, outer = (
             [float(c) for c in series.parts[0].coefficients[: order + 1]]
-            for series in (well.series, barrier.series, kink.series, side.outer)
+            for series in (well.series, barrier.series, kink.series, side.regular_part)
         )
         assert side.beyond is not None
         u, _, slope = side.beyond
@@ -442,7 +442,7 @@ def by_hand_in_weak_noise(z0: str, r: float, order: int) -> Callable[[Any], Any]
         x = kappa * kappa / 2
         rising = horner(high, x) + np.exp(-fall / x) * np.sqrt(x) * horner(edge, x)
         product = horner(low, x) * rising
-        return climb / x + np.log(product + np.exp(-climb / x) * horner(outer, x))
+        return barrier / x + np.log(product + np.exp(-barrier / x) * horner(outer, x))
 
     return log_time
 

@@ -537,7 +537,7 @@ def both_sides(rng: random.Random) -> Numbers:
     known = {"behind": abs(gauss(up, 0.0, -r)), "ahead": abs(gauss(up, 0.0, r))}
     known |= {
         "total": known["behind"] + known["ahead"],
-        "falling": sum(share),
+        "speed_start": sum(share),
         "nested_left": abs(double(-r)) - share[0] * known["behind"],
         "nested_right": abs(double(r)) - share[1] * known["ahead"],
     }
@@ -573,7 +573,7 @@ def cut_gaussian(rng: random.Random) -> Numbers:
         **{k: (lambda x=x: x) for k, x in
            {"lam": lam, "t": t, "peak": peak, "rest": rest}.items()},
         tail=lambda: beyond(np.ones_like),
-        falling=lambda: before(np.ones_like),
+        dawson=lambda: before(np.ones_like),
         integral=lambda: lam * gauss(dawson, 0.0, t),
         I_up=lambda: -beyond(weight),
         I_down=lambda: before(weight) + own,

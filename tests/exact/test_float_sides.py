@@ -1,4 +1,4 @@
-"""Sides of mild scenes in float64 against the integrals that define sigma and w."""
+"""Sides of moderate scenes in float64 against the integrals that define sigma and w."""
 
 from __future__ import annotations
 

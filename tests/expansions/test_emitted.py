@@ -176,8 +176,8 @@ def test_an_array_is_the_numbers_one_by_one() -> None:
 def test_the_exponential_that_costs_nothing_is_the_exponential(x: float | list[float]) -> None:
     """To the last bit, also where some of an array is 1, or below the least double."""
     code = sa.expand(sa.friction(3, 1, "-0.4"), order=0).emit("numpy").load()
-    climb = code.f.__globals__["_climb"]
-    got = climb(np.array(x))
+    scaled = code.f.__globals__["_height_exp"]
+    got = scaled(np.array(x))
     assert np.shape(got) == np.shape(x)
     assert np.array_equal(got, np.exp(np.array(x)))
 

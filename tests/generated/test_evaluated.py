@@ -239,7 +239,7 @@ def test_weak_noise_series_of_wells_and_barriers(drift):
         halves = weak_noise._halves(drift, Fraction(10), Fraction(0), 2, ctx, 0)
         # The left half is seen in a mirror: odd derivatives change sign, these formulas do not.
         for mirror, half in zip((-1, 1), halves, strict=True):
-            for place in half.falling + half.rising:
+            for place in half.speed_points + half.scale_points:
                 if place.kind not in ("well", "barrier"):
                     continue
                 sign = -1 if place.kind == "well" else 1

@@ -340,8 +340,8 @@ def test_the_integrals_over_a_cell(lam: int) -> None:
         high = (u - a) * np.sum(w * np.exp(-lam * (V(v) - V(u)[:, None])), axis=1)
         scale = exact_ball(Fraction(lam)) * exact_ball(Fraction(top))
         values = (
-            (np.sum(w * up) * width, shares.rising, scale.exp()),
-            (np.sum(w * down) * width, shares.falling, (-scale).exp()),
+            (np.sum(w * up) * width, shares.scale, scale.exp()),
+            (np.sum(w * down) * width, shares.speed, (-scale).exp()),
             (np.sum(w * low) * width, shares.before, 1),
             (np.sum(w * high) * width, shares.after, 1),
         )

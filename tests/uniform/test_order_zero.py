@@ -12,7 +12,7 @@ import pytest
 import symasym as sa
 from symasym.asymptotics.uniform import answer as uniform_noise
 from symasym.asymptotics.uniform.order_zero import OrderZero, closed_form
-from symasym.asymptotics.uniform.structure import _lines
+from symasym.asymptotics.uniform.structure import _real_zeros
 from symasym.base.call_context import own_context
 from symasym.numbers.arithmetic import Digits
 from symasym.special.airy import airy_products
@@ -200,6 +200,6 @@ def test_real_zeros_of_one_polynomial(gap: float) -> None:
             c = np.convolve(c, [1 + rng.uniform(0, 3), 0, 1])
         c *= 10.0 ** rng.integers(-8, 9)
         found = [0.0] * 13
-        count = _lines([*c.tolist(), *[0.0] * (13 - len(c))], len(c), found)
+        count = _real_zeros([*c.tolist(), *[0.0] * (13 - len(c))], len(c), found)
         assert count == len(zeros)
         assert np.abs(np.array(found[:count]) - zeros).max() < 1e-11 / gap

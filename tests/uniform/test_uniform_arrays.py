@@ -288,7 +288,7 @@ def test_random_drifts(degree: int, beside_a_fold: bool) -> None:
         # A pair whose turning point is in the layer, and its middle is not.
         ((2.789, -0.203, -0.55, 0.808), 0.0351, 24.3, -10.6),
         ((0.338, 1.767, -0.171, -1.381, -0.609, 1.088), 0.278, 21.9, 1.262),
-        # Start and end cancel in order 1 of the outer part.
+        # Start and end cancel in order 1 of the regular part.
         ((-1.955, -0.183, -2.832, -2.081, -1.123), 0.4957, 0.8014, 0.486),
     ],
 )

@@ -65,8 +65,8 @@ def test_corrections_against_quadrature(barrier: bool, t: str) -> None:
     tail, slow = gauss - up * (odd[0] - odd[1]), steep - down * (odd[0] + odd[1])
     # Of a well e^{-lam V} is the Gaussian; primitives have the other sign.
     expected = (tail, slow) if barrier else (-slow, -tail)
-    assert abs(found.rising - expected[0]) < 1e-20 * (1 + abs(steep))
-    assert abs(found.falling - expected[1]) < 1e-20 * (1 + abs(steep))
+    assert abs(found.scale - expected[0]) < 1e-20 * (1 + abs(steep))
+    assert abs(found.speed - expected[1]) < 1e-20 * (1 + abs(steep))
 
     def outer(s: Any) -> Any:
         if barrier:
@@ -90,7 +90,7 @@ def test_corrections_against_quadrature(barrier: bool, t: str) -> None:
 def test_a_start_beside_a_barrier(order: int, alone: bool) -> None:
     """By its distance in widths of the barrier; the worst errors fall as they should.
 
-    Where the barrier is alone T is a logarithm, all of it from the outer part.
+    Where the barrier is alone T is a logarithm, all of it from the regular part.
     """
     drift = with_zeros(Fraction(1, 2), HALF, -3) if alone else DRIFT
     worst = []

@@ -18,7 +18,7 @@ import symasym as sa
 from symasym import methods
 from symasym.asymptotics.laplace.watson import moment_coefficients
 from symasym.asymptotics.weak_noise import critical_points, regular_part
-from symasym.asymptotics.weak_noise.one_sided import arc_coefficients
+from symasym.asymptotics.weak_noise.one_sided import inverse_coefficients
 from symasym.asymptotics.weak_noise.regular_part import panel_integrals
 from symasym.base.call_context import own_context
 from symasym.drift.field.taylor_field import ExactField
@@ -394,11 +394,11 @@ def test_arc_of_a_zero_against_moments() -> None:
     """du/ds where V = -phi'(z) s²/2 about a zero of phi, by moments instead of a reversion."""
     with own_context(30) as context:
         phi = [context.mpf(x) for x in (0, "1.5", "-0.7", 2, "0.3", -1, "0.9")]
-        arc = arc_coefficients(phi, 6, 1, context.one)
+        inverse = inverse_coefficients(phi, 6, 1, context.one)
         fall = [context.zero, context.zero, *(-c / (k + 2) for k, c in enumerate(phi[1:]))]
         d = moment_coefficients(fall, [context.one, *[context.zero] * 5], 2)
-        assert arc_coefficients(phi, 6, 2, context.one) == arc[::2]
-        for i, (a, b) in enumerate(zip(arc, d, strict=False)):
+        assert inverse_coefficients(phi, 6, 2, context.one) == inverse[::2]
+        for i, (a, b) in enumerate(zip(inverse, d, strict=False)):
             assert abs(a - b / context.sqrt(phi[1]) ** (i + 1)) < 1e-27
 
 
@@ -471,7 +471,7 @@ def test_places_against_laplace_integral() -> None:
     with own_context(40) as context:
         field = ExactField(FRICTION, False, context)
         one = critical_points.both_sides(field, Fraction(-1), Fraction(1), 4, context, 40)[1]
-        lists = {"well": one.falling, "barrier": one.rising}
+        lists = {"well": one.speed_points, "barrier": one.scale_points}
         for kind, sign in (("well", -1), ("barrier", 1)):
             place = next(p for p in lists[kind] if p.kind == kind)
             near = sympy.Rational(round(float(place.u) * 100), 100)

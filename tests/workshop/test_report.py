@@ -128,8 +128,8 @@ def test_pari_is_asked_through_gp(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
     assert reason == ""
     assert outcome is not None
     # kappa = 0.1, so that lam = 200; the rest is what the exponent that was taken out adds.
-    climb = peers._climb(peers.coefficients(3, "-0.3"), 10.0)
-    wanted = 0.34224224764058850934 + 200 * climb + math.log(200)
+    barrier = peers._barrier_height(peers.coefficients(3, "-0.3"), 10.0)
+    wanted = 0.34224224764058850934 + 200 * barrier + math.log(200)
     assert float(outcome.log) == pytest.approx(wanted, rel=1e-15)
     text = peers.pari_program(peers.coefficients(3, "-0.3"), Fraction(1), 10, 19)
     assert text.count("intnum") == 14

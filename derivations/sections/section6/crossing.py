@@ -488,7 +488,7 @@ def first_three(d: Any) -> None:
 )
 def large(d: Any) -> None:
     d.suppose("crossing to the right and kappa >= O(1)")
-    d.suppose("r >> kappa^2", where="follows from kappa << r << 1, see eq:eekappar")
+    d.suppose("r >> kappa^2", where="follows from kappa_phys << r_phys << 1, see eq:eekappar")
     scene = Scene((Fraction(1), Fraction(1, 2), Fraction(1, 3)))
     V_1 = Symbol("V_1", real=True)
     path = {a_minus: "5/6", a_plus: "11/6", V_1: "-20/9", r: lambda k, ctx: k**4}

@@ -320,7 +320,7 @@ behind, ahead, total = (Symbol(name, real=True) for name in ("behind", "ahead", 
 nested = [Symbol(f"nested_{name}", real=True) for name in ("left", "right")]
 double = [Symbol(f"double_{name}", real=True) for name in ("left", "right")]
 own = [Symbol(f"own_{name}", real=True) for name in ("left", "right")]
-falling = Symbol("falling", real=True)
+speed_start = Symbol("speed_start", real=True)
 
 
 @derives(
@@ -340,11 +340,11 @@ def two_sides(d: Any) -> None:
     moved = d.step(
         "K_right by J_right",
         "split",
-        nested[1] + ahead * falling,
+        nested[1] + ahead * speed_start,
         Satisfies(
             lambda found: {
                 "T": apart.subs({double[0]: nested[0], double[1]: found})
-                .subs(falling, own[0] + own[1])
+                .subs(speed_start, own[0] + own[1])
                 .subs(total, behind + ahead)
                 - apart.subs(whole).subs(total, behind + ahead)
             }
@@ -356,7 +356,7 @@ def two_sides(d: Any) -> None:
     together = d.step(
         "contribution of the start",
         "substitute",
-        (behind * (nested[1] + ahead * falling) + ahead * nested[0]) / total,
+        (behind * (nested[1] + ahead * speed_start) + ahead * nested[0]) / total,
         Identity(lambda: apart.subs({double[0]: nested[0], double[1]: moved})),
         left=r"\frac{T}{\lambda}",
     )

@@ -361,7 +361,7 @@ first, second = Symbol("first", real=True), Symbol("second", real=True)
 value = Symbol("value", positive=True)
 mean = Symbol("mean", positive=True)
 peak, rest = Symbol("peak", positive=True), Symbol("rest", real=True)
-tail, falling = Symbol("tail", positive=True), Symbol("falling", positive=True)
+tail, dawson = Symbol("tail", positive=True), Symbol("dawson", positive=True)
 integral = Symbol("integral", real=True)
 beyond, _sigma, _D, _area = (Function(name) for name in ("rho", "sigma", "D", "area"))
 a_down, weights = Symbol("a_down", real=True), Symbol("weights", real=True)
@@ -432,7 +432,7 @@ def truncated_gaussian(d: Any) -> None:
     barrier = d.step(
         "a barrier to every order",
         "integrate",
-        (a * tail, a_down * falling, weights * integral - a_down * falling * b),
+        (a * tail, a_down * dawson, weights * integral - a_down * dawson * b),
         Satisfies(lambda found: _to_every_order(found, 1, _D)),
         "by parts u' is a + lam t B - B' for e^(-lam t^2/2) and c + lam t E + E' for "
         "e^(lam t^2/2), a, c and B, E series in 1/lam; w = a c, L is the integral of D; what is "
@@ -446,7 +446,7 @@ def truncated_gaussian(d: Any) -> None:
     well = d.step(
         "a well to every order",
         "integrate",
-        (-a_down * falling, -a * tail, -weights * integral - a * tail * b_down),
+        (-a_down * dawson, -a * tail, -weights * integral - a * tail * b_down),
         Satisfies(lambda found: _to_every_order(found, -1, _sigma)),
         "as before, L now the integral of sigma",
         left=(
@@ -475,7 +475,7 @@ def truncated_gaussian(d: Any) -> None:
     single = d.step(
         "single integrals",
         "substitute",
-        (-(peak * tail + rest / lam), peak * falling + rest / lam),
+        (-(peak * tail + rest / lam), peak * dawson + rest / lam),
         Satisfies(lambda found: _single(found, parts) | _first(found, barrier, well)),
         "the first terms, a = c = p and B = E = q/lam with q = rho(t) at the end, in units of "
         "e^(-+lam t^2/2); what is left is rho' over lam",
@@ -487,7 +487,7 @@ def truncated_gaussian(d: Any) -> None:
     both = d.step(
         "both",
         "integrate",
-        peak**2 * (integral - sympy.log(t)) / lam - peak * falling * rest / lam,
+        peak**2 * (integral - sympy.log(t)) / lam - peak * dawson * rest / lam,
         Satisfies(lambda found: _nested(found) | _first_both(found, barrier, well)),
         "L is the integral of lam D from 0 on; the regular part is that of 1/phi over lam",
         left="I_{+-}",
@@ -527,13 +527,13 @@ def _exponential(sign: int) -> Any:
 
 def _along(e: Any) -> Any:
     """`e` as a function of t: D, sigma, lam int D and rho change with it."""
-    return e.subs({tail: _sigma(t), falling: _D(t), integral: _area(t), rest: beyond(t)})
+    return e.subs({tail: _sigma(t), dawson: _D(t), integral: _area(t), rest: beyond(t)})
 
 
 def _to_every_order(found: Any, inward: int, of_area: Any) -> dict[str, Any]:
     """Both integrands, and the regular part's: its products with D or sigma are those found."""
     here = {
-        tail: _sigma(t), falling: _D(t), integral: _area(t), b: _B, b_down: _B_down,
+        tail: _sigma(t), dawson: _D(t), integral: _area(t), b: _B, b_down: _B_down,
         weights: a * a_down,
     }  # fmt: skip
     slopes = {
@@ -563,7 +563,7 @@ def _to_every_order(found: Any, inward: int, of_area: Any) -> dict[str, Any]:
 def _first_terms(barrier: Any, well: Any) -> Iterator[tuple[str, Any]]:
     """A barrier's pieces to first order: its own, and a well's with the sign of lam changed."""
     mirror = {
-        tail: -falling, falling: -tail, integral: -integral, a: a_down, a_down: a, b_down: -b,
+        tail: -dawson, dawson: -tail, integral: -integral, a: a_down, a_down: a, b_down: -b,
     }  # fmt: skip
     first = {a: peak, a_down: peak, weights: peak**2, b: rest / lam, integral: integral / lam}
     for name, pieces in {

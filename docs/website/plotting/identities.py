@@ -161,13 +161,13 @@ def _halves() -> list[Plot]:
         left, right = pieces.halves(V, lam, r)
         K_left, K_right = doubles(lam)
         w = scale * (K_left / left + K_right / right)
-        return float(emitted.escape_time_of_halves(w, left / scale, right / scale))
+        return float(emitted.escape_time_of_sides(w, left / scale, right / scale))
 
     def sides(k: float) -> float:
         lam = 2 / k**2
         left, right = pieces.halves(V, lam, r)
         K_left, K_right = doubles(lam)
-        known = {"behind": left, "ahead": right, "total": left + right, "falling": 0.0}
+        known = {"behind": left, "ahead": right, "total": left + right, "speed_start": 0.0}
         return float(value("two-sides")(nested_left=K_left, nested_right=K_right, **known))
 
     def shape(u: Any) -> Any:
@@ -178,7 +178,7 @@ def _halves() -> list[Plot]:
         tails = emitted.tail_left(1.5) + emitted.tail_right(-1.5)
         mass = pieces.single(shape, -lam, -1, 1) + tails / lam
         w = lam * np.exp(lam * shape(u)) * mass
-        return np.log(emitted.density_of_halves(lam, w))
+        return np.log(emitted.density_of_sides(lam, w))
 
     return [
         Plot("backward", "T", f"{name}; the integrals by quadrature", noise, exact,
@@ -336,9 +336,9 @@ def _past_pair(lam: Any) -> Any:
 
 def _truncated(lam: Any) -> Any:
     """With Dawson's integral by the library."""
-    falling = np.sqrt(2 / lam) * dawson(np.sqrt(lam / 2), FLOATS).value
+    integral = np.sqrt(2 / lam) * dawson(np.sqrt(lam / 2), FLOATS).value
     down = value("truncated-gaussian", 1)
-    return np.log(down(lam=lam, peak=1.0, rest=0.5, falling=falling))
+    return np.log(down(lam=lam, peak=1.0, rest=0.5, dawson=integral))
 
 
 def _up_to_end(lam: Any) -> Any:

@@ -238,7 +238,7 @@ def iterated_formula(
 ) -> Expr:
     """Expansion at a minimum and a maximum of f, both real, with the finite ends."""
     third = sympy.cbrt(lam)
-    root, level, direction, (falling, rising) = two_saddles(-f, (g, h), x, saddles, order)
+    root, level, direction, (speed, scale) = two_saddles(-f, (g, h), x, saddles, order)
     z, level = third**2 * root**2, -level
     constants: Any = sympy
     ai, bi, ai_slope, bi_slope = (
@@ -248,7 +248,7 @@ def iterated_formula(
     functions = pair_units(constants, 1 / third, *products)
     total = sum(y * lam ** (-k - 1) for k, y in enumerate(_regular(f, g, h, x, lo, hi, order)))
     if direction == 1:
-        for n, row in enumerate(product_rows(falling, rising)):
+        for n, row in enumerate(product_rows(speed, scale)):
             inner = sum(c * y for c, y in zip(row, functions, strict=True))
             total += lam**-n * inner
 
@@ -272,7 +272,7 @@ def iterated_formula(
         low = f.xreplace({x: lo}), end(-f, g, lo, 1), end(f, h, lo, 1)
     if not hi.is_infinite:
         high = f.xreplace({x: hi}), end(f, h, hi, -1)
-    pair = single(falling, -1), single(rising, 1)
+    pair = single(speed, -1), single(scale, 1)
     for exponent, inner, outer in end_products(level, pair, low, high):
         total += sympy.exp(lam * exponent) * sum(product(inner, outer))
     return total

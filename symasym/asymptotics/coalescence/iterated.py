@@ -107,16 +107,16 @@ class IteratedPart:
 
     def coefficients(self, count: int, context: MPContext) -> tuple[Any, list[tuple[Any, ...]]]:
         """zeta, and the coefficients of the products of Airy functions and of the regular part."""
-        zeta, onward, _, falling, rising, _, _ = self._pair(count, context)
+        zeta, onward, _, speed, scale, _, _ = self._pair(count, context)
         front = context.pi**2 if onward else context.zero
-        rows = [[front * y for y in row] for row in product_rows(falling, rising)]
+        rows = [[front * y for y in row] for row in product_rows(speed, scale)]
         regular = self._regular_rows(count, False, context.dps, context)
         return zeta, [(*row, y) for row, y in zip(rows, regular, strict=True)]
 
     def terms(self, lam: mpf, count: int, context: MPContext) -> list[Term]:
         """The terms of order lam^(-n), summed over the products of the module's formula."""
-        zeta, onward, level, falling, rising, low, high = kept(self, count, context, self._pair)
-        pair = pair_terms(zeta, falling, rising, lam, context)
+        zeta, onward, level, speed, scale, low, high = kept(self, count, context, self._pair)
+        pair = pair_terms(zeta, speed, scale, lam, context)
         gaps = [abs(end[0] - level) for end in (low, high) if end]
         gap = min(gaps, default=context.inf)
         truncated, without_pair = truncation(zeta, gap, lam, context)
@@ -127,7 +127,7 @@ class IteratedPart:
         low, high = (
             (end[0], *(_series(row, lam) for row in end[1:])) if end else () for end in (low, high)
         )
-        both = None if without_pair else (pair.falling, pair.rising)
+        both = None if without_pair else (pair.speed, pair.scale)
         for exponent, inner, outer in end_products(level, both, low, high):
             parts.append(_product(inner, outer, context.exp(lam * exponent)))
         sums = []

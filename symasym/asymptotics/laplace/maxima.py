@@ -407,7 +407,7 @@ def _falls(piece: Piece, x: Symbol, end: Expr, side: int) -> bool:
 
 
 def _require_decay(pieces: list[Piece], x: Symbol, top: mpf | None) -> None:
-    """Refuse an infinite end at which f doesn't stay below its maximum, or g isn't tamed."""
+    """Refuse an infinite end at which f doesn't stay below its maximum, or g grows too fast."""
     for end, piece, sign in ((pieces[0].lo, pieces[0], -1), (pieces[-1].hi, pieces[-1], 1)):
         if not end.is_infinite:
             continue

@@ -277,7 +277,7 @@ class LaplaceExpansion(IntegralExpansion):
 
     @property
     def omitted(self) -> Expr:
-        """The power sigma: the first term left out is of order lam^(-sigma)."""
+        """The power sigma of the first term left out, which is of order lam^(-sigma)."""
         powers = []
         for c in self.contributions:
             step = sympy.Rational(2 if c.side == "both" else 1, c.contact)
@@ -293,10 +293,10 @@ class LaplaceExpansion(IntegralExpansion):
 
     @property
     def bound(self) -> tuple[mpf, Expr, mpf] | None:
-        """(K, sigma, lam0), or None where nothing is proved.
+        """(K, sigma, lam_0), or None where nothing is proved.
 
-        For lam >= lam0, the integral differs from the expansion by at most
-        K lam^(-sigma) e^(lam height).
+        For lam >= lam_0, the integral differs from the expansion by at most
+        K lam^(-sigma) e^(lam h), where h is `height`.
         """
         if self._errors is None or isinstance(self.order, str):
             return None

@@ -291,7 +291,7 @@ class Proof:
         with precision(self._bits()), own_context(self._digits) as context:
             field = ExactField(drift, False, context)
             try:
-                self._halves = both_sides(field, start, r, order, context, 30, estimated=False)
+                self._both = both_sides(field, start, r, order, context, 30, estimated=False)
             except SymasymError:
                 raise NotProved from None
             even = not any(coefficients[::2])
@@ -330,7 +330,7 @@ class Proof:
     def _expansion(self, top: arb) -> tuple[FormalSum, FormalSum]:
         """T_N/lam as a quotient of formal sums."""
         ops = Formal(self._cells.labels, self._digits, self._order, top)
-        return expansion(self._halves, self._r, ops)
+        return expansion(self._both, self._r, ops)
 
     def _quotients(self, sums: tuple[FormalSum, FormalSum], top: arb) -> list[_Quotient]:
         """T/T_N with more and more coefficients."""
@@ -470,7 +470,9 @@ class Formal:
         self._labels, self._order, self._top = labels, order, top
         self.radius = flint_module().arb(10) ** (_LOST - digits)
 
-    def leaf(self, height: Height | float, series: Series, rounding: float = 0.0) -> FormalSum:
+    def exponential(
+        self, height: Height | float, series: Series, rounding: float = 0.0
+    ) -> FormalSum:
         """e^{lam height} times the series, to the order."""
         key: Key = ()
         if isinstance(height, Height):
@@ -531,8 +533,12 @@ def _with_heights(one: OneSided, ops: Formal) -> OneSided:
         u, height, slope = beyond
         beyond = u, Height(_height(height, ops), 1), slope
     return one._replace(
-        rising=[p._replace(height=Height(_height(p.height, ops), 1)) for p in one.rising],
-        falling=[p._replace(height=Height(_height(p.height, ops), -1)) for p in one.falling],
+        scale_points=[
+            p._replace(height=Height(_height(p.height, ops), 1)) for p in one.scale_points
+        ],
+        speed_points=[
+            p._replace(height=Height(_height(p.height, ops), -1)) for p in one.speed_points
+        ],
         beyond=beyond,
     )
 

@@ -228,7 +228,7 @@ class Dominance:
         at = self.landscape.start_cell
         for k in (*range(at - 1, -1, -1), *range(at, len(self.cells))):
             if k not in cells:
-                subdominant.append(self._falling(k))
+                subdominant.append(self._speed_measure(k))
             subdominant.append(self._nested(k))
         return Leading(main, tuple(subdominant), key)
 
@@ -263,7 +263,7 @@ class Dominance:
         alone = best if len(same) == 1 and best is not m else None
         return label, alone
 
-    def _falling(self, k: int) -> Subdominant:
+    def _speed_measure(self, k: int) -> Subdominant:
         """int e^{-lam V} over cell k times A B/(A + M + B), from above."""
         beyond, between, behind, own = self.sides(k)
         one, two = self._above(beyond, ()), self._above(behind, own)

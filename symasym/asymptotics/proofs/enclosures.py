@@ -88,7 +88,7 @@ def _outside(layer: Stationary, lam: Fraction) -> Bounds | None:
     zero = flint_module().arb(0)
     inside, outside = Bounds(zero, zero), zero
     for cell in layer.cells:
-        inside = inside + _falling(cell, lam)
+        inside = inside + _speed_measure(cell, lam)
     for slope, height in zip(layer.slopes, layer.heights, strict=True):
         outside += exact_ball(-lam * height).exp() / exact_ball(lam * slope)
     low, high = outside / (outside + inside.high), outside / (outside + inside.low)
@@ -101,8 +101,8 @@ class _Shares(NamedTuple):
     `before` has e^{lam V} to the left of e^{-lam V}, `after` to the right.
     """
 
-    rising: Bounds
-    falling: Bounds
+    scale: Bounds
+    speed: Bounds
     before: Bounds
     after: Bounds
 
@@ -112,12 +112,12 @@ def _time(cut: Landscape, lam: Fraction) -> Bounds | None:
     cells = [_shares(c, lam) for c in cut.cells]
     zero = flint_module().arb(0)
     none = Bounds(zero, zero)
-    rising = [c.rising for c in cells]
-    left = list(accumulate(rising, initial=none))
-    right = list(accumulate(rising[::-1], initial=none))[::-1]
+    scale = [c.scale for c in cells]
+    left = list(accumulate(scale, initial=none))
+    right = list(accumulate(scale[::-1], initial=none))[::-1]
     at = cut.start_cell
     total = none
-    own = rising[at] if cut.inside else none
+    own = scale[at] if cut.inside else none
     first = at + 1 if cut.inside else at
     # Of e^{lam V} on each side of the start; its own cell's, if cut by it, may be on either.
     behind = Bounds(left[at].low, (left[at].high + own.high).upper())
@@ -127,16 +127,16 @@ def _time(cut: Landscape, lam: Fraction) -> Bounds | None:
     for side, mine, other in ((near, behind, ahead), (far, ahead, behind)):
         middle, share = none, _share(other, mine)
         for k, beyond, nested in side:
-            middle = middle + rising[k]
+            middle = middle + scale[k]
             between = Bounds(middle.low, (middle.high + own.high).upper())
-            total = total + _product(cells[k].falling, _three(beyond, between, other))
+            total = total + _product(cells[k].speed, _three(beyond, between, other))
             total = total + _product(nested, share)
     if cut.inside:
         # L(min) R(max)/(L + R) for u in the start's own cell, from all of it between the two to
         # none: E + A B/(A + B + E) grows with each of A, B and E.
         low = _three(left[at], own, right[first]).low
         high = (_three(left[at], none, right[first]).high + own.high).upper()
-        total = total + _product(cells[at].falling, Bounds(low, high))
+        total = total + _product(cells[at].speed, Bounds(low, high))
     number = exact_ball(lam)
     result = Bounds((number * total.low).lower(), (number * total.high).upper())
     if not (result.low.is_finite() and result.high.is_finite() and result.high > 0):
@@ -176,23 +176,23 @@ def _shares(cell: Cell, lam: Fraction) -> _Shares:
     """Bounds of the integrals over one cell."""
     if cell.slope is not None:
         return _straight(cell, cell.slope, lam)
-    rising, falling = between_lines(cell.panels, lam, 1), between_lines(cell.panels, lam, -1)
+    scale, speed = between_lines(cell.panels, lam, 1), between_lines(cell.panels, lam, -1)
     if cell.peak is not None:
         sharp = _laplace(cell.peak, lam)
         if cell.peak.sign > 0:
-            rising = _both(rising, sharp)
+            scale = _both(scale, sharp)
         else:
-            falling = _both(falling, sharp)
-    none, whole = flint_module().arb(0), (rising.high * falling.high).upper()
+            speed = _both(speed, sharp)
+    none, whole = flint_module().arb(0), (scale.high * speed.high).upper()
     sign, steep = steepness(cell)
     # Where e^{lam V} is on the side to which V falls: at most the width over lam |V'|.
     low = whole if not sign else (cell.panels[0].width / (exact_ball(lam) * steep)).upper()
     low = low.min(whole)
     before, after = (low, whole) if sign > 0 else (whole, low)
-    return _Shares(rising, falling, Bounds(none, before), Bounds(none, after))
+    return _Shares(scale, speed, Bounds(none, before), Bounds(none, after))
 
 
-def _falling(cell: Cell, lam: Fraction) -> Bounds:
+def _speed_measure(cell: Cell, lam: Fraction) -> Bounds:
     """int e^{-lam V} over a cell inside the layer."""
     crude = between_lines(cell.panels, lam, -1)
     return crude if cell.peak is None else _both(crude, _laplace(cell.peak, lam))

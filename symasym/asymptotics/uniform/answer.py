@@ -50,14 +50,14 @@ from symasym.asymptotics.uniform.truncated_gaussian import (
 from symasym.asymptotics.weak_noise.answer import DROPPED
 from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes, rounding_of_places
 from symasym.asymptotics.weak_noise.compose import (
-    Leaf,
+    Exponential,
     Nodes,
     Side,
     Sides,
     mean_time,
     plain,
     regular_part,
-    rising_of,
+    scale_contributions,
 )
 from symasym.asymptotics.weak_noise.critical_points import barriers, whole
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint
@@ -165,7 +165,7 @@ def _occupation(asked: Scene, request: Request) -> Answer:
         def share(number: Any, n: int) -> Any:
             total = whole_at(places, canonical_pairs, number, n, context)
             for sign, truncations in ((1, right), (-1, left)):
-                total += sign * corrected(truncations, [], number, n, context).falling
+                total += sign * corrected(truncations, [], number, n, context).speed
             return outside(number) / total
 
         def outside(number: Any) -> Any:
@@ -261,8 +261,8 @@ def _sides(
     context.dps = digits + extra
     left, right = (ExactField(drift, mirrored, context, offset) for mirrored in (True, False))
     sides = windows((left, right), x, r, order, digits, context)
-    halves = sides[0].half, sides[1].half
-    return sides, truncations_of(right, halves, x, r, order, digits, context)
+    both = sides[0].one_sided, sides[1].one_sided
+    return sides, truncations_of(right, both, x, r, order, digits, context)
 
 
 def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
@@ -293,10 +293,10 @@ def _estimate(scene: _TwoSides, lam: Fraction, order: int, kappa: str) -> tuple[
         sides.append(side._replace(pairs=canonical_pairs))
         costs.append(cost)
     scene = scene._replace(sides=sides)
-    halves = [side.half for side in scene.sides]
+    both = [side.one_sided for side in scene.sides]
 
     def allowed_of(n: int, T: Any) -> Any:
-        return allowed(halves, scene.radius, number, n, T, context)
+        return allowed(both, scene.radius, number, n, T, context)
 
     value, size = _with_error(scene.time, number, order, kappa, context, allowed_of)
     size += 10 * max(costs) * value
@@ -394,30 +394,31 @@ class _SideSum:
     """One side of the start at one lam: its contributions, and what is known of their pairs."""
 
     def __init__(self, side: OneSide, r: mpf, at: Point) -> None:
-        self.half, none = side.half, 0 * at.lam
+        self.one_sided, none = side.one_sided, 0 * at.lam
 
         def value(height: mpf, series: Any) -> Any:
-            return plain(Leaf(height, series), at)[0] + none if terms(series) else none
+            return plain(Exponential(height, series), at)[0] + none if terms(series) else none
 
-        rising = [p for p, _ in rising_of(side.half, r, Nodes())]
-        self.rising = [
+        scale = [p for p, _ in scale_contributions(side.one_sided, r, Nodes())]
+        self.scale_points = [
             _Contribution(p.u, value(p.height, p.series), value(p.height, p.onward), p)
-            for p in rising
+            for p in scale
         ]
-        self.falling = [
-            _Contribution(p.u, value(p.height, p.series), none, p) for p in side.half.falling
+        self.speed_points = [
+            _Contribution(p.u, value(p.height, p.series), none, p)
+            for p in side.one_sided.speed_points
         ]
-        self.nested = plain(regular_part(side.half, r, Nodes()), at)[0] + none
-        starts = side.half.rising_start, side.half.falling_start
+        self.nested = plain(regular_part(side.one_sided, r, Nodes()), at)[0] + none
+        starts = side.one_sided.scale_start, side.one_sided.speed_start
         self.starts = [value(0.0, series) for series in starts]
 
     def all(self) -> list[_Contribution]:
         """The contributions to both integrals."""
-        return self.rising + self.falling
+        return self.scale_points + self.speed_points
 
     def ends(self) -> list[Any]:
         """Ends and kinks of the layer that contribute, in order."""
-        kinks = [x.u for x in self.rising if x.point and x.point.kind in ("end", "kink")]
+        kinks = [x.u for x in self.scale_points if x.point and x.point.kind in ("end", "kink")]
         return sorted(u for u in kinks if u is not None)
 
     def nearest(self) -> _Contribution | None:
@@ -430,30 +431,30 @@ class _SideSum:
         ends = self.ends()
         if not ends:
             return
-        self.starts[0] += sign * start.rising
-        self.starts[1] -= sign * start.falling
+        self.starts[0] += sign * start.scale
+        self.starts[1] -= sign * start.speed
         # From a start beyond the layer both of its ends are seen.
         at_ends = [(ends[0], near, 1), (ends[-1], far, -1)][-len(ends) :]
         self.nested += far.regular - (start.regular if len(ends) == 1 else near.regular)
         for u, change, after in at_ends:
-            for up in self.rising:
+            for up in self.scale_points:
                 if up.u == u and up.point is not None:
-                    up.value += sign * after * change.rising
+                    up.value += sign * after * change.scale
                     if after > 0:
-                        up.onward += sign * change.rising
-            for down in self.falling:
+                        up.onward += sign * change.scale
+            for down in self.speed_points:
                 if down.u == u:
-                    down.value -= sign * after * change.falling
+                    down.value -= sign * after * change.speed
 
     def side(self) -> Side:
         """S and D of this side, the products of pairs added up."""
-        for down in self.falling:
-            for up in self.rising:
+        for down in self.speed_points:
+            for up in self.scale_points:
                 if up.u is None or up.u > down.u:
                     self.nested += down.value * up.value
                 elif up.u == down.u:
                     self.nested += down.value * up.onward
-        scale = sum((up.value for up in self.rising), 0 * self.nested)
+        scale = sum((up.value for up in self.scale_points), 0 * self.nested)
         return Side(scale, self.nested, *self.starts)
 
 
@@ -489,8 +490,8 @@ def sides_at(
     sums[0].correct(right, start, left, -1)
     sums[1].correct(left, start, right, 1)
     low, high = (part.side() for part in sums)
-    rising, falling = low.rising + high.rising, low.falling + high.falling
-    return Sides(low, high, rising, falling, sides[0].half.endpoint_product)
+    scale, speed = low.scale_start + high.scale_start, low.speed_start + high.speed_start
+    return Sides(low, high, scale, speed, sides[0].one_sided.endpoint_product)
 
 
 class Member(NamedTuple):
@@ -535,13 +536,13 @@ def _meet(
         own.nested -= share * lam ** -(n + 1)
     if canonical.pair.zeta < 0:
         middle = mpf_of(canonical.point, context)
-        own.rising.append(_Contribution(middle, local.rising * height, context.zero, None))
-        own.falling.append(_Contribution(middle, local.falling / height, context.zero, None))
+        own.scale_points.append(_Contribution(middle, local.scale * height, context.zero, None))
+        own.speed_points.append(_Contribution(middle, local.speed / height, context.zero, None))
         own.nested += local.both if canonical.onward else context.zero
         return []
     low, high = (_found(u, k, sums) for u in zeros_of(canonical, context))
     (well_side, well), (barrier_side, barrier) = (low, high) if canonical.onward else (high, low)
-    barrier.value, well.value = local.rising * height, local.falling / height
+    barrier.value, well.value = local.scale * height, local.speed / height
     gain = local.both - barrier.value * well.value
     if well_side != barrier_side:
         sums[barrier_side].nested += gain * _beyond(well, barrier, lam, context)
@@ -607,10 +608,10 @@ def whole_at(
     total = context.zero
     for canonical in canonical_pairs:
         parts = (local or airy)(canonical, lam, order, context)
-        total += parts.falling * context.exp(-lam * canonical.height)
+        total += parts.speed * context.exp(-lam * canonical.height)
         if canonical.pair.zeta > 0:
             left_out += [p for u in zeros_of(canonical, context) if (p := place_at(u, points))]
     for point in points:
         if not any(point is p for p in left_out):
-            total += plain(Leaf(point.height, point.series), at)[0]
+            total += plain(Exponential(point.height, point.series), at)[0]
     return total

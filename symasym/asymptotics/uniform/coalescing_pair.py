@@ -133,8 +133,8 @@ def _share(pair: Pair, taylor: list[Any], count: int, context: MPContext) -> lis
 class Airy(NamedTuple):
     """Local integrals of a `CanonicalPair` at one lam, with `order` terms; heights are left out."""
 
-    rising: Any
-    falling: Any
+    scale: Any
+    speed: Any
     both: Any
 
 
@@ -145,11 +145,11 @@ def airy(canonical: CanonicalPair, lam: mpf, order: int, context: MPContext) -> 
         with c.workdps(canonical.digits):
             canonical.known[lam] = airy_products(c.cbrt(lam) ** 2 * canonical.pair.zeta, Digits(c))
     known_terms = pair_terms(canonical.pair.zeta, rows, rows, lam, c, canonical.known[lam])
-    rising, falling, both = (
+    scale, speed, both = (
         c.fsum(value for value, _ in terms)
-        for terms in (known_terms.rising, known_terms.falling, known_terms.both)
+        for terms in (known_terms.scale, known_terms.speed, known_terms.both)
     )
-    return Airy(rising, falling, both)
+    return Airy(scale, speed, both)
 
 
 # -- which critical points are taken together ------------------------------------------------------
@@ -158,7 +158,7 @@ def airy(canonical: CanonicalPair, lam: mpf, order: int, context: MPContext) -> 
 class OneSide(NamedTuple):
     """One side of the start, with the pairs whose turning point is in it."""
 
-    half: OneSided
+    one_sided: OneSided
     pairs: list[CanonicalPair]
 
 
@@ -224,7 +224,7 @@ def windows(
 ) -> list[OneSide]:
     """The expansions left of `x`, mirrored, and right of it; no critical point in two pairs."""
     both = both_sides(fields[1], x, r, order, context, context.dps)
-    points = [one.rising + one.falling for one in both]
+    points = [one.scale_points + one.speed_points for one in both]
     pairs = []
     for k, (field, begin) in enumerate(zip(fields, (-x, x), strict=True)):
         lo, hi = max(begin, Fraction(-1)), min(r, Fraction(1))
@@ -292,7 +292,7 @@ def _canonical_pair(
         return None
     if pair.zeta > 0 and None in [place_at(u, points) for u in zeros_of(canonical, context)]:
         return None
-    gaps = [_climb(stretch, canonical, u, points) for u in stretch.cuts]
+    gaps = [_total_variation(stretch, canonical, u, points) for u in stretch.cuts]
     middle = mpf_of(point, context) + pair.middle
     ends = [mpf_of(u, context) for u in (stretch.lo, stretch.hi)]
     # Beyond the layer phi is another function, and the pair none of its own.
@@ -300,7 +300,7 @@ def _canonical_pair(
     return canonical._replace(gap=gap)
 
 
-def _climb(
+def _total_variation(
     stretch: LayerPart, canonical: CanonicalPair, cut: Fraction, points: list[CriticalPoint]
 ) -> Any:
     """The total variation of V between a pair and a cut."""

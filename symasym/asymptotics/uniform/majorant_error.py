@@ -38,13 +38,13 @@ _START = (-1, 0)
 
 
 def allowed(
-    halves: Sequence[OneSided], r: mpf, lam: mpf, order: int, T: mpf, context: MPContext
+    sides: Sequence[OneSided], r: mpf, lam: mpf, order: int, T: mpf, context: MPContext
 ) -> Any:
     """The relative error of `T` to this order that majorants allow, 0 where they are of no use."""
-    alone = _alone(halves, lam)
+    alone = _alone(sides, lam)
     errors = []
     for known in (alone, set[_Place]()):
-        both = [_with_majorants_of(h, k, known, _START in alone) for k, h in enumerate(halves)]
+        both = [_with_majorants_of(h, k, known, _START in alone) for k, h in enumerate(sides)]
         at = Point(lam, order, True, None, Digits(context))
         composed = Composed((both[0], both[1]), r, 0.0)
         if not at.value_of(composed.time[0]).value > 0:
@@ -57,12 +57,12 @@ def allowed(
     return more if 0 < more < context.inf else context.zero
 
 
-def _alone(halves: Sequence[OneSided], lam: mpf) -> set[_Place]:
+def _alone(sides: Sequence[OneSided], lam: mpf) -> set[_Place]:
     """The zeros of A with no other one close by, and the other points with no zero close by."""
     places: list[tuple[_Place, bool, Any]] = [(_START, False, 0 * lam)]
-    for k, half in enumerate(halves):
-        points = {p.rank: (p.kind in _ZEROS, p.height) for p in half.rising}
-        points |= {p.rank: (True, -p.height) for p in half.falling if p.kind in _ZEROS}
+    for k, one in enumerate(sides):
+        points = {p.rank: (p.kind in _ZEROS, p.height) for p in one.scale_points}
+        points |= {p.rank: (True, -p.height) for p in one.speed_points if p.kind in _ZEROS}
         row = [((k, rank), *points[rank]) for rank in sorted(points)]
         places = places + row if k else row[::-1] + places
     return _apart(places, lam)
@@ -101,7 +101,7 @@ def allowed_of_whole(
     return _CLAIM * total
 
 
-def _with_majorants_of(half: OneSided, k: int, known: set[_Place], start: bool) -> OneSided:
+def _with_majorants_of(one: OneSided, k: int, known: set[_Place], start: bool) -> OneSided:
     """The one-sided expansion with the majorants of these points alone.
 
     Without the series of the start, and the regular part, if that is not apart: these are singular
@@ -116,19 +116,19 @@ def _with_majorants_of(half: OneSided, k: int, known: set[_Place], start: bool) 
         ]
 
     # The regular part's majorants are those of the start and of the end.
-    end = (k, max((p.rank for p in half.rising), default=0)) in known
-    own = half.rising_start, half.falling_start, half.outer
+    end = (k, max((p.rank for p in one.scale_points), default=0)) in known
+    own = one.scale_start, one.speed_start, one.regular_part
     if start:
         keep = _START in known, _START in known, _START in known and end
         own = tuple(map(_kept, own, keep))
     else:
         own = Series([]), Series([]), Series([])
-    return half._replace(
-        rising_start=own[0],
-        falling_start=own[1],
-        outer=own[2],
-        rising=points(half.rising),
-        falling=points(half.falling),
+    return one._replace(
+        scale_start=own[0],
+        speed_start=own[1],
+        regular_part=own[2],
+        scale_points=points(one.scale_points),
+        speed_points=points(one.speed_points),
     )
 
 

@@ -118,7 +118,7 @@ class OrderZero(Builder):
         """Itself, with what the pairs leave: single zeros, and barriers before the ends."""
         members = {k for pair in self.together for k in pair.members}
         self.members = members
-        self.single = [k for k in range(len(self.lines)) if k not in members]
+        self.single = [k for k in range(len(self.zeros)) if k not in members]
         self.known: dict[int, Series] = {}
         self.order: dict[int, list[int]] = {}
         self.before_end = {sign: self.barrier_before(sign) for sign in (-1, 1)}
@@ -157,7 +157,7 @@ class OrderZero(Builder):
         if k not in self.known:
             series, c = self.next_orders(k), self.arithmetic
             if self.in_float is not None:
-                slope = abs(self.slope(self.lines[k]))
+                slope = abs(self.slope(self.zeros[k]))
                 series = _with_first(series, c.sqrt(2 * c.pi / slope))
             self.known[k] = series
         return self.known[k]
@@ -192,30 +192,32 @@ class OrderZero(Builder):
         drop = 4 * zeta * c.sqrt(zeta) / 3
         return Together(form, pair, side * point, side, onward, members, height, drop)
 
-    def between(self, sign: int, rising: list[CriticalPoint], falling: list[CriticalPoint]) -> int:
+    def between(
+        self, sign: int, scale_points: list[CriticalPoint], speed_points: list[CriticalPoint]
+    ) -> int:
         inside = self.inside(sign)
         for rank, k in enumerate(inside, start=1):
             if k in self.single:
-                z = self.lines[k]
+                z = self.zeros[k]
                 height = self.potential(z) - self.base
                 barrier = bool(first(self.slope(z)) > 0)
-                points = rising if barrier else falling
+                points = scale_points if barrier else speed_points
                 points.append(
                     CriticalPoint(rank, height if barrier else -height, self.saddle(k), None)
                 )
         for pair in self.together:
             if pair.side == sign:
-                self.add(pair, inside, rising, falling)
-        rising.sort(key=lambda point: point.rank)
-        falling.sort(key=lambda point: point.rank)
+                self.add(pair, inside, scale_points, speed_points)
+        scale_points.sort(key=lambda point: point.rank)
+        speed_points.sort(key=lambda point: point.rank)
         return len(inside) + 1
 
     def add(
         self,
         pair: Together,
         inside: list[int],
-        rising: list[CriticalPoint],
-        falling: list[CriticalPoint],
+        scale_points: list[CriticalPoint],
+        speed_points: list[CriticalPoint],
     ) -> None:
         """Both integrals over a pair, and the double one in place of their product."""
         low, high = self.ranks(pair, inside)
@@ -224,10 +226,12 @@ class OrderZero(Builder):
         well, barrier = (low, high) if pair.onward else (high, low)
         both = AiryIntegral(pair.form, "both") if pair.onward else None
         self.joint.append(Joint(well, barrier, 2 * rise, both))
-        rising.append(
-            CriticalPoint(barrier, height + rise, AiryIntegral(pair.form, "rising"), None)
+        scale_points.append(
+            CriticalPoint(barrier, height + rise, AiryIntegral(pair.form, "scale"), None)
         )
-        falling.append(CriticalPoint(well, rise - height, AiryIntegral(pair.form, "falling"), None))
+        speed_points.append(
+            CriticalPoint(well, rise - height, AiryIntegral(pair.form, "speed"), None)
+        )
 
     def ranks(self, pair: Together, inside: list[int]) -> tuple[Any, Any]:
         """Ranks of its two zeros from the start on; between two ranks for a complex pair."""
@@ -235,7 +239,7 @@ class OrderZero(Builder):
             low, high = sorted(inside.index(k) + 1 for k in pair.members)
             return low, high
         at = first(pair.point)
-        before = sum(1 for k in inside if pair.side * first(self.lines[k]) < at)
+        before = sum(1 for k in inside if pair.side * first(self.zeros[k]) < at)
         others = [p for p in self.together if not p.members and p.side == pair.side]
         place = Fraction(sum(1 for p in others if first(p.point) <= at), len(others) + 1)
         return before + place, before + place
@@ -248,20 +252,28 @@ class OrderZero(Builder):
     # -- the end ------------------------------------------------------------------------------
 
     def end(
-        self, sign: int, rank: int, rising: list[CriticalPoint], falling: list[CriticalPoint]
+        self,
+        sign: int,
+        rank: int,
+        scale_points: list[CriticalPoint],
+        speed_points: list[CriticalPoint],
     ) -> tuple[Any, Any, Any] | None:
         before = self.before_end[sign]
         if before is None:
-            return super().end(sign, rank, rising, falling)
+            return super().end(sign, rank, scale_points, speed_points)
         # A complex pair may be between them.
         last = self.inside(sign).index(before.barrier) + 1
-        barrier = next(point for point in rising if point.rank == last)
+        barrier = next(point for point in scale_points if point.rank == last)
         gaussian = before.gaussian
         height = barrier.height - gaussian.t**2 / 2
         onward = TruncatedIntegral(gaussian, "onward")
         self.joint.append(Joint(-1, -1, 0.0, TruncatedIntegral(gaussian, "both")))
-        rising.append(CriticalPoint(rank, height, TruncatedIntegral(gaussian, "rising"), onward))
-        falling.append(CriticalPoint(rank, -height, TruncatedIntegral(gaussian, "falling"), None))
+        scale_points.append(
+            CriticalPoint(rank, height, TruncatedIntegral(gaussian, "scale"), onward)
+        )
+        speed_points.append(
+            CriticalPoint(rank, -height, TruncatedIntegral(gaussian, "speed"), None)
+        )
         return None
 
     def barrier_before(self, sign: int) -> _BeforeEnd | None:
@@ -272,14 +284,14 @@ class OrderZero(Builder):
             return None
         last = inside[-1]
         pair = next((p for p in self.together if last in p.members), None)
-        if not (pair.onward if pair else first(self.slope(self.lines[last])) > 0):
+        if not (pair.onward if pair else first(self.slope(self.zeros[last])) > 0):
             return None
-        place, drop = sign * self.lines[last], None
+        place, drop = sign * self.zeros[last], None
         if pair is not None:
             place = pair.point + pair.pair.middle + c.sqrt(c.maximum(pair.pair.square, c.zero))
             drop = pair.drop
         elif len(inside) > 1:
-            drop = self.potential(self.lines[last]) - self.potential(self.lines[inside[-2]])
+            drop = self.potential(self.zeros[last]) - self.potential(self.zeros[inside[-2]])
         slope = None
         if self.beyond:
             slope = self.a_plus if sign > 0 else -self.a_minus
@@ -312,9 +324,9 @@ class OrderZero(Builder):
 
         gaps = {(1 + s, b.barrier): b.gap for s, b in self.before_end.items() if b is not None}
         for k in self.single:
-            slope = self.slope(self.lines[k])
+            slope = self.slope(self.zeros[k])
             for at in edges:
-                distance = gaps.get((at, k), self.edges[at] - self.lines[k])
+                distance = gaps.get((at, k), self.edges[at] - self.zeros[k])
                 add(at, 6 * self.zero_rounding[k], c.log(abs(distance)) / slope)
         for pair, rounding in self.apart:
             share = regular_share(pair, False, c)
@@ -471,12 +483,12 @@ def _of_drift(
     if not near[-1]:
         return None
     n = len(near)
-    lines, rows, psi, x_above, y_above, exponential_gap = (
+    zeros, rows, psi, x_above, y_above, exponential_gap = (
         [0.0] * k for k in (13, 208, 169, 13, 13, 1)
     )
     owner, counts = [0] * 13, [0, 0]
     count = _structure(
-        near, n, start, radius, lines, owner, rows, psi, x_above, y_above, counts, exponential_gap
+        near, n, start, radius, zeros, owner, rows, psi, x_above, y_above, counts, exponential_gap
     )
     if count < 0:
         return None
@@ -485,7 +497,7 @@ def _of_drift(
     one.exponential_gap = exponential_gap[0]
     real = [
         (refined(one.c, arithmetic.number(z), context), -1)
-        for z, own in zip(lines[:count], owner, strict=False)
+        for z, own in zip(zeros[:count], owner, strict=False)
         if own < 0
     ]
     pairs: list[tuple[int, Pair, Any, int]] = []
@@ -508,7 +520,7 @@ def _of_drift(
     if any(u is None for u, _ in real) or None in above:
         return None
     real.sort(key=lambda zero: zero[0])
-    one.lines, one.zero_rounding = [u for u, _ in real], [0.0] * len(real)
+    one.zeros, one.zero_rounding = [u for u, _ in real], [0.0] * len(real)
     one.in_float = _in_float(one)
     one.apart = [(factor_pair(one.c, z), zero) for z in above]
     one.together = []
@@ -535,8 +547,8 @@ def _in_float(one: OrderZero) -> Builder:
     """The float64 series from which the sizes of order 1 are taken."""
     self = Builder.__new__(Builder)
     self.count, self.degree, self.zero_rounding = one.count, one.degree, one.zero_rounding
-    self.c, self.lines, self.edges = (
-        [float(x) for x in row] for row in (one.c, one.lines, one.edges)
+    self.c, self.zeros, self.edges = (
+        [float(x) for x in row] for row in (one.c, one.zeros, one.edges)
     )
     self.c_size = [abs(x) for x in self.c]
     return self

@@ -288,7 +288,7 @@ def _area(psi: list[Number], x: Number) -> Number:
 
 
 class AiryIntegral(NamedTuple):
-    """One of 'rising', 'falling' and 'both'; heights are left out."""
+    """One of 'scale', 'speed' and 'both'; heights are left out."""
 
     form: AiryForm
     part: str
@@ -324,7 +324,7 @@ def _single(f: AiryForm, point: Any) -> dict[str, tuple[Number, Number]]:
     z, airy = _airy(f, point, True)
     up, down = over_pair(c, f.a, 1 / third, f.b, airy.bi, airy.bi_slope)
     if not point.errors:
-        return {"rising": (up, None), "falling": (down, None)}
+        return {"scale": (up, None), "speed": (down, None)}
     f, airy, (z, third, x) = _sizes(f, airy, z, point)
     c, small = _SIZES, 1 / third
     bi, slope = airy.bi * (c.pi * small), airy.bi_slope * (c.pi * small * small)
@@ -334,7 +334,7 @@ def _single(f: AiryForm, point: Any) -> dict[str, tuple[Number, Number]]:
     size = abs(f.a) * c.sqrt(airy.squares) + abs(f.b) * small * c.sqrt(airy.slopes)
     lost = third * third * f.rounding * (1 + c.sqrt(abs(z)))
     wrong = wrong + c.pi * small * size * (lost - c.expm1(c.minimum(z, c.zero)))
-    return {"rising": (up, wrong), "falling": (down, wrong)}
+    return {"scale": (up, wrong), "speed": (down, wrong)}
 
 
 def _double(f: AiryForm, point: Any) -> dict[str, tuple[Number, Number]]:
@@ -369,7 +369,7 @@ def _sizes(
 
 
 class TruncatedIntegral(NamedTuple):
-    """One of 'rising', 'falling', 'onward' and 'both' at the end; heights are left out."""
+    """One of 'scale', 'speed', 'onward' and 'both' at the end; heights are left out."""
 
     gaussian: Truncated
     part: str
@@ -387,25 +387,25 @@ def _truncated(e: Truncated, point: Any) -> dict[str, tuple[Number, Number]]:
     """All four; what lies beyond the end is included."""
     c, lam, x = point.arithmetic, point.lam, point.x
     near = dawson(e.t * c.sqrt(lam / 2), c)
-    sigma, falling, area = gaussians(c, lam, *near)
-    tail, slow = e.peak * sigma, e.peak * falling
-    rising, falling, both = over_end(c, lam, e.t, e.peak, e.rest, sigma, falling, area)
+    sigma, d, area = gaussians(c, lam, *near)
+    tail, slow = e.peak * sigma, e.peak * d
+    scale, speed, both = over_end(c, lam, e.t, e.peak, e.rest, sigma, d, area)
     straight = beyond = c.zero
     if e.slope is not None:
         # int_1^r e^{-lam slope (u - 1)} du, and the double integral beyond the end.
         length = point.r - 1
         straight, beyond = quotients(-lam * e.slope * length, c)
         straight, beyond = length * straight, length * length * beyond
-    rising, both = rising + straight, both + beyond
+    scale, both = scale + straight, both + beyond
     rest = e.rest * x
-    values = {"rising": rising, "falling": falling, "onward": straight, "both": both}
+    values = {"scale": scale, "speed": speed, "onward": straight, "both": both}
     if not point.errors:
         return {part: (value, None) for part, value in values.items()}
     x, tail, slow, rest = (c.size(y) for y in (x, tail, slow, rest))
     wrong, miss = abs(e.next_peak) * x, abs(e.next_rest) * x * x
     errors = {
-        "rising": tail * wrong + miss,
-        "falling": slow * wrong + miss,
+        "scale": tail * wrong + miss,
+        "speed": slow * wrong + miss,
         "onward": 0.0,
         "both": rest * rest / 2 + slow * (wrong * abs(rest) + miss),
     }

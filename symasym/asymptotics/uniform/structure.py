@@ -111,7 +111,7 @@ def _shift(c: list[float], n: int, by: float) -> None:
             c[j] += by * c[j + 1]
 
 
-def _lines(c: list[float], n: int, found: list[float]) -> int:
+def _real_zeros(c: list[float], n: int, found: list[float]) -> int:
     """All real zeros at which the sign changes, ascending."""
     bound = 0.0
     while n > 1 and c[n - 1] == 0.0:
@@ -183,7 +183,7 @@ def _without(c: list[float], n: int, middle: float, square: float, width: int) -
 
 
 def _complex(
-    c: list[float], n: int, lines: list[float], real: int, owner: list[int], rows: list[float],
+    c: list[float], n: int, roots: list[float], real: int, owner: list[int], rows: list[float],
     count: int, x: list[float], y: list[float],
 ) -> int:  # fmt: skip
     """Zeros above the real line that are in no pair; -1 if they are not found."""
@@ -192,7 +192,7 @@ def _complex(
         rest[k] = c[k]
     for k in range(real):
         if owner[k] < 0:
-            _without(rest, left, lines[k], 0.0, 1)
+            _without(rest, left, roots[k], 0.0, 1)
             left -= 1
     for k in range(count):
         if rows[16 * k + 9] > 0:
@@ -224,13 +224,13 @@ def _complex(
 
 
 def _zero_rounding(
-    c: list[float], n: int, lines: list[float], real: int, owner: list[int], rows: list[float],
+    c: list[float], n: int, roots: list[float], real: int, owner: list[int], rows: list[float],
     count: int, x: list[float], y: list[float], above: int,
 ) -> float:  # fmt: skip
     """The rounding error of the zeros that are in no pair, in units of their distances."""
     worst = 0.0
     for k in range(real + above):
-        re, im = lines[k] if k < real else 0.0, 0.0
+        re, im = roots[k] if k < real else 0.0, 0.0
         if k >= real:
             re, im = x[k - real], y[k - real]
         elif owner[k] >= 0:
@@ -240,7 +240,7 @@ def _zero_rounding(
             size = size * math.hypot(re, im) + abs(c[j])
         for j in range(real):
             if j != k:
-                near = min(near, math.hypot(re - lines[j], im))
+                near = min(near, math.hypot(re - roots[j], im))
         steep, steep_im = 0.0, 0.0
         for j in range(n - 1, 0, -1):
             turned = steep * re - steep_im * im + j * c[j]
@@ -339,7 +339,7 @@ def _split(c: list[float], n: int, psi: list[float], at: int, row: list[float], 
 
 
 def _pairs(
-    c: list[float], n: int, start: float, r: float, lines: list[float], real: int,
+    c: list[float], n: int, start: float, r: float, roots: list[float], real: int,
     rows: list[float], psi: list[float], exponential_gap: list[float],
 ) -> int:  # fmt: skip
     """Pairs of zeros about the turning points on one side of the start each: how many rows.
@@ -350,7 +350,7 @@ def _pairs(
     slope, turning, here = [0.0] * 13, [0.0] * 13, [0.0] * 13
     for k in range(1, n):
         slope[k - 1] = k * c[k]
-    turns = _lines(slope, n - 1, turning)
+    turns = _real_zeros(slope, n - 1, turning)
     reach, count = min(r, 1.0), 0
     for t in range(turns):
         point = turning[t]
@@ -370,7 +370,7 @@ def _pairs(
         middle, square = point + side * rows[to], rows[to + 1]
         first, seen = -1, 0
         for k in range(real - 1):
-            low, high = lines[k], lines[k + 1]
+            low, high = roots[k], roots[k + 1]
             wide = (high - low) * (high - low)
             if abs(low + high - 2 * middle) + abs(wide - 4 * square) < 1e-6:
                 seen = 1
@@ -426,16 +426,16 @@ def _choose(rows: list[float], count: int) -> None:
 
 
 def _structure(
-    c: list[float], n: int, start: float, r: float, lines: list[float], owner: list[int],
+    c: list[float], n: int, start: float, r: float, roots: list[float], owner: list[int],
     rows: list[float], psi: list[float], x: list[float], y: list[float], counts: list[int],
     exponential_gap: list[float],
 ) -> int:  # fmt: skip
-    """How many real zeros: `lines`, each with the row that it is taken together in, or -1.
+    """The number of real zeros: `roots`, each with the row of its pair, or -1.
 
     Also rows of pairs with what is left of the drift, and zeros above the real line that are in no
     pair; `counts` are how many of both. -1 where doubles do not tell.
     """
-    real: int = _lines(c, n, lines)
+    real: int = _real_zeros(c, n, roots)
     count: int = 0
     above: int = 0
     exponential_gap[0] = math.inf
@@ -443,17 +443,17 @@ def _structure(
         owner[k] = -1
     if _PAIRS:
         if n > 2:
-            count = _pairs(c, n, start, r, lines, real, rows, psi, exponential_gap)
+            count = _pairs(c, n, start, r, roots, real, rows, psi, exponential_gap)
             _choose(rows, count)
         for k in range(count):
             first: int = int(rows[16 * k + 8])
             if rows[16 * k + 9] > 0 and first >= 0:
                 owner[first] = k
                 owner[first + 1] = k
-        above = _complex(c, n, lines, real, owner, rows, count, x, y)
+        above = _complex(c, n, roots, real, owner, rows, count, x, y)
         if above < 0:
             return -1
     counts[0] = count
     counts[1] = above
-    rounding = _zero_rounding(c, n, lines, real, owner, rows, count, x, y, above)
+    rounding = _zero_rounding(c, n, roots, real, owner, rows, count, x, y, above)
     return real if rounding < 1e-10 else -1

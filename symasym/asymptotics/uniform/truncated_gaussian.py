@@ -109,18 +109,18 @@ class Truncations(NamedTuple):
 class Corrections(NamedTuple):
     """To be added to Laplace's sums.
 
-    `rising` to the integral of e^{lam V} from p to the right, `falling` to that of e^{-lam V} up to
+    `scale` to the integral of e^{lam V} from p to the right, `speed` to that of e^{-lam V} up to
     p, and `regular` to that of the regular part up to p.
     """
 
-    rising: Any
-    falling: Any
+    scale: Any
+    speed: Any
     regular: Any
 
 
 def truncations_of(
     field: ExactField,
-    halves: tuple[OneSided, OneSided],
+    both: tuple[OneSided, OneSided],
     x: Fraction,
     r: Fraction,
     order: int,
@@ -129,12 +129,12 @@ def truncations_of(
 ) -> Truncations:
     """The truncated Gaussians at the start `x` and at the layer's ends, of the zeros next to them.
 
-    `field` is not mirrored; `halves` lie left, in the mirror, and right.
+    `field` is not mirrored; `both` lie left, in the mirror, and right.
     """
     points = [
         point._replace(u=sign * point.u)
-        for sign, one in zip((-1, 1), halves, strict=True)
-        for point in one.rising + [p for p in one.falling if p.kind == "well"]
+        for sign, one in zip((-1, 1), both, strict=True)
+        for point in one.scale_points + [p for p in one.speed_points if p.kind == "well"]
     ]
     zeros = [p for p in points if p.kind in ("well", "barrier")]
     if r < 1:
@@ -305,7 +305,7 @@ def corrections(
         "a": (a, formal(truncation.peak)),
         "a_down": (a_down, formal(down)),
         "tail": (functions.sigma, formal(sigma_terms(truncation.t, terms, c), 1)),
-        "falling": (functions.dawson, formal(dawson_terms(truncation.t, terms, c), 1)),
+        "dawson": (functions.dawson, formal(dawson_terms(truncation.t, terms, c), 1)),
         "integral": (functions.area, formal(_log_series(truncation.t, terms, sign, c), 1)),
     }
     formula: Callable[..., Any] = barrier_truncated if truncation.barrier else well_truncated
@@ -317,11 +317,11 @@ def corrections(
         # All orders of both: what is lost at the zero is a product as well.
         rows["weights"] = a * a_down, formal(weights)
     exact, series = (formula(**{name: row[k] for name, row in rows.items()}) for k in (0, 1))
-    rising, falling, regular = (
+    scale, speed, regular = (
         value - power_sum(expansion.c, lam) for value, expansion in zip(exact, series, strict=True)
     )
     up, low = c.exp(lam * truncation.height), c.exp(-lam * truncation.height)
-    return Corrections(up * rising, low * falling, regular)
+    return Corrections(up * scale, low * speed, regular)
 
 
 def _log_series(t: mpf, terms: int, sign: int, context: MPContext) -> list[Any]:
@@ -345,8 +345,8 @@ def _functions(truncation: Truncation, lam: mpf, context: MPContext) -> _Functio
     side = 1 if truncation.t > 0 else -1
     values = dawson(x, c)
     area = values.area if truncation.barrier else erfcx_area(x, c)
-    sigma, falling, area = gaussians(c, lam, values.erfcx, values.value, area)
-    return _Functions(side * sigma, side * falling, area / lam)
+    sigma, d, area = gaussians(c, lam, values.erfcx, values.value, area)
+    return _Functions(side * sigma, side * d, area / lam)
 
 
 def power_sum(c: list[Any], lam: mpf) -> Any:

@@ -38,7 +38,7 @@ from symasym.asymptotics.weak_noise.compose import (
     pairs_of,
     plain,
     regular_part,
-    rising_of,
+    scale_contributions,
     with_digits,
 )
 from symasym.asymptotics.weak_noise.critical_points import both_sides, in_float
@@ -85,7 +85,7 @@ class Quantity(NamedTuple):
     """What is asked for at lam, of P its complement; whether it needs the double integrals."""
 
     evaluate: Evaluate
-    outer: bool
+    regular_part: bool
 
 
 _QUANTITIES = {
@@ -111,9 +111,9 @@ def of_scene(scene: Scene, request: Request, prove: Prove | None = None) -> Answ
     r, start = ((_LINE | scene.numbers)[name] for name in _LINE)
     require_resolved(drift, lam)
     near = digits_lost(r, start)
-    outer = (digits + 15 + near) * quantity.outer
-    context, both = _kept_halves(
-        drift, r, start, orders[-1], working_digits(digits, lam, r) + near, outer
+    regular = (digits + 15 + near) * quantity.regular_part
+    context, both = _kept_one_sided(
+        drift, r, start, orders[-1], working_digits(digits, lam, r) + near, regular
     )
     composed, at = _with_digits(both, lam, r, context)
     expanded = [with_digits(quantity.evaluate, composed, at(n)) for n in orders]
@@ -195,8 +195,8 @@ def parts(scene: Scene, digits: int, orders: range, allowed: Fraction) -> Parts:
     near = digits_lost(values["r"], values["start"])
     dps = working_digits(digits, lam, values["r"]) + near
     # No more digits of the regular part than its share of what is allowed.
-    outer = len(str(int(1 / allowed))) + 12 + near
-    context, both = _kept_halves(drift, values["r"], values["start"], orders[-1], dps, outer)
+    regular = len(str(int(1 / allowed))) + 12 + near
+    context, both = _kept_one_sided(drift, values["r"], values["start"], orders[-1], dps, regular)
     composed, at = _with_digits(both, lam, values["r"], context)
     best: Parts | None = None
     for n in orders:
@@ -218,12 +218,12 @@ def _items(
 ) -> list[tuple[str, Any, Any]]:
     """Every pair of critical points and the regular part of both sides, times the chance of it."""
     r, nodes, items = composed.r, composed.nodes, []
-    sides, none = composed.sides, nodes.leaf(0.0, Series([]))
+    sides, none = composed.sides, nodes.exponential(0.0, Series([]))
     shares = sides.shares
     for k, one in enumerate(both):
         front = at.lam * plain(shares[1 - k] / sides.total, at)[0]
         sign, chance = 2 * k - 1, "" if k else "C times "
-        for low, high, pair in pairs_of(one, rising_of(one, r, nodes), nodes):
+        for low, high, pair in pairs_of(one, scale_contributions(one, r, nodes), nodes):
             value, error = plain(pair, at)
             name = f"{chance}{_named(low, sign, r)} with {_named(high, sign, r)}"
             items.append((name, front * value, front * error))
@@ -256,16 +256,16 @@ def _too_strong(kappa: str, order: int) -> AccuracyError:
     )
 
 
-def _halves(
-    drift: Drift, r: Fraction, x: Fraction, order: int, context: MPContext, outer: int
+def _one_sided(
+    drift: Drift, r: Fraction, x: Fraction, order: int, context: MPContext, regular: int
 ) -> tuple[OneSided, OneSided]:
     """Left, mirrored, and right."""
-    return both_sides(ExactField(drift, False, context), x, r, order, context, outer)
+    return both_sides(ExactField(drift, False, context), x, r, order, context, regular)
 
 
 @kept
-def _kept_halves(
-    context: MPContext, drift: Drift, r: Fraction, x: Fraction, order: int, dps: int, outer: int
+def _kept_one_sided(
+    context: MPContext, drift: Drift, r: Fraction, x: Fraction, order: int, dps: int, regular: int
 ) -> tuple[OneSided, OneSided]:
     """The same to `dps` digits, for the next question about the drift."""
     context.dps = dps
@@ -278,7 +278,7 @@ def _kept_halves(
             each.append(time.thread_time() - begun)
         seconds = _VALUES_A_BIT * context.prec * min(each)
         expect(seconds, f"the weak-noise series of A to {dps:,} digits")
-    return _halves(drift, r, x, order, context, outer)
+    return _one_sided(drift, r, x, order, context, regular)
 
 
 def _terms(name: str, both: tuple[OneSided, OneSided], context: MPContext) -> tuple[str, ...]:
@@ -286,7 +286,7 @@ def _terms(name: str, both: tuple[OneSided, OneSided], context: MPContext) -> tu
     kinds = ("well",) if name[-1] == "P" else ("well", "barrier")
     words = []
     for side, one in zip((-1, 1), both, strict=True):
-        for point in one.rising + one.falling:
+        for point in one.scale_points + one.speed_points:
             if point.kind in kinds:
                 words.append(f"{point.kind} at u = {context.nstr(side * point.u, 6)}")
     return (*sorted(words), "kinks" if name[-1] == "P" else _TIME)
@@ -396,15 +396,15 @@ def _logs(
         line = {n: np.broadcast_to(float(x), scenes.lam.shape) for n, x in _LINE.items()}
         scenes = scenes._replace(numbers=scenes.numbers | line)
     exactly = None if is_array(start) else exact("start", start)
-    outer = 30 * quantity.outer
+    regular = 30 * quantity.regular_part
 
     def analyse(one: Drift, radius: float, start: float) -> tuple[OneSided, OneSided]:
         x, r = Fraction(start) if exactly is None else exactly, Fraction(radius)
         if len(scenes.lam) == 1:
-            left, right = _kept_halves(one, r, x, orders[-1], 40, outer)[1]
+            left, right = _kept_one_sided(one, r, x, orders[-1], 40, regular)[1]
             return in_float(left), in_float(right)
         with own_context(40) as context:
-            left, right = _halves(one, r, x, orders[-1], context, outer)
+            left, right = _one_sided(one, r, x, orders[-1], context, regular)
             return in_float(left), in_float(right)
 
     shapes = own_shapes(drift, scenes.given, scenes) if index is None else []

@@ -440,7 +440,10 @@ def _sizes(sides: Expansions) -> Sizes:
 
 def _heights(side: OneSided) -> list[Any]:
     """All heights of one side, and their rounding."""
-    return [side.height_rounding, *(point.height for point in side.rising + side.falling)]
+    return [
+        side.height_rounding,
+        *(point.height for point in side.scale_points + side.speed_points),
+    ]
 
 
 def _probes(lam: FloatArray) -> IntArray:

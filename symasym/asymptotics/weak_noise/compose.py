@@ -100,7 +100,7 @@ class Node:
         return _Changed(self, Value.wrong)
 
 
-class Leaf(Node):
+class Exponential(Node):
     """e^{lam height} times a series; `rounding` is the rounding of the height."""
 
     def __init__(self, height: Numbers, series: Series | Local, rounding: Numbers = 0.0) -> None:
@@ -184,7 +184,7 @@ class ExponentialSums(Protocol):
     def number(self, x: Numbers) -> Any:
         """A number of the expansion in this arithmetic."""
 
-    def leaf(self, height: Numbers, series: Any, rounding: Numbers = 0.0) -> Any:
+    def exponential(self, height: Numbers, series: Any, rounding: Numbers = 0.0) -> Any:
         """e^{lam height} times the series."""
 
     def total(self, terms: list[Any]) -> Any:
@@ -194,7 +194,7 @@ class ExponentialSums(Protocol):
 class Nodes:
     """Expressions on numbers."""
 
-    leaf, total = Leaf, Sum
+    exponential, total = Exponential, Sum
 
     def __init__(self, rounding: Numbers = ROUNDING) -> None:
         self.rounding = rounding
@@ -214,13 +214,13 @@ def _total(terms: list[Any]) -> Any:
 class Side(NamedTuple):
     """S and D of one side without the start's contributions, and those.
 
-    `rising` and `falling` are the start's contributions to int e^{lam V} and int e^{-lam V}.
+    `scale_start` and `speed_start` are those to int e^{lam V} and int e^{-lam V}.
     """
 
     scale: Any
     nested: Any
-    rising: Any
-    falling: Any
+    scale_start: Any
+    speed_start: Any
 
 
 @dataclass
@@ -229,14 +229,14 @@ class Sides:
 
     left: Side
     right: Side
-    rising: Any
-    falling: Any
+    scale_start: Any
+    speed_start: Any
     endpoint_product: bool
 
     @cached_property
     def total(self) -> Any:
         """int e^{lam V} over both sides."""
-        return _total([self.left.scale, self.right.scale, self.rising])
+        return _total([self.left.scale, self.right.scale, self.scale_start])
 
     def sure(self) -> Any:
         """True where that is known to half of itself; the parts are values here."""
@@ -245,13 +245,17 @@ class Sides:
     @cached_property
     def shares(self) -> tuple[Any, Any]:
         """int e^{lam V} over either side with the start's contribution, its error left out."""
-        left, right = (_total([side.scale, side.rising]) for side in (self.left, self.right))
+        left, right = (_total([side.scale, side.scale_start]) for side in (self.left, self.right))
         return (left.known(), right.known()) if isinstance(left, Node | Value) else (left, right)
 
 
-def rising_of(one: OneSided, r: Numbers, sums: ExponentialSums) -> list[tuple[CriticalPoint, Any]]:
+def scale_contributions(
+    one: OneSided, r: Numbers, sums: ExponentialSums
+) -> list[tuple[CriticalPoint, Any]]:
     """The critical points of e^{lam V} with what they contribute, the end beyond the layer last."""
-    points = [(p, sums.leaf(p.height, p.series, one.height_rounding)) for p in one.rising]
+    points = [
+        (p, sums.exponential(p.height, p.series, one.height_rounding)) for p in one.scale_points
+    ]
     if one.beyond is not None:
         u, height, slope = (sums.number(x) for x in one.beyond)
         fall = slope * (r - u)
@@ -260,29 +264,29 @@ def rising_of(one: OneSided, r: Numbers, sums: ExponentialSums) -> list[tuple[Cr
             rounding = rounding + ULP * (abs(height) + abs(fall))
         series = Series([Part(1.0, 0, [-1 / slope])], sums.rounding)
         end = CriticalPoint(_END, height - fall, series, None, "end")
-        points.append((end, sums.leaf(end.height, series, rounding)))
+        points.append((end, sums.exponential(end.height, series, rounding)))
     return points
 
 
 def regular_part(one: OneSided, r: Numbers, sums: ExponentialSums) -> Any:
     """The regular part of D, in the layer and beyond it."""
-    inside = sums.leaf(0.0, one.outer)
+    inside = sums.exponential(0.0, one.regular_part)
     if one.beyond is None:
         return inside
     u, _, slope = (sums.number(x) for x in one.beyond)
-    return sums.total([inside, sums.leaf(0.0, Series([Part(1.0, 0, [(r - u) / slope])]))])
+    return sums.total([inside, sums.exponential(0.0, Series([Part(1.0, 0, [(r - u) / slope])]))])
 
 
 def pairs_of(
-    one: OneSided, rising: list[tuple[CriticalPoint, Any]], sums: ExponentialSums
+    one: OneSided, scale: list[tuple[CriticalPoint, Any]], sums: ExponentialSums
 ) -> Iterator[tuple[CriticalPoint, CriticalPoint, Any]]:
     """Products of each critical point of e^{-lam V} with those of e^{lam V} from it on."""
-    together = {(joint.falling, joint.rising) for joint in one.joint}
-    kinks = [p for p, _ in rising if terms(p.onward)]
-    onward = {p.rank: sums.leaf(p.height, p.onward, one.height_rounding) for p in kinks}
-    for low in one.falling:
-        own = sums.leaf(low.height, low.series, one.height_rounding)
-        for high, share in rising:
+    together = {(joint.speed, joint.scale) for joint in one.joint}
+    kinks = [p for p, _ in scale if terms(p.onward)]
+    onward = {p.rank: sums.exponential(p.height, p.onward, one.height_rounding) for p in kinks}
+    for low in one.speed_points:
+        own = sums.exponential(low.height, low.series, one.height_rounding)
+        for high, share in scale:
             if high.rank == low.rank and high.rank in onward:
                 beyond = onward[high.rank]
                 # At one and the same point the heights are each other's negatives.
@@ -298,27 +302,27 @@ def pairs_of(
 
 def side_of(one: OneSided, r: Numbers, sums: ExponentialSums) -> Side:
     """One side composed, with the end at `r` where that is beyond the layer."""
-    rising = rising_of(one, r, sums)
-    nested = [pair for _, _, pair in pairs_of(one, rising, sums)]
-    nested += [sums.leaf(j.height, j.local) for j in one.joint if j.local is not None]
+    scale = scale_contributions(one, r, sums)
+    nested = [pair for _, _, pair in pairs_of(one, scale, sums)]
+    nested += [sums.exponential(j.height, j.local) for j in one.joint if j.local is not None]
     return Side(
-        sums.total([share for _, share in rising]),
+        sums.total([share for _, share in scale]),
         sums.total([*nested, regular_part(one, r, sums)]),
-        sums.leaf(0.0, one.rising_start),
-        sums.leaf(0.0, one.falling_start),
+        sums.exponential(0.0, one.scale_start),
+        sums.exponential(0.0, one.speed_start),
     )
 
 
 def sides_of(both: tuple[OneSided, OneSided], r: Numbers, sums: ExponentialSums) -> Sides:
     """Both sides composed; what the start contributes to both is added up before it is valued."""
     left, right = both
-    rising = added(left.rising_start, right.rising_start)
-    falling = added(left.falling_start, right.falling_start)
+    scale = added(left.scale_start, right.scale_start)
+    speed = added(left.speed_start, right.speed_start)
     return Sides(
         side_of(left, r, sums),
         side_of(right, r, sums),
-        sums.leaf(0.0, rising),
-        sums.leaf(0.0, falling),
+        sums.exponential(0.0, scale),
+        sums.exponential(0.0, speed),
         left.endpoint_product,
     )
 
@@ -333,10 +337,10 @@ def mean_time(sides: Sides) -> Any:
     left, right = sides.left, sides.right
     behind, ahead = sides.shares
     if sides.endpoint_product:
-        together = on_the_right(ahead, right.nested, sides.falling)
+        together = on_the_right(ahead, right.nested, sides.speed_start)
         return time_of_doubles(behind, ahead, left.nested, together, sides.total)
     # At a barrier the regular part has the products of the start's own shares.
-    below, above = (side.nested + side.falling * side.scale for side in (left, right))
+    below, above = (side.nested + side.speed_start * side.scale for side in (left, right))
     return time_of_doubles(behind, ahead, below, above, sides.total)
 
 
@@ -350,9 +354,10 @@ def stationary_sums(
     """
     ends = zip((points[0].height, points[-1].height), slopes, strict=True)
     outside = [
-        sums.leaf(height, Series([Part(1.0, 0, [1 / slope])]), rounding) for height, slope in ends
+        sums.exponential(height, Series([Part(1.0, 0, [1 / slope])]), rounding)
+        for height, slope in ends
     ]
-    whole = [sums.leaf(p.height, p.series, rounding) for p in points]
+    whole = [sums.exponential(p.height, p.series, rounding) for p in points]
     return sums.total(outside), sums.total(whole)
 
 
@@ -379,7 +384,9 @@ class Composed:
         """int e^{-lam V} over |u| > 1, and over all u, from a start left of the layer."""
         right = self.both[1]
         slopes = [-one.beyond[2] for one in self.both if one.beyond is not None]
-        outside, whole = stationary_sums(right.falling, slopes, self.nodes, right.height_rounding)
+        outside, whole = stationary_sums(
+            right.speed_points, slopes, self.nodes, right.height_rounding
+        )
         return outside, whole
 
     @cached_property
@@ -415,17 +422,17 @@ def time_and_error(sides: Sides) -> tuple[Any, Any]:
     value = mean_time(sides)
     behind, ahead = sides.shares
     if sides.endpoint_product:
-        slopes = behind * sides.falling, ahead * sides.falling
+        slopes = behind * sides.speed_start, ahead * sides.speed_start
     else:
-        slopes = left.falling * left.scale, right.falling * right.scale
+        slopes = left.speed_start * left.scale, right.speed_start * right.scale
     # How T changes with S on the left, on the right, and with the start's contributions.
     gap = right.nested - left.nested
     errors = [
         value.wrong(),
         left.scale.wrong() * (abs((ahead / total) * (gap + slopes[1])) / total),
         right.scale.wrong() * (abs((behind / total) * (gap - slopes[0])) / total),
-        (abs(gap + slopes[1] - slopes[0]) / total) * right.rising.wrong(),
-        ((abs(gap) + abs(slopes[0]) + abs(slopes[1])) / total) * sides.rising.wrong(),
+        (abs(gap + slopes[1] - slopes[0]) / total) * right.scale_start.wrong(),
+        ((abs(gap) + abs(slopes[0]) + abs(slopes[1])) / total) * sides.scale_start.wrong(),
     ]
     error = Sum(errors, value.height) if isinstance(value, Node) else _total(errors)
     return value, error
@@ -448,8 +455,8 @@ def _probability(sides: Sides, ordered: tuple[Side, Side], shares: tuple[Any, An
     errors = [
         part.scale.wrong() * abs(other),
         rest.scale.wrong() * abs(own),
-        part.rising.wrong(),
-        sides.rising.wrong(),
+        part.scale_start.wrong(),
+        sides.scale_start.wrong(),
     ]
     return _Probability(*shares, own, other, Sum(errors, part.scale.height))
 

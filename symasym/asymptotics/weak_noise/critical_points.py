@@ -16,9 +16,9 @@ from symasym.asymptotics.weak_noise.one_sided import (
     Builder,
     CriticalPoint,
     OneSided,
-    arc_coefficients,
     endpoint_coefficients,
     endpoint_majorants,
+    inverse_coefficients,
     majorants,
 )
 from symasym.asymptotics.weak_noise.regular_part import panel_integrals, polynomial_primitives
@@ -77,13 +77,13 @@ def both_sides(
     r: Fraction,
     order: int,
     context: MPContext,
-    outer: int,
+    regular: int,
     estimated: bool = True,
 ) -> tuple[OneSided, OneSided]:
     """The one-sided expansions left of `x`, mirrored, and right of it, out to `r`.
 
-    The regular part is to `outer` digits, or left out for 0. Where the next terms have to give the
-    error (`estimated`), zeros of A where they vanish are refused.
+    The regular part is to `regular` digits, or left out for 0. Where the next terms have to give
+    the error (`estimated`), zeros of A where they vanish are refused.
     """
     for u in (Fraction(-1), Fraction(1)):
         if not field.value(u):
@@ -97,24 +97,24 @@ def both_sides(
                 f"r is {float(r):.6g} and A is 0 at u = {float(u):.6g}, where the weak-noise "
                 "series of an end has no terms; use method='exact'."
             )
-    return _FieldBuilder(field, x, r, order, context, outer, estimated).both_sides()
+    return _FieldBuilder(field, x, r, order, context, regular, estimated).both_sides()
 
 
 def whole(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
     """Critical points of int e^{-lam V} over the line where it converges, V measured from -1."""
     right = both_sides(field, Fraction(-2), Fraction(2), order, context, 0)[1]
-    height = right.falling[0].height
-    return [p._replace(height=p.height - height) for p in right.falling]
+    height = right.speed_points[0].height
+    return [p._replace(height=p.height - height) for p in right.speed_points]
 
 
 def wells_and_barriers(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
     """All of [-1, 1], left to right, V measured from -1."""
     builder = _FieldBuilder(field, Fraction(-1), Fraction(2), order, context)
     builder.base = context.zero
-    rising: list[CriticalPoint] = []
-    falling: list[CriticalPoint] = []
-    builder.between(1, rising, falling)
-    return sorted(rising + falling, key=lambda point: point.u)
+    scale_points: list[CriticalPoint] = []
+    speed_points: list[CriticalPoint] = []
+    builder.between(1, scale_points, speed_points)
+    return sorted(scale_points + speed_points, key=lambda point: point.u)
 
 
 def barriers(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
@@ -132,11 +132,11 @@ class _FieldBuilder(Builder):
         r: Fraction,
         order: int,
         context: MPContext,
-        outer: int = 0,
+        regular: int = 0,
         estimated: bool = True,
     ) -> None:
         self.arithmetic = Digits(context)
-        self.field, self.context, self.digits, self.must_tell = field, context, outer, estimated
+        self.field, self.context, self.digits, self.must_tell = field, context, regular, estimated
         self.count, self.degree = order + 1 + BEYOND, 0
         self.height_size = self.height_rounding = 0.0
         self.least = self.unit = 64 * context.eps
@@ -150,13 +150,13 @@ class _FieldBuilder(Builder):
         self.at_zero = abs(x) < 1 and not field.value(x)
         sides = zip(self.edges[:2], self.edges[1:], strict=True)
         left, right = (simple_zeros(field, lo, hi, context) if lo < hi else [] for lo, hi in sides)
-        self.lines, self.barriers = ([z[k] for z in left + right] for k in (0, 1))
+        self.zeros, self.barriers = ([z[k] for z in left + right] for k in (0, 1))
         self.before = len(left)
 
     # -- the drift --------------------------------------------------------------------------
 
     def inside(self, sign: int) -> list[int]:
-        return list(range(self.before, len(self.lines)) if sign > 0 else range(self.before)[::-1])
+        return list(range(self.before, len(self.zeros)) if sign > 0 else range(self.before)[::-1])
 
     def barrier(self, k: int) -> bool:
         return bool(self.barriers[k])
@@ -186,10 +186,10 @@ class _FieldBuilder(Builder):
         return Series([Part(1.0, 0, trimmed(h), known)], self.least)
 
     def saddle(self, k: int) -> Series:
-        taylor = self.taylor(self.lines[k], 2 * self.count + 2 + FURTHER)
-        arc = arc_coefficients(taylor, 2 * self.count, 2, self.context.one)
-        self.require_estimate(self.lines[k], abs(taylor[1]), arc, 2)
-        return self.gaussian(arc, taylor, self.least)
+        taylor = self.taylor(self.zeros[k], 2 * self.count + 2 + FURTHER)
+        inverse = inverse_coefficients(taylor, 2 * self.count, 2, self.context.one)
+        self.require_estimate(self.zeros[k], abs(taylor[1]), inverse, 2)
+        return self.gaussian(inverse, taylor, self.least)
 
     def no_estimate(self, shape: str, u: Numbers) -> AccuracyError:
         """The refusal of a point where the series' next terms vanish."""
@@ -199,7 +199,7 @@ class _FieldBuilder(Builder):
             "method='exact'."
         )
 
-    def require_estimate(self, u: Numbers, slope: mpf, arc: list[Any], step: int) -> None:
+    def require_estimate(self, u: Numbers, slope: mpf, inverse: list[Any], step: int) -> None:
         """Refuse a zero of A where the last of a_0, a_step, ... all but vanish.
 
         But not where A is straight and has no others.
@@ -207,8 +207,8 @@ class _FieldBuilder(Builder):
         c = self.context
         # A zero that is not rational leaves some rounding.
         small = c.ldexp(1, -c.prec // 2)
-        after = range(len(arc) - 2 * BEYOND // step, len(arc))
-        last = {step * n: arc[n] / arc[0] ** (step * n + 1) for n in after}
+        after = range(len(inverse) - 2 * BEYOND // step, len(inverse))
+        last = {step * n: inverse[n] / inverse[0] ** (step * n + 1) for n in after}
         if not self.must_tell or any(abs(x) > small for x in last.values()):
             return
         more = [abs(mpf_of(x, c)) for x in self.exact_taylor(u, _FLATTEST)[2:]]
@@ -233,13 +233,13 @@ class _FieldBuilder(Builder):
             for sign in (-1, 1):
                 field = self.field if sign > 0 else self.field.mirror()
                 lo, hi = sign * edges[1], sign * edges[1 + sign]
-                zeros = [sign * self.lines[k] for k in self.inside(sign)]
+                zeros = [sign * self.zeros[k] for k in self.inside(sign)]
                 shares[sign] = (
                     panel_integrals(field, lo, hi, zeros, self.count, c) if lo < hi else []
                 )
             return shares
 
-    def outer(self, sign: int, extra: Numbers) -> Series:
+    def regular_part(self, sign: int, extra: Numbers) -> Series:
         groups: Groups = [[] for _ in range(self.count)]
         if self.at_zero:
             self.add_corner(sign, groups)
@@ -258,7 +258,7 @@ class _FieldBuilder(Builder):
         """
         if not self.at_zero:
             return super().beginning(sign)
-        c, taylor, a = self.context, *self.arc(sign)
+        c, taylor, a = self.context, *self.inverse(sign)
         self.require_estimate(self.x, abs(taylor[1]), a, 1)
         peak: Groups = [[] for _ in range(self.count)]
         formal: Groups = [[] for _ in range(self.count)]
@@ -275,14 +275,14 @@ class _FieldBuilder(Builder):
         other = series_of(formal, self.least, {1.0: odd})
         return (own, other, False) if taylor[1] > 0 else (other, own, True)
 
-    def arc(self, sign: int) -> tuple[list[Any], list[Any]]:
+    def inverse(self, sign: int) -> tuple[list[Any], list[Any]]:
         """Taylor coefficients of phi at the start as it is seen to that side, and the a_i."""
         # Exact for a polynomial, where rounding would hide a multiple zero.
         taylor = self.taylor(self.x)
         if not taylor[1]:
             raise degenerate(self.x)
         taylor = [t * sign if j % 2 == 0 else t for j, t in enumerate(taylor)]
-        return taylor, arc_coefficients(taylor, 2 * self.count, 1, self.context.one)
+        return taylor, inverse_coefficients(taylor, 2 * self.count, 1, self.context.one)
 
     def add_corner(self, sign: int, groups: Groups) -> None:
         """Add the double integrals beside the start, and what its finite part is to change by.
@@ -290,7 +290,7 @@ class _FieldBuilder(Builder):
         The finite part of `regular_part` leaves out powers of u - x, `_corner` those of s.
         """
         c = self.context
-        taylor, a = self.arc(sign)
+        taylor, a = self.inverse(sign)
         for i, p in enumerate(a):
             for j, q in enumerate(a[: len(a) - i]):
                 if (i + j) // 2 < self.count:
@@ -363,7 +363,7 @@ def _float_series(x: Series | Local | None) -> Any:
 
 def in_float(one: OneSided) -> OneSided:
     """An expansion that was computed with more digits than float64 has, in float64."""
-    rising, falling = (
+    scale_points, speed_points = (
         [
             p._replace(
                 height=float(p.height),
@@ -372,17 +372,18 @@ def in_float(one: OneSided) -> OneSided:
             )
             for p in points
         ]
-        for points in (one.rising, one.falling)
+        for points in (one.scale_points, one.speed_points)
     )
     return one._replace(
-        rising_start=_float_series(one.rising_start),
-        falling_start=_float_series(one.falling_start),
-        outer=_float_series(one.outer),
-        rising=rising,
-        falling=falling,
+        scale_start=_float_series(one.scale_start),
+        speed_start=_float_series(one.speed_start),
+        regular_part=_float_series(one.regular_part),
+        scale_points=scale_points,
+        speed_points=speed_points,
         beyond=one.beyond and tuple(float(x) for x in one.beyond),  # type: ignore[arg-type]
         # Heights cancel each other in pairs of critical points.
-        height_rounding=3e-16 * max([abs(p.height) for p in rising + falling], default=0.0),
+        height_rounding=3e-16
+        * max([abs(p.height) for p in scale_points + speed_points], default=0.0),
     )
 
 

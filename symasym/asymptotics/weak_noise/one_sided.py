@@ -1,7 +1,7 @@
 """The one-sided expansions of the integrals of e^{±lam V} from a start on, over an arithmetic.
 
 Each is a sum over critical points: the maxima of the exponent, with Laplace's series by Watson's
-lemma (`arc_coefficients` of du/ds, `Builder.gaussian` their moments); the start and the end, with
+lemma (`inverse_coefficients` of du/ds, moments by `gaussian`); the start and the end, with
 the formal series of an endpoint, whatever the sign of the slope there; and the kinks u = -1 and 1,
 with the difference of that series' two sides, since A's derivatives jump. Where the exponent has a
 minimum nothing is added: the exponentials that the two sides of the formal series differ by there
@@ -71,10 +71,10 @@ class CriticalPoint(NamedTuple):
 
 
 class Joint(NamedTuple):
-    """What replaces the product of the shares at two ranks, falling and rising."""
+    """Replaces the product of the contributions at two ranks, `speed` and `scale`."""
 
-    falling: Any
-    rising: Any
+    speed: Any
+    scale: Any
     height: Numbers
     local: Local | None
 
@@ -84,14 +84,14 @@ class OneSided(NamedTuple):
 
     Attributes
     ----------
-    rising_start, falling_start : Series
+    scale_start, speed_start : Series
         Of e^{lam V} and of e^{-lam V} to the right of the start, V measured from it.
     endpoint_product : bool
         Whether their product is part of the double integral, which at a barrier the regular part
         has already.
-    rising, falling : list of CriticalPoint
+    scale_points, speed_points : list of CriticalPoint
         Beyond the start, of e^{lam V} and of e^{-lam V}; heights are those of the exponent.
-    outer : Series
+    regular_part : Series
         The regular part (`symasym.asymptotics.weak_noise.regular_part`), in the layer.
     beyond : tuple or None
         (u, V(u), phi) where the straight part beyond the layer begins, which ends at r.
@@ -100,12 +100,12 @@ class OneSided(NamedTuple):
     exponential_gap : what that costs, e^{-lam exponential_gap} of the value
     """
 
-    rising_start: Series
-    falling_start: Series
+    scale_start: Series
+    speed_start: Series
     endpoint_product: bool
-    rising: list[CriticalPoint]
-    falling: list[CriticalPoint]
-    outer: Series
+    scale_points: list[CriticalPoint]
+    speed_points: list[CriticalPoint]
+    regular_part: Series
     beyond: tuple[Any, Any, Any] | None
     height_rounding: Numbers = 0.0
     joint: list[Joint] = []
@@ -113,8 +113,8 @@ class OneSided(NamedTuple):
 
     def all_series(self) -> list[Series]:
         """Every power series of this side."""
-        points = self.rising + self.falling
-        every = [self.rising_start, self.falling_start, self.outer]
+        points = self.scale_points + self.speed_points
+        every = [self.scale_start, self.speed_start, self.regular_part]
         every += [x for p in points for x in (p.series, p.onward) if isinstance(x, Series)]
         if self.beyond is not None:
             every.append(Series([Part(1.0, 0, [1 / self.beyond[2]])]))
@@ -129,11 +129,11 @@ def formal_series(h: Series) -> tuple[Series, Series]:
     and -h_k for the other.
     """
     shares = [endpoint_shares(1 if k % 2 else -1, c) for k, c in enumerate(_row(h))]
-    rising, falling = (
+    scale, speed = (
         Series([Part(1.0, 0, list(row), h.majorants)] if row else [], h.rounding)
         for row in (zip(*shares, strict=True) if shares else ((), ()))
     )
-    return rising, falling
+    return scale, speed
 
 
 def _row(series: Series) -> list[Numbers]:
@@ -142,8 +142,8 @@ def _row(series: Series) -> list[Numbers]:
 
 
 def add_edge(
-    rising: list[CriticalPoint],
-    falling: list[CriticalPoint],
+    scale_points: list[CriticalPoint],
+    speed_points: list[CriticalPoint],
     rank: int,
     height: Numbers,
     left: Series,
@@ -169,8 +169,8 @@ def add_edge(
     changed = Series([Part(1.0, 0, change, known)] if change else [], rounding)
     changes = formal_series(changed)
     onward = None if right is None else formal_series(right)[0]
-    rising.append(CriticalPoint(rank, height, changes[0], onward, kind, u))
-    falling.append(CriticalPoint(rank, -height, changes[1], None, kind, u))
+    scale_points.append(CriticalPoint(rank, height, changes[0], onward, kind, u))
+    speed_points.append(CriticalPoint(rank, -height, changes[1], None, kind, u))
 
 
 def mirrored(series: Series, sign: int) -> Series:
@@ -187,8 +187,8 @@ def endpoint_coefficients(taylor: list[Any], count: int) -> list[Any]:
     return [row[0] for row in laurent(taylor, False, count)]
 
 
-def arc_coefficients(taylor: list[Any], count: int, step: int, one: Number) -> list[Any]:
-    """a_0, a_step, ... below a_count of du = (a_0 + a_1 s + ...) ds with V - V(z) = ±s²/2.
+def inverse_coefficients(taylor: list[Any], count: int, step: int, one: Number) -> list[Any]:
+    """a_0, a_step, ... below a_count of du = (a_0 + a_1 s + ...) ds, V - V(z) = ±s²/2 inverted.
 
     z is a simple zero of phi with these Taylor coefficients; a_i is the i-th coefficient of
     (1 + alpha_1 t + ...)^(-(i + 1)/2) over |phi'(z)|^((i + 1)/2), Perron's formula
@@ -198,11 +198,11 @@ def arc_coefficients(taylor: list[Any], count: int, step: int, one: Number) -> l
     bends = enumerate(taylor[2 : count + 1], start=1)
     alpha = [1, *(bend_of_saddle(j, c, slope) for j, c in bends)]
     front = abs(slope) ** -0.5
-    square, arc = front**2, []
+    square, inverse = front**2, []
     for i in range(0, count, step):
-        arc.append(power(alpha, -(i + 1), 2, i + 1, one)[i] * front)
+        inverse.append(power(alpha, -(i + 1), 2, i + 1, one)[i] * front)
         front = front * (square if step == 2 else abs(slope) ** -0.5)
-    return arc
+    return inverse
 
 
 def endpoint_majorants(taylor: list[Numbers], count: int) -> Majorants:
@@ -332,14 +332,14 @@ def edges_of(scenes: PolynomialScenes) -> FloatArray:
 class Builder:
     """Both one-sided expansions, to order `count` - 1 in 1/lam with those that tell the error.
 
-    What is asked of the drift is `taylor`, `barrier`, `potential` and `outer`; here A is a
+    What is asked of the drift is `taylor`, `barrier`, `potential` and `regular_part`; here A is a
     polynomial whose zeros are known, in float64, with a bound of the rounding of each number.
 
     Attributes
     ----------
     edges : list
         -r, the start and r, each moved to the nearest point of the layer [-1, 1].
-    lines : list
+    zeros : list
         The real zeros of A, ascending; `pairs` are the others above the real axis.
     beyond : bool
         Whether r > 1, so that a straight part of the potential follows the layer.
@@ -365,12 +365,12 @@ class Builder:
         self.a_minus, self.a_plus = only(scenes.a_minus), only(scenes.a_plus)
         self.start, self.beyond = only(scenes.start), bool(scenes.r[0] > 1)
         real = int(zeros.real[0]) if len(zeros.real) else 0
-        self.lines = [only(zeros.values[k]) for k in range(real)]
+        self.zeros = [only(zeros.values[k]) for k in range(real)]
         self.pairs = [only(z) for z in zeros.pairs]
         self.v = [-c / k for k, c in enumerate(self.c, start=1)]
         self.c_size = [abs(c) for c in self.c]
         self.height_size = sum(abs(v) for v in self.v)
-        self.zero_rounding = [self.rounding_of(z) for z in self.lines]
+        self.zero_rounding = [self.rounding_of(z) for z in self.zeros]
         self.pair_rounding = [self.rounding_of(z) for z in self.pairs]
 
     # -- rounding ---------------------------------------------------------------------------
@@ -385,7 +385,7 @@ class Builder:
 
     def others(self, z: Numbers) -> Iterator[Any]:
         """All zeros of A but z: real ones, and both of each complex pair."""
-        for w in self.lines:
+        for w in self.zeros:
             if w is not z:
                 yield w
         for w in self.pairs:
@@ -403,7 +403,7 @@ class Builder:
     def estimated(self) -> Any:
         """True where the next two terms of every series tell its error: A not straight or flat."""
         order, good = self.count - 1 - BEYOND, True
-        at = [(z, 2, 2 * order + 5) for z in self.lines] + [(u, 1, order + 2) for u in self.edges]
+        at = [(z, 2, 2 * order + 5) for z in self.zeros] + [(u, 1, order + 2) for u in self.edges]
         for u, low, high in at:
             if self.degree > high:
                 row = self.taylor(u)
@@ -427,13 +427,13 @@ class Builder:
 
     def barrier(self, k: int) -> bool:
         """True if the k-th real zero is a barrier, False for a well."""
-        return bool(first(self.slope(self.lines[k])) > 0)
+        return bool(first(self.slope(self.zeros[k])) > 0)
 
     def inside(self, sign: int) -> list[int]:
         """Numbers of the real zeros between the start and the layer's end, from the start on."""
         low, high = sorted((first(self.edges[1]), first(self.edges[1 + sign])))
-        order = range(len(self.lines)) if sign > 0 else reversed(range(len(self.lines)))
-        return [k for k in order if low < first(self.lines[k]) < high]
+        order = range(len(self.zeros)) if sign > 0 else reversed(range(len(self.zeros)))
+        return [k for k in order if low < first(self.zeros[k]) < high]
 
     # -- series -----------------------------------------------------------------------------
 
@@ -453,18 +453,20 @@ class Builder:
 
     def saddle(self, k: int) -> Series:
         """Laplace's series at the k-th real zero."""
-        taylor = self.taylor(self.lines[k])
-        arc = arc_coefficients(taylor, 2 * self.count, 2, self.arithmetic.one)
+        taylor = self.taylor(self.zeros[k])
+        inverse = inverse_coefficients(taylor, 2 * self.count, 2, self.arithmetic.one)
         # Higher coefficients depend on the zeros' distances by higher powers.
-        return self.gaussian(arc, taylor, 8 * (self.count + self.degree) * self.zero_rounding[k])
+        return self.gaussian(
+            inverse, taylor, 8 * (self.count + self.degree) * self.zero_rounding[k]
+        )
 
-    def gaussian(self, arc: list[Any], taylor: list[Any], rounding: Numbers) -> Series:
+    def gaussian(self, inverse: list[Any], taylor: list[Any], rounding: Numbers) -> Series:
         """int e^{-lam |V - V(z)|} du, terms a_2n (2n - 1)!! (2 pi)^(1/2) lam^-(n + 1/2).
 
         (Watson's lemma for the even coefficients, DLMF 2.4(iv).)
         """
         terms, moment = [], first_moment(self.arithmetic)
-        for n, a in enumerate(arc):
+        for n, a in enumerate(inverse):
             terms.append(a * moment)
             moment = next_moment(n, moment)
         known = majorants(taylor, self.count, self.arithmetic)
@@ -472,7 +474,7 @@ class Builder:
 
     def poles(self) -> Iterator[Pole]:
         """The zeros of A, of a complex pair one."""
-        for z, rounding in zip(self.lines, self.zero_rounding, strict=True):
+        for z, rounding in zip(self.zeros, self.zero_rounding, strict=True):
             yield Pole(z, self.taylor(z), 1, rounding)
         for z, rounding in zip(self.pairs, self.pair_rounding, strict=True):
             yield Pole(z, self.taylor(z), 2, rounding)
@@ -486,7 +488,7 @@ class Builder:
         sizes[0] = [abs(total) * self.eps for total in totals[0]]
         return totals, sizes
 
-    def outer(self, sign: int, extra: Numbers) -> Series:
+    def regular_part(self, sign: int, extra: Numbers) -> Series:
         """The regular part of one side, with what is `extra` before the layer."""
         totals, sizes = self.regular
         shares = [row[1 + sign] - row[1] for row in totals]
@@ -535,48 +537,56 @@ class Builder:
         if first(start) >= 1:
             own, line = formal_series(self.flat(far)), (start, 0 * start, far)
             return OneSided(*own, True, [], [], Series([]), line, self.height_rounding)
-        rising: list[CriticalPoint] = []
-        falling: list[CriticalPoint] = []
+        scale_points: list[CriticalPoint] = []
+        speed_points: list[CriticalPoint] = []
         extra: Any = 0.0
         if first(start) < -1:
             h, inner = self.flat(near), mirrored(self.at_edge[1], sign)
             extra = (-1 - start) / near
             # V at the layer's near edge.
             height = (1 + start) * near
-            add_edge(rising, falling, 0, height, h, inner, "kink", -1 + 0 * start)
+            add_edge(scale_points, speed_points, 0, height, h, inner, "kink", -1 + 0 * start)
             begin = *formal_series(h), True
         else:
             begin = self.beginning(sign)
-        outer = self.outer(sign, extra)
-        rank = self.between(sign, rising, falling)
-        beyond = self.end(sign, rank, rising, falling)
-        return OneSided(*begin, rising, falling, outer, beyond, self.height_rounding)
+        regular_part = self.regular_part(sign, extra)
+        rank = self.between(sign, scale_points, speed_points)
+        beyond = self.end(sign, rank, scale_points, speed_points)
+        return OneSided(
+            *begin, scale_points, speed_points, regular_part, beyond, self.height_rounding
+        )
 
     def beginning(self, sign: int) -> tuple[Series, Series, bool]:
         """The series of a start in the layer, and whether their product is part of D."""
         return *formal_series(mirrored(self.at_edge[1], sign)), True
 
-    def between(self, sign: int, rising: list[CriticalPoint], falling: list[CriticalPoint]) -> int:
+    def between(
+        self, sign: int, scale_points: list[CriticalPoint], speed_points: list[CriticalPoint]
+    ) -> int:
         """Add wells and barriers; returns the rank of what comes next."""
         inside = self.inside(sign)
         for rank, k in enumerate(inside, start=1):
-            height = self.potential(self.lines[k]) - self.base
-            barrier, u = self.barrier(k), sign * self.lines[k]
-            points, kind = (rising, "barrier") if barrier else (falling, "well")
+            height = self.potential(self.zeros[k]) - self.base
+            barrier, u = self.barrier(k), sign * self.zeros[k]
+            points, kind = (scale_points, "barrier") if barrier else (speed_points, "well")
             height = height if barrier else -height
             points.append(CriticalPoint(rank, height, self.saddle(k), None, kind, u))
         return len(inside) + 1
 
     def end(
-        self, sign: int, rank: int, rising: list[CriticalPoint], falling: list[CriticalPoint]
+        self,
+        sign: int,
+        rank: int,
+        scale_points: list[CriticalPoint],
+        speed_points: list[CriticalPoint],
     ) -> tuple[Any, Any, Any] | None:
         """Add the end of the layer, or r before it; returns what lies beyond."""
         edge = self.edges[1 + sign]
         height, inner = self.potential(edge) - self.base, mirrored(self.at_edge[1 + sign], sign)
         u = sign * self.arithmetic.number(edge)
         if not self.beyond:
-            add_edge(rising, falling, rank, height, inner, None, "end", u)
+            add_edge(scale_points, speed_points, rank, height, inner, None, "end", u)
             return None
         slope = self.a_plus if sign > 0 else -self.a_minus
-        add_edge(rising, falling, rank, height, inner, self.flat(slope), "kink", u)
+        add_edge(scale_points, speed_points, rank, height, inner, self.flat(slope), "kink", u)
         return 1.0 + 0 * height, height, slope

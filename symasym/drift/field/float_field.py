@@ -17,7 +17,7 @@ import numpy as np
 from symasym.base.call_context import own_context, step
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift, FlatValues
-from symasym.numbers.complex_balls import ComplexBall, tame
+from symasym.numbers.complex_balls import ComplexBall, resolved
 from symasym.numbers.float_arrays import DoubleDouble, DoubleDoubleOps, ends_of, shift
 from symasym.numbers.polynomials import poly, real_parts
 
@@ -339,7 +339,7 @@ class AnalyticField:
                     known[at] = self._taylor_of_one(original, at, ops)
                 rows.append(sign * known[at] * sign**powers)
                 radii.append(_trust(rows[-1]))
-        return np.array(rows), self._tamed(scene, centre, np.array(rows), np.array(radii))
+        return np.array(rows), self._resolved(scene, centre, np.array(rows), np.array(radii))
 
     def _taylor_of_one(self, scene: int, centre: float, ops: SeriesOps) -> FloatArray:
         """Taylor coefficients of A, not mirrored, from a series in units of 2^-shift.
@@ -367,7 +367,7 @@ class AnalyticField:
             shift += math.ceil(rate)
         return np.array([float(ops.context.ldexp(x, k * shift)) for k, x in enumerate(scaled)])
 
-    def _tamed(
+    def _resolved(
         self, scene: IntArray, centre: FloatArray, rows: FloatArray, radii: FloatArray
     ) -> FloatArray:
         """`radii`, halved until A has nothing within twice of them that the rows do not see."""
@@ -377,7 +377,7 @@ class AnalyticField:
             step()
             change = self.spread(scene, centre, 2 * radii).radius
             size = (np.abs(rows) * radii[:, None] ** np.arange(rows.shape[1])).sum(axis=1)
-            active &= ~tame(change, size) & (radii > 1e-14)
+            active &= ~resolved(change, size) & (radii > 1e-14)
             radii = np.where(active, radii / 2, radii)
         return radii
 

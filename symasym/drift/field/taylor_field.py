@@ -13,7 +13,7 @@ from symasym.base.call_context import mpf_of, own_context, step
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
-from symasym.numbers.complex_balls import ComplexBallOps, tame
+from symasym.numbers.complex_balls import ComplexBallOps, resolved
 from symasym.numbers.polynomials import poly, shifted
 from symasym.numbers.rationals import Rational
 from symasym.numbers.trees import MpmathOps
@@ -184,13 +184,13 @@ class ExactField:
     def potential_rise(self, lo: mpf, hi: mpf) -> mpf:
         """V(hi) - V(lo) for mpf arguments inside [-1, 1]."""
         if self._polynomial is None:
-            edges = self._tame_edges(lo, hi)
+            edges = self._resolved_edges(lo, hi)
             pieces = (self._context.quad(self.number, pair) for pair in pairwise(edges))
             return -self._context.fsum(pieces)
         means = [mpf_of(c / (k + 1), self._context) for k, c in enumerate(self._polynomial)]
         return poly(means, lo) * lo - poly(means, hi) * hi
 
-    def _tame_edges(self, lo: mpf, hi: mpf) -> list[Any]:
+    def _resolved_edges(self, lo: mpf, hi: mpf) -> list[Any]:
         """[lo, hi] cut so that nothing narrower than a piece hides in it."""
         waiting, edges = [(lo, hi)], [lo]
         while waiting:
@@ -199,7 +199,7 @@ class ExactField:
             middle, width = to_fraction((a + b) / 2), to_fraction(abs(b - a))
             size = max(abs(self.number(x)) for x in (a, (a + b) / 2, b))
             # A piece that small is beyond what the integral's digits can tell.
-            if tame(self.spread(middle, width), size) or places(width) > self._context.prec:
+            if resolved(self.spread(middle, width), size) or places(width) > self._context.prec:
                 edges.append(b)
             else:
                 waiting += [((a + b) / 2, b), (a, (a + b) / 2)]

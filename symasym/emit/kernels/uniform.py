@@ -57,7 +57,7 @@ def _dawson(x: float, result: list[float]) -> None:
 
 
 def _edge(
-    c: list[float], n: int, sign: float, reach: float, lines: list[float], real: int,
+    c: list[float], n: int, sign: float, reach: float, roots: list[float], real: int,
     owner: list[int], rows: list[float], edge: list[float], at: int,
 ) -> None:  # fmt: skip
     """A barrier next to the end: t, peak, rest, their distance, and which zero it is.
@@ -69,15 +69,15 @@ def _edge(
     edge[at + 4] = -1
     for j in range(real):
         nth: int = j if sign > 0 else real - 1 - j
-        if 0 < sign * lines[nth] < reach:
+        if 0 < sign * roots[nth] < reach:
             before = last
             last = nth
     if last < 0:
         return
-    place, drop = sign * lines[last], -1.0
+    place, drop = sign * roots[last], -1.0
     if before >= 0:
-        drop = _potential(c, n, lines[last]) - _potential(c, n, lines[before])
-    falls: int = _slope(c, n, lines[last]) < 0
+        drop = _potential(c, n, roots[last]) - _potential(c, n, roots[before])
+    falls: int = _slope(c, n, roots[last]) < 0
     if _PAIRS:
         to = 16 * owner[last]
         if to >= 0:
@@ -111,7 +111,7 @@ def _edge(
 
 
 def _primitive(
-    c: list[float], n: int, at: int, u: float, lines: list[float], real: int, owner: list[int],
+    c: list[float], n: int, at: int, u: float, roots: list[float], real: int, owner: list[int],
     rows: list[float], count: int, x: list[float], y: list[float], above: int, edge: list[float],
 ) -> float:  # fmt: skip
     """A primitive of 1/phi on a path past all pairs, at the start (at = 1) or an end (0, 2)."""
@@ -128,10 +128,10 @@ def _primitive(
         gap = edge[3] if at == 0 else edge[8]
     for k in range(real):
         if owner[k] < 0:
-            distance = gap if cut == k else abs(u - lines[k])
+            distance = gap if cut == k else abs(u - roots[k])
             if distance == 0.0:
                 return math.nan
-            total += math.log(distance) / _slope(c, n, lines[k])
+            total += math.log(distance) / _slope(c, n, roots[k])
     if _PAIRS:
         share, parts = [0.0] * 2, [0.0] * 2
         for k in range(above):
@@ -177,9 +177,9 @@ def _passed(sums: list[float], height: float, rise: float, lam: float) -> None:
 
 
 def _side(
-    c: list[float], n: int, sign: float, r: float, slope: float, lam: float, lines: list[float],
+    c: list[float], n: int, sign: float, r: float, slope: float, lam: float, roots: list[float],
     real: int, owner: list[int], rows: list[float], count: int, edge: list[float], at: int,
-    outer: float, sums: list[float],
+    regular: float, sums: list[float],
 ) -> None:  # fmt: skip
     """S, D and W of one side without the start's own share, each a height and a value.
 
@@ -193,9 +193,9 @@ def _side(
     for _ in range(13):
         next_, place = -1, reach
         for k in range(real):
-            if owner[k] < 0 and done < sign * lines[k] < place:
+            if owner[k] < 0 and done < sign * roots[k] < place:
                 next_ = k
-                place = sign * lines[k]
+                place = sign * roots[k]
         if _PAIRS:
             pair, form, here, airy = -1, [0.0] * 2, [0.0] * 2, [0.0] * 4
             for k in range(count):
@@ -223,13 +223,13 @@ def _side(
         if next_ < 0:
             break
         done = place
-        drop = _slope(c, n, lines[next_])
+        drop = _slope(c, n, roots[next_])
         value = math.sqrt(2 * math.pi / (lam * abs(drop)))
         if drop > 0:
-            height = _potential(c, n, lines[next_])
+            height = _potential(c, n, roots[next_])
             _passed(sums, height, value, lam)
         else:
-            _plus(sums, 4, -_potential(c, n, lines[next_]), value, lam)
+            _plus(sums, 4, -_potential(c, n, roots[next_]), value, lam)
     if edge[at + 4] >= 0:
         # From the barrier, the last of the real zeros, down to the end.
         height -= edge[at] * edge[at] / 2
@@ -248,7 +248,7 @@ def _side(
     else:
         value = sign / _horner(c, 0, n, sign * reach) / lam
         _passed(sums, _potential(c, n, sign * reach), -value, lam)
-    _plus(sums, 2, 0.0, (outer + straight) / lam, lam)
+    _plus(sums, 2, 0.0, (regular + straight) / lam, lam)
 
 
 def _log_uniform(
@@ -258,7 +258,7 @@ def _log_uniform(
     """log T from 0, to order 0; not a number where the formula does not tell it."""
     # The drift beyond the layer may be small, a sum of what is not.
     a_minus, a_plus = _added(left_terms, left_count), _added(right_terms, right_count)
-    lines, rows, psi, x, y = [0.0] * 13, [0.0] * 208, [0.0] * 169, [0.0] * 13, [0.0] * 13
+    roots, rows, psi, x, y = [0.0] * 13, [0.0] * 208, [0.0] * 169, [0.0] * 13, [0.0] * 13
     owner, counts, exponential_gap, edge = [0] * 13, [0] * 2, [0.0] * 1, [0.0] * 10
     left, right, ends = [0.0] * 6, [0.0] * 6, [0.0] * 3
     while n > 1 and c[n - 1] == 0.0:
@@ -270,27 +270,27 @@ def _log_uniform(
         return math.nan
     if r <= 1 and (_clear(c, n, reach) == 0 or _clear(c, n, -reach) == 0):
         return math.nan
-    real: int = _structure(c, n, 0.0, r, lines, owner, rows, psi, x, y, counts, exponential_gap)
+    real: int = _structure(c, n, 0.0, r, roots, owner, rows, psi, x, y, counts, exponential_gap)
     if real < 0:
         return math.nan
     for k in range(real):
         # A barrier uphill: the start truncates its Gaussian, which is in no closed form here.
-        if c[0] * lines[k] < 0 and abs(lines[k]) < reach:
+        if c[0] * roots[k] < 0 and abs(roots[k]) < reach:
             return math.nan
-    _edge(c, n, -1.0, reach, lines, real, owner, rows, edge, 0)
-    _edge(c, n, 1.0, reach, lines, real, owner, rows, edge, 5)
+    _edge(c, n, -1.0, reach, roots, real, owner, rows, edge, 0)
+    _edge(c, n, 1.0, reach, roots, real, owner, rows, edge, 5)
     if edge[4] < -1 or edge[9] < -1:
         return math.nan
     for k in range(3):
         ends[k] = _primitive(
-            c, n, k, (k - 1) * reach, lines, real, owner, rows, counts[0], x, y, counts[1], edge
+            c, n, k, (k - 1) * reach, roots, real, owner, rows, counts[0], x, y, counts[1], edge
         )
     _side(
-        c, n, -1.0, r, -a_minus, lam, lines, real, owner, rows, counts[0], edge, 0,
+        c, n, -1.0, r, -a_minus, lam, roots, real, owner, rows, counts[0], edge, 0,
         ends[0] - ends[1], left,
     )  # fmt: skip
     _side(
-        c, n, 1.0, r, a_plus, lam, lines, real, owner, rows, counts[0], edge, 5,
+        c, n, 1.0, r, a_plus, lam, roots, real, owner, rows, counts[0], edge, 5,
         ends[2] - ends[1], right,
     )  # fmt: skip
     # The shares of the start cancel in S of both sides, not in either.

@@ -77,7 +77,7 @@ HELPERS: dict[str, Written] = {
         raise ValueError(outside.format(*(array[left][0] for array in arrays)))
     return result.reshape(shape)[()]
 ''',
-    "_climb": '''def _climb(x):
+    "_height_exp": '''def _height_exp(x):
     """e^x, at no cost where all of it is 1, or below the least double."""
     if not np.any(x):
         return np.ones_like(x)

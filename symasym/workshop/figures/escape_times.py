@@ -91,10 +91,16 @@ def curve(
 
     Parameters
     ----------
-    mu, alpha : number
-        Shape and strength of the friction force.
-    kappa, eps, r : number
-        Physical noise amplitude, half-width of the layer and escape radius.
+    mu : number
+        Shape of the friction force.
+    alpha : number
+        Strength of the friction force.
+    kappa : number
+        Physical noise amplitude.
+    eps : number
+        Physical half-width of the layer.
+    r : number
+        Physical radius of escape.
     points : int
         How many values of z0, from `low` to the region's edge 1 - alpha, which is
         left out.
@@ -150,8 +156,12 @@ def fric1(
         where there is one.
     kappa : number or sequence of up to four numbers
         Physical noise amplitudes, a curve each.
-    alpha, eps, r : number
-        Friction strength; physical half-width of the layer and escape radius.
+    alpha : number
+        Strength of the friction force.
+    eps : number
+        Physical half-width of the layer.
+    r : number
+        Physical radius of escape.
 
     Examples
     --------
@@ -211,8 +221,12 @@ def fric2(
         Shapes of the friction force, a curve each.
     kappa : number
         Physical noise amplitude.
-    alpha, eps, r : number
-        Friction strength; physical half-width of the layer and escape radius.
+    alpha : number
+        Strength of the friction force.
+    eps : number
+        Physical half-width of the layer.
+    r : number
+        Physical radius of escape.
 
     Returns
     -------
@@ -418,10 +432,14 @@ def stokes(
     points : int
         Values of z0 on both sides of the fold, at least 8, for the methods that take
         one scene at a time, interpolated between; the others have seven times as many.
-    mu, alpha : number
-        Shape and strength of the friction force; mu > 1/2, so that there is a fold.
-    kappa, r : number
-        Scaled noise amplitude and radius.
+    mu : number
+        Shape of the friction force, greater than 1/2, so that there is a fold.
+    alpha : number
+        Strength of the friction force.
+    kappa : number
+        Scaled noise amplitude.
+    r : number
+        Scaled radius of escape.
 
     Returns
     -------

@@ -61,13 +61,18 @@ def release(
     ----------
     points : int
         Noise amplitudes of panel (c), at least 5.
-    mu, alpha, z0 : number
-        Shape and strength of the friction force; spring extension at the start, between the fold
-        and 1 - alpha.
+    mu : number
+        Shape of the friction force.
+    alpha : number
+        Strength of the friction force.
+    z0 : number
+        Spring extension at the start, between the fold and 1 - alpha.
     kappa : number or sequence of up to four numbers
         Scaled noise amplitudes of panels (a) and (b).
-    eps, r : number
-        Physical half-width of the layer; scaled radius.
+    eps : number
+        Physical half-width of the layer.
+    r : number
+        Scaled radius of escape.
 
     Examples
     --------

@@ -75,7 +75,7 @@ def _samples(c: Polynomial, r: float) -> list[tuple[float, float]]:
     return [(-r, left(-r)), *((u, inside(u)) for u in grid), (r, right(r))]
 
 
-def _climb(c: Polynomial, r: float) -> float:
+def _barrier_height(c: Polynomial, r: float) -> float:
     """The largest V(v) - V(u), u < v, v > 0."""
     samples = _samples(c, r)
     lowest = accumulate((V for _, V in samples), min)
@@ -103,7 +103,7 @@ def mpmath_escape_time(
         lam = 2 / mpf_of(kappa, mp) ** 2
         potentials = _potentials([mpf_of(x, mp) for x in c])
         samples, edges = _samples(c, r), [-r, -1, 1, r]
-        climb, high = mpf(_climb(c, r)), mpf(samples[0][1])
+        barrier, high = mpf(_barrier_height(c, r)), mpf(samples[0][1])
         left, right = [(0, -r, -1), (1, -1, 0)], [(1, 0, 1), (2, 1, r)]
 
         def V(u: mpf) -> Any:
@@ -117,7 +117,7 @@ def mpmath_escape_time(
 
         def scaled(v: mpf) -> Any:
             """The same divided by the largest exponential."""
-            top = V(v) - climb
+            top = V(v) - barrier
             return mp.quad(lambda u: mp.exp(lam * (top - V(u))), cut(v))
 
         def cut(v: mpf) -> list[Any]:
@@ -133,7 +133,7 @@ def mpmath_escape_time(
 
             def outer(v: mpf) -> Any:
                 """The integrand over v, the constant part of the inner integral factored out."""
-                top = potentials[k](v) - climb
+                top = potentials[k](v) - barrier
                 points = [edges[k], *(x for x in (0,) if edges[k] < x < v), v]
                 own = mp.quad(lambda u: mp.exp(lam * (top - potentials[k](u))), points)
                 return mp.exp(lam * (top - low)) * before + own
@@ -145,7 +145,7 @@ def mpmath_escape_time(
             start, *ends = [spans[0][1], *(b for _, _, b in spans)]
             if form in ("printed", "cut"):
                 points = [start, *(ends if form == "cut" else ends[-1:])]
-                return mp.quad(plain, points) / mp.exp(lam * climb)
+                return mp.quad(plain, points) / mp.exp(lam * barrier)
             if form == "scaled":
                 return mp.quad(scaled, [start, *ends])
             return sum((tuned(*part) for part in spans), mp.zero)
@@ -159,7 +159,7 @@ def mpmath_escape_time(
         total = (1 - C) * double(right)
         if mpf(10) ** -dps < C:
             total -= C * double(left)
-        return lam * mp.exp(lam * climb) * total
+        return lam * mp.exp(lam * barrier) * total
 
 
 # -- Arb --------------------------------------------------------------------------------------
@@ -199,7 +199,7 @@ def _arb_escape_time(
         """The ball of a rational."""
         return arb(flint.fmpq(x.numerator, x.denominator))
 
-    lam, climb = ball(2 / kappa**2), arb(_climb(c, r))
+    lam, barrier = ball(2 / kappa**2), arb(_barrier_height(c, r))
     potentials = _potentials([ball(x) for x in c])
     samples, edges = _samples(c, r), [-r, -1, 1, r]
     tolerance = arb(10) ** -(dps + 3)
@@ -224,11 +224,11 @@ def _arb_escape_time(
         def separate(v: Ball) -> Any:
             """The integrand over v, both exponentials by themselves."""
             own = integral(lambda u: (lam * (low - V(u))).exp(), edges[k], v)
-            return (lam * (V(v) - climb - low)).exp() * (whole + own)
+            return (lam * (V(v) - barrier - low)).exp() * (whole + own)
 
         def joint(v: Ball) -> Any:
             """The integrand over v, both exponentials in one."""
-            top = V(v) - climb
+            top = V(v) - barrier
             own = integral(lambda u: (lam * (top - V(u))).exp(), edges[k], v)
             return (lam * (top - low)).exp() * whole + own
 
@@ -246,7 +246,7 @@ def _arb_escape_time(
     total = (1 - C) * sum((span(*part) for part in right), acb(0))
     if not abs(C) < tolerance:
         total -= C * sum((span(*part) for part in left), acb(0))
-    return (lam * (lam * climb).exp() * total).real
+    return (lam * (lam * barrier).exp() * total).real
 
 
 # -- SciPy ------------------------------------------------------------------------------------
@@ -265,7 +265,7 @@ def scipy_log_escape_time(
     """
     from scipy.integrate import dblquad, quad
 
-    lam, climb = 2.0 / kappa**2, _climb(c, r)
+    lam, barrier = 2.0 / kappa**2, _barrier_height(c, r)
     left, inside, right = _potentials([float(x) for x in c])
     lowest = min(V for u, V in _samples(c, r) if u <= 1)
     exp = math.exp
@@ -283,12 +283,12 @@ def scipy_log_escape_time(
     ) -> float:
         """Over v in [a, b], where V is f, and u from low to high (None: v), where it is g."""
         if factorised and high is not None:
-            ref = max(f(a), f(b)) if f is not inside else lowest + climb
-            size = exp(lam * (ref - climb - lowest))
+            ref = max(f(a), f(b)) if f is not inside else lowest + barrier
+            size = exp(lam * (ref - barrier - lowest))
             return size * single(f, 1, ref, a, b) * single(g, -1, lowest, low, high)
 
         def integrand(u: float, v: float) -> float:
-            return exp(lam * (f(v) - g(u) - climb))
+            return exp(lam * (f(v) - g(u) - barrier))
 
         top: Any = (lambda v: v) if high is None else high
         return float(dblquad(integrand, a, b, low, top, epsabs=0.0, epsrel=epsrel)[0])
@@ -312,7 +312,7 @@ def scipy_log_escape_time(
         other += double(inside, -1.0, 0.0, left, -r, -1.0)
         other += double(inside, -1.0, 0.0, inside, -1.0, None)
         total -= C * other
-    return math.log(lam) + lam * climb + math.log(total)
+    return math.log(lam) + lam * barrier + math.log(total)
 
 
 # -- NumPy ------------------------------------------------------------------------------------
@@ -385,11 +385,11 @@ def numpy_log_escape_time(c: FloatArray, kappa: float, r: float, panels: int) ->
 def pari_program(c: Polynomial, kappa: Fraction, r: Fraction, dps: int) -> str:
     """The GP program of the same double integral by nested `intnum`, split and scaled alike."""
     V = [" + ".join(f"({x})*u^{k}" for k, x in enumerate(p)) for p in _polynomial_potentials(c)]
-    climb, high = _climb(c, float(r)), _samples(c, float(r))[0][1]
+    barrier, high = _barrier_height(c, float(r)), _samples(c, float(r))[0][1]
     edges = [f"-({r})", "-1", "1", f"{r}"]
     lines = [
         f"default(realprecision, {dps});",
-        f"lam = {2 / kappa**2}; climb = {Fraction(climb)}; high = {Fraction(high)};",
+        f"lam = {2 / kappa**2}; barrier = {Fraction(barrier)}; high = {Fraction(high)};",
         *(f"V{k}(u) = {V[k]};" for k in range(3)),
     ]
     for k in range(3):
@@ -398,7 +398,7 @@ def pari_program(c: Polynomial, kappa: Fraction, r: Fraction, dps: int) -> str:
         )
         own = f"intnum(u = {edges[k]}, v, exp(lam*(t - V{k}(u))))"
         whole = f"{inner} + {own}" if inner else own
-        lines.append(f"f{k}(v) = {{ my(t = V{k}(v) - climb); {whole} }};")
+        lines.append(f"f{k}(v) = {{ my(t = V{k}(v) - barrier); {whole} }};")
         lines.append(f"g{k}(v) = exp(lam*(V{k}(v) - high));")
     low, high_end = edges[0], edges[3]
     lines += [
@@ -435,8 +435,8 @@ def pari_log_escape_time(
         raise ArithmeticError("gp printed no number")
     # The largest exponent was taken out of T, and has no part in gp's digits.
     with mp.workdps(dps + 30):
-        lam, climb = 2 / kappa**2, Fraction(_climb(c, float(r)))
-        rise = mpf_of(lam * climb, mp)
+        lam, barrier = 2 / kappa**2, Fraction(_barrier_height(c, float(r)))
+        rise = mpf_of(lam * barrier, mp)
         rest = mpf("".join(done.stdout.split()).replace("E", "e"))
         return spent, rest + rise + mp.log(mpf_of(lam, mp))
 

@@ -168,14 +168,14 @@ def strong(name: str, full: bool) -> Iterator[Finding]:
 
 
 def weak(name: str, full: bool) -> Iterator[Finding]:
-    """kappa -> 0: the flight time along the drift, or e^{lam} to the highest climb of V."""
+    """kappa -> 0: the flight time along the drift, or e^{lam} to the highest barrier of V."""
     drift, r = DRIFTS[name](), Fraction(3)
-    climb = _climb(drift)
+    barrier = _barrier_height(drift)
     kappas = ("1e-3", "5e-4")
     where = f"{name}, T, kappa -> 0"
     with own_context(_DPS + 10) as mp:
         times = [mp.convert(question("T", drift, k, r)(dps=_DPS)) for k in kappas]
-        if climb is None:
+        if barrier is None:
             side, field = 1 if drift.ends[1] > 0 else -1, Field(drift, mp)
             flight = mp.quad(lambda u: 1 / field.A(side * u), [0, 1]) * side
             flight += (3 - mp.one) / abs(field.ends[side > 0])
@@ -184,9 +184,9 @@ def weak(name: str, full: bool) -> Iterator[Finding]:
             yield finding._replace(check="limit")
             return
         noises = [mp.convert(Fraction(k) ** 2 / 2) for k in kappas]
-        # log T = climb/noise + O(log): Kramers' exponent.
+        # log T = barrier/noise + O(log): Kramers' exponent.
         for noise, time in zip(noises, times, strict=True):
-            gap = abs(noise * mp.log(time) - climb(mp))
+            gap = abs(noise * mp.log(time) - barrier(mp))
             yield compared("eq:Ttilde", "digits", "limit", gap, 5 * noise * -mp.log(noise), where)
         if drift.region == "sliding":
             outside = [sa.occupation(drift, k, complement=True, dps=_DPS) for k in kappas]
@@ -227,14 +227,14 @@ def far(name: str, full: bool) -> Iterator[Finding]:
             yield compared("eq:Ttilde", "digits", "limit", gap, 1e-12, f"{where}, T")
 
 
-def _climb(drift: sa.Drift) -> Any:
+def _barrier_height(drift: sa.Drift) -> Any:
     """The height T's exponent takes within |u| < 3, as a function of a context; None for none."""
     a_minus, a_plus = (Fraction(x) for x in drift.ends)
     if a_minus * a_plus > 0 and not drift.wells():
         return None
 
     def height(mp: MPContext) -> Any:
-        """The height of V that T's exponent climbs."""
+        """The barrier of V in T's exponent."""
         (well,), field = drift.wells(), Field(drift, mp)
         if a_minus * a_plus > 0:
             (barrier,) = drift.barriers()
