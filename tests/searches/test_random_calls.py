@@ -54,6 +54,7 @@ def test_every_verb_is_called() -> None:
         "sa.expand(sa.Drift('2 - u**3'), 'T', noise='uniform')",
         "sa.plan(sa.tanh(3, -1, 5), '1e-500', 2, patience=1.0)",
         "sa.plot('C', sa.linear(1, 1), [0.1, 1], 2, ax=range(3))",
+        "sa.occupation(sa.Drift('2 - u + exp(-c*u)').bind(c=Fraction(1, 10**5000)), 0.1)",
         "sa.uniform_integral('log(x) - x', 'x**100', 'x', '1/2', 2**63, 2).emit(target='c')",
         "command('figure', 'stokes', '--set', 'kappa=1/3', '--set', 'alpha=abc')",
         "command('figure', 'fric2', '--set', 'points=1000000000')",

@@ -109,8 +109,8 @@ def _times(
     """
     if _zeros_at(drift, x) > 1:
         raise InputError(
-            f"A has a multiple zero at the start, {float_text(x)}, where the uniform series does "
-            "not exist; use method='exact'."
+            f"A has a multiple zero at the start, u = {float_text(x)}, where the uniform series "
+            "does not exist; use method='exact'."
         )
     local, order = request.method == "local", request.order
     lam, form, scene = 2 / min(kappas) ** 2, None, None
