@@ -210,7 +210,7 @@ def plan(
     Returns
     -------
     Plan
-        The cheapest method a point, once the drift is analysed.
+        The method that takes the least time a point, once the drift is analysed.
 
     Raises
     ------

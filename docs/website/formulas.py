@@ -372,7 +372,7 @@ def _rests(label: str, records: Records) -> list[str]:
 
 def _used(label: str, records: Records) -> list[str]:
     above = [other for other, record in records.items() if label in record["rests_on"]]
-    lines = [f"{'; '.join(map(_link, above)) or 'Nothing here'}.", ""]
+    lines = [f"{'; '.join(map(_link, above)) or 'No other formula'}.", ""]
     if above or records[label]["rests_on"]:
         # In HTML: the graph's nodes are no headings, which a link in Markdown would look for.
         lines += [

@@ -35,7 +35,7 @@ def _compared(name: str) -> Callable[[Any, Any], Any]:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Estimate:
-    """The result of a verb with ``full=True``.
+    """The result of a function with ``full=True``.
 
     It stands for its value where a number is expected: in ``float()``, ``mpmath.mpf()``,
     comparisons and formats such as ``f"{estimate:.6g}"``. ``value, error = estimate`` unpacks it.

@@ -35,7 +35,7 @@ class Scales:
     Attributes
     ----------
     kappa, r : number
-        kappa/sqrt(eps) and r/eps, to pass to the verbs.
+        kappa/sqrt(eps) and r/eps, to pass to functions such as `escape_time`.
     time : number
         Physical time per unit of scaled time, eps. So slow variables, frozen in the scaled
         equation, move by this times their velocity in a unit of scaled time.

@@ -417,7 +417,7 @@ def by_hand_in_weak_noise(z0: str, r: float, order: int) -> Callable[[Any], Any]
     """
     with own_context(40) as context:
         drift = sa.friction(mu=3, alpha=1, z0=z0)
-        side = weak_noise_answer._halves(drift, Fraction(r), Fraction(0), order, context, 40)[1]
+        side = weak_noise_answer._one_sided(drift, Fraction(r), Fraction(0), order, context, 40)[1]
         (well,) = (p for p in side.speed_points if p.kind == "well")
         (barrier,) = (p for p in side.scale_points if p.kind == "barrier")
         (kink,) = (p for p in side.scale_points if p.kind == "kink")

@@ -236,7 +236,7 @@ def test_weak_noise_series_of_wells_and_barriers(drift):
     u = sympy.Symbol("u", real=True)
     slope, checked = drift.expression(), 0
     with own_context(40) as ctx:
-        halves = weak_noise._halves(drift, Fraction(10), Fraction(0), 2, ctx, 0)
+        halves = weak_noise._one_sided(drift, Fraction(10), Fraction(0), 2, ctx, 0)
         # The left half is seen in a mirror: odd derivatives change sign, these formulas do not.
         for mirror, half in zip((-1, 1), halves, strict=True):
             for place in half.speed_points + half.scale_points:

@@ -260,7 +260,7 @@ def test_the_expansion_is_the_one_that_is_evaluated(scene: Any) -> None:
     with precision(400), own_context(50) as context:
         labels = proof._cells.labels
         top = exact_ball(kappa) / flint_module().arb(2).sqrt()
-        sums = expansion(proof._halves, proof._r, Formal(labels, 90, order, top))
+        sums = expansion(proof._both, proof._r, Formal(labels, 90, order, top))
         value = _at(sums[0], labels, top) / _at(sums[1], labels, top) / top**2
         found = context.mpf(value.log().mid().str(45, radius=False))
         assert abs(found - wanted) < abs(wanted) * context.mpf(10) ** -20

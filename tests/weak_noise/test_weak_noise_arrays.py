@@ -83,6 +83,7 @@ def test_any_polynomials(
         assert_same(found.value[k], found.error[k], one, scene[0])
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("quantity", sorted(QUANTITIES))
 @pytest.mark.parametrize("order", [0, 2, 5, "optimal"])
 @WHOLE
@@ -172,13 +173,13 @@ def test_a_tangency_among_others_is_refused() -> None:
 def test_more_digits_only_where_float64_is_not_enough(monkeypatch: pytest.MonkeyPatch) -> None:
     """Beside a fold, and from a start on a well or barrier."""
     asked: list[Fraction] = []
-    halves = weak_noise._halves
+    halves = weak_noise._one_sided
 
     def counted(drift: sa.Drift, *rest: Any) -> Any:
         asked.append(drift.values["z0"])
         return halves(drift, *rest)
 
-    monkeypatch.setattr(weak_noise, "_halves", counted)
+    monkeypatch.setattr(weak_noise, "_one_sided", counted)
     z0 = np.array([-1.5, -0.3, 0.5, -7 / 9 - 1e-6, 1.0, 3.0])
     found = ask("T", sa.friction(3, 1, z0), 1e-5, 10)
     assert sorted(map(float, asked)) == [z0[3], 1.0]
@@ -226,6 +227,7 @@ def test_optimal_order_where_powers_overflow() -> None:
     assert many[0] == pytest.approx(one, rel=1e-14)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("complement", [False, True])
 @pytest.mark.parametrize("order", [0, 3, "optimal"])
 def test_shares_of_many_drifts(complement: bool, order: Any) -> None:

@@ -285,7 +285,7 @@ def C_in_halves(d: Any) -> Any:
 
 @derives(
     "eq:Ttilde",
-    "The mean escape time as a double integral (forwards)",
+    "The mean escape time as a double integral, from the forward equation",
     ("eq:Ttilde0", "density-R", "eq:C"),
 )
 def escape_time(d: Any) -> None:

@@ -135,7 +135,6 @@ function inWords(n) {
   return `${REGION[n.region](n)} ${layer}`;
 }
 
-/** The way to the fold in time, marked where T, which has z frozen, is longer than it. */
 /** How much of λD, the height of the barrier, changes while T passes: D changes with z as u₂ − u₁. */
 function changed(n) {
   if (n.wayToFold === null || n.logExact === null || n.points.length !== 2) return NONE;
@@ -205,6 +204,9 @@ function timePlot(sliders, n, { time: paper, uniform, belt }, exact) {
   const others = n.folds === null && !paper.length
     ? ""
     : ", uniform (dotted), the paper’s formula (dashed)";
+  const here = n.logExact !== null && !now.length
+    ? `; here, above the frame, it is ${(n.logExact / Math.LN10).toFixed(1)}`
+    : "";
   const grey = belt.length
     ? "; grey: the time in which the belt carries z to the fold; where T lies above it, the block is released earlier"
     : "";
@@ -216,7 +218,7 @@ function timePlot(sliders, n, { time: paper, uniform, belt }, exact) {
     belt: inside(belt),
     y,
     points: now,
-    caption: `log₁₀ T against ${axis.xlabel}: exact (solid)${others}${grey}`,
+    caption: `log₁₀ T against ${axis.xlabel}: exact (solid)${others}${here}${grey}`,
   };
 }
 

@@ -189,7 +189,7 @@ def growth(grown: list[Grown]) -> str:
                 last.append(f"{in_tex(name)} {exponent(own):.2f}")
         heads = [titles[axis], *map(in_tex, names)]
         parts += [f"### With the {titles[axis]}".replace("the $", "$"), table(heads, rows)]
-        parts.append(f"Exponent of the growth between the last two rows: {'; '.join(last)}.")
+        parts.append(f"Exponent of the growth between the two largest sizes: {'; '.join(last)}.")
     return "\n\n".join(parts)
 
 
