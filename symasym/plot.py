@@ -8,7 +8,7 @@ import numpy as np
 
 from symasym.base.call_context import patient
 from symasym.base.errors import InputError
-from symasym.base.inputs import FloatArray, Numbers, choice, floats, is_array
+from symasym.base.inputs import FloatArray, Numbers, axes, choice, floats, is_array
 from symasym.drift.drift import Drift
 from symasym.quantities import call_named, stationary_density
 from symasym.scenes import QUANTITIES, require_drift
@@ -97,6 +97,8 @@ def plot(
     """
     quantity = choice("quantity", quantity, _LABELS)
     require_drift(drift)
+    if ax is not None:
+        (ax,) = axes("ax", ax)
     given: dict[str, Any] = {"kappa": kappa, "r": r, "start": start, "y": y}
     numbers = {name: x for name, x in given.items() if x is not None and name in _takes(quantity)}
     missing = [n for n in _takes(quantity) if n not in numbers]

@@ -128,6 +128,21 @@ def sequence(name: str, value: object) -> list[Any]:
         raise InputError(f"{name} is {shown(value)}; give a sequence.") from None
 
 
+def axes(name: str, value: Any, many: int = 1) -> list[Any]:
+    """Matplotlib's axes, one or so many; InputError for anything else."""
+    from matplotlib.axes import Axes
+
+    given = [value] if isinstance(value, Axes) else value
+    if not isinstance(given, (list, tuple, np.ndarray)):
+        given = ()
+    if len(given) != many or not all(isinstance(ax, Axes) for ax in given):
+        wanted = f"{many} axes" if many > 1 else "the axes"
+        raise InputError(
+            f"{name} is {shown(value)}; give {wanted} of a figure of matplotlib, or leave it out."
+        )
+    return list(given)
+
+
 def exact(name: str, value: object) -> Fraction:
     """The exact rational that `value` stands for.
 

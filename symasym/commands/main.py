@@ -99,6 +99,7 @@ _AS_OPTIONS = [
     (r"\bsa\.labels\(\) lists them", "symasym show --all lists them"),
     (r"\b(log|complement)=True\b", r"--\1"),
     (r"\bfull=True\b", "--json"),
+    (r"; errors='nan' leaves such elements out", ""),
     (r"\b(dps|order)=(?:n|…)", r"--\1 N"),
     (r"\brtol=…", "--rtol X"),
     (r"\bpatience=…", "--patience SECONDS"),

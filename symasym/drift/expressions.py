@@ -17,7 +17,6 @@ from symasym.numbers.complex_balls import ComplexBallOps
 from symasym.numbers.trees import MpmathOps, evaluate_tree
 
 _DEEPEST = 120
-_LONGEST = 13_200  # binary digits of a number in an expression, which Python prints
 _OVERLAP = Fraction(9, 16)  # half would let neighbouring balls touch only
 
 
@@ -92,7 +91,7 @@ def parse(name: str, given: sympy.Expr | Number, names: dict[str, Any] | None = 
 def exactly(expression: sympy.Expr, name: str = "A") -> Any:
     """Every float replaced by its exact binary value; refused with numbers nobody can print."""
     for x in expression.atoms(sympy.Rational):
-        if max(int(abs(x.p)), int(x.q)).bit_length() > _LONGEST:
+        if models.unprintable(x):
             raise InputError(
                 f"{name} has the number {float_text(Fraction(int(x.p), int(x.q)))}, of more than "
                 "4,000 digits; rescale the problem."

@@ -22,6 +22,13 @@ Values = Mapping[str, Any]
 
 # Waves, exponents and degrees beyond it make no switch that anybody has.
 _MOST = 1_000
+# Binary digits of a number that Python prints.
+_LONGEST = 13_200
+
+
+def unprintable(x: Any) -> bool:
+    """Whether a rational number of SymPy has more digits than Python prints."""
+    return max(int(abs(x.p)), int(x.q)).bit_length() > _LONGEST
 
 
 @dataclass(frozen=True)
@@ -219,7 +226,8 @@ class Expression(Model):
         value = self.formula.subs({self.u: side, **rationals})
         terms = [abs(term.evalf(15)) for term in sympy.Add.make_args(value)]
         # Simplifying can take minutes; only a sum that seems to vanish is worth it.
-        if not value.is_Rational and abs(value.evalf(15)) < 1e-12 * max(terms):
+        vanishes = not value.is_Rational and abs(value.evalf(15)) < 1e-12 * max(terms)
+        if vanishes and not any(map(unprintable, value.atoms(sympy.Rational))):
             value = sympy.simplify(value)
         return Fraction(int(value.p), int(value.q)) if value.is_Rational else None
 

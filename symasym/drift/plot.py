@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from symasym.base.errors import InputError
+from symasym.base import inputs
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,9 +37,7 @@ def plot(drift: Drawn, axes: Sequence[Axes] | None) -> Any:
         from matplotlib import pyplot
 
         axes = pyplot.subplots(2, sharex=True, layout="constrained")[1]
-    if np.size(np.asarray(axes, dtype=object)) != 2:
-        raise InputError("axes is not two axes; give those of phi and of V, or leave it out.")
-    above, below = axes
+    above, below = inputs.axes("axes", axes, 2)
     u = np.union1d(np.linspace(-_REACH, _REACH, _POINTS), [-1.0, 1.0])
     above.plot(u, drift(u))
     above.axhline(0, color="0.6", linewidth=0.8)
@@ -47,7 +45,7 @@ def plot(drift: Drawn, axes: Sequence[Axes] | None) -> Any:
     below.plot(u, drift.potential_at(u))
     below.set_ylabel("V(u)")
     below.set_xlabel("u")
-    for ax in axes:
+    for ax in (above, below):
         # The layer's ends, outside of which the drift is constant.
         for end in (-1, 1):
             ax.axvline(end, color="0.6", linewidth=0.8, linestyle=":")

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 # Largest whole number in a quotient that a double holds exactly.
 _EXACT = 2**53
+# Longest number that is factored with the rest, not kept as a symbol.
+_MOST_BITS = 1000
 
 
 class _Quotient(sympy.Function):  # type: ignore[misc]
@@ -189,11 +191,18 @@ def removable(e: Any) -> Any:
         if swaps:
             rewritten = e.xreplace(swaps)
             # What expanding and factoring must leave alone.
-            whole = {node: sympy.Dummy(real=True) for node in rewritten.atoms(_Quotient)}
+            large = (n for n in rewritten.atoms(sympy.Rational) if _bits(n) > _MOST_BITS)
+            kept = (*rewritten.atoms(_Quotient), *large)
+            whole = {node: sympy.Dummy(real=True) for node in kept}
             rewritten = sympy.factor(sympy.expand(rewritten.xreplace(whole)))
             if not _pole(rewritten, b):
                 e = rewritten.xreplace({dummy: node for node, dummy in whole.items()})
     return e
+
+
+def _bits(x: Any) -> int:
+    """The bits of a rational number."""
+    return max(int(x.p).bit_length(), int(x.q).bit_length())
 
 
 def _pole(e: Expr, b: Symbol) -> int:

@@ -66,7 +66,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
                 return Answer(*balls.to_mpf(enclosure, dps), "bound", (request.name,))
             except AccuracyError:
                 pass
-        value = value_of_scene(scene, request.name, dps, request.log)
+        value = _asked(globals(), scene, request.name, dps, request.log)
     except RangeError:
         raise
     except OverflowError:
@@ -79,11 +79,6 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     with own_context(15) as context:
         error = abs(context.make_mpf(value._mpf_)) * context.mpf(10) ** -dps
     return Answer(value, error, "estimate", (request.name,))
-
-
-def value_of_scene(scene: Scene, name: str, dps: int, log: bool) -> mpf:
-    """The quantity, or its logarithm, of a scene to `dps` digits."""
-    return _asked(globals(), scene, name, dps, log)
 
 
 def _asked(verbs: dict[str, Any], scene: Scene, name: str, dps: int, log: bool) -> Any:

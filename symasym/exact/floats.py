@@ -82,12 +82,13 @@ def float_logs(scenes: Scenes, name: str, directions: Directions | None = None) 
 
 def _right_logs(scenes: Scenes, name: str) -> tuple[FloatArray, FloatArray]:
     """Logarithms in float64 and their errors; what is in doubt is evaluated with more digits."""
-    from symasym.exact.digits import value_of_scene
+    from symasym.exact.digits import of_scene
 
     logs, errors = float_logs(scenes, name)
+    closer = Request(name, "exact", None, _FLOAT_DIGITS, log=True, full=False)
     doubtful = ~(errors <= TOLERANCE * np.maximum(1.0, np.abs(logs)))
     for row in np.flatnonzero(doubtful):
-        logs[row] = float(value_of_scene(scene_at(scenes, row), name, _FLOAT_DIGITS, True))
+        logs[row] = float(of_scene(scene_at(scenes, row), closer).value)
         errors[row] = ROUNDING * abs(logs[row])
     return logs, errors
 

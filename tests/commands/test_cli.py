@@ -248,6 +248,7 @@ def test_json_in_float64(capsys: pytest.CaptureFixture[str]) -> None:
             ["value", "escape-time", "--drift", "linear", "--kappa", "1", "--r", "2"],
             "with --set a_minus=…",
         ),
+        (["figure", "release", "--set", "kappa=0"], "kappa is 0; it must be greater than 0"),
         ([*ESCAPE, "--set", "z0=1"], "z0 is set twice"),
         ([*ESCAPE, "--set", "nu=1"], "nu is no parameter of friction"),
         ([*ESCAPE, "--set", "nu"], "--set is 'nu'"),
@@ -266,6 +267,11 @@ def test_bad_input_is_one_sentence(
     capsys: pytest.CaptureFixture[str], arguments: list[str], told: str
 ) -> None:
     assert told in refused(capsys, *arguments)
+
+
+def test_no_advice_for_python_alone(capsys: pytest.CaptureFixture[str]) -> None:
+    told = refused(capsys, "figure", "stokes", "--set", "alpha=1/3", "--set", "points=8")
+    assert told.endswith("or use --method exact.\n")
 
 
 @pytest.mark.parametrize(

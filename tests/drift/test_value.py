@@ -122,5 +122,6 @@ def test_pictures() -> None:
         sa.linear([1, 2], -1).plot()
     with pytest.raises(sa.InputError, match="have no value"):
         sa.linear(1).plot()
-    with pytest.raises(sa.InputError, match="two axes"):
-        drift.plot([above])
+    for wrong in ([above], [[above], [below]], [above, 3], "ab", range(2), above):
+        with pytest.raises(sa.InputError, match="give 2 axes of a figure"):
+            drift.plot(wrong)

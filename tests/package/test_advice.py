@@ -672,6 +672,9 @@ REFUSED = {
     "emitted function": Refused(
         sa.emit, sympy.zeta(sympy.Symbol("x")), "c", then=[lambda: sympy.zeta(sympy.Float(2))]
     ),
+    "multiple zero at the start": Refused(
+        sa.escape_time, sa.Drift("u**3 - u**2"), "0.1", 2, method="uniform"
+    ),
     "multiple zero beside": Refused(
         sa.escape_time, sa.tanh(1, -1, 2.7e-59), "0.1", 2, method="laplace"
     ),

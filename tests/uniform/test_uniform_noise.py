@@ -239,6 +239,10 @@ def test_bad_input() -> None:
         sa.escape_time(drift, 5, 10, method="uniform")
     with pytest.raises(sa.AccuracyError, match="double zero at u = 0.3"):
         sa.escape_time(sa.Drift("(u-3/10)**2*exp(u)"), "0.1", 4, method="uniform")
+    for power in (2, 3):
+        drift = sa.Drift(f"(u-1/5)**{power}*(3-u)")
+        with pytest.raises(sa.InputError, match="multiple zero at the start, u = 0.2"):
+            sa.escape_time(drift, "0.01", 4, start="1/5", method="uniform", order=power)
 
 
 # -- the multiplier --------------------------------------------------------------------------------

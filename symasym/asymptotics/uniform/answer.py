@@ -107,6 +107,11 @@ def _times(
 
     By closed forms at order 0, where these tell.
     """
+    if _zeros_at(drift, x) > 1:
+        raise InputError(
+            f"A has a multiple zero at the start, u = {float_text(x)}, where the uniform series "
+            "does not exist; use method='exact'."
+        )
     local, order = request.method == "local", request.order
     lam, form, scene = 2 / min(kappas) ** 2, None, None
     with own_context(working_digits(request.digits, lam, r) + 10) as context:
@@ -265,11 +270,18 @@ def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
 
     Of other A it stays there: so many more digits of them would take minutes.
     """
-    known = drift.exact_coefficients()
-    if known is None or abs(x) > 1 or sum((c * x**k for k, c in enumerate(known)), Fraction(0)):
+    if not _zeros_at(drift, x):
         return x
     move = Fraction(1, 10 ** (digits + 10))
     return x - move if x > 0 else x + move
+
+
+def _zeros_at(drift: Drift, x: Fraction) -> int:
+    """How often x, of the layer, is a zero of a polynomial A: 2 for more than once, 0 unknown."""
+    known = drift.exact_coefficients()
+    if known is None or abs(x) > 1 or sum((c * x**k for k, c in enumerate(known)), Fraction(0)):
+        return 0
+    return 1 if sum((k * c * x ** (k - 1) for k, c in enumerate(known) if k), Fraction(0)) else 2
 
 
 def _estimate(scene: _TwoSides, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:

@@ -457,20 +457,24 @@ def stokes(
         raise InputError(f"points is {points}; give 8 or more.")
     family = sa.friction(mu=mu, alpha=alpha)
     fold = fold_of(mu, alpha)
-    width = min(0.35, 0.9 * (1 - float(alpha) - fold))
+    width = min(0.35, 0.9 * (1 - float(exact("alpha", alpha)) - fold))
     fine = fold + np.linspace(-0.8, 1.0, _FINER * (points - 1) + 1) * width
     z0 = fine[::_FINER]
     drift, every = family.bind(z0=z0), family.bind(z0=fine[:, None])
-    noise = [float(kappa), *_MAP]
+    noise = [float(exact("kappa", kappa)), *_MAP]
     wanted = np.asarray(sa.escape_time(every, noise, r, log=True))
     both = np.asarray(sa.escape_time(every, noise, r, method="uniform", order=0, log=True))
 
     def log_time(method: TimeMethod, order: int | None = None) -> FloatArray:
         """log T by a method that takes one scene at a time: its error interpolated."""
-        logs = sa.escape_time(drift, float(kappa), r, method=method, order=order, log=True)
+        logs = sa.escape_time(
+            drift, float(exact("kappa", kappa)), r, method=method, order=order, log=True
+        )
         return wanted[:, 0] + _between(z0, np.asarray(logs) - wanted[::_FINER, 0], fine)
 
-    step = sa.escape_time(family.bind(z0=fine), float(kappa), r, method="paper", log=True)
+    step = sa.escape_time(
+        family.bind(z0=fine), float(exact("kappa", kappa)), r, method="paper", log=True
+    )
     curves = {
         "step (the paper)": np.asarray(step),
         "local": log_time("local"),
@@ -555,7 +559,7 @@ def _shares(axes: Axes, drift: sa.Drift, kappa: Number, z0: FloatArray, fold: fl
     """Draw the Stokes multiplier."""
     looks = _looks()
     for method, name in (("uniform", "uniform, order 0"), ("local", "local")):
-        values = sa.stokes_multiplier(drift, float(kappa), method=method)
+        values = sa.stokes_multiplier(drift, float(exact("kappa", kappa)), method=method)
         color, dashes = looks[name]
         axes.plot(z0, values, dashes, color=color, label=method)
     color, dashes = looks["step (the paper)"]

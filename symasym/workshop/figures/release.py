@@ -8,7 +8,7 @@ import numpy as np
 
 import symasym as sa
 from symasym.base.errors import InputError
-from symasym.base.inputs import Number, Numbers, exact
+from symasym.base.inputs import Number, Numbers, exact, positive, to_float
 from symasym.drift.models import check_count
 from symasym.release.march import Marched, Scene, laws, march
 from symasym.workshop.figures.style import (
@@ -92,7 +92,7 @@ def release(
         "release; (c) mean time of release against the scaled kappa: of the whole system, with z "
         "frozen, by the adiabatic law, and by the paper's formula for z frozen."
     )
-    noise = [float(exact("kappa", k)) for k in amplitudes]
+    noise = [to_float("kappa", positive("kappa", exact("kappa", k))) for k in amplitudes]
     scenes = [
         Scene(block, k, float(exact("r", r)), float(exact("eps", eps)), 0.0, float(exact("z0", z0)))
         for k in noise
