@@ -66,7 +66,7 @@ class _Cluster(Executor):
 
 
 def result_of(future: Future[Any], executor: Executor) -> Any:
-    """What a future holds once it is done, however long work goes on.
+    """The result of a future once it is done, however long work goes on.
 
     Raises
     ------

@@ -141,7 +141,7 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
 
     @staticmethod
     def _divisor(below: list[Any], shown: str) -> str:
-        """What stands behind a slash, in parentheses unless it is one symbol, power or number."""
+        """The text behind a slash, in parentheses unless it is one symbol, power or number."""
         alone = len(below) == 1 and not below[0].is_Add
         return shown if alone else f"({shown})"
 
@@ -497,7 +497,7 @@ def _counts(factor: Any) -> bool:
 
 
 def _rank(base: Any, power: Any) -> int:
-    """Where a factor stands behind the fraction; 0 for one in it."""
+    """The rank of a factor behind the fraction; 0 for one in it."""
     if sympy.sympify(power).could_extract_minus_sign():
         return 0
     if isinstance(base, sympy.Integral):

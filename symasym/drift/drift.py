@@ -505,7 +505,7 @@ class Drift:
     # -- as a value ------------------------------------------------------------------------
 
     def _key(self) -> tuple[Any, ...]:
-        """What tells this drift from others."""
+        """The value by which this drift is compared and hashed."""
         model: Any = self._model
         if isinstance(model, models.Expression):
             model = model.canonical, model.u

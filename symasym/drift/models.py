@@ -27,7 +27,7 @@ _LONGEST = 13_200
 
 
 def unprintable(x: Any) -> bool:
-    """Whether a rational number of SymPy has more digits than Python prints."""
+    """True for a rational number of SymPy that has more digits than Python prints."""
     return max(int(abs(x.p)), int(x.q)).bit_length() > _LONGEST
 
 

@@ -156,7 +156,7 @@ class Symbols(Builder):
         self.heights[self.start] = S.Zero
 
     def conditions(self) -> Iterator[Any]:
-        """What holds besides the order of the points, as predicates."""
+        """The conditions besides the order of the points, as predicates."""
         yield from ()
 
     # -- names ------------------------------------------------------------------------------

@@ -65,7 +65,7 @@ class Case:
 
     @property
     def before(self) -> int:
-        """How many of them are left of the start."""
+        """The number of them left of the start."""
         return next(k for k, word in enumerate(self.words) if word[:5] == "start")
 
     @property

@@ -243,7 +243,7 @@ def radius_condition(start: Any) -> Any:
 
 
 def _conditions(symbols: Symbols, quantity: str) -> Iterator[Any]:
-    """Where the formula holds, as predicates."""
+    """The conditions of the formula, as predicates."""
     yield from symbols.conditions()
     points: list[Any] = [-S.One, *symbols.zeros, S.One]
     if quantity in OF_START:

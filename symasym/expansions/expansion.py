@@ -118,7 +118,7 @@ class Expansion:
 
     @property
     def error(self) -> str:
-        """What the formula leaves out."""
+        """The order of the terms that the formula leaves out."""
         if self.noise == "strong":
             return (
                 f"relative O(kappa^-{2 * self.order + 2}), whatever r/kappa^2; evaluate(…, "

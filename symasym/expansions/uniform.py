@@ -240,7 +240,7 @@ class PairSymbols(Symbols):
         return Pair(S.Zero, self.square, [], 1, self.zeta, S.One, S.Zero)
 
     def grows(self, symbol: Symbol, scaled: Expr, times: int) -> None:
-        """What `symbol` is in code, without its growth e^{(2/3) times Z^(3/2)} for D > 0."""
+        """The name of `symbol` in code, without its growth e^{(2/3) times Z^(3/2)} for D > 0."""
         self.code[symbol] = scaled
         if self.real:
             rise = Symbol("rise(m)", positive=True)
@@ -248,7 +248,7 @@ class PairSymbols(Symbols):
             self.growth[symbol] = times * rise
 
     def conditions(self) -> Iterator[Any]:
-        """Where the pair is, and what it is."""
+        """The place and kind of the pair."""
         side, m = self.place.side, M
         if self.kept == 3:
             w = Symbol("w", real=True)
@@ -431,7 +431,7 @@ def _leading(drift: Drift, case: Case) -> float:
 
 
 def place_of(drift: Drift, case: Case, start: Fraction) -> Place:
-    """Where the pair is; a complex one of free parameters is taken to be right of the start."""
+    """The place of the pair; a complex one of free parameters is taken to be right of the start."""
     if case.kinds:
         return Place(1 if case.before == 0 else -1, 1)
     if drift.free:

@@ -81,7 +81,7 @@ def expanded(scene: Scene) -> tuple[float, float]:
 
 
 def adiabatic(scene: Scene, least: float = 1e-12) -> Forward:
-    """What is held at each z if escape at each is a Poisson process of the rate 1/T0."""
+    """The mass held at each z if escape at each is a Poisson process of the rate 1/T0."""
     rule = radau(_STAGES)
     integral = np.linalg.inv(rule.slopes[:, 1:])
     way, gone, clock, step = [0.0], 0.0, 0.0, scene.eps

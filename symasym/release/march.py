@@ -482,7 +482,7 @@ class Law:
 
 
 def _crossing(above: Callable[[FloatArray], Any], low: FloatArray, high: FloatArray) -> FloatArray:
-    """Where `above`, of points on a last axis, becomes true between `low` and `high`."""
+    """The place where `above`, of points on a last axis, becomes true between `low` and `high`."""
     shares = np.linspace(0.0, 1.0, _PARTS + 1)
     for _ in range(_CUTS):
         points = low[..., None] + (high - low)[..., None] * shares

@@ -17,9 +17,10 @@ from symasym.exact.digit_panels import (
     constant_moments,
     guard_bits,
     integers,
-    layer,
+    layers,
     recurrence,
-    slow_integral,
+    slow_moments,
+    slow_series,
     terms_needed,
 )
 from symasym.numbers.float_arrays import DoubleDouble, DoubleDoubleOps, shift
@@ -291,15 +292,19 @@ def test_layers_of_a_linear_drift(place: int) -> None:
         erfc = sum((-1) ** k * c for k, c in enumerate(odd)) / t
         M, Q = mp.sqrt(mp.mpf(2) / L) * dawson, erfc / mp.sqrt(2 * mp.mpf(L))
     # M' = 1 - lam phi M follows, Q' = -1 + lam phi Q opposes
-    assert abs(layer(phi, True, mp) / M - 1) < 1e-38
-    assert abs(layer(phi, False, mp) / Q - 1) < 1e-38
+    following, opposing = layers(phi, mp)
+    assert abs(following / M - 1) < 1e-38
+    assert abs(opposing / Q - 1) < 1e-38
 
 
 def test_integral_of_a_solution_without_layers() -> None:
     # lam phi = L (3 + s) on [-1, 1]; with x = 3 + s, M'(x) = 1 - L x M
     mp, L = context(35), 4000
     phi = [mp.mpf(3 * L), mp.mpf(L)] + [mp.zero] * 118
-    found = slow_integral(phi, 120, 22, True, mp)
+    bits = mp.prec + 32
+    following, _ = slow_series(phi, 22, bits)
+    even = (mp.mpf(int(x)) / (2 * k + 1) for k, x in enumerate(following[::2]))
+    found = mp.ldexp(2 * sum(even) / phi[0], -bits)
     with mp.workdps(45):
         root = mp.sqrt(mp.mpf(L) / 2)
 
@@ -310,3 +315,18 @@ def test_integral_of_a_solution_without_layers() -> None:
 
         wanted = mp.quad(M, [2, 3, 4])
     assert abs(found / wanted - 1) < 1e-30
+
+
+def test_moments_of_a_slow_panel() -> None:
+    mp = context(30)
+    phi = [mp.mpf(2000), mp.mpf(300), mp.mpf(-70), mp.mpf(11)]
+    found = slow_moments(phi, 40, mp)
+    with mp.workdps(40):
+        for j in (0, 1, 2, 5):
+            wanted = mp.quad(
+                lambda t, j=j: (
+                    t**j * mp.exp(sum(p * t ** (k + 1) / (k + 1) for k, p in enumerate(phi)))
+                ),
+                [-0.1, -0.02, -0.005, -0.001, 0],
+            )
+            assert abs(found[j] / wanted - 1) < 1e-25, j

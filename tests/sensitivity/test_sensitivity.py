@@ -270,6 +270,8 @@ def test_float64_claims_no_less_than_its_error(problem: Problem) -> None:
         (sa.linear(-0.9412458753167798, 1.0849805711995635), 0.1045064285367239, 3, 0, "C"),
         (sa.friction(mu=2.5459650743031097, alpha=0.37202650653500857, z0=-0.8004263393628291),
          0.14513512655321817, 3, 0, "C"),
+        # The start's is one side's alone.
+        (sa.friction(3, 1, "-0.000000000000001"), "0.1", 10, 0, "C"),
     ],
 )  # fmt: skip
 def test_float64_against_balls(

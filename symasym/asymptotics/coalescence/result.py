@@ -149,7 +149,7 @@ class UniformExpansion(IntegralExpansion):
 
     @property
     def error(self) -> str:
-        """What the sum leaves out, and what is claimed of that."""
+        """The order of the terms left out, and what is claimed of them."""
         kind = "none claimed while parameters are free" if self.parameters else "estimate"
         return f"relative O(lam^(-{self.order})), also where the points coalesce; error: {kind}"
 

@@ -87,7 +87,7 @@ class ErrorModel:
         return total + self.elsewhere(lam, context)
 
     def elsewhere(self, lam: mpf, context: MPContext) -> mpf:
-        """What ends and smaller maxima add, over e^(lam height)."""
+        """The contribution of ends and smaller maxima, over e^(lam height)."""
         total = context.mpf(0)
         top = self.contributions[0].height_in(context)
         for c in self._elsewhere:

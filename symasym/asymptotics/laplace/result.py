@@ -443,7 +443,7 @@ class LaplaceExpansion(IntegralExpansion):
 
     @property
     def error(self) -> str:
-        """What the sum leaves out, and what is claimed of that."""
+        """The order of the terms left out, and what is claimed of them."""
         size = f"e^(lam ({short(self.height)})) lam^(-{_bare(self.omitted)})"
         return f"O({size}); error: {self._error_text()}"
 

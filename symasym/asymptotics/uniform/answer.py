@@ -277,7 +277,7 @@ def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
 
 
 def _zeros_at(drift: Drift, x: Fraction) -> int:
-    """How often x, of the layer, is a zero of a polynomial A: 2 for more than once, 0 unknown."""
+    """The multiplicity of x as a zero of a polynomial A: 2 for more than once, 0 unknown."""
     known = drift.exact_coefficients()
     if known is None or abs(x) > 1 or sum((c * x**k for k, c in enumerate(known)), Fraction(0)):
         return 0

@@ -362,7 +362,7 @@ def _double(f: AiryForm, point: Any) -> dict[str, tuple[Number, Number]]:
 def _sizes(
     f: AiryForm, airy: AiryProducts, z: Number, point: Any
 ) -> tuple[AiryForm, AiryProducts, tuple[Number, ...]]:
-    """What the errors are made of, in float64: with Airy's argument, lam^(1/3) and 1/lam."""
+    """The factors of the errors, in float64: with Airy's argument, lam^(1/3) and 1/lam."""
     size = point.arithmetic.size
     form = AiryForm(f.key, *map(size, f[1:]))
     return form, AiryProducts(*map(size, airy)), tuple(map(size, (z, point.third, point.x)))

@@ -306,7 +306,7 @@ class Chosen(NamedTuple):
     allowed: Any = None
 
     def dropped(self, context: MPContext) -> tuple[str, ...]:
-        """What is left out, in words; never an estimate below what a proof allows without that."""
+        """The terms left out in words; never an estimate below what a proof allows without that."""
         if self.kind == "bound":
             return _BOUNDED
         if self.allowed is None:

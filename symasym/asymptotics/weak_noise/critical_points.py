@@ -303,7 +303,7 @@ class _FieldBuilder(Builder):
 def finite_part_change(
     taylor: list[Any], a: list[Any], count: int, one: Number
 ) -> Iterator[tuple[Any, Any]]:
-    """What int h_k of `regular_part` is more than with powers of s left out, k = 1 to `count`.
+    """Excess of int h_k of `regular_part` over that with powers of s left out, k = 1 to `count`.
 
     As a factor of log(a_0) and the rest; A has these Taylor coefficients at its zero, and
     u - x = a_0 s (1 + alpha_1 s + …).

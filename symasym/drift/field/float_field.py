@@ -205,7 +205,7 @@ class _Known:
 
 @lru_cache(maxsize=256)
 def _known(formula: object, parameters: bytes) -> _Known:
-    """What was found of the drift of this formula and parameters, for the next question."""
+    """The analysis kept for the drift of this formula and parameters."""
     return _Known(None, {})
 
 
@@ -300,7 +300,7 @@ class AnalyticField:
         )
 
     def _known(self, scene: int) -> _Known:
-        """What is known of the drift of a scene that is not mirrored."""
+        """The analysis of the drift of a scene that is not mirrored."""
         return _known(self._drift.model, self._kinds[self._kind[scene]].tobytes())
 
     def _marks_of(self, scene: int) -> FloatArray:

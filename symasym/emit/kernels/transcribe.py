@@ -469,7 +469,7 @@ class _Writer(Expressions):
 
 
 def _length(e: ast.expr) -> tuple[bool, int] | None:
-    """Whether ``[0.0] * n`` holds whole numbers, and n."""
+    """True if ``[0.0] * n`` holds whole numbers, and n."""
     if not (isinstance(e, ast.BinOp) and isinstance(e.left, ast.List)):
         return None
     (zero,), count = e.left.elts, e.right

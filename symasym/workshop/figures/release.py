@@ -55,7 +55,7 @@ def release(
     eps: Number = "0.01",
     r: Number = 10,
 ) -> Figure:
-    """Where and when the moving block comes free, beside T with z frozen.
+    """The place and time at which the moving block comes free, beside T with z frozen.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ def regimes(
     z0: Number = "-0.4",
     r: Number = 10,
 ) -> Figure:
-    """Whether the block passes, escapes by noise, or sticks to the fold, over eps and kappa.
+    """Regions where the block passes, escapes by noise or sticks to the fold, in eps and kappa.
 
     Parameters
     ----------

@@ -280,5 +280,5 @@ def exponent(grown: list[Grown]) -> float:
 
 
 def in_tex(name: str) -> str:
-    """What was measured, its symbols as formulas."""
+    """The name of what was measured, its symbols as formulas."""
     return name.replace("z0", "$z_0$").replace("kappa", r"$\kappa$")
