@@ -23,6 +23,13 @@ window.MathJax = {
       MathJax.startup.input[0].preFilters.add(({ math }) => {
         if (!math.display && math.math.length <= 32) math.math = `{${math.math}}`;
       });
+      // Sphinx puts what has a new row into a split. Cases alone need none, and a table in a table
+      // is measured wrongly.
+      const split =
+        /^\s*\\begin\{split\}((?:(?!&|\\\\)[^])*\\begin\{cases\}[^]*\\end\{cases\}(?:(?!&|\\\\)[^])*)\\end\{split\}\s*$/;
+      MathJax.startup.input[0].preFilters.add(({ math }) => {
+        math.math = math.math.replace(split, "$1");
+      });
       // Cases shrink to the width of the page: a line break would part a value from its condition.
       MathJax.startup.input[0].postFilters.add(({ data }) => {
         const rows = data.root.childNodes[0];

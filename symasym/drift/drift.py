@@ -147,7 +147,7 @@ class Drift:
                 "broadcast; give arrays of shapes that NumPy broadcasts."
             ) from None
 
-    def bind(self, **values: Numbers) -> Self:
+    def bind(self, /, **values: Numbers) -> Self:
         """A new drift with these parameters set.
 
         Parameters

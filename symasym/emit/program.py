@@ -29,7 +29,9 @@ TAKEN = frozenset(
         eval export extends false finally function implements import in instanceof interface let
         new null package private protected public super this throw true try typeof undefined var
         with yield map Math NaN Infinity NAN INFINITY math np mpmath ctx dps out main exp log sqrt
-        pow sin cos tan sinh cosh tanh asin acos atan fabs expm1 log1p gamma j0 j1 jn y0 y1 yn""",
+        pow sin cos tan sinh cosh tanh asin acos atan fabs expm1 log1p gamma j0 j1 jn y0 y1 yn
+        M_E M_LOG2E M_LOG10E M_LN2 M_LN10 M_PI M_PI_2 M_PI_4 M_1_PI M_2_PI M_2_SQRTPI M_SQRT2
+        M_SQRT1_2""",
     )
 ) | frozenset(keyword.kwlist)
 

@@ -186,7 +186,7 @@ class Expansion:
 
     # -- numbers ----------------------------------------------------------------------------
 
-    def bind(self, **values: Numbers) -> Expansion:
+    def bind(self, /, **values: Numbers) -> Expansion:
         """The expansion with these parameters set, exactly.
 
         Raises

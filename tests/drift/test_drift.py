@@ -92,6 +92,10 @@ def test_decimals_in_a_string_are_exact() -> None:
     assert sa.Drift(sympy.Float(0.1) * sympy.Symbol("u")).exact_coefficients() == [0, F(0.1)]
 
 
+def test_a_parameter_may_be_called_self() -> None:
+    assert sa.Drift("1 - self*u").bind(self=2)(0.25) == 0.5
+
+
 def test_parameters_bind_in_any_order() -> None:
     drift = sa.friction()
     assert drift.free == ("mu", "alpha", "z0")

@@ -147,7 +147,7 @@ def test_emitted_starts(quantity: str, target: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("target", ["c", "javascript"])
-@pytest.mark.parametrize("parameter", ["log_value", "INFINITY"])
+@pytest.mark.parametrize("parameter", ["log_value", "INFINITY", "M_PI"])
 def test_a_parameter_with_the_name_of_a_function(
     parameter: str, target: str, tmp_path: Path
 ) -> None:

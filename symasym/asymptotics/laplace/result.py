@@ -109,7 +109,7 @@ class IntegralExpansion:
                 "first."
             )
 
-    def bind(self, **values: Number) -> Self:
+    def bind(self, /, **values: Number) -> Self:
         """The expansion with numbers for parameters; its error is then known too.
 
         Raises
