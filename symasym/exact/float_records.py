@@ -153,6 +153,9 @@ def records_of(
         if blocks.scene.size:
             ready, plan, missed = ready.take(resolved), plan.take(resolved), missed[resolved]
             moments = Moments(*(m[resolved] for m in moments))
+        # The exponents of a block move by `steep` at most, and as much is rounded, also where they
+        # fall as far as they have risen.
+        rounded = _ULP * np.where(plan.panels > 0, plan.steep, 0.0)
         done.append(
             Records(
                 ready.scene,
@@ -160,9 +163,8 @@ def records_of(
                 ready.t0,
                 moments,
                 plan.panels == 0,
-                plan.shift,
-                # The exponents of a block move by `steep` at most, and as much is rounded.
-                plan.local + (missed + _ULP * np.where(plan.panels > 0, plan.steep, 0.0)),
+                plan.shift + rounded,
+                plan.local + (missed + rounded),
             )
         )
     return Records.joined(done)

@@ -73,7 +73,7 @@ class _Sides(NamedTuple):
 def swept(field: Field, lam: FloatArray, r: FloatArray, end: FloatArray) -> tuple[IntArray, Swept]:
     """The moderate ones among the sides, and sigma and w at their ends (`symasym.exact.sweep`).
 
-    Mild are those of a polynomial, with r > 1 >= |end|, that few panels resolve.
+    Moderate are those of a polynomial, with r > 1 >= |end|, that few panels resolve.
 
     Parameters
     ----------
