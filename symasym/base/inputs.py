@@ -35,6 +35,8 @@ Number = int | float | str | Fraction | Decimal
 Numbers = ArrayLike | Fraction | Decimal
 
 # Nobody means longer exponents and numbers, and reading them would fill the memory.
+#: The smallest number of which float64 has all its digits.
+SMALLEST = 2.0**-1022
 _LONGEST_EXPONENT = 100_000
 _LONGEST_TEXT = 100_000
 _LONGEST_BITS = 400_000
@@ -295,12 +297,12 @@ class BeyondFloat(InputError, OverflowError):
 
 
 def to_float(name: str, value: Fraction | int) -> float:
-    """The nearest float64; an error beyond its range."""
+    """The nearest float64; an error beyond its range, or where it has fewer digits than 53 bits."""
     try:
         result = float(value)
     except OverflowError:
         raise BeyondFloat(f"{name} is beyond the range of float64; pass dps=… for it.") from None
-    if result == 0.0 and value != 0:
+    if abs(result) < SMALLEST and value != 0:
         raise BeyondFloat(f"{name} is below the range of float64; pass dps=… for it.")
     return result
 
