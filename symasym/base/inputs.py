@@ -71,6 +71,23 @@ def flag(name: str, value: object) -> bool:
     raise InputError(f"{name} is {shown(value)}; give True or False.")
 
 
+def meant(given: object, known: Iterable[str]) -> str:
+    """The end of a sentence about an unknown name: which known one is close to it, if any.
+
+    Examples
+    --------
+    >>> meant("frictoin", ["friction", "linear"]), meant("x", ["friction"])
+    ("; perhaps you mean 'friction'", '')
+    """
+    from difflib import get_close_matches
+
+    plain = {name.lower().replace("_", "-"): name for name in known}
+    if not isinstance(given, str):
+        return ""
+    near = get_close_matches(given[:100].lower().replace("_", "-"), plain, 1)
+    return f"; perhaps you mean {plain[near[0]]!r}" if near else ""
+
+
 def choice(name: str, value: object, known: Iterable[str]) -> str:
     """The one of the `known` words that `value` is; spaces about a minus sign don't count.
 
@@ -86,7 +103,9 @@ def choice(name: str, value: object, known: Iterable[str]) -> str:
         for word in words:
             if re.sub(" *- *", "-", value) == word.replace(" - ", "-"):
                 return word
-    raise InputError(f"{name} is {shown(value)}; give one of {', '.join(map(repr, words))}.")
+    raise InputError(
+        f"{name} is {shown(value)}; give one of {', '.join(map(repr, words))}{meant(value, words)}."
+    )
 
 
 def count(name: str, value: object, low: int, high: int, of: str = "", also: str = "") -> int:

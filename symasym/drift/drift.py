@@ -22,8 +22,9 @@ from symasym.base.inputs import (
     float_text,
     floats,
     is_array,
+    meant,
 )
-from symasym.base.texts import meant, number_repr
+from symasym.base.texts import number_repr
 from symasym.drift import landscape, models
 from symasym.numbers.complex_balls import ComplexBall, ComplexBallOps
 from symasym.numbers.trees import (

@@ -74,7 +74,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
         numbers = ", ".join(f"{name} = {float_text(x)}" for name, x in scene.numbers.items())
         raise AccuracyError(
             f"{numbers} and the drift make 2 |A|/kappa^2 leave the range of float64 (1e308), in "
-            "which the evaluation is planned; rescale the problem."
+            "which the evaluation is planned; method='laplace' has no such limit."
         ) from None
     with own_context(15) as context:
         error = abs(context.make_mpf(value._mpf_)) * context.mpf(10) ** -dps

@@ -676,7 +676,10 @@ REFUSED = {
         sa.escape_time, sa.Drift("u**3 - u**2"), "0.1", 2, method="uniform"
     ),
     "multiple zero beside": Refused(
-        sa.escape_time, sa.tanh(1, -1, 2.7e-59), "0.1", 2, method="laplace"
+        sa.escape_time, sa.Drift("(u - 1/5)**2*(u + 2)"), "0.1", 2, method="laplace"
+    ),
+    "multiple zero, but for rounding": Refused(
+        sa.escape_time, sa.Drift("(u - 1/5)**2"), "0.1", 2, start=0.2, method="uniform"
     ),
     "well": Refused(
         sa.emit,
