@@ -180,21 +180,40 @@ def test_an_array_is_the_numbers_one_by_one() -> None:
         assert array == pytest.approx(np.array(rows), rel=1e-14)
 
 
+def test_a_long_array_is_taken_in_blocks() -> None:
+    """20,002 numbers in two rows, also with another argument as an array."""
+    code = sa.expand(sa.friction(3, 1, "-0.4"), order=1).emit("numpy").load()
+    known = {n: float(x) for n, x in roots_of(sa.friction(3, 1, "-0.4")).items()}
+    arguments = code.f.__code__.co_varnames[: code.f.__code__.co_argcount]
+    known = {n: x for n, x in known.items() if n in arguments}
+    kappa, r = np.linspace(0.02, 0.1, 20002).reshape(2, -1), np.array([[10.0], [2.0]])
+    for radius in (10.0, r):
+        array = code.log_f(kappa=kappa, r=radius, **known)
+        assert array.shape == kappa.shape
+        for at in ((0, 0), (0, 7999), (0, 8000), (1, 5998), (1, 5999), (1, 10000)):
+            own = {"kappa": kappa[at], "r": np.broadcast_to(radius, kappa.shape)[at]}
+            assert array[at] == pytest.approx(code.log_f(**own, **known), rel=1e-14)
+
+
 @pytest.mark.parametrize(
     "x",
     [
         0.0, -1.0, -800.0, [0.0, 0.0], [0.0, -1.0], [-1.0, -800.0], [-800.0, -900.0],
-        [-745.0, -744.0], [-700.0, -1e300], [0.0, -800.0], [1.0, 0.0], [],
+        [-745.0, -744.0], [-700.0, -1e300], [0.0, -800.0], [],
     ],
     ids=str,
 )  # fmt: skip
 def test_the_exponential_that_costs_nothing_is_the_exponential(x: float | list[float]) -> None:
-    """To the last bit, also where some of an array is 1, or below the least double."""
+    """To the last bit above e^-740, also where some of an array is 1, or below the least double."""
     code = sa.expand(sa.friction(3, 1, "-0.4"), order=0).emit("numpy").load()
     scaled = code.f.__globals__["_height_exp"]
-    got = scaled(np.array(x))
-    assert np.shape(got) == np.shape(x)
-    assert np.array_equal(got, np.exp(np.array(x)))
+    for size, h in ((-np.array(x), -1.0), (np.array(1.0), np.array(x))):
+        got, want = scaled(size, h), np.exp(np.array(x))
+        want = np.where(want < 1e-321, 0, want)
+        assert np.array_equal(np.broadcast_to(got, want.shape), want)
+    # A number, where no array is needed.
+    assert np.shape(scaled(np.array([1.0, 2.0]), 0.0)) == ()
+    assert np.shape(scaled(np.array([1.0, 2.0]), -740.5)) == ()
 
 
 UNIFORM: list[tuple[sa.Drift, str, str, dict[str, Any]]] = [
