@@ -202,6 +202,9 @@ class Expansion:
     def evaluate(self, kappa: Numbers, r: Numbers | None = None, **options: Any) -> Answer:
         """The value for a bound drift, by the function of the quantity with this order.
 
+        That has numbers also where `conditions` do not hold, such as r < 1; `expression` and
+        emitted code have not.
+
         Parameters
         ----------
         kappa, r : number or array_like
@@ -247,9 +250,10 @@ class Expansion:
                               latex=self.latex())  # fmt: skip
             return rendered(formula, target)
         if self.quotient is not None:
+            where = f", {radius_condition(self.start)}" if self.quantity in OF_START else ""
             about = (
                 f"{self.quantity} of {self.drift!r}, {self.noise} noise to order {self.order}, "
-                f"case '{self.case}'."
+                f"case '{self.case}'{where}."
             )
             made = program(
                 self.quotient, name, self.nested, about, self.error, self._require_emittable
@@ -432,7 +436,7 @@ def expand(
     case : str, optional
         The wells, barriers and the start from left to right, such as ``"start well barrier"``; for
         P and the density ``"well"`` or the like. For a bound drift it is found; else it is the
-        first of `Expansion.cases`. ``"start=well barrier"`` is that of a start on the well.
+        first of `Expansion.cases`, for ``noise="uniform"`` the first that has a formula. ``"start=well barrier"`` is that of a start on the well.
     patience : float, optional
         Seconds of processor time that it may take, 10 if left out.
 
@@ -492,7 +496,7 @@ def expand(
                 f"quantity is {quantity!r} and order {order}; the uniform formula is that of T and "
                 f"1 - P, to order {_MOST_UNIFORM}."
             )
-        return _uniform(drift, quantity, order, at, _case(drift, at, case, quantity))
+        return _first_uniform(drift, quantity, order, at, case)
     return _weak(drift, quantity, order, at, _case(drift, at, case, quantity))
 
 
@@ -536,6 +540,26 @@ def _case(drift: Drift, start: Fraction, case: str | Case | None, quantity: str)
             "outermost points are wells: give case='well', 'well barrier well' or the like."
         )
     return own
+
+
+def _first_uniform(
+    drift: Drift, quantity: str, order: int, start: Fraction, case: str | Case | None
+) -> Expansion:
+    """The uniform formula of the case asked for, or of the first that has one."""
+    own = _case(drift, start, case, quantity)
+    if not drift.free or drift.shape or drift == Drift.general():
+        return _uniform(drift, quantity, order, start, own)
+    # With parameters at which the drift is in that case.
+    known = found_cases(drift, start, quantity not in OF_START)
+    asked = known if case is None else [c for c in known if c == own] or [own]
+    refused = []
+    for one in asked:
+        try:
+            return _uniform(drift, quantity, order, start, one)
+        except InputError as error:
+            refused.append(str(error))
+    several = f"no case of {drift!r} has the uniform formula; of the first, '{own}': "
+    raise InputError(several * (len(refused) > 1) + refused[0])
 
 
 @lru_cache(maxsize=32)
