@@ -420,10 +420,10 @@ def _left_sides(item: Emitted) -> list[str]:
 
 def _latex_of_step(item: Emitted) -> str:
     derivation = build(item.label)
-    return next(s.latex(derivation.names) for s in derivation.steps if s.name == item.step)
+    return str(next(s.latex(derivation.names) for s in derivation.steps if s.name == item.step))
 
 
-def formula(label: str) -> dict[str, Any]:
+def statement_of(label: str) -> dict[str, Any]:
     """A derivation's statement as data, without its checks' outcome."""
     derivation = build(label)
     record = describe(derivation)
@@ -461,7 +461,7 @@ def formula(label: str) -> dict[str, Any]:
 
 def formulas() -> str:
     """The data of `sa.formula`: every derivation's statement."""
-    records = {label: formula(label) for label in closure(entries())}
+    records = {label: statement_of(label) for label in closure(entries())}
     definitions = {label: asdict(defined) for label, defined in DEFINITIONS.items()}
     data = {"format": FORMAT, "formulas": records, "definitions": definitions}
     return json.dumps(data, indent=1, ensure_ascii=False, sort_keys=True) + "\n"

@@ -56,7 +56,7 @@ def entries() -> dict[str, Entry]:
             for mark in node.decorator_list:
                 if isinstance(mark, ast.Call) and getattr(mark.func, "id", "") == "derives":
                     label, title, *rest = [ast.literal_eval(a) for a in mark.args]
-                    given = {k.arg: ast.literal_eval(k.value) for k in mark.keywords}
+                    given = {str(k.arg): ast.literal_eval(k.value) for k in mark.keywords}
                     on = tuple(rest[0] if rest else given.pop("rests_on", ()))
                     if label in found:
                         raise ValueError(f"{label} is derived twice, in {path.name}.")

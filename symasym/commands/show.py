@@ -95,7 +95,7 @@ def _formula(label: str) -> Formula:
         from derivations import emit, registry
 
         if registry.entry(label) is not None:
-            return Formula.read(label, emit.formula(label))
+            return Formula.read(label, emit.statement_of(label))
     return formula(label)
 
 

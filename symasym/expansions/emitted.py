@@ -52,7 +52,7 @@ class Quotient:
 
 def program(
     quotient: Quotient | Expr, name: str, nested: Mapping[Symbol, Expr], about: str, error: str,
-    refuse: Callable[[Iterable[Symbol], Iterable[Expr]], None],
+    refuse: Callable[[Iterable[Symbol], Iterable[Expr]], None], digits: int = Program.digits,
 ) -> Program:  # fmt: skip
     """The program of one function; of a quotient, that with its logarithm.
 
@@ -66,6 +66,8 @@ def program(
         What the function returns, and what its formula leaves out.
     refuse : callable
         Raises where the arguments and the expressions have no code.
+    digits : int
+        As many as are right in its numbers.
     """
     value, known = (
         (quotient, nested) if isinstance(quotient, Expr) else _logarithm(quotient, nested)
@@ -101,7 +103,7 @@ def program(
         function = Function(name, about, arguments, (Case((value,), shared=shared),))
     else:
         function = by_logarithm(name, about, arguments, value, (), shared)
-    return Program("expression", about.rstrip("."), (function,), error=error)
+    return Program("expression", about.rstrip("."), (function,), error=error, digits=digits)
 
 
 def _by_noise(

@@ -289,6 +289,51 @@ def test_logarithms_where_exponentials_overflow(
         assert float(value) == pytest.approx(want, rel=1e-13)
 
 
+#: Drifts that are no polynomials: quantity, noise, order, start, kappa.
+BOUND: list[tuple[sa.Drift, str, str, int, str, str]] = [
+    (sa.Drift("1/2 - sin(2*u)"), "T", "weak", 3, "0", "1/8"),
+    (sa.Drift("1/2 - sin(2*u)"), "T", "weak", 1, "1/3", "1/8"),
+    (sa.Drift("1/2 - sin(2*u)"), "P", "weak", 2, "0", "1/4"),
+    (sa.tanh(1, -1, 3), "T", "weak", 2, "0", "1/8"),
+    (sa.hill(-1, "1/2", "1/2"), "C", "weak", 2, "1/2", "1/8"),
+    (sa.tanh(1, -2, 3), "1 - P", "uniform", 1, "0", "1/8"),
+    (sa.Drift("exp(u - 1/2) - u - 13/25"), "T", "uniform", 0, "0", "1/50"),
+    (sa.Drift("exp(u - 1/2) - u - 13/25"), "T", "uniform", 1, "0", "1/50"),
+]
+
+
+@cache
+def bound() -> Asked:
+    files, calls, wanted = {}, [], []
+    for k, (drift, quantity, noise, order, start, kappa) in enumerate(BOUND):
+        e = sa.expand(drift, quantity, noise=noise, order=order, start=start)
+        numbers = (kappa, "3/2")[: 1 if quantity[-1] == "P" else 2]
+        files[f"scene{k}"] = e.emit("c", name="value")
+        calls.append(Call(f"scene{k}", "value", tuple(float(Fraction(x)) for x in numbers)))
+        wanted.append(e.evaluate(*numbers, dps=25))
+    return files, calls, wanted
+
+
+@pytest.mark.parametrize("target", ["c", "javascript", "python", "numpy", "mpmath"])
+def test_a_bound_drift_that_is_no_polynomial(target: str, tmp_path: Path) -> None:
+    """Its zeros, heights and finite parts are numbers, to 1e-13 or 32 digits."""
+    for scene, want, value in ran(target, bound(), tmp_path):
+        lost = 1e-14 if target == "mpmath" else 5e-13
+        assert abs(float(value) / float(want) - 1) < lost, scene
+
+
+def test_free_parameters_of_what_is_no_polynomial_are_to_be_bound() -> None:
+    e = sa.expand(sa.Drift("c - sin(2*u)"), order=1)
+    with pytest.raises(sa.InputError, match="no closed form in c; bind them"):
+        e.emit("javascript")
+    code = e.bind(c="1/2").emit("mpmath").load()
+    with mpmath.workdps(40):
+        want = e.bind(c="1/2").evaluate("1/8", "3/2", dps=30)
+        assert abs(code.f("1/8", "3/2", dps=28) / want - 1) < mpmath.mpf(10) ** -27
+    with pytest.raises(ValueError, match="32"):
+        code.f("1/8", "3/2", dps=33)
+
+
 def same(problem: Problem, order: int) -> bool:
     """True if `evaluate` is the verb: one number and an array, to the last bit."""
     drift, start = problem.make(), Fraction(problem.start)
