@@ -23,7 +23,7 @@ DOCS = Path(__file__).parent.parent
 ROOT = DOCS.parent
 # Where a link that leaves docs/ leads in the site.
 OUTSIDE = {"../CHANGELOG.md": "CHANGELOG.md"}
-NO_PAGES = ("*.py", "*.json", "paper.*", "website", "__pycache__", "mathjax.js")
+NO_PAGES = ("*.py", "*.json", "paper.*", "website", "__pycache__", "mathjax.js", "search.js")
 # Indexes of made pages, with what they are called beside the pages of docs/.
 MADE = {"Formulas": "formulas/index", "Reference": "api/index"}
 # What the front page says of them, first under these headings.
