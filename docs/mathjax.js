@@ -23,12 +23,18 @@ window.MathJax = {
       MathJax.startup.input[0].preFilters.add(({ math }) => {
         if (!math.display && math.math.length <= 32) math.math = `{${math.math}}`;
       });
-      // Sphinx puts what has a new row into a split. Cases alone need none, and a table in a table
-      // is measured wrongly.
-      const split =
-        /^\s*\\begin\{split\}((?:(?!&|\\\\)[^])*\\begin\{cases\}[^]*\\end\{cases\}(?:(?!&|\\\\)[^])*)\\end\{split\}\s*$/;
+      // On a narrow screen the condition of a long value stands below it, those of its fellows behind.
+      const [next, when, narrow] = ["\\\\", " , & ", innerWidth < 640];
+      const long = (row) => row.indexOf(when) > 80;
+      const stacked = (row) => row.replace(when, ` , ${long(row) ? `${next} \\qquad` : "\\quad"} `);
       MathJax.startup.input[0].preFilters.add(({ math }) => {
-        math.math = math.math.replace(split, "$1");
+        const rows = math.math.split(next);
+        if (narrow && rows.some(long)) math.math = rows.map(stacked).join(next);
+      });
+      // A table is broken to the width that the last formula broken into lines had; one that shrinks
+      // has none.
+      MathJax.startup.output.preFilters.add(({ math, document }) => {
+        if (math.root.attributes.get("overflow") === "scale") document.outputJax.containerWidth = 1e6;
       });
       // Cases shrink to the width of the page: a line break would part a value from its condition.
       MathJax.startup.input[0].postFilters.add(({ data }) => {
