@@ -31,10 +31,16 @@ window.MathJax = {
         const rows = math.math.split(next);
         if (narrow && rows.some(long)) math.math = rows.map(stacked).join(next);
       });
-      // A table is broken to the width that the last formula broken into lines had; one that shrinks
-      // has none.
-      MathJax.startup.output.preFilters.add(({ math, document }) => {
-        if (math.root.attributes.get("overflow") === "scale") document.outputJax.containerWidth = 1e6;
+      // The width that formulas have is that of the page in their own scale; one that is little
+      // wider shrinks. What is measured here is not broken into lines: a table would be, to the
+      // width of the last formula that was.
+      const { output } = MathJax.startup;
+      output.preFilters.add(({ math, document }) => {
+        math.width ??= math.metrics.containerWidth / output.options.scale;
+        math.metrics.containerWidth = math.width;
+        output.containerWidth = 1e6;
+        const share = (output.getBBox(math, document).w * output.pxPerEm) / math.width;
+        if (math.display && share < 1.2) math.root.attributes.set("overflow", "scale");
       });
       // Cases shrink to the width of the page: a line break would part a value from its condition.
       MathJax.startup.input[0].postFilters.add(({ data }) => {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -10,7 +11,7 @@ from typing import Any
 
 from symasym.base.errors import SymasymError
 from symasym.derivation.checks import Check
-from symasym.derivation.results import Outcome, Statement, latex, statement, text
+from symasym.derivation.results import Expansion, Outcome, Statement, latex, statement, text
 
 RULES = (
     "define",
@@ -244,7 +245,12 @@ class Derivation:
         if self.display:
             shown = (p if isinstance(p, str) else latex(p, self.names) for p in self.display)
             return "".join(shown)
-        return statement(self.left, self.result, self.cases, self.names)
+        # An order that is left out and not shown makes the equation an asymptotic one.
+        stated = self.result if isinstance(self.result, tuple) else (self.result,)
+        shown = any(isinstance(part, Expansion) for part in stated)
+        ordered = re.match(r"(relative |next term )?O\(", self.error)
+        relation = r"\sim" if ordered and not shown else "="
+        return statement(self.left, self.result, self.cases, self.names, relation)
 
     def verify(self) -> list[StepRecord]:
         """Run every check; raises at the first that does not pass.
