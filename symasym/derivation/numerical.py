@@ -350,4 +350,4 @@ class Together:
 
     def how(self) -> str:
         """The effect of each of them."""
-        return "; ".join(check.how() for check in self.checks)
+        return "; ".join(dict.fromkeys(check.how() for check in self.checks))
