@@ -149,8 +149,7 @@ def first_order(d: Any) -> None:
         (s(u), Function("T_1")(x)),
         (source, found),
         "T = T_0 + eps T_1 leaves out O(eps^2)",
-        note="Sigma' = e^(lam V), Sigma(-r) = 0; phi_y is the slope of phi in "
-        "y = eps u",
+        note="Sigma' = e^(lam V), Sigma(-r) = 0; phi_y is the slope of phi in y = eps u",
     )
 
 

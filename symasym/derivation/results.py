@@ -159,9 +159,7 @@ def statement(
         return rf"{latex(left, names)} = \begin{{cases}} {rows} \end{{cases}}"
     if isinstance(left, tuple):
         pairs = zip(left, result, strict=True)
-        return r" ,\quad ".join(
-            f"{latex(a, names)} {relation} {latex(b, names)}" for a, b in pairs
-        )
+        return r" ,\quad ".join(f"{latex(a, names)} {relation} {latex(b, names)}" for a, b in pairs)
     shown = latex(result, names)
     return shown if left is None else f"{latex(left, names)} {relation} {shown}"
 
