@@ -33,6 +33,7 @@ from symasym.base.inputs import (
 from symasym.base.texts import upwards
 from symasym.drift.drift import Drift
 from symasym.methods import METHODS, answer
+from symasym.numbers.polynomials import float_zeros
 from symasym.numbers.trees import NumpyOps
 from symasym.scenes import (
     Answer,
@@ -481,7 +482,7 @@ def _of_parts(parts: Parts, rtol: float, request: Request) -> Plan:
 def _singulants(drift: Drift, lam: Fraction, kept: str) -> Iterator[Singulant]:
     """Singulants of the wells and barriers named in the terms, polynomial A."""
     c = [float(x) for x in drift.exact_coefficients() or (0,)]
-    zeros = np.polynomial.polynomial.polyroots(np.trim_zeros(c, "b") or [0.0])
+    zeros = float_zeros(c)
     own = abs(zeros.imag) < 1e-9 * (1 + abs(zeros))
     real = np.sort(zeros[own].real)
     for k, u in enumerate(real):

@@ -1,4 +1,4 @@
-"""The public verbs: one for each question about a drift."""
+"""The public functions: one for each question about a drift."""
 
 from __future__ import annotations
 

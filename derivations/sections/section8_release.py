@@ -96,7 +96,7 @@ def marched(d: Any) -> None:
     ("release-time",),
 )
 def first_order(d: Any) -> None:
-    T0, T1 = Function("T_0")(u, z), Function("T_1")(u, z)
+    T0, T1 = Function("T_f")(u, z), Function("T_1")(u, z)
     frozen = Function("phi")(u, z)
     d.suppose("T has two derivatives in eps at 0", where="eps T small against the way to the fold")
 
@@ -148,7 +148,7 @@ def first_order(d: Any) -> None:
     d.conclude(
         (s(u), Function("T_1")(x)),
         (source, found),
-        "T = T_0 + eps T_1 leaves out O(eps^2)",
+        "T = T_f + eps T_1 leaves out O(eps^2)",
         note="Sigma' = e^(lam V), Sigma(-r) = 0; phi_y is the slope of phi in y = eps u",
     )
 
@@ -192,7 +192,7 @@ def adiabatic(d: Any) -> None:
 @derives("frozen-time", "Where T, with z frozen, is the time of release", ("release-adiabatic",))
 def frozen(d: Any) -> None:
     """The first order of the adiabatic law in eps: T and its deviation, and the motion's share."""
-    T0, slope = sympy.symbols("T_0 T0_z", positive=True)
+    T0, slope = sympy.symbols("T_f Tf_z", positive=True)
     d.suppose("kappa^2 << D, so that escape is rare and the adiabatic law holds")
     d.suppose("z is far from the fold, so that T(z) has two derivatives")
     rate = d.step(
@@ -218,7 +218,7 @@ def frozen(d: Any) -> None:
         "integrate",
         T0 + eps * g * T0 * slope,
         Identity(lambda: moment(1)),
-        "a small correction where eps g times the slope of T_0 in z is small: T_0 far above "
+        "a small correction where eps g times the slope of T_f in z is small: T_f far above "
         "r, and far "
         "below the time in which z reaches the fold",
         left=r"T \sim",
@@ -228,7 +228,7 @@ def frozen(d: Any) -> None:
         "expand",
         T0 + 2 * eps * g * T0 * slope,
         Identity(lambda: sympy.series(sympy.sqrt(moment(2 * t) - mean**2), eps, 0, 2).removeO()),
-        "T_0 where z rests: the waiting time is then exponentially distributed",
+        "T_f where z rests: the waiting time is then exponentially distributed",
         left=r"\sigma_T \sim",
     )
     D, lam = Function("D")(z), 2 / kappa**2
@@ -246,13 +246,13 @@ def frozen(d: Any) -> None:
         eps * g * lam * D.diff(z) * T0,
         Identity(lambda: sympy.expand((mean / T0 - 1).subs(slope, grown * T0))),
         "of T, that the motion of z adds",
-        left=r"\frac{T - T_0}{T_0} \sim",
+        left=r"\frac{T - T_f}{T_f} \sim",
     )
     d.conclude(
         (Symbol("T"), Symbol("sigma_T")),
         (mean, deviation),
         "O(eps^2)",
-        note="T_0: T with z frozen at the start; sigma_T is the standard deviation of the time",
+        note="T_f: T with z frozen at the start; sigma_T is the standard deviation of the time",
     )
 
 
