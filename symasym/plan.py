@@ -481,7 +481,9 @@ def _of_parts(parts: Parts, rtol: float, request: Request) -> Plan:
 
 def _singulants(drift: Drift, lam: Fraction, kept: str) -> Iterator[Singulant]:
     """Singulants of the wells and barriers named in the terms, polynomial A."""
-    c = [float(x) for x in drift.exact_coefficients() or (0,)]
+    exact = drift.exact_coefficients() or (Fraction(0),)
+    largest = max(map(abs, exact)) or Fraction(1)
+    c = [float(x / largest) for x in exact]
     zeros = float_zeros(c)
     own = abs(zeros.imag) < 1e-9 * (1 + abs(zeros))
     real = np.sort(zeros[own].real)
@@ -500,9 +502,9 @@ def _singulants(drift: Drift, lam: Fraction, kept: str) -> Iterator[Singulant]:
         if not len(steps):
             continue
         least = int(np.argmin(steps))
-        yield Singulant(
-            point, f"to {others[least]:.4g}", float(steps[least]), int(lam * Fraction(steps[least]))
-        )
+        value = Fraction(steps[least]) * largest
+        if value < 10**308:
+            yield Singulant(point, f"to {others[least]:.4g}", float(value), int(lam * value))
 
 
 def _short(size: mpf) -> str:
