@@ -225,7 +225,8 @@ class Derivation:
         result : expression, Expansion or tuple
             What one of the steps stated; of a tuple, each piece what one of them stated.
         error : str
-            What is left out.
+            What is left out. An order, ``O(...)`` or ``relative O(...)``, that `result` does not
+            show makes the equation an asymptotic one.
         note : str
             The meaning of symbols that are not the problem's own.
         cases : tuple of str
