@@ -103,7 +103,7 @@ def sensitivity(
     Parameters
     ----------
     drift : Drift
-        Bound; its parameters may be arrays.
+        With a value for each of its parameters; values may be arrays.
     kappa, r, start : number or array_like
         As in `escape_time`, scaled.
     quantity : {"T", "C", "1 - C", "P", "1 - P"}

@@ -41,7 +41,8 @@ _LABEL = re.compile(
     r"|`(?P<label>[\w:-]+)`",
     re.DOTALL | re.MULTILINE,
 )
-_LINK = re.compile(r"\]\(([\w./-]+\.md)(?:#[\w-]*)?\)")
+# To a page; one to a section of it gives the page no place.
+_LINK = re.compile(r"\]\(([\w./-]+\.md)\)")
 # What takes TeX and draws SVG, with all it may load while it does; see docs/mathjax.js.
 PARTS = (
     "startup.js",

@@ -315,7 +315,9 @@ def _ordered() -> dict:
 
 
 def test_pages_take_the_place_of_their_link_and_new_ones_are_not_lost() -> None:
-    index = "# S\n\n- [B](b.md)\n- [A](a.md#x)\n\n## Guides\n\n- [C](c.md), [B](b.md)\n"
+    index = (
+        "# S\n\n- [B](b.md)\n- [A](a.md), [there](c.md#x)\n\n## Guides\n\n- [C](c.md), [B](b.md)\n"
+    )
     found = stage.with_toctrees(index, {"a.md", "b.md", "c.md", "new.md"})
     trees = re.findall(r"```\{toctree\}\n(.*?)```", found, re.DOTALL)
     listed = [re.sub(r":hidden:|:caption:", "", tree).split() for tree in trees]
