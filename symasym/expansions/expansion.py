@@ -260,8 +260,10 @@ class Expansion:
 
             def risen(function: Expr, limits: Any) -> Expr:
                 """int A du, which is -V."""
-                ends = (number_of(x.xreplace(numbers)) for x in limits[1:])
-                lo, hi = (context.mpf(str(x)) for x in ends)
+                ends = [x.xreplace(numbers) for x in limits[1:]]
+                if not all(x.is_number for x in ends):
+                    return sympy.Integral(function, limits)
+                lo, hi = (context.mpf(str(number_of(sympy.N(x, DIGITS + 10)))) for x in ends)
                 return number_of(-field.potential_rise(lo, hi))
 
             for s, value in self.definitions.items():
@@ -312,9 +314,12 @@ class Expansion:
     def _require_emittable(self, free: Iterable[Symbol], expressions: Iterable[Expr]) -> None:
         """Refuse complex numbers, and integrals without a closed form."""
         if any(x.has(FinitePart, sympy.Integral) for x in expressions):
+            free = self.drift.free
+            way = f"bind them with bind({'=…, '.join(free)}=…)" if free else (
+                "use sa.stationary_density")  # fmt: skip
             raise InputError(
                 f"A = {self.drift.expression()} is no polynomial in u, so that V and the regular "
-                f"part have no closed form in {', '.join(self.drift.free)}; bind them."
+                f"part have no closed form in {', '.join(free) or 'y'}; {way}."
             )
         odd = [s for s in free if s in self.equations and not s.is_real]
         if odd:

@@ -326,6 +326,8 @@ def test_free_parameters_of_what_is_no_polynomial_are_to_be_bound() -> None:
     e = sa.expand(sa.Drift("c - sin(2*u)"), order=1)
     with pytest.raises(sa.InputError, match="no closed form in c; bind them"):
         e.emit("javascript")
+    with pytest.raises(sa.InputError, match=r"in y; use sa.stationary_density"):
+        sa.expand(sa.tanh(1, -1, 3), "density", order=1).emit("c")
     code = e.bind(c="1/2").emit("mpmath").load()
     with mpmath.workdps(40):
         want = e.bind(c="1/2").evaluate("1/8", "3/2", dps=30)
