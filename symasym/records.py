@@ -52,7 +52,11 @@ class Record:
             near = [other for other in data["formulas"] if label.split(":")[-1] in other]
             hint = f"perhaps {near[0]}" if near else "sa.labels() lists them"
             raise InputError(f"{shown(label)} is no formula; {hint}.")
-        known = data["formulas"][label]
+        return cls.read(label, data["formulas"][label])
+
+    @classmethod
+    def read(cls, label: str, known: Mapping[str, Any]) -> Self:
+        """The formula of a label from its data."""
         return cls(
             label=label,
             title=known["title"],
@@ -100,7 +104,7 @@ class Record:
         return self._data.get("limit")
 
     def latex(self) -> str:
-        """``left = right`` in LaTeX, with the order of the remainder."""
+        """``left = right`` in LaTeX with the order left out, or ``left ~ right`` without it."""
         return str(self._data["latex"])
 
     @cached_property

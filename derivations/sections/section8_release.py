@@ -1,4 +1,4 @@
-"""The whole system, beyond the paper: what symasym.release marches, expands and takes for a rate.
+"""The whole system, beyond the paper: the mean time of release, its expansion, and its rate.
 
 Scaled variables: du = phi(u, z, eps u) dt + kappa dW, dz = eps g dt, and L f = phi f_u +
 (kappa^2/2) f_uu + eps g f_z. No label of the paper rests on these.
@@ -48,7 +48,7 @@ def marched(d: Any) -> None:
         Identity(lambda: sympy.expand(expected() / wave)),
         "rate of change of the mean of e^(p u + q z), over it: p stands for the derivative by u, "
         "q for that by z, and these exponentials determine the operator L",
-        left=r"e^{-p u - q z} \mathcal{L} e^{p u + q z}",
+        left="e^{-p u - q z} L e^{p u + q z}",
     )
     T = Function("T")(u, z)
     mean = d.step(
@@ -57,7 +57,7 @@ def marched(d: Any) -> None:
         sympy.S.NegativeOne,
         Identity(lambda: sympy.diff(T - h, h)),
         "T exceeds its mean after a time h by h; T = 0 at u = -r and r",
-        left=r"\mathcal{L} T",
+        left="L T",
     )
     past = Symbol("s", positive=True)
     second = d.step(
@@ -65,9 +65,9 @@ def marched(d: Any) -> None:
         "take limit",
         -2 * T,
         Identity(lambda: -sympy.diff((T + past) ** 2, past).subs(past, 0)),
-        "M is the mean of the square of the time; that of s + time has the derivative 2 T in "
-        "s at 0",
-        left=r"\mathcal{L} M",
+        "M is the mean square of the time; that of the time after s more has the derivative 2 T "
+        "in s at s = 0",
+        left="L M",
     )
 
     def spread() -> Any:
@@ -81,7 +81,7 @@ def marched(d: Any) -> None:
         -(kappa**2) * sympy.diff(T, u) ** 2,
         Identity(spread),
         "v = M - T^2",
-        left=r"\mathcal{L} v",
+        left="L v",
     )
     d.conclude(
         (_operator(generator, T), _operator(generator, Function("v")(u, z))),
@@ -142,16 +142,14 @@ def first_order(d: Any) -> None:
         solution,
         Satisfies(equations),
         "Sigma' = e^(lam V), Sigma(-r) = 0: each integrand times what stands before it is "
-        "s(v) times "
-        "the mean time spent at v, per length, on the way from x",
+        "s(v) times the mean time spent at v, per length, on the way from x",
         left="T_1(x)",
     )
     d.conclude(
         (s(u), Function("T_1")(x)),
         (source, found),
-        "O(eps^2) in T",
-        note="T = T_f + eps T_1; Sigma' = e^(lam V), Sigma(-r) = 0; phi_y is the slope of phi in "
-        "y = eps u",
+        "T = T_f + eps T_1 leaves out O(eps^2)",
+        note="Sigma' = e^(lam V), Sigma(-r) = 0; phi_y is the slope of phi in y = eps u",
     )
 
 
