@@ -15,6 +15,7 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 from PIL import Image
 
+import symasym as sa
 from symasym.commands.main import main
 from symasym.workshop import figures
 from symasym.workshop.figures.style import colors, style
