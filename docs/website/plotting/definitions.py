@@ -191,7 +191,7 @@ def _friction() -> list[Plot]:
              lambda u: drift.evaluate_float(np.clip(u, -1, 1)), phi, "u", False, False),
         Plot("eq:forcePerturbed", "friction force", _OSCILLATOR, inside,
              lambda u: 1.4 - drift.evaluate_float(u), force, "u", False, False),
-        Plot("eq:forcePWC", "largest z that slides", "friction", np.linspace(0.2, 2, 40), _slides,
+        Plot("eq:forcePWC", "z₂", "friction: the largest z that slides", np.linspace(0.2, 2, 40), _slides,
              along(value("eq:forcePWC", 1), "alpha"), "α", False, False),
         Plot("cubic", "A(u)", f"{_OSCILLATOR}, z₀ = -0.4", inside,
              drift.evaluate_float, along(value("cubic"), "u", mu=3, **known), "u", False, False),
