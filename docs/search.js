@@ -38,12 +38,13 @@ var Scorer = {
     const [page, title, , , score, , kind] = item;
     const guide = !page.includes("/") && !["errata", "CHANGELOG", "house"].includes(page);
     const titled = wordsOf(title);
-    const own = asked.every((word) => titled.some((other) => other.startsWith(word)));
+    const own = asked.every((word) => titled.includes(word));
+    const nearly = asked.every((word) => titled.some((other) => other.startsWith(word)));
     // A word of a heading has 15, the heading itself is better than its page.
     let found = kind === "title" ? 41 : score >= 15 ? 40 : 5;
     if (kind === "object") found = title.split(".").length > 2 ? -20 : score > 11 ? 45 : 15;
-    else if (kind === "index") found = score > 90 ? 50 : 42;
-    else if (own && !title.includes(" > ")) found = 60;
+    else if (kind === "index") found = 52;
+    else if (nearly && !title.includes(" > ")) found = own ? 60 : 50;
     if (kind !== "object" && !guide) found -= 25;
     item[1] = withoutTex(title);
     return found - 0.001 * inSidebar(page);

@@ -336,7 +336,13 @@ def test_a_word_of_the_glossary_is_linked_where_it_is_first_used() -> None:
     anchors = re.findall(r'<span id="([\w-]+)">', made)
     assert sorted(anchors) == sorted(set(glossary.terms().values()))
     entries = re.findall(r"\{index\}`[^`]*<([^>]*)>`", made)
-    assert {"!kappa", "!start", "!fold", "!interior maximum, !saddle"} <= set(entries)
+    assert {
+        "!kappa, !noise amplitude",
+        "!mean escape time",
+        "!start",
+        "!fold",
+        "!interior maximum, !saddle",
+    } <= set(entries)
     assert not {"!word", "!symbol"} & set(entries)
 
 
@@ -570,6 +576,9 @@ FOUND = {
     "probability": "bounds.html",
     "install": "index.html#install",
     "kappa": "glossary.html",
+    "escape%20time": "glossary.html",
+    "stationary%20density": "glossary.html",
+    "weak%20noise": "weak-noise.html",
     "Stokes": "uniform.html",
     "gene": "tutorial-own-drift.html",
     "Hill": "api/drifts.html#symasym.hill",
