@@ -29,7 +29,7 @@ import numpy as np
 from symasym.base.call_context import mpf_of, own_context, step, to_mpf
 from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
-from symasym.drift.field.taylor_field import ExactField
+from symasym.drift.field.taylor_field import ExactField, dyadic
 from symasym.exact import sweep
 from symasym.exact.balls.derivatives import Dual, derivative_of
 from symasym.exact.digit_panels import (
@@ -62,9 +62,9 @@ _GUARD = 10
 # Terms about a panel's right end, over those about its left one.
 _MOST_TERMS = 4
 # Rounds of the slow series beyond those of its value; bits of which both have fewer in common.
-_MORE_ROUNDS, _AGREED = 8, 8
-# Radii of disks about a slow panel, over half its width.
-_RATIOS = (Rational(4), Rational(2), Rational(16), Rational(64), Rational(3, 2))
+_MORE_ROUNDS, _AGREED = 8, 24
+# Radii of disks about a slow panel: powers of that of its value.
+_POWERS = (0.95, 0.85, 0.7)
 
 
 def log_slopes(
@@ -197,8 +197,9 @@ class _Changed:
         panel, side = self.panel, self.side
         if isinstance(panel, Slow):
             middle = panel.centre + panel.t0 + panel.half
+            ratios = [dyadic(panel.radius**x, 8) for x in _POWERS]
             for field in side.changes:
-                self._require_resolved(field, middle, panel.half, panel.count + MORE_TERMS, _RATIOS)
+                self._require_resolved(field, middle, panel.half, panel.count + MORE_TERMS, ratios)
         number, sign = side.numbers.mpf, 1 if panel.up else -1
         if isinstance(panel, Taylor):
             rises = [sum(x / (k + 1) for k, x in enumerate(row)) for row in self._rows(panel)]

@@ -191,8 +191,9 @@ class Slow(Panel):
         The panel is [centre + t0, centre + t1].
     terms : (count, rounds)
         Terms of the Taylor and of the slow series.
-    least : float
-        A lower bound on |phi|.
+    least, radius : float
+        A lower bound on |phi|; in units of half the width, the radius of a disk that determined the
+        terms.
     """
 
     def __init__(
@@ -202,8 +203,9 @@ class Slow(Panel):
         edges: tuple[Fraction, Fraction, Fraction],
         terms: tuple[int, int],
         least: float,
+        radius: float,
     ) -> None:
-        self._numbers, self._field = numbers, field
+        self._numbers, self._field, self.radius = numbers, field, radius
         self.edges = edges
         self.centre, self.t0, self.t1 = edges
         self.half = (self.t1 - self.t0) / 2

@@ -386,7 +386,7 @@ class Partition:
         # A derivative multiplies the rounding of the n-th coefficient by n/(lam|phi| half).
         if count > 0.7 * scale * least:
             return None
-        return Slow(self.numbers, self.field, edges, (count, rounds), least)
+        return Slow(self.numbers, self.field, edges, (count, rounds), least, radius)
 
     def _taylor(self, centre: Fraction, t0: Fraction, t1: Fraction) -> Iterator[Panel]:
         """Panels from t0 to t1, each as wide as is cheapest."""
