@@ -18,7 +18,7 @@ those of `symasym.exact.balls.derivatives`.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import cached_property
 from operator import floordiv, mul
@@ -376,7 +376,7 @@ class _Changed:
         psi, m, q = panel.inside
         last, bits = len(m) - panel.rounds - 1, context.prec + 32
         m, q = m[:last], q[:last]
-        both = [sum(map(mul, m[: k + 1], q[k::-1])) >> bits for k in range(last)]
+        both = [x >> bits for x in _product(m, q)]
         unit = context.ldexp(1, -bits) / psi
         longest = max(map(len, changes))
         moments = [
@@ -442,6 +442,27 @@ class _Solutions:
         value, *of_n = _moments_at_left(self._n, self._count)
         of_m = _moments_at_right(self._from(self._right, True), self._count)
         return value, [a - b for a, b in zip(of_n, of_m[1:], strict=True)]
+
+
+def _product(a: list[Any], b: list[Any]) -> list[Any]:
+    """The first coefficients, as many as of each, of the product of two polynomials over the whole
+    numbers: one product of numbers whose digits they are (Kronecker's substitution)."""
+    count = len(a)
+    bits = sum(max(map(abs, c)).bit_length() for c in (a, b)) + count.bit_length() + 2
+    width = bits // 8 + 1
+    half = 1 << (8 * width - 1)
+
+    def number(digits: Iterable[Any]) -> Any:
+        """The number with these digits, of which none is negative."""
+        return context_integer(
+            int.from_bytes(b"".join(int(x).to_bytes(width, "little") for x in digits), "little")
+        )
+
+    low, high = number([half] * count), number([half] * 2 * count)
+    one, two = (number(x + half for x in c) - low for c in (a, b))
+    data = int(one * two + high).to_bytes(2 * count * width, "little")
+    places = range(0, count * width, width)
+    return [context_integer(int.from_bytes(data[k : k + width], "little") - half) for k in places]
 
 
 def _trimmed(row: list[Any], tiny: Any) -> list[Any]:
