@@ -356,14 +356,6 @@ class Partition:
         if least <= 0.05 * abs(local[0]) or scale * least < self.bits:
             return None
         slope = sum(k * abs(c) for k, c in enumerate(local))
-        # |t_{k+1}/t_k| is at most about (2k+1) epsilon.
-        epsilon = slope / (scale * least) / least
-        size, rounds = 0.0, 0
-        while size > -self.bits - 8:
-            if (2 * rounds + 1) * epsilon > 0.7:
-                return None
-            size += math.log2(max((2 * rounds + 1) * epsilon, 1e-300))
-            rounds += 1
         radius = 1.0
         while radius < 64 and sum(
             abs(c) * (1.1 * radius) ** k for k, c in enumerate(local) if k
@@ -382,6 +374,17 @@ class Partition:
                 radius *= 0.7
         if radius < 1.3:
             return None
+        # |t_{k+1}/t_k| is about (2k+1) |phi'|/(lam phi^2) at most, or of the size of k+1 over lam
+        # |phi| and the distance of a singularity, where phi' is small and higher derivatives are
+        # not.
+        near, far = slope / (scale * least) / least, 1.5 / (scale * least) / (radius - 1)
+        size, rounds = 0.0, 0
+        while size > -self.bits - 8:
+            ratio = max((2 * rounds + 1) * near, (rounds + 1) * far)
+            if ratio > 0.7:
+                return None
+            size += math.log2(ratio)
+            rounds += 1
         count = int(1.15 * (self.bits + 40) / math.log2(radius)) + 2 * rounds + 8
         # A derivative multiplies the rounding of the n-th coefficient by n/(lam|phi| half).
         if count > 0.7 * scale * least:
