@@ -93,13 +93,13 @@ DEFINITIONS = {
         "Definition of the smoothed system; its one condition is eq:cont.",
     ),
     "eq:genSDE": Definition(
-        rf"dx = {_FIELD} \, dt + \kappa D(x) \, dW",
-        f"dx = ({_SYSTEM}) dt + kappa D(x) dW",
+        rf"dx = {_FIELD} \, dt + \kappa_p D(x) \, dW",
+        f"dx = ({_SYSTEM}) dt + kappa_phys D(x) dW",
         "Definition of the system with noise; its component across the surface is eq:scaledSDEx.",
     ),
     "eq:Tdef": Definition(
-        r"T = \mathbb{E}\left[ \min\{ t > 0 : |y(t)| = r, \ x(0) = 0 \} \right]",
-        "T = E[min{t > 0 : |y(t)| = r, x(0) = 0}]",
+        r"T_p = \mathbb{E}\left[ \min\{ t > 0 : |y(t)| = r_p, \ x(0) = 0 \} \right]",
+        "T_phys = E[min{t > 0 : |y(t)| = r_phys, x(0) = 0}]",
         "Definition of the mean escape time; its scaled form is computed in eq:Ttilde0.",
     ),
     "eq:Ttildedef": Definition(

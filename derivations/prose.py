@@ -176,7 +176,7 @@ TEX = {
     "kappa_phys": r"\kappa_p",
     "r_phys": r"r_p",
     "z0": "z_0",
-    "T0_z": r"\partial_z T_0",
+    "Tf_z": r"\partial_z T_f",
     "u1": "u_1",
     "u2": "u_2",
     "V_1": "V(1)",

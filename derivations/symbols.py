@@ -406,8 +406,8 @@ LOCAL: dict[str, dict[str, Meaning]] = {
     "release-order": {
         "T_1": Meaning("coefficient of eps in the mean time of release", _SCALED_TIME, _T),
         "Sigma": Meaning("scale function, the integral of exp(lam V) from -r", "scaled length"),
-        "s": Meaning("source: what the motion of z and y = eps u changes T_0 by", "scaled time"),
-        "T_0": Meaning("mean escape time with z frozen", _SCALED_TIME),
+        "s": Meaning("source: what the motion of z and y = eps u changes T_f by", "scaled time"),
+        "T_f": Meaning("mean escape time with z frozen", _SCALED_TIME),
         "g": Meaning("velocity of the slow variable z", "unscaled"),
         "phi_y": Meaning("slope of the drift in y, unscaled", "unscaled"),
         "x": Meaning("position of the start", "scaled: y/eps"),
@@ -420,8 +420,8 @@ LOCAL: dict[str, dict[str, Meaning]] = {
     "frozen-time": {
         "T": Meaning("mean time of release", _SCALED_TIME, _T),
         "sigma_T": Meaning("standard deviation of the time of release", _SCALED_TIME, _T),
-        "T_0": Meaning("mean escape time with z frozen at its start", _SCALED_TIME),
-        "T0_z": Meaning("derivative of T_0 by z", "scaled time per unscaled z"),
+        "T_f": Meaning("mean escape time with z frozen at its start", _SCALED_TIME),
+        "Tf_z": Meaning("derivative of T_f by z", "scaled time per unscaled z"),
         "g": Meaning("velocity of the slow variable z", "unscaled"),
     },
     "fold-delay": {

@@ -23,12 +23,24 @@ window.MathJax = {
       MathJax.startup.input[0].preFilters.add(({ math }) => {
         if (!math.display && math.math.length <= 32) math.math = `{${math.math}}`;
       });
-      // Sphinx puts what has a new row into a split. Cases alone need none, and a table in a table
-      // is measured wrongly.
-      const split =
-        /^\s*\\begin\{split\}((?:(?!&|\\\\)[^])*\\begin\{cases\}[^]*\\end\{cases\}(?:(?!&|\\\\)[^])*)\\end\{split\}\s*$/;
+      // On a narrow screen the condition of a long value stands below it, those of its fellows behind.
+      const [next, when, narrow] = ["\\\\", " , & ", innerWidth < 640];
+      const long = (row) => row.indexOf(when) > 80;
+      const stacked = (row) => row.replace(when, ` , ${long(row) ? `${next} \\qquad` : "\\quad"} `);
       MathJax.startup.input[0].preFilters.add(({ math }) => {
-        math.math = math.math.replace(split, "$1");
+        const rows = math.math.split(next);
+        if (narrow && rows.some(long)) math.math = rows.map(stacked).join(next);
+      });
+      // The width that formulas have is that of the page in their own scale; one that is little
+      // wider shrinks. What is measured here is not broken into lines: a table would be, to the
+      // width of the last formula that was.
+      const { output } = MathJax.startup;
+      output.preFilters.add(({ math, document }) => {
+        math.width ??= math.metrics.containerWidth / output.options.scale;
+        math.metrics.containerWidth = math.width;
+        output.containerWidth = 1e6;
+        const share = (output.getBBox(math, document).w * output.pxPerEm) / math.width;
+        if (math.display && share < 1.2) math.root.attributes.set("overflow", "scale");
       });
       // Cases shrink to the width of the page: a line break would part a value from its condition.
       MathJax.startup.input[0].postFilters.add(({ data }) => {

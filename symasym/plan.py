@@ -33,6 +33,7 @@ from symasym.base.inputs import (
 from symasym.base.texts import upwards
 from symasym.drift.drift import Drift
 from symasym.methods import METHODS, answer
+from symasym.numbers.polynomials import float_zeros
 from symasym.numbers.trees import NumpyOps
 from symasym.scenes import (
     Answer,
@@ -133,12 +134,12 @@ class Plan:
     order : int or None
     terms : tuple of Term
         Parts of T, largest first, each with its `name`, `size` relative to T, `kept` and the
-        `reason`; none where the method is no sum of parts.
+        `reason`; empty where the method does not add up parts.
     error : float
         Stated relative error, what is left out included.
     error_kind : {"bound", "estimate"}
     cost : float
-        Predicted time a point once the drift is analysed, in exponentials.
+        Predicted time of one point, the analysis of the drift not counted, over that of `np.exp`.
     rtol : float
     refused : dict
         Cheaper methods, and why each of them does not do.
@@ -199,7 +200,7 @@ def plan(
     Parameters
     ----------
     drift : Drift
-        Bound, one scene.
+        With a number for each of its parameters.
     kappa, r, start : number
         Scaled, as in `escape_time`.
     rtol : number
@@ -210,7 +211,7 @@ def plan(
     Returns
     -------
     Plan
-        The method that takes the least time a point, once the drift is analysed.
+        The method with the least time of a point, the analysis of the drift not counted.
 
     Raises
     ------
@@ -480,8 +481,10 @@ def _of_parts(parts: Parts, rtol: float, request: Request) -> Plan:
 
 def _singulants(drift: Drift, lam: Fraction, kept: str) -> Iterator[Singulant]:
     """Singulants of the wells and barriers named in the terms, polynomial A."""
-    c = [float(x) for x in drift.exact_coefficients() or (0,)]
-    zeros = np.polynomial.polynomial.polyroots(np.trim_zeros(c, "b") or [0.0])
+    exact = drift.exact_coefficients() or (Fraction(0),)
+    largest = max(map(abs, exact)) or Fraction(1)
+    c = [float(x / largest) for x in exact]
+    zeros = float_zeros(c)
     own = abs(zeros.imag) < 1e-9 * (1 + abs(zeros))
     real = np.sort(zeros[own].real)
     for k, u in enumerate(real):
@@ -499,9 +502,9 @@ def _singulants(drift: Drift, lam: Fraction, kept: str) -> Iterator[Singulant]:
         if not len(steps):
             continue
         least = int(np.argmin(steps))
-        yield Singulant(
-            point, f"to {others[least]:.4g}", float(steps[least]), int(lam * Fraction(steps[least]))
-        )
+        value = Fraction(steps[least]) * largest
+        if value < 10**308:
+            yield Singulant(point, f"to {others[least]:.4g}", float(value), int(lam * value))
 
 
 def _short(size: mpf) -> str:

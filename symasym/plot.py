@@ -54,7 +54,7 @@ def plot(
     ----------
     quantity : {"T", "C", "1 - C", "P", "1 - P", "p_ss"}
     drift : Drift
-        Bound; one of its parameters may be the array.
+        With a value for each of its parameters; one of them may be the array.
     kappa : number or array_like
         Scaled noise amplitude.
     r : number or array_like

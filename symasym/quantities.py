@@ -1,4 +1,4 @@
-"""The public verbs: one for each question about a drift."""
+"""The public functions: one for each question about a drift."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def escape_time(
     Parameters
     ----------
     drift : Drift
-        Bound; its parameters may be arrays.
+        With a value for each of its parameters; values may be arrays.
     kappa : number or array_like
         Scaled noise amplitude, kappa_p/sqrt(eps), greater than 0.
     r : number or array_like
@@ -120,38 +120,41 @@ def escape_time(
         Scaled starting point, inside (-r, r).
     method : {"exact", "paper", "laplace", "local", "uniform", "strong_noise", "auto"}
 
-        - ``"exact"``: the integral with nothing dropped.
-        - ``"laplace"``: weak noise, in kappa^2/2.
-        - ``"uniform"``: the same, and where a well and a barrier, or one of them and the start or
-          u = 1 or -1, are near each other or coalesce.
-        - ``"local"``: its leading order with Airy's argument linear in the distance to a fold.
-        - ``"strong_noise"``: in 2/kappa^2.
-        - ``"paper"``: the leading order, eq:Ttildesmall with its step Stokes multiplier
+        - ``"exact"``: the integral itself.
+        - ``"laplace"``: its expansion for weak noise, in powers of kappa^2/2.
+        - ``"uniform"``: an expansion for weak noise that also holds where a well and a barrier, or
+          one of them and the start or u = 1 or -1, are close to each other or coalesce.
+        - ``"local"``: the leading order of that beside a fold, in Airy functions of the distance
+          to it.
+        - ``"strong_noise"``: the expansion in powers of 2/kappa^2.
+        - ``"paper"``: the paper's leading order, eq:Ttildesmall with its step Stokes multiplier
           (eq:Ttildelarge where there is no well); only for start 0.
-        - ``"auto"``: the cheapest whose stated relative error is at most `rtol` (see `plan`).
+        - ``"auto"``: the cheapest method whose stated relative error is at most `rtol` (see
+          `plan`).
     order : int or "optimal", optional
-        Of an expansion: the highest power that is kept, 2 if left out. ``"optimal"``
-        (of ``"laplace"``): where the stated error is smallest.
+        Highest power that an expansion keeps, 2 if left out. ``"optimal"``, for ``"laplace"``:
+        the order with the smallest stated error.
     dps : int, optional
-        Digits, 1 to 10,000. None: float64, vectorised, right to 1e-12. Arrays give an array of
-        mpf objects.
+        Number of digits, 1 to 10,000, of an mpf or of each element of an array of them. None:
+        float64, vectorised, right to 1e-12.
     log : bool
-        Natural logarithm instead, finite where T overflows.
+        Return the natural logarithm, which is finite where T overflows.
     full : bool
         Return an `Estimate` with the error.
     rtol : number, optional
         Relative error allowed, for ``"auto"`` alone.
     errors : {"raise", "nan"}
-        ``"nan"``: an element of an array that is refused, or whose value does not fit, is nan and
-        takes no other one with it; the `mask` of an `Estimate` tells which.
+        With ``"nan"`` an element of an array that is refused, or whose value does not fit, is nan,
+        and the others have their values; the `mask` of an `Estimate` marks it.
     workers : int, optional
-        Processes that share the elements of an array with `dps`; this one alone when left out.
+        Number of processes that share the elements of an array with `dps`; this process alone if
+        left out.
     patience : float, optional
-        Seconds of processor time that it may take, 10 if left out.
+        Seconds of processor time that the call may take, 10 if left out.
     drag_time : number, optional
-        With `full`: the scaled time in which the motion of the frozen variables changes a well by
-        its depth, from `Reduction.drag_time` or `System.drag_time`. A note is given where T is a
-        tenth of it or more.
+        The scaled time in which the motion of the frozen variables removes a well, or makes it
+        twice as deep, from `Reduction.drag_time` or `System.drag_time`. The `Estimate`, which
+        `full` asks for, notes a T that is a tenth of it or more.
 
     Returns
     -------
@@ -236,10 +239,10 @@ def exit_probability(
     Parameters
     ----------
     complement : bool
-        The probability 1 - C of leaving through +r, with its own relative precision.
+        Return 1 - C, the probability of leaving through +r, with digits of its own: for a C near 1.
     method : {"exact", "paper", "laplace", "strong_noise", "bound", "auto"}
-        ``"bound"``: the middle of two proved bounds, half their distance the error.
-        ``"paper"``: an upper bound (see docs/bounds.md).
+        ``"bound"``: the middle of two proved bounds, with half their distance as the error.
+        ``"paper"``: the paper's upper bound (docs/bounds.md).
 
     Returns
     -------
@@ -301,10 +304,10 @@ def occupation(
     Parameters
     ----------
     complement : bool
-        1 - P instead, with its own relative precision.
+        Return 1 - P, with digits of its own: for a P near 1.
     method : {"exact", "paper", "laplace", "uniform", "strong_noise", "auto"}
-        ``"uniform"`` is for scalars. ``"paper"``: the leading term of eq:Plarge2, and
-        where that is above 1 the lower bound that gives eq:Psmall2.
+        ``"uniform"`` takes no arrays. ``"paper"``: the leading term of eq:Plarge2 or, where that
+        is above 1, the lower bound from which eq:Psmall2 follows.
 
     Returns
     -------

@@ -100,7 +100,7 @@ class Record:
         return self._data.get("limit")
 
     def latex(self) -> str:
-        """``left = right`` in LaTeX, with the order of the remainder."""
+        """``left = right`` in LaTeX with the order left out, or ``left ~ right`` without it."""
         return str(self._data["latex"])
 
     @cached_property

@@ -364,8 +364,9 @@ def as_floats(request: Request, shape: tuple[int, ...], answers: Answers) -> Any
     if not request.log:
         value = np.exp(logs)
         if error is not None:
-            # exp rounds once more, and so does the product.
-            error = value * (np.expm1(error) * (1 + 1e-15) + 4e-16)
+            # exp rounds once more, and so does the product; what is left out may have any error.
+            with np.errstate(over="ignore"):
+                error = value * (np.expm1(error) * (1 + 1e-15) + 4e-16)
     if value.ndim == 0:
         value, error = float(value), None if error is None else float(error)
     if not request.full:

@@ -103,7 +103,7 @@ def sensitivity(
     Parameters
     ----------
     drift : Drift
-        Bound; its parameters may be arrays.
+        With a value for each of its parameters; values may be arrays.
     kappa, r, start : number or array_like
         As in `escape_time`, scaled.
     quantity : {"T", "C", "1 - C", "P", "1 - P"}
@@ -254,8 +254,8 @@ def _by_floats(quantity: str, scenes: Scenes) -> list[_Slopes | None]:
     size = np.where(size == 0, 1.0, size) / per
     # What counts is the relative change of a parameter, beside that of all.
     scale = np.maximum(1.0, (size * np.abs(logs.slopes)).max(axis=0))
-    fine = (errors.slopes <= _ENOUGH * np.maximum(1.0, scale / size)).all(axis=0)
     with np.errstate(over="ignore"):
+        fine = (errors.slopes <= _ENOUGH * np.maximum(1.0, scale / size)).all(axis=0)
         slopes = logs.slopes / per
         off = (errors.slopes + _ROUNDING * np.abs(logs.slopes)) / per
     rows: list[_Slopes | None] = []

@@ -56,8 +56,8 @@ def stokes_multiplier(
     Parameters
     ----------
     drift : Drift
-        Bound; its parameters may be arrays. With several wells, the one that is nearest to
-        its fold counts.
+        With a value for each of its parameters; values may be arrays. With several wells, the one
+        that is nearest to its fold counts.
     kappa : number or array_like
         Scaled noise amplitude, greater than 0.
     method : {"uniform", "local", "step"}

@@ -19,7 +19,7 @@ def filippov(d: Any) -> None:
     theta = Symbol("theta", positive=True)
     g_minus, g_plus = Symbol("g_minus", real=True), Symbol("g_plus", real=True)
     d.names |= {theta: r"\theta", g_minus: "g^-", g_plus: "g^+"}
-    d.suppose("attracting sliding: a- > 0 > a+", where="the lower left entry of the region table")
+    d.suppose("attracting sliding: a- > 0 > a+")
     share = d.step(
         "share of f+",
         "solve",

@@ -251,7 +251,7 @@ def closed_form(d: Any) -> None:
                 "u2 - u1": pair[1] - pair[0] - 2 * root * d.use("turning-points", "u_s") * sin,
             }
         ),
-        "cos(3 omega) = 4 cos(omega)^3 - 3 cos(omega); 0 < omega < pi/6 for 0 < 1 - z0 < beta",
+        "cos(3 omega) = 4 c^3 - 3 c for c = cos(omega); 0 < omega < pi/6 for 0 < 1 - z0 < beta",
         left=(
             "u_1",
             "u_2",

@@ -50,11 +50,11 @@ def first_order(d: Any) -> None:
         left=r"\ddot z",
     )
     found = d.step(
-        "y = z' + 1",
+        "relative velocity",
         "substitute",
         (y - 1, 1 - z - y - F(y)),
         Identity(lambda: [y - 1, acceleration.subs(v, y - 1)]),
-        "y is the velocity of the block relative to the belt, and its rate that of z'",
+        "y = dz/dt + 1 is the velocity of the block relative to the belt",
         left=(
             r"\dot z",
             r"\dot y",

@@ -1,4 +1,4 @@
-"""The whole system, beyond the paper: what symasym.release marches, expands and takes for a rate.
+"""The whole system, beyond the paper: the mean time of release, its expansion, and its rate.
 
 Scaled variables: du = phi(u, z, eps u) dt + kappa dW, dz = eps g dt, and L f = phi f_u +
 (kappa^2/2) f_uu + eps g f_z. No label of the paper rests on these.
@@ -48,7 +48,7 @@ def marched(d: Any) -> None:
         Identity(lambda: sympy.expand(expected() / wave)),
         "rate of change of the mean of e^(p u + q z), over it: p stands for the derivative by u, "
         "q for that by z, and these exponentials determine the operator L",
-        left=r"e^{-p u - q z} \mathcal{L} e^{p u + q z}",
+        left="e^{-p u - q z} L e^{p u + q z}",
     )
     T = Function("T")(u, z)
     mean = d.step(
@@ -57,7 +57,7 @@ def marched(d: Any) -> None:
         sympy.S.NegativeOne,
         Identity(lambda: sympy.diff(T - h, h)),
         "T exceeds its mean after a time h by h; T = 0 at u = -r and r",
-        left=r"\mathcal{L} T",
+        left="L T",
     )
     past = Symbol("s", positive=True)
     second = d.step(
@@ -65,9 +65,9 @@ def marched(d: Any) -> None:
         "take limit",
         -2 * T,
         Identity(lambda: -sympy.diff((T + past) ** 2, past).subs(past, 0)),
-        "M is the mean of the square of the time; that of s + time has the derivative 2 T in "
-        "s at 0",
-        left=r"\mathcal{L} M",
+        "M is the mean square of the time; that of the time after s more has the derivative 2 T "
+        "in s at s = 0",
+        left="L M",
     )
 
     def spread() -> Any:
@@ -81,7 +81,7 @@ def marched(d: Any) -> None:
         -(kappa**2) * sympy.diff(T, u) ** 2,
         Identity(spread),
         "v = M - T^2",
-        left=r"\mathcal{L} v",
+        left="L v",
     )
     d.conclude(
         (_operator(generator, T), _operator(generator, Function("v")(u, z))),
@@ -96,7 +96,7 @@ def marched(d: Any) -> None:
     ("release-time",),
 )
 def first_order(d: Any) -> None:
-    T0, T1 = Function("T_0")(u, z), Function("T_1")(u, z)
+    T0, T1 = Function("T_f")(u, z), Function("T_1")(u, z)
     frozen = Function("phi")(u, z)
     d.suppose("T has two derivatives in eps at 0", where="eps T small against the way to the fold")
 
@@ -142,16 +142,14 @@ def first_order(d: Any) -> None:
         solution,
         Satisfies(equations),
         "Sigma' = e^(lam V), Sigma(-r) = 0: each integrand times what stands before it is "
-        "s(v) times "
-        "the mean time spent at v, per length, on the way from x",
+        "s(v) times the mean time spent at v, per length, on the way from x",
         left="T_1(x)",
     )
     d.conclude(
         (s(u), Function("T_1")(x)),
         (source, found),
-        "O(eps^2) in T",
-        note="T = T_0 + eps T_1; Sigma' = e^(lam V), Sigma(-r) = 0; phi_y is the slope of phi in "
-        "y = eps u",
+        "T = T_f + eps T_1 leaves out O(eps^2)",
+        note="Sigma' = e^(lam V), Sigma(-r) = 0; phi_y is the slope of phi in y = eps u",
     )
 
 
@@ -194,7 +192,7 @@ def adiabatic(d: Any) -> None:
 @derives("frozen-time", "Where T, with z frozen, is the time of release", ("release-adiabatic",))
 def frozen(d: Any) -> None:
     """The first order of the adiabatic law in eps: T and its deviation, and the motion's share."""
-    T0, slope = sympy.symbols("T_0 T0_z", positive=True)
+    T0, slope = sympy.symbols("T_f Tf_z", positive=True)
     d.suppose("kappa^2 << D, so that escape is rare and the adiabatic law holds")
     d.suppose("z is far from the fold, so that T(z) has two derivatives")
     rate = d.step(
@@ -220,7 +218,7 @@ def frozen(d: Any) -> None:
         "integrate",
         T0 + eps * g * T0 * slope,
         Identity(lambda: moment(1)),
-        "a small correction where eps g times the slope of T_0 in z is small: T_0 far above "
+        "a small correction where eps g times the slope of T_f in z is small: T_f far above "
         "r, and far "
         "below the time in which z reaches the fold",
         left=r"T \sim",
@@ -230,7 +228,7 @@ def frozen(d: Any) -> None:
         "expand",
         T0 + 2 * eps * g * T0 * slope,
         Identity(lambda: sympy.series(sympy.sqrt(moment(2 * t) - mean**2), eps, 0, 2).removeO()),
-        "T_0 where z rests: the waiting time is then exponentially distributed",
+        "T_f where z rests: the waiting time is then exponentially distributed",
         left=r"\sigma_T \sim",
     )
     D, lam = Function("D")(z), 2 / kappa**2
@@ -248,13 +246,13 @@ def frozen(d: Any) -> None:
         eps * g * lam * D.diff(z) * T0,
         Identity(lambda: sympy.expand((mean / T0 - 1).subs(slope, grown * T0))),
         "of T, that the motion of z adds",
-        left=r"\frac{T - T_0}{T_0} \sim",
+        left=r"\frac{T - T_f}{T_f} \sim",
     )
     d.conclude(
         (Symbol("T"), Symbol("sigma_T")),
         (mean, deviation),
         "O(eps^2)",
-        note="T_0: T with z frozen at the start; sigma_T is the standard deviation of the time",
+        note="T_f: T with z frozen at the start; sigma_T is the standard deviation of the time",
     )
 
 

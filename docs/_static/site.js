@@ -62,6 +62,12 @@
     return numbers.flatMap((x, k) => (k % 2 ? [] : [[x, numbers[k + 1]]]));
   };
 
+  // The title of a box of the graph, above it.
+  const tell = (a) => {
+    const [label, title] = ["text", "title"].map((part) => a.querySelector(part).textContent);
+    document.querySelector("#graph-title").textContent = `${label}: ${title}`;
+  };
+
   const focus = () => {
     const graph = document.querySelector(".graph[data-focus]");
     if (!graph) return;
@@ -124,8 +130,13 @@
     svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     svg.setAttribute("width", width);
     svg.setAttribute("height", height);
-    graph.scrollLeft = (graph.scrollWidth - graph.clientWidth) / 2;
-    if (known) graph.querySelector("a.chosen").scrollIntoView({ block: "nearest", inline: "nearest" });
+    graph.dataset.focus = known ? name : "";
+    graph.scrollLeft = 0;
+    if (known) {
+      const chosen = graph.querySelector("a.chosen");
+      tell(chosen);
+      chosen.scrollIntoView({ block: "center", inline: "center" });
+    }
     const hint = document.querySelector("#graph-hint");
     if (hint) hint.hidden = graph.scrollWidth <= graph.clientWidth;
     const select = document.querySelector("#graph-focus");
@@ -147,6 +158,15 @@
       before.data = before.data.slice(0, -1);
       formula.replaceWith(whole);
       inside.append(formula);
+    }
+  };
+
+  // Paths in tables break behind a slash and nowhere else.
+  const slashed = () => {
+    for (const code of document.querySelectorAll("td span.pre")) {
+      const parts = code.textContent.split(/(?<=\/)/);
+      code.parentElement.classList.toggle("path", parts.length > 1);
+      code.replaceChildren(...parts.flatMap((part, k) => (k ? [document.createElement("wbr"), part] : [part])));
     }
   };
 
@@ -176,6 +196,7 @@
   document.addEventListener("DOMContentLoaded", () => {
     buttons();
     joined();
+    slashed();
     enlarge();
     const select = document.querySelector("#graph-focus");
     if (select) {
@@ -184,9 +205,14 @@
         focus();
       });
     }
+    for (const a of document.querySelectorAll(".graph a")) {
+      for (const event of ["mouseenter", "focus"]) a.addEventListener(event, () => tell(a));
+    }
     for (const shown of [focus, open]) {
       addEventListener("hashchange", shown);
       shown();
     }
+    // The browser goes to the address's place when all is loaded.
+    addEventListener("load", focus);
   });
 })();

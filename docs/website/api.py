@@ -185,7 +185,7 @@ def _page(title: str, module: str, names: list[str]) -> str:
 _APART = re.compile(
     r"``.*?``|:\w+:`[^`]*`|`[^`]*`|\"[^\"]*\"|\beq:\w+|[\w/-]+\.(?:md|py)\b|\b[A-Z]\. (?=[A-Z])"
     r"|\be\.g\.|\ba$|^\s*- |\b\w+n't\b|(?<=\b\w)'s\b|\S*\*\*\S*|\bint\b(?! h_)"
-    r"|\ba (?=float64)|\(i+\)"
+    r"|\ba (?=float64)|\(i+\)|\d\([iv]+\)|\bpanels? \(\w\)(?: and \(\w\))?"
 )
 #: An interval of numbers or names.
 _INTERVAL = re.compile(r"(?<![\w)])[\[(](-?\w), (-?\w)[\])]")

@@ -336,7 +336,7 @@ def _emitted(found: Formula) -> list[str]:
                 continue
         names.append(NAMES[target])
         title = f"**{NAMES[target]}**{drift}"
-        lines += [title, "", f"```{language}", code.rstrip(), "```", ""]
+        lines += [title, "", "{.no-search}", f"```{language}", code.rstrip(), "```", ""]
     if not lines:
         return [f"No code is emitted: {report.words(refused)}", ""]
     return folded(f"As code: {', '.join(names)}", lines)
@@ -519,14 +519,15 @@ def graph_page(records: Records) -> str:
         "---",
         "# Which formula rests on which",
         "",
-        "An arrow leads down from a result to one that uses it. Results that rest on definitions "
-        "only are at the top. Each name leads to its page.",
+        "An arrow leads down from a result to one that uses it. A box that no arrow enters rests "
+        "on definitions only. Each label leads to the page of its formula.",
         "",
         "```{raw} html",
         '<p><label>Only what one formula rests on, and what rests on it: <select id="graph-focus">'
         '<option value="">all formulas</option>',
         *chosen,
         "</select></label></p>",
+        '<p id="graph-title" role="status">Point at a label to read its title.</p>',
         '<p id="graph-hint" hidden>Scroll ↔</p>',
         graph.svg(
             {label: record["rests_on"] for label, record in records.items()},

@@ -1,4 +1,4 @@
-"""The glossary's words: an anchor at each of them, a link at its first use on every other page."""
+"""The glossary's words: entries of the index, each linked at its first use on another page."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ _PLAIN = {
     "region",
     "crossing",
     "clock",
+    "error",
     "`dps`",
 }
 # The noun alone: not "as well", nor "without bound".
@@ -59,14 +60,25 @@ def terms() -> dict[str, str]:
 
 
 def anchored(text: str) -> str:
-    """The glossary with an anchor at each row."""
+    """The glossary with an anchor at each row, its words and names as entries of the index.
+
+    A symbol's entries are its name in code and the short phrase that its meaning begins with.
+    """
     anchors = set(terms().values())
 
     def row(found: re.Match[str]) -> str:
         name = "term-" + re.sub(r"\W+", "-", found[1].lower()).strip("-")
-        return f'| <span id="{name}"></span>{found[1]} |' if name in anchors else found[0]
+        cell = f'<span id="{name}"></span>{found[1]}' if name in anchors else found[1]
+        words = [a or b.strip() for a, b in re.findall(r"`(\w+)`|(?:^|, )([^$,`]+)", found[1])]
+        if found[2].count(" | ") == 2:
+            words += re.findall(r"^(?:the )?([a-z-]+(?: [a-z-]+){,2})[,:;]", found[2])
+        entries = ", ".join(f"!{word}" for word in words)
+        if entries and found[1] not in ("word", "symbol") and found[1][0] != "-":
+            # The role shows nothing: a space of no width.
+            cell += f"{{index}}`\u200b <{entries}>`"
+        return f"| {cell} | {found[2]} |"
 
-    return _ROW.sub(row, text)
+    return re.sub(r"^\| (.+?) \| (.+) \|$", row, text, flags=re.MULTILINE)
 
 
 def linked(text: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from html import escape
 from itertools import pairwise
@@ -12,15 +13,27 @@ from derivations.runner import slug
 WIDTH, HEIGHT = 117, 22
 ROW, GAP, LANE, MARGIN = 56, 5, 10, 2
 SWEEPS = 12
+#: Boxes of a row: as many as a page has room for.
+MOST = 6
 
 Rests = dict[str, list[str]]
 
 
 def layers(rests: Rests) -> dict[str, int]:
-    """The longest way from a node to one that rests on nothing; `rests` comes in that order."""
+    """The row of each node, below all that it rests on; `rests` comes in that order.
+
+    A node goes to the first row that has room for it (Coffman and Graham's layering); one without
+    any arrow takes none.
+    """
     level: dict[str, int] = {}
+    used = {b for below in rests.values() for b in below}
+    room: Counter[int] = Counter()
     for node, below in rests.items():
-        level[node] = 1 + max((level[b] for b in below), default=-1)
+        row = 1 + max((level[b] for b in below), default=-1)
+        while room[row] == MOST:
+            row += 1
+        level[node] = row
+        room[row] += bool(below) or node in used
     return level
 
 

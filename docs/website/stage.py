@@ -23,7 +23,7 @@ DOCS = Path(__file__).parent.parent
 ROOT = DOCS.parent
 # Where a link that leaves docs/ leads in the site.
 OUTSIDE = {"../CHANGELOG.md": "CHANGELOG.md"}
-NO_PAGES = ("*.py", "*.json", "paper.*", "website", "__pycache__", "mathjax.js")
+NO_PAGES = ("*.py", "*.json", "paper.*", "website", "__pycache__", "mathjax.js", "search.js")
 # Indexes of made pages, with what they are called beside the pages of docs/.
 MADE = {"Formulas": "formulas/index", "Reference": "api/index"}
 # What the front page says of them, first under these headings.
@@ -41,7 +41,8 @@ _LABEL = re.compile(
     r"|`(?P<label>[\w:-]+)`",
     re.DOTALL | re.MULTILINE,
 )
-_LINK = re.compile(r"\]\(([\w./-]+\.md)(?:#[\w-]*)?\)")
+# To a page; one to a section of it gives the page no place.
+_LINK = re.compile(r"\]\(([\w./-]+\.md)\)")
 # What takes TeX and draws SVG, with all it may load while it does; see docs/mathjax.js.
 PARTS = (
     "startup.js",

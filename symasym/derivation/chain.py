@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -10,7 +11,7 @@ from typing import Any
 
 from symasym.base.errors import SymasymError
 from symasym.derivation.checks import Check
-from symasym.derivation.results import Outcome, Statement, latex, statement, text
+from symasym.derivation.results import Expansion, Outcome, Statement, latex, statement, text
 
 RULES = (
     "define",
@@ -224,7 +225,8 @@ class Derivation:
         result : expression, Expansion or tuple
             What one of the steps stated; of a tuple, each piece what one of them stated.
         error : str
-            What is left out.
+            What is left out. An order, ``O(...)`` or ``relative O(...)``, that `result` does not
+            show makes the equation an asymptotic one.
         note : str
             The meaning of symbols that are not the problem's own.
         cases : tuple of str
@@ -244,7 +246,12 @@ class Derivation:
         if self.display:
             shown = (p if isinstance(p, str) else latex(p, self.names) for p in self.display)
             return "".join(shown)
-        return statement(self.left, self.result, self.cases, self.names)
+        # An order that is left out and not shown makes the equation an asymptotic one.
+        stated = self.result if isinstance(self.result, tuple) else (self.result,)
+        told = any(isinstance(part, Expansion) for part in stated)
+        ordered = re.match(r"(relative |next term )?O\(", self.error)
+        relation = r"\sim" if ordered and not told else "="
+        return statement(self.left, self.result, self.cases, self.names, relation)
 
     def verify(self) -> list[StepRecord]:
         """Run every check; raises at the first that does not pass.

@@ -139,7 +139,7 @@ class Sampled:
     Parameters
     ----------
     reference : expression or callable
-        Expression(s), or ``callable(values, ctx)`` that works in an mpmath
+        One expression or several, or ``callable(values, ctx)`` that works in an mpmath
         context; `values` maps symbols to numbers of it.
     ranges : mapping
         Symbol -> (low, high), from which a rational of 10,000 is drawn.
@@ -149,7 +149,7 @@ class Sampled:
     degree : int, optional
         If both sides are polynomials in the drawn numbers of at most this total
         degree, different ones pass by chance with probability at most
-        (degree/10,000)^k for k points (Schwartz and Zippel). Left out, no such bound
+        ``(degree/10000)**k`` for k points (Schwartz and Zippel). Left out, no such bound
         is claimed: the statement is that they agree at these points.
     zeros : int, optional
         The same for sums of exponentials with polynomial factors: a difference
@@ -350,4 +350,4 @@ class Together:
 
     def how(self) -> str:
         """The effect of each of them."""
-        return "; ".join(check.how() for check in self.checks)
+        return "; ".join(dict.fromkeys(check.how() for check in self.checks))

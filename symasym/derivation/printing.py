@@ -169,6 +169,11 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
                 behind.append((rank, factor))
             elif sympy.sympify(power).could_extract_minus_sign():
                 below.append(base**-power)
+            elif base.is_Integer and base > 1 and coefficient.p % base == 0:
+                # 2 2^(2/3) is 2^(5/3).
+                whole = sympy.multiplicity(base, coefficient.p)
+                coefficient /= base**whole
+                above.append(sympy.Pow(base, power + whole, evaluate=False))
             else:
                 above.append(factor)
         coefficient, roots, divisors = _rooted(coefficient, roots, divisors)

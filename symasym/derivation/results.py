@@ -116,7 +116,7 @@ def latex(result: Statement, names: dict[Any, str] | None = None) -> str:
 
 
 def _expansion(result: Expansion, names: dict[Any, str]) -> str:
-    """``leading + O(gauge)``, or ``leading (1 + O(x))`` where the remainder is relative."""
+    """``leading + O(gauge)``; if relative, ``leading (1 + O(x))`` or ``front (sum + O(x))``."""
     gauge = result.gauge.as_coeff_Mul()[1]
     if result.leading == 0:
         return _order(gauge, names)
@@ -126,6 +126,12 @@ def _expansion(result: Expansion, names: dict[Any, str]) -> str:
         one = relative.as_coeff_Mul()[1]
         if result.leading.free_symbols >= {result.variable}:
             return rf"{leading} \left(1 + {_order(one, names)}\right)"
+    (whole, *more) = [f for f in sympy.Mul.make_args(result.leading) if f.is_Add] or [None]
+    if whole and not more and whole != result.leading and whole.has(result.variable):
+        front = result.leading / whole
+        one = (result.gauge / front).as_coeff_Mul()[1]
+        if one.free_symbols <= {result.variable}:
+            return rf"{tex(front, names)} \left({tex(whole, names)} + {_order(one, names)}\right)"
     return f"{leading} + {_order(gauge, names)}"
 
 
@@ -134,7 +140,13 @@ def _order(gauge: Any, names: dict[Any, str]) -> str:
     return rf"O\left({shown}\right)" if r"\frac" in shown else f"O({shown})"
 
 
-def statement(left: Statement, result: Any, cases: tuple[str, ...], names: dict[Any, str]) -> str:
+def statement(
+    left: Statement,
+    result: Any,
+    cases: tuple[str, ...],
+    names: dict[Any, str],
+    relation: str = "=",
+) -> str:
     """``left = result`` in LaTeX: pairwise for tuples, as cases where conditions are given."""
     if cases:
         pieces = [latex(piece, names) for piece in result]
@@ -147,10 +159,9 @@ def statement(left: Statement, result: Any, cases: tuple[str, ...], names: dict[
         return rf"{latex(left, names)} = \begin{{cases}} {rows} \end{{cases}}"
     if isinstance(left, tuple):
         pairs = zip(left, result, strict=True)
-        return r" ,\quad ".join(f"{latex(a, names)} = {latex(b, names)}" for a, b in pairs)
-    return (
-        latex(result, names) if left is None else f"{latex(left, names)} = {latex(result, names)}"
-    )
+        return r" ,\quad ".join(f"{latex(a, names)} {relation} {latex(b, names)}" for a, b in pairs)
+    shown = latex(result, names)
+    return shown if left is None else f"{latex(left, names)} {relation} {shown}"
 
 
 def text(result: Statement, width: int = 400) -> str:

@@ -21,6 +21,7 @@ import sympy
 
 from symasym.base.errors import InputError, SymasymError
 from symasym.drift.drift import Drift
+from symasym.numbers.polynomials import float_zeros
 
 __all__ = ["Case", "case_of", "found_cases", "read_case", "slides"]
 
@@ -235,7 +236,7 @@ def _checked(drift: Drift, given: dict[str, Any], start: Fraction, on_zero: bool
         except SymasymError:
             return None
     c = drift.bind(**given).exact_coefficients() or ()
-    roots = np.polynomial.polynomial.polyroots([float(x) for x in c])
+    roots = float_zeros(c)
     apart = np.abs(roots[:, None] - roots) + 1e9 * np.eye(len(roots))
     if np.any(apart < _APART * (1 + np.abs(roots))):
         return None

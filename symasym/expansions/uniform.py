@@ -42,7 +42,7 @@ from symasym.emit.symbolic_sums import BEYOND_1, LAM, Sum, Symbolic
 from symasym.expansions.builder import Symbols, U
 from symasym.expansions.cases import Case
 from symasym.generated.formulas import canonical, over_end, pair_norm
-from symasym.numbers.polynomials import poly
+from symasym.numbers.polynomials import float_zeros, poly
 from symasym.series.quadratic_factor import Pair, seen_from
 from symasym.special.airy import AiryProducts
 from symasym.special.dawson import gaussians
@@ -437,7 +437,7 @@ def place_of(drift: Drift, case: Case, start: Fraction) -> Place:
     if drift.free:
         return Place(1, 1)
     c = [float(x) for x in drift.exact_coefficients() or ()]
-    roots = [z for z in np.polynomial.polynomial.polyroots(c) if z.imag > 0 and abs(z.real) < 1]
+    roots = [z for z in float_zeros(c) if z.imag > 0 and abs(z.real) < 1]
     if len(roots) != 1:
         raise InputError(
             f"{drift!r} has {len(roots)} complex pairs of zeros over the layer; the uniform "

@@ -64,7 +64,7 @@ from symasym.expansions.uniform import (
     require_pair,
 )  # fmt: skip
 from symasym.expansions.universal import at_zero
-from symasym.numbers.polynomials import poly
+from symasym.numbers.polynomials import float_zeros, poly
 from symasym.series.quadratic_factor import Pair
 from symasym.special.airy import AiryProducts
 
@@ -663,7 +663,7 @@ def _complex_pair(drift: Drift, case: Case, start: Fraction) -> Place | None:
     c = _numbers_of(drift, case)
     if len(c) < 3:
         return None
-    roots = [z for z in np.polynomial.polynomial.polyroots(c) if z.imag > 0 and abs(z.real) < 1]
+    roots = [z for z in float_zeros(c) if z.imag > 0 and abs(z.real) < 1]
     if not roots:
         return None
     if len(roots) > 1:
@@ -680,7 +680,7 @@ def _nearer(drift: Drift, case: Case) -> int:
     c = _numbers_of(drift, case)
     if not c:
         return 1
-    zeros = [z.real for z in np.polynomial.polynomial.polyroots(c)
+    zeros = [z.real for z in float_zeros(c)
              if abs(z.imag) < 1e-9 and abs(z.real) < 1]  # fmt: skip
     v = np.polynomial.polynomial.polyval(sorted(zeros), np.polynomial.polynomial.polyint(c))
     return 0 if abs(v[1] - v[0]) < abs(v[2] - v[1]) else 1

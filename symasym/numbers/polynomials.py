@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 # Zeros closer than this are not separated well enough for partial fractions.
 _CLUSTER = 1e-3
+# A leading coefficient below this, beside the largest, moves no zero near the layer.
+_NOTHING = 1e-150
 # An imaginary part below this, after Newton's steps, is rounding.
 _REAL = 1e-9
 
@@ -205,6 +207,24 @@ def real_parts(c: FloatArray) -> FloatArray:
         for _ in range(3):
             zeros = _newton(c, zeros)
     return np.real(zeros)
+
+
+def float_zeros(c: Sequence[Any]) -> np.ndarray[Any, Any]:
+    """Zeros of one polynomial of numbers of any size in float64, complex and sorted.
+
+    Leading coefficients that are nothing beside the others are left out with the zeros that they
+    have far outside.
+    """
+    largest = max((abs(x) for x in c), default=0)
+    scaled = np.array([float(x / largest) for x in c]) if largest else np.zeros(0)
+    used = np.trim_zeros(np.where(np.abs(scaled) < _NOTHING, 0.0, scaled), "b")[:, None]
+    if len(used) < 2:
+        return np.zeros(0, dtype=complex)
+    with np.errstate(all="ignore"):
+        zeros = _companion(used)
+        for _ in range(3):
+            zeros = _newton(used, zeros)
+    return np.sort(zeros[:, 0] + 0j)
 
 
 def _newton(c: FloatArray, z: np.ndarray[Any, Any]) -> Any:

@@ -62,9 +62,13 @@ class Row(NamedTuple):
     note: str = ""
 
     def cells(self) -> list[str]:
+        return [self.what, self.note + _number(self.measured)]
+
+    def missed(self) -> str:
+        """What is missed, for who measures; empty where the ratio is as it should be."""
         bound = f"at {'least' if self.at_least else 'most'} {_number(self.target)}"
         met = self.measured >= self.target if self.at_least else self.measured <= self.target
-        return [self.what, self.note + _number(self.measured), bound, "yes" if met else "**no**"]
+        return "" if met else f"{self.what}: {_number(self.measured)}, should be {bound}"
 
 
 class Part(NamedTuple):
@@ -597,9 +601,11 @@ def measured(options: argparse.Namespace) -> str:
         print(f"{title} …", file=sys.stderr, flush=True)
         found = part(options)
         rows += found.rows
+        for missed in filter(None, map(Row.missed, found.rows)):
+            print(missed, file=sys.stderr)
         seen = f"Load average {before} before, {load()} after."
         texts.append("\n\n".join([f"### {title}", *found.text, seen]))
-    summary = table(["ratio", "measured", "target", "met"], [row.cells() for row in rows])
+    summary = table(["ratio", "measured"], [row.cells() for row in rows])
     return "\n\n".join([machine(), summary, *texts])
 
 
@@ -614,7 +620,7 @@ def renewed(old: str, new: str) -> str:
 def _taken_apart(tables: str) -> tuple[str, dict[str, str], dict[str, str]]:
     """What comes before the rows of the summary, the rows by their ratios, the parts by titles."""
     summary, *parts = tables.strip().split("\n\n### ")
-    top, line, rows = summary.partition("| --- | --- | --- | --- |")
+    top, line, rows = summary.partition("| --- | --- |")
     by_ratio, above = {}, ""
     for row in rows.strip().splitlines():
         name = row.split("|")[1].strip()

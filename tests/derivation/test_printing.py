@@ -36,7 +36,7 @@ V = sympy.Function("V")
         (a * (b + 1) / (b + 2), r"\frac{a (1 + b)}{2 + b}"),
         ((1 / a - 1 / b) / k, r"\frac{1}{\kappa} \left(\frac{1}{a} - \frac{1}{b}\right)"),
         (a ** Rational(-1, 3), "a^{-1/3}"),
-        (2 * 2 ** Rational(2, 3), r"2 \cdot 2^{2/3}"),
+        (2 * 2 ** Rational(2, 3), "2^{5/3}"),
         (-a * u * (1 + b), "-a (1 + b) u"),
         (sympy.Function("T")(u, v).diff(u, 2), r"\frac{\partial^2 T}{\partial u^2}"),
         (exp((2 * V(v) - 2 * V(u)) / k**2), r"e^{2 (V(v) - V(u))/\kappa^2}"),
@@ -116,6 +116,27 @@ def test_a_relative_remainder_is_a_factor() -> None:
         rf"{tex(leading)} \left(1 + O(\kappa^2)\right)"
     )
     assert latex(Expansion(a, 2 * k**2, k)) == r"a + O(\kappa^2)"
+    series = 1 + a * k**2
+    assert latex(Expansion(b * leading * series, 3 * b * leading * k**4, k)) == (
+        rf"{tex(b * leading)} \left({tex(series)} + O(\kappa^4)\right)"
+    )
+    # The remainder is not relative to b.
+    assert latex(Expansion(b * series, k**4, k)).endswith(r"+ O(\kappa^4)")
+
+
+def test_an_equation_that_leaves_out_an_order_is_asymptotic() -> None:
+    for result, error, relation in (
+        (a, "exact", "="),
+        (a, "O(k^2)", r"\sim"),
+        ((a, b), "relative O(k^2)", r"\sim"),
+        (Expansion(a, k**2, k), "O(k^2)", "="),
+    ):
+        d = Derivation("order", "An order")
+        d.step("only", "expand", result, Identity(result), left=("T", "C"))
+        left = tuple(map(Symbol, "TC")) if isinstance(result, tuple) else Symbol("T")
+        d.conclude(left, result, error)
+        assert d.latex().startswith(f"T {relation} a")
+        assert d.latex().count(r"\sim") == (2 if isinstance(result, tuple) else relation != "=")
 
 
 def test_an_equation_is_written_with_what_steps_stated() -> None:

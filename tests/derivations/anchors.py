@@ -388,7 +388,7 @@ def leaving(_: str, left: Any, result: Any, seeds: range) -> None:
 
 
 def first_order(_: str, left: Any, result: Any, seeds: range) -> None:
-    """The change of a walk's mean time with eps; Sigma and T_0 of a constant drift put in."""
+    """The change of a walk's mean time with eps; Sigma and T_f of a constant drift put in."""
     u, z, a, b, r, kappa = (sympy.Symbol(name) for name in ("u", "z", "a", "b", "r", "kappa"))
     assert [e.func.__name__ for e in left] == ["s", "T_1"]
 
@@ -397,14 +397,14 @@ def first_order(_: str, left: Any, result: Any, seeds: range) -> None:
         return (1 - sympy.exp(-2 * drift * (x + r) / kappa**2)) * kappa**2 / (2 * drift)
 
     def still(x: Any, y: Any) -> Any:
-        """T_0; the drift is a + b z."""
+        """T_f; the drift is a + b z."""
         return (2 * r * scale(x, a + b * y) / scale(r, a + b * y) - x - r) / (a + b * y)
 
     def named(stated: Any) -> Any:
         """The same with one symbol of each name, and derivatives worked out."""
         stated = stated.xreplace({s: sympy.Symbol(s.name) for s in stated.atoms(sympy.Symbol)})
         stated = stated.replace(sympy.Function("Sigma"), scale)
-        stated = stated.replace(sympy.Function("T_0"), still)
+        stated = stated.replace(sympy.Function("T_f"), still)
         return stated.replace(sympy.Derivative, lambda *e: sympy.diff(*e))
 
     source = named(result[0]).subs(z, 0)

@@ -794,7 +794,7 @@ def waiting(rng: random.Random) -> Callable[[Any], Numbers]:
         t, chance = survival(rate, 50 * time, 200_000)
         mean, square = np.trapezoid(chance, t), np.trapezoid(2 * t * chance, t)
         return Numbers(
-            T_0=lambda: time, T0_z=lambda: slope, g=lambda: g, epsilon=lambda: eps,
+            T_f=lambda: time, Tf_z=lambda: slope, g=lambda: g, epsilon=lambda: eps,
             T=lambda: mean, sigma_T=lambda: np.sqrt(square - mean**2),
         )  # fmt: skip
 

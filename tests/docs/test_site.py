@@ -298,6 +298,8 @@ def test_arrows_of_the_graph_lead_down() -> None:
     at = graph.positions(rests)
     arrows = [(b, node) for node, below in rests.items() for b in below]
     assert all(at[b][1] < at[node][1] for b, node in arrows)
+    # The page is 1,020 pixels wide beside its sidebar.
+    assert max(x for x, _ in at.values()) + graph.WIDTH / 2 < 1020
     # No two boxes of a row overlap.
     boxes = sorted((row, x) for node, (x, row) in at.items() if node in rests)
     for (row, x), (below, after) in pairwise(boxes):
@@ -313,7 +315,9 @@ def _ordered() -> dict:
 
 
 def test_pages_take_the_place_of_their_link_and_new_ones_are_not_lost() -> None:
-    index = "# S\n\n- [B](b.md)\n- [A](a.md#x)\n\n## Guides\n\n- [C](c.md), [B](b.md)\n"
+    index = (
+        "# S\n\n- [B](b.md)\n- [A](a.md), [there](c.md#x)\n\n## Guides\n\n- [C](c.md), [B](b.md)\n"
+    )
     found = stage.with_toctrees(index, {"a.md", "b.md", "c.md", "new.md"})
     trees = re.findall(r"```\{toctree\}\n(.*?)```", found, re.DOTALL)
     listed = [re.sub(r":hidden:|:caption:", "", tree).split() for tree in trees]
@@ -331,6 +335,15 @@ def test_a_word_of_the_glossary_is_linked_where_it_is_first_used() -> None:
     made = glossary.anchored((ROOT / "docs" / "glossary.md").read_text("utf-8"))
     anchors = re.findall(r'<span id="([\w-]+)">', made)
     assert sorted(anchors) == sorted(set(glossary.terms().values()))
+    entries = re.findall(r"\{index\}`[^`]*<([^>]*)>`", made)
+    assert {
+        "!kappa, !noise amplitude",
+        "!mean escape time",
+        "!start",
+        "!fold",
+        "!interior maximum, !saddle",
+    } <= set(entries)
+    assert not {"!word", "!symbol"} & set(entries)
 
 
 def test_a_label_leads_to_its_formula() -> None:
@@ -541,6 +554,45 @@ def test_every_page_loads_and_every_formula_is_drawn(site: Path, browser) -> Non
     assert drawn > 500
 
 
+#: What is asked for, and where the first answer leads.
+FOUND = {
+    "fold": "uniform.html",
+    "start": "glossary.html",
+    "barrier": "glossary.html",
+    "error": "glossary.html",
+    "probability": "bounds.html",
+    "install": "index.html#install",
+    "kappa": "glossary.html",
+    "escape%20time": "glossary.html",
+    "stationary%20density": "glossary.html",
+    "weak%20noise": "weak-noise.html",
+    "Stokes": "uniform.html",
+    "gene": "tutorial-own-drift.html",
+    "Hill": "api/drifts.html#symasym.hill",
+    "escape_time": "api/quantities.html#symasym.escape_time",
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("asked", FOUND)
+def test_the_search_finds_the_guide_first(site: Path, browser, asked: str) -> None:
+    tab = browser.new_page()
+    tab.goto(f"{(site / 'search.html').as_uri()}?q={asked}")
+    links = tab.locator("ul.search li > a:first-child")
+    links.first.wait_for()
+    goal = links.first.get_attribute("href") or ""
+    assert goal == FOUND[asked] or goal.startswith(f"{FOUND[asked]}#index-")
+    assert "\\" not in "".join(links.all_inner_texts())
+    tab.close()
+
+
+def test_no_emitted_code_is_searched(records: formulas.Records) -> None:
+    code = formulas.page("folds", records).partition("<summary>As code")[2].partition("</details>")
+    fences = re.findall(r"^(.*)\n```(?!\n)\w+$", code[0], re.MULTILINE)
+    assert len(fences) > 4
+    assert set(fences) == {"{.no-search}"}
+
+
 @pytest.mark.slow
 def test_bad_tex_and_a_missing_script_are_noticed(site: Path, browser) -> None:
     good = site / "formulas" / "eq-Ttilde.html"
@@ -620,6 +672,11 @@ def test_the_explorer_answers_to_every_slider_by_key(site: Path, browser) -> Non
     slider.fill("0.5")
     slid = tab.evaluate(_DRAWN)
     assert slid["region"].startswith("Sliding")
+    # T is far above the frame, at whose top an arrow stands.
+    assert '<polygon class="dot"' in slid["plots"][4]
+    labels = ("V", "ϕ", "p", "S", "log₁₀ T")
+    for plot, label in zip(slid["plots"], labels, strict=True):
+        assert re.search(rf"rotate[^>]*>{label}</text>", plot)
     assert "<path" in slid["plots"][2]
     assert "p(u)" in tab.locator("#oscillator figure").nth(2).inner_text()
     # The sliders stay in sight while the last plot is looked at.
@@ -637,7 +694,7 @@ def test_the_explorer_answers_to_every_slider_by_key(site: Path, browser) -> Non
 def test_the_explorers_address_holds_its_sliders(site: Path, browser) -> None:
     tab = browser.new_page()
     page = (site / "explorer.html").as_uri()
-    tab.goto(f"{page}#mu=2&z0=-0.5&kappa=0.045&r=nothing")
+    tab.goto(f"{page}#mu=2&z0=-0.5&kappa_p=0.045&r_p=nothing")
     seen = tab.evaluate(_DRAWN)
     wanted = {"mu": "2.00", "z0": "-0.50", "kappa": "0.045", "r": "0.1"}
     assert {name: seen["sliders"][name] for name in wanted} == wanted
@@ -659,9 +716,10 @@ def test_the_explorers_address_holds_its_sliders(site: Path, browser) -> None:
     other.goto(tab.url)
     assert other.evaluate(_DRAWN)["sliders"] == again["sliders"] != seen["sliders"]
     other.goto("about:blank")
-    other.goto((site / "explorer.html").as_uri() + "#kappa=7&mu=2")
+    other.goto((site / "explorer.html").as_uri() + "#kappa=0.02&r_p=7&mu=2")
     region = other.locator("#explorer-region").text_content()
-    assert region.endswith("Not taken from the address: kappa = 7.")
+    said = "kappa = 0.02 (write kappa_p, which is physical), r_p = 7"
+    assert region.endswith(f"Not taken from the address: {said}.")
     sliders = other.evaluate(_DRAWN)["sliders"]
     assert (sliders["kappa"], sliders["mu"]) == ("0.03", "2.00")
     other.close()
@@ -694,7 +752,7 @@ def test_the_explorer_takes_typed_numbers_other_drifts_and_an_axis_of_noise(site
         found = tab.evaluate(_DRAWN)
         scales = sa.rescale(eps="0.01", kappa="0.03", r="0.1")
         time = sa.escape_time(drift, scales.kappa, scales.r)
-        assert float(found["values"]["T, scaled, z frozen"]) == pytest.approx(time, rel=1e-3)
+        assert float(found["values"]["T, scaled"]) == pytest.approx(time, rel=1e-3)
         assert all("<path" in plot for plot in found["plots"])
     # Noise so weak that C is less than a double may be.
     import mpmath

@@ -349,3 +349,15 @@ def test_singulants(drift: sa.Drift, kappa: str) -> None:
         assert one.order == int(2 / float(kappa) ** 2 * one.value)
         assert f"series of the {one.point}: singulant {one.value:.3g}" in str(chosen)
     assert not sa.plan(sa.Drift("1/5 - tanh(u)"), kappa, 3, rtol="1e-2").singulants
+
+
+def test_singulants_of_huge_drifts() -> None:
+    """They scale with A, until float64 has them no more."""
+    one, large, beyond = (
+        sa.plan(sa.friction(3, f"1e{n}", f"-5e{n - 1}"), f"1e{n // 2 - 2}", 2).singulants
+        for n in (4, 300, 400)
+    )
+    assert [x.value for x in large] == pytest.approx([1e296 * x.value for x in one], rel=1e-3)
+    assert [x.order for x in large] == pytest.approx([x.order for x in one], rel=1e-3)
+    assert one
+    assert not beyond

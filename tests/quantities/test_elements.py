@@ -16,8 +16,13 @@ import symasym as sa
 FRICTION = sa.friction(3, 1, "-0.4")
 #: A verb, its options, and noises of which those that are False have no value.
 REFUSED: list[tuple[Any, sa.Drift, dict[str, Any], dict[float, bool]]] = [
-    # T is 1e1000000 at the first.
-    (sa.escape_time, FRICTION, {"r": 10}, {1e-3: False, 0.1: True, 1e-4: False, 1.0: True}),
+    # T is 1e1000000 at the first; the error of log T is beyond 1000 at the last.
+    (
+        sa.escape_time,
+        FRICTION,
+        {"r": 10},
+        {1e-3: False, 0.1: True, 1e-4: False, 1.0: True, 1e-9: False},
+    ),
     (sa.escape_time, FRICTION, {"r": 10}, {0.1: True, -1.0: False, 0.2: True, np.nan: False}),
     (
         sa.escape_time,

@@ -38,7 +38,7 @@ def test_the_share_that_the_motion_of_z_takes_off(z, flight):
     )
     slope = (right - left) / (2 * h)
     (stated, _), eps = sa.formula("frozen-time").expression, 1e-3 / slope
-    put = {"T_0": frozen, "T0_z": slope, "epsilon": eps, "g": -1.0}
+    put = {"T_f": frozen, "Tf_z": slope, "epsilon": eps, "g": -1.0}
     share = float(stated.subs({s: put[s.name] for s in stated.free_symbols})) / frozen - 1
     block = sa.oscillator(mu=3, alpha=1)
     whole = sa.release(block, kappa, 10, eps=eps, start=(0, z), method="march", rtol="1e-7")

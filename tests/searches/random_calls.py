@@ -5,8 +5,8 @@
 Each call takes sensible arguments, some of which are replaced by extreme numbers or by things of
 another type; some answers are asked for more (`AFTER`), and some calls are command lines, whose
 words are replaced likewise. It ends in an answer, or in an error of `symasym.SymasymError`'s
-family; what ends in another error (a bare one), or takes longer than `LATE` seconds of processor
-time, is printed as a line that makes the call again.
+family; what ends in another error or in a warning (a bare one), or takes longer than `LATE`
+seconds of processor time, is printed as a line that makes the call again.
 """
 
 from __future__ import annotations
@@ -567,7 +567,7 @@ def main(
     """Make `total` random calls, and count how they end."""
     matplotlib.use("agg")
     draw, counts, seen = random.Random(seed), Counter[str](), Counter[str]()
-    warnings.simplefilter("ignore")
+    warnings.simplefilter("error")
     longest = 0.0
     for number in range(1, total + 1):
         call = random_call(draw, verbs)

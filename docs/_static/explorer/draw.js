@@ -1,7 +1,7 @@
 // A small plot as SVG text; its colours are in explorer.css.
 "use strict";
 
-const MARGIN = { left: 46, right: 16, top: 10, bottom: 38 };
+const MARGIN = { left: 60, right: 16, top: 10, bottom: 38 };
 
 /** Round numbers in [low, high], three at least and at most seven. */
 function ticks(low, high) {
@@ -32,9 +32,10 @@ function heights(curves, least) {
 /**
  * The inside of an SVG of this size.
  *
- * plot: x and y (ranges), xlabel, curves (lists of points); and, where it has them, layer (a band
- * in x), zero (a line at y = 0), lines (dashed, at x), here (a line at x), points ([x, y, class]),
- * belt, dashed and dotted (more curves, under and over the others).
+ * plot: x and y (ranges), xlabel, ylabel, curves (lists of points); and, where it has them, layer
+ * (a band in x), zero (a line at y = 0), lines (dashed, at x), here (a line at x), points
+ * ([x, y, class]; one above the frame is an arrow at its top), belt, dashed and dotted (more curves,
+ * under and over the others).
  */
 function drawn(plot, width, height) {
   const right = width - MARGIN.right;
@@ -64,6 +65,9 @@ function drawn(plot, width, height) {
   }
   const middle = (MARGIN.left + right) / 2;
   parts.push(`<text text-anchor="middle" x="${middle}" y="${height - 5}">${plot.xlabel}</text>`);
+  const [left, half] = [14, (MARGIN.top + bottom) / 2];
+  const turned = `transform="rotate(-90 ${left} ${half})"`;
+  parts.push(`<text text-anchor="middle" x="${left}" y="${half}" ${turned}>${plot.ylabel}</text>`);
   if (plot.zero && plot.y[0] < 0 && plot.y[1] > 0) {
     const ends = `x1="${MARGIN.left}" x2="${right}" y1="${px(y(0))}" y2="${px(y(0))}"`;
     parts.push(`<line class="zero" ${ends}/>`);
@@ -78,7 +82,13 @@ function drawn(plot, width, height) {
   for (const curve of plot.dashed ?? []) parts.push(`<path class="dashed" d="M${path(curve)}"/>`);
   for (const curve of plot.dotted ?? []) parts.push(`<path class="dotted" d="M${path(curve)}"/>`);
   for (const [u, v, kind] of plot.points ?? []) {
-    parts.push(`<circle class="${kind}" cx="${px(x(u))}" cy="${px(y(v))}" r="5"/>`);
+    const [cx, top] = [x(u), MARGIN.top];
+    const arrow = `${px(cx - 6)},${top + 11} ${px(cx + 6)},${top + 11} ${px(cx)},${top + 1}`;
+    parts.push(
+      v > plot.y[1]
+        ? `<polygon class="${kind}" points="${arrow}"/>`
+        : `<circle class="${kind}" cx="${px(cx)}" cy="${px(y(v))}" r="5"/>`,
+    );
   }
   return parts.join("");
 }

@@ -61,7 +61,11 @@ function typed(range) {
 /** What the address has and no slider reaches. */
 let refused = [];
 
-/** The address (#mu=2&kappa=0.05) of what is shown is taken over; what it lacks stays. */
+/** The address names physical numbers as the page does. */
+const PHYSICAL = { kappa: "kappa_p", r: "r_p" };
+const addressOf = (name) => PHYSICAL[name] ?? name;
+
+/** The address (#mu=2&kappa_p=0.05) of what is shown is taken over; what it lacks stays. */
 function fromAddress() {
   const given = new URLSearchParams(location.hash.slice(1));
   refused = [];
@@ -70,15 +74,20 @@ function fromAddress() {
     if ([...list.options].some((one) => one.value === given.get(name))) list.value = given.get(name);
   }
   for (const range of RANGES) {
-    const text = given.get(range.name);
+    const name = addressOf(range.name);
+    const text = given.get(name);
+    if (name !== range.name && given.has(range.name)) {
+      refused.push(`${range.name} = ${given.get(range.name)} (write ${name}, which is physical)`);
+    }
     if (text === null || text.trim() === "" || take(range, Number(text))) continue;
-    refused.push(`${range.name} = ${text}`);
+    refused.push(`${name} = ${text}`);
   }
 }
 
 /** The address of what is shown. */
 function toAddress() {
-  const address = new URLSearchParams({ ...sliderValues(), axis: form.elements.axis.value });
+  const values = Object.entries(sliderValues()).map(([name, value]) => [addressOf(name), value]);
+  const address = new URLSearchParams([...values, ["axis", form.elements.axis.value]]);
   history.replaceState(null, "", `#${address}`);
 }
 
@@ -152,7 +161,7 @@ function relative(log, exact) {
   return fromLog(ratio > 30 ? ratio : Math.log(Math.abs(Math.expm1(ratio))));
 }
 
-function rows(n) {
+function rows(n, frozen) {
   const height = n.points.length === 2 ? Math.abs(n.points[1].V - n.points[0].V) : null;
   const physical = n.logExact === null ? null : n.logExact + Math.log(n.time);
   return {
@@ -163,7 +172,7 @@ function rows(n) {
     "folds z₀⁽⁺⁾, z₀⁽⁻⁾": n.folds ? n.folds.map((z) => short(z)).join(", ") : NONE,
     "height of the barrier": short(height),
     "Stokes multiplier, and as a step": `${short(n.smooth)}, ${short(n.step)}`,
-    "T, scaled, z frozen": fromLog(n.logExact),
+    [`T, scaled${frozen}`]: fromLog(n.logExact),
     "relative error of T itself, at most about": fromLog(n.logOwnError, 2),
     "time for the belt to carry z to the fold z₀⁽⁺⁾": short(n.wayToFold),
     "change of λD while T passes, ελ|∂D/∂z₀|T": changed(n),
@@ -193,8 +202,9 @@ function timePlot(sliders, n, { time: paper, uniform, belt }, exact) {
   const solid = exact.filter((curve) => curve.length > 1);
   const axis = axisPlot(sliders, n);
   const crosses = n.region === "crossing" || axisOf(sliders) !== "z0";
-  const now = n.logExact === null || !crosses ? [] : [[axis.here, n.logExact / Math.LN10, "dot"]];
-  const all = [...paper, ...uniform, ...solid, ...(now.length ? [[now[0]]] : [])];
+  const now = n.logExact === null ? [] : [[axis.here, n.logExact / Math.LN10, "dot"]];
+  // Where the drift slides T may be far above all that is drawn.
+  const all = [...paper, ...uniform, ...solid, ...(crosses ? now.map((point) => [point]) : [])];
   // Against kappa T soon is beyond all numbers.
   const most = axisOf(sliders) === "kappa" ? Math.max(16, 1.5 * (now[0]?.[1] ?? 0)) : Infinity;
   const low = all.map((curve) => curve.filter(([, v]) => v <= most));
@@ -204,8 +214,8 @@ function timePlot(sliders, n, { time: paper, uniform, belt }, exact) {
   const others = n.folds === null && !paper.length
     ? ""
     : ", uniform (dotted), the paper’s formula (dashed)";
-  const here = n.logExact !== null && !now.length
-    ? `; here, above the frame, it is ${(n.logExact / Math.LN10).toFixed(1)}`
+  const here = now.length && now[0][1] > y[1]
+    ? `; here (arrow), above the frame, it is ${(n.logExact / Math.LN10).toFixed(1)}`
     : "";
   const grey = belt.length
     ? "; grey: the time in which the belt carries z to the fold; where T lies above it, the block is released earlier"
@@ -217,20 +227,23 @@ function timePlot(sliders, n, { time: paper, uniform, belt }, exact) {
     dotted: inside(uniform),
     belt: inside(belt),
     y,
-    points: now,
-    caption: `log₁₀ T against ${axis.xlabel}: exact (solid)${others}${here}${grey}`,
+    points: now.filter(([, v]) => v >= y[0]),
+    ylabel: "log₁₀ T",
+    caption: `log₁₀ T against ${axis.xlabel}: exact (solid${axis.xlabel === "z₀" ? ", not drawn where the drift slides" : ""})${others}${here}${grey}`,
   };
 }
 
 /** The steady state, or, where there is none, where the time before escape is spent. */
 function densityPlot(sliders, n, u) {
   const p = density(sliders);
-  if (p) return { ...u, curves: [p], y: heights([p], [0]), caption: "Stationary density p(u)" };
+  if (p) {
+    return { ...u, ylabel: "p", curves: [p], y: heights([p], [0]), caption: "Stationary density p(u)" };
+  }
   const share = n.share === undefined ? passage(scaled(sliders)).share : n.share;
   const none = n.region === "sliding" ? "D" : "No steady state here: d";
   const caption = `${none}ensity of the time spent at u before escape`;
   if (share === null) return { none: "the noise is too weak for the page’s quadrature", caption };
-  return { ...u, curves: [share], y: heights([share], [0]), caption };
+  return { ...u, ylabel: "density", curves: [share], y: heights([share], [0]), caption };
 }
 
 /** The multipliers, or, where no well can be born, the chance of leaving through -r. */
@@ -240,14 +253,15 @@ function multiplierPlot(sliders, n, { step, smooth }, exact) {
   if (smooth.length) {
     const points = n.smooth === null ? [] : [[axis.here, n.smooth, "dot"]];
     const caption = `Stokes multiplier against ${axis.xlabel}: smooth (solid), the paper’s step (dashed)`;
-    return { ...axis, curves: smooth, dashed: step, y, points, caption };
+    return { ...axis, ylabel: "S", curves: smooth, dashed: step, y, points, caption };
   }
   const points = n.logExit === null ? [] : [[axis.here, Math.exp(n.logExit), "dot"]];
   const caption = `C, the chance of leaving through −r, against ${axis.xlabel}`;
   const curves = isFriction(sliders)
     ? exitAgainstAxis(sliders, axisOf(sliders))
     : exact.map((curve) => curve.map(([x, , exit]) => [x, exit]));
-  return { ...axis, curves: curves.filter((one) => one.length > 1), y, points, caption };
+  const drawn = curves.filter((one) => one.length > 1);
+  return { ...axis, ylabel: "C", curves: drawn, y, points, caption };
 }
 
 /** The plots of one position of the sliders: name -> what `drawn` takes, or why there is none. */
@@ -257,8 +271,8 @@ function plots(sliders, n, against) {
   const within = n.points.map((point) => [point.u, point.V, point.kind]);
   const zeros = n.points.map((point) => [point.u, 0, point.kind]);
   return {
-    V: { ...u, curves: [V], y: heights([V]), points: within },
-    phi: { ...u, curves: [phi], y: heights([phi], [0]), zero: true, points: zeros },
+    V: { ...u, ylabel: "V", curves: [V], y: heights([V]), points: within },
+    phi: { ...u, ylabel: "ϕ", curves: [phi], y: heights([phi], [0]), zero: true, points: zeros },
     density: densityPlot(sliders, n, u),
     time: timePlot(sliders, n, against, []),
     step: multiplierPlot(sliders, n, against, []),
@@ -287,7 +301,8 @@ function update() {
   const left = refused.length ? ` Not taken from the address: ${refused.join(", ")}.` : "";
   explorer.querySelector("#explorer-region").textContent = inWords(n) + left;
   // Of the other drifts there is no paper's formula, and no fold.
-  const items = Object.entries(rows(n)).filter(
+  const frozen = isFriction(sliders) ? ", z frozen" : "";
+  const items = Object.entries(rows(n, frozen)).filter(
     ([, value]) => isFriction(sliders) || ![NONE, `${NONE}, ${NONE}`].includes(value),
   );
   explorer.querySelector("dl").innerHTML = items

@@ -46,6 +46,8 @@ def _friction(z0: Any = "-0.4") -> Any:
     return sa.friction(mu=3, alpha=1, z0=z0)
 
 
+# Of a curve that a function of symasym computes, and the integral that a formula is.
+_ENGINE = ("computed by symasym", "as printed, by quadrature")
 _OSCILLATOR = "friction, μ = 3, α = 1, z₀ = -0.4"
 _LINE = "linear, a⁻ = 1, a⁺ = -1"
 
@@ -152,14 +154,16 @@ def _integrals() -> list[Plot]:
              np.geomspace(0.01, 100, 60),
              _each(lambda x: pieces.single(np.negative, x, 0, 1)), _log(emitted.constant_single),
              "x"),
-        Plot("eq:C", "C", _OSCILLATOR, _noise(-1, 1), _verb("exit_probability", friction, 10),
-             lambda k: exit_.log_exit_probability(k, 10)),
+        Plot("eq:C", "C", _OSCILLATOR, _noise(0, 1.5), _verb("exit_probability", friction, 10),
+             lambda k: exit_.log_exit_probability(k, 10), by=_ENGINE),
         Plot("eq:P", "1 - P", names, _noise(-1, 1), _verb("occupation", tanh, complement=True),
-             share.log_complement),
-        Plot("eq:P2", "P", _CUBIC, _noise(-1, 1), _verb("occupation", _cubic()), from_layer),
+             share.log_complement, by=_ENGINE),
+        Plot("eq:P2", "P", _CUBIC, _noise(-1, 1), _verb("occupation", _cubic()), from_layer,
+             by=_ENGINE),
         Plot("eq:pss", "stationary density", f"{names}, κ = 1/2", u,
              lambda u: np.log(sa.stationary_density(tanh, 0.5, u)),
-             lambda u: np.log(density.stationary_density(u, 0.5)), "u", log_x=False),
+             lambda u: np.log(density.stationary_density(u, 0.5)), "u", log_x=False,
+             by=_ENGINE),
     ]  # fmt: skip
 
 
@@ -172,9 +176,9 @@ def _escape() -> list[Plot]:
     return [
         Plot("constant-drift", "T", "ϕ = 1, r = 10", _noise(-1, 1), _verb("escape_time", even, 10),
              _log(emitted.constant_drift_time, r=10, a=1)),
-        Plot("eq:Ttilde", "T", f"{_OSCILLATOR}; as printed, by quadrature in float64",
-             _noise(-0.4, 1), _verb("escape_time", drift, 10),
-             _each(lambda k: pieces.as_printed(pieces.friction_potential, 2 / k**2, 10))),
+        Plot("eq:Ttilde", "T", _OSCILLATOR, _noise(-0.4, 1), _verb("escape_time", drift, 10),
+             _each(lambda k: pieces.as_printed(pieces.friction_potential, 2 / k**2, 10)),
+             by=_ENGINE),
         Plot("eq:TtildeCzero", "T", _OSCILLATOR, _noise(-0.4, 1),
              _verb("escape_time", drift, 10),
              _each(lambda k: pieces.without_exit(pieces.friction_potential, 2 / k**2, 10))),

@@ -190,7 +190,8 @@ def _halves() -> list[Plot]:
         Plot("positive-density", "stationary density", f"A = -u - u³/2, κ = {_NOISE}", u,
              lambda u: np.log(sa.stationary_density(cubic, _NOISE, u)), density, "u", log_x=False),
         Plot("panel-step", "w", "V = u + u²/4, from 0 to 1, after a start at -1",
-             np.logspace(-0.3, 1, 40), _carried_at_once, _carried),
+             np.logspace(-0.3, 1, 40), _carried_at_once, _carried,
+             by=("from -1 at once", "from -1 to 0, then by one panel")),
     ]  # fmt: skip
 
 

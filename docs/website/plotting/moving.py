@@ -85,7 +85,7 @@ def _frozen() -> Plot:
         "frozen-time", "mean time of release", f"{_OF}, κ = 0.15, z = -1/2",
         np.geomspace(1e-7, 4e-6, 8),
         lambda eps: _each(eps, lambda e: _mean(0.15, "-0.5", e, rtol="1e-6")),
-        lambda eps: np.log(of(epsilon=eps, g=-1.0, T_0=time, T0_z=slope)), "ε",
+        lambda eps: np.log(of(epsilon=eps, g=-1.0, T_f=time, Tf_z=slope)), "ε",
     )  # fmt: skip
 
 

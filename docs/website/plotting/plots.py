@@ -28,7 +28,8 @@ class Plot:
     """One formula: the quantity, both curves over x, and what is said of them.
 
     With `logs` the curves are natural logarithms and the error is relative; without, the error is
-    that over the largest value.
+    that over the largest value. `by` says of both curves, where they agree, how they are computed,
+    and so does the title, after "exact: ", of the first.
     """
 
     label: str
@@ -40,6 +41,7 @@ class Plot:
     axis: str = "κ, scaled"
     logs: bool = True
     log_x: bool = True
+    by: tuple[str, str] = ("in another way", "by the formula")
 
     def values(self) -> tuple[Any, Any, Any]:
         """Over x: what is exact, the formula, and its error."""
@@ -96,21 +98,28 @@ def draw(plot: Plot | Picture) -> str:
         exact = plot.agrees()
         figure = Figure(figsize=(6.4, 3.4 if exact else 5.2))
         above, *below = np.atleast_1d(figure.subplots(1 if exact else 2, 1, sharex=True))
-        above.plot(plot.x, values / unit, label="exact")
+        title, names = plot.title, ("exact", "formula")
+        if exact:
+            title, _, way = title.partition("; exact: ")
+            names = (way or plot.by[0], plot.by[1])
+        above.plot(plot.x, values / unit, label=names[0])
         # Of two curves that coincide one is drawn as circles.
         drawn = {"ls": "none", "marker": "o", "mfc": "none", "markevery": len(plot.x) // 24 or 1}
-        above.plot(plot.x, formula / unit, **(drawn if exact else {"ls": "--"}), label="formula")
+        above.plot(plot.x, formula / unit, **(drawn if exact else {"ls": "--"}), label=names[1])
         named = f"({plot.quantity})" if re.search("^-| - |/", plot.quantity) else plot.quantity
         name = f"log₁₀ {named}" if plot.logs else plot.quantity
-        above.set(ylabel=name, title=plot.title)
+        above.set(ylabel=name, title=title)
         above.set(xscale="log" if plot.log_x else "linear")
         above.legend()
         if exact:
             most = np.max(error)
             first, power = f"{most:.0e}".split("e")
-            within = rf"within ${first} \times 10^{{{int(power)}}}$"
-            said = within if most else "in every digit"
-            above.set(xlabel=f"{plot.axis}\nboth agree, relatively, {said}")
+            of = f"relative difference of {plot.quantity}"
+            if not plot.logs:
+                of = f"difference of {plot.quantity} over its largest value"
+            within = rf"both agree: {of} at most ${first} \times 10^{{{int(power)}}}$"
+            said = within if most else "both agree in every digit"
+            above.set(xlabel=f"{plot.axis}\n{said}")
         else:
             if plot.logs and np.max(error) > _FAR:
                 below[0].plot(plot.x, (formula - values) / unit, "k-")

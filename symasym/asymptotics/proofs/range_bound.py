@@ -36,7 +36,8 @@ class RangeBound:
     kappa0 : Fraction
         The largest scaled noise amplitude for which it holds.
     order : int
-        N. T_N is what ``escape_time(…, method="laplace", order=N)`` gives, before rounding.
+        The N of T_N, which is what ``escape_time(…, method="laplace", order=N)`` gives,
+        before rounding.
     """
 
     constant: float

@@ -176,8 +176,8 @@ def _enclosed(scene: Scene, request: Request) -> tuple[Any, Any]:
     """The expansion's value and a bound of what it and the rounding leave out."""
     digits, order, log = request.digits, request.order, request.log
     with np.errstate(all="ignore"):
-        drift = np.abs(scene.drift.evaluate_float(np.linspace(-0.9, 0.9, 7)))
-    if scene.lam > 10**300 or not float(scene.lam) * np.mean(drift) < _HOPELESS * (order + 1):
+        size = np.mean(np.abs(scene.drift.evaluate_float(np.linspace(-0.9, 0.9, 7))))
+    if scene.lam > 10**300 or not float(scene.lam) * float(size) < _HOPELESS * (order + 1):
         raise _too_weak(scene.noise, order)
     exponent = scene.lam * (1 + scene.numbers.get("r", Fraction(0))) * 64
     bits = int(digits * 3.33) + 64 + int(exponent).bit_length()

@@ -36,7 +36,7 @@ from symasym.generated.formulas import (
     two_powers_more,
 )
 from symasym.numbers.arithmetic import Number
-from symasym.numbers.polynomials import laurent, product, reciprocal, refined, shifted
+from symasym.numbers.polynomials import float_zeros, laurent, product, reciprocal, refined, shifted
 from symasym.scenes import Scenes
 from symasym.series.quadratic_factor import split_pair
 
@@ -163,13 +163,9 @@ def least_square(context: MPContext) -> Any:
 
 def _roots(exact: list[Any], context: MPContext) -> list[Any] | None:
     """All zeros, roughly, or None where more than two are too close to each other."""
-    c = np.array([float(x) for x in exact])
-    trimmed = np.trim_zeros(c / np.abs(c).max(), "b")
-    if len(trimmed) < 2:
-        return []
-    with np.errstate(all="ignore"):
-        roots = np.polynomial.polynomial.polyroots(trimmed).astype(complex)
-    if not np.isfinite(roots).all():
+    roots = float_zeros(exact)
+    degree = max((k for k, x in enumerate(exact) if x), default=0)
+    if len(roots) < degree or not np.isfinite(roots).all():
         return None
     close = np.abs(roots[:, None] - roots) <= _CLUSTER * np.maximum(1, np.abs(roots))
     near: list[Any] = []

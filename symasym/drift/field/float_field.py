@@ -97,7 +97,8 @@ def field_of(
         known: PolynomialField = kept.field
         return known
     pairs = {name: DoubleDouble.of(value) for name, value in values.items()}
-    coefficients = drift.coefficients(pairs, DoubleDoubleOps())
+    with np.errstate(over="ignore", invalid="ignore"):  # nan beyond 1e300
+        coefficients = drift.coefficients(pairs, DoubleDoubleOps())
     if coefficients is None or len(coefficients) > 13:
         shaped = {name: pair.broadcast_to((count,)) for name, pair in pairs.items()}
         return AnalyticField(drift, shaped, count, directions)

@@ -15,7 +15,7 @@ from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.numbers.complex_balls import ComplexBallOps, resolved
-from symasym.numbers.polynomials import poly, shifted
+from symasym.numbers.polynomials import float_zeros, poly, shifted
 from symasym.numbers.rationals import Rational
 from symasym.numbers.trees import MpmathOps
 from symasym.series.truncated_series import SeriesOps, TruncatedSeries
@@ -208,10 +208,7 @@ class ExactField:
     def zeros(self, lo: Fraction, hi: Fraction) -> list[Fraction]:
         """Zeros of A in (lo, hi), and real parts of zeros close to it, refined by Newton."""
         if self._polynomial is not None:
-            scale = max(abs(c) for c in self._polynomial) or Rational(1)
-            c = np.array([float(x / scale) for x in self._polynomial])
-            roots = np.polynomial.polynomial.polyroots(np.trim_zeros(c, "b"))
-            rough = [float(x.real) for x in roots if abs(x.imag) < 0.25]
+            rough = [float(x.real) for x in float_zeros(self._polynomial) if abs(x.imag) < 0.25]
         else:
             from symasym.drift.landscape import float_marks
 
@@ -226,9 +223,7 @@ class ExactField:
 
             marks = float_marks(self._drift.evaluate_float, self._drift.spread)
         else:
-            scale = max(abs(c) for c in self._polynomial) or Rational(1)
-            slope = [float(k * c / scale) for k, c in enumerate(self._polynomial)][1:]
-            roots = np.polynomial.polynomial.polyroots(np.trim_zeros(slope, "b") or [1.0])
+            roots = float_zeros([k * c for k, c in enumerate(self._polynomial)][1:])
             marks = [self._sign * x for x in roots.real.tolist()]
         return [self._sign * x for x in marks]
 

@@ -166,7 +166,7 @@ def parts(
         "digits": [
             *head(command, where, gone),
             "Digits claimed and digits true of $\\log T$ (of $T$ where $\\log T$ is below 1), over "
-            "the extreme scenes of the table of problems. A quadrature that states no error is "
+            "the extreme scenes of the problem table. A quadrature that states no error is "
             "taken to claim the digits it was asked for. References are proved, or two precisions "
             "of 120 and 160 digits agree.",
             f"Values of symasym that claim more digits than are true: {ours_wrong}.",
