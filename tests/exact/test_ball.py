@@ -252,7 +252,8 @@ def test_drifts_share_nothing_that_depends_on_their_parameters() -> None:
         one, two = (balls.profile_of(drift.bind(b=b)) for b in (1, 2))
         series = [p.series(whole, half, 6)[0] for p in (one, two)]
         assert (series[1] - series[0]).overlaps(flint.arb(1).exp())
-        assert two.bound(whole, half) > one.bound(whole, half)
+        bounds = [p.bound(whole, half).abs_upper() for p in (one, two)]
+        assert bounds[1] > bounds[0] + 3
 
 
 @pytest.mark.parametrize("moment", ["growth", "plus", "minus", "nested"])
