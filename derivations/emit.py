@@ -420,45 +420,48 @@ def _left_sides(item: Emitted) -> list[str]:
 
 def _latex_of_step(item: Emitted) -> str:
     derivation = build(item.label)
-    return next(s.latex(derivation.names) for s in derivation.steps if s.name == item.step)
+    return str(next(s.latex(derivation.names) for s in derivation.steps if s.name == item.step))
+
+
+def statement_of(label: str) -> dict[str, Any]:
+    """A derivation's statement as data, without its checks' outcome."""
+    derivation = build(label)
+    record = describe(derivation)
+    result = derivation.result
+    left = derivation.left
+    record["left"] = sympy.srepr(sympy.Tuple(*left) if isinstance(left, tuple) else left)
+    record["cases"] = list(derivation.cases)
+    if isinstance(result, Expansion):
+        record["expression"] = sympy.srepr(result.leading)
+        record["remainder"] = sympy.srepr(result.gauge)
+        record["limit"] = f"{result.variable} -> {result.limit}"
+    else:
+        record["expression"] = sympy.srepr(
+            sympy.Tuple(*result) if isinstance(result, tuple) else result
+        )
+    written = record["left"] + record["expression"] + record.get("remainder", "")
+    record["names"] = {
+        name: shown for name, shown in derivation.names.items() if f"({name!r}" in written
+    }
+    record["steps"] = [
+        {
+            "name": s.name,
+            "rule": s.rule,
+            "kind": s.check.kind,
+            "how": s.check.how(),
+            "reason": s.reason,
+            "latex": s.latex(derivation.names),
+        }
+        for s in derivation.steps
+    ]
+    record["functions"] = [item.name for item in EMITTED if item.label == label]
+    record["code"] = [statement(item) for item in EMITTED if item.label == label]
+    return record
 
 
 def formulas() -> str:
-    """The data of `sa.formula`: every derivation's statement, without its checks' outcome."""
-    records = {}
-    for label in closure(entries()):
-        derivation = build(label)
-        record = describe(derivation)
-        result = derivation.result
-        left = derivation.left
-        record["left"] = sympy.srepr(sympy.Tuple(*left) if isinstance(left, tuple) else left)
-        record["cases"] = list(derivation.cases)
-        if isinstance(result, Expansion):
-            record["expression"] = sympy.srepr(result.leading)
-            record["remainder"] = sympy.srepr(result.gauge)
-            record["limit"] = f"{result.variable} -> {result.limit}"
-        else:
-            record["expression"] = sympy.srepr(
-                sympy.Tuple(*result) if isinstance(result, tuple) else result
-            )
-        written = record["left"] + record["expression"] + record.get("remainder", "")
-        record["names"] = {
-            name: shown for name, shown in derivation.names.items() if f"({name!r}" in written
-        }
-        record["steps"] = [
-            {
-                "name": s.name,
-                "rule": s.rule,
-                "kind": s.check.kind,
-                "how": s.check.how(),
-                "reason": s.reason,
-                "latex": s.latex(derivation.names),
-            }
-            for s in derivation.steps
-        ]
-        record["functions"] = [item.name for item in EMITTED if item.label == label]
-        record["code"] = [statement(item) for item in EMITTED if item.label == label]
-        records[label] = record
+    """The data of `sa.formula`: every derivation's statement."""
+    records = {label: statement_of(label) for label in closure(entries())}
     definitions = {label: asdict(defined) for label, defined in DEFINITIONS.items()}
     data = {"format": FORMAT, "formulas": records, "definitions": definitions}
     return json.dumps(data, indent=1, ensure_ascii=False, sort_keys=True) + "\n"

@@ -54,6 +54,8 @@ class PaperDerivation(Derivation):
 
     Attributes
     ----------
+    order : int
+        The order to which a series is derived; 0 for anything else.
     used : dict
         Label -> names of the steps that took something from it; "" as well for what was taken
         while steps were stated, and belongs to the next one and perhaps to later ones.
@@ -66,8 +68,11 @@ class PaperDerivation(Derivation):
         rests_on: tuple[str, ...],
         build: Callable[[str], Derivation],
         holds: Callable[[str], bool],
+        order: int = 0,
     ) -> None:
-        super().__init__(label, title, rests_on, TEX | TEX_OF.get(label, {}))
+        known = TEX_OF.get(label) or TEX_OF.get(label.removesuffix(f"-{order}"), {})
+        super().__init__(label, title, rests_on, TEX | known)
+        self.order = order
         self._build = build
         self.holds = holds
         self.used: dict[str, set[str]] = {}

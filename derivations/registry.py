@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import importlib
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,20 +15,27 @@ HERE = Path(__file__).parent
 
 @dataclass(frozen=True)
 class Entry:
-    """A label's derivation: its module, and the labels that it rests on."""
+    """A label's derivation: its module, and the labels that it rests on.
+
+    A series has `orders` derivations: that to its own `order` by its label, that to order 5 by
+    ``LABEL-5``.
+    """
 
     label: str
     title: str
     module: str
     function: str
     rests_on: tuple[str, ...]
+    order: int = 0
+    orders: int = 0
 
 
-def derives(label: str, title: str, rests_on: tuple[str, ...] = ()) -> Callable[[Any], Any]:
-    """Mark a function that fills in the derivation of `label`.
+def derives(
+    label: str, title: str, rests_on: tuple[str, ...] = (), order: int = 0, orders: int = 0
+) -> Callable[[Any], Any]:
+    """Mark a function that fills in the derivation of `label`, of a series to any of its orders.
 
-    The three arguments are read from the source (see `entries`), so they are
-    written as literals.
+    The arguments are read from the source (see `entries`), so they are written as literals.
     """
 
     def mark(function: Any) -> Any:
@@ -49,13 +56,13 @@ def entries() -> dict[str, Entry]:
             for mark in node.decorator_list:
                 if isinstance(mark, ast.Call) and getattr(mark.func, "id", "") == "derives":
                     label, title, *rest = [ast.literal_eval(a) for a in mark.args]
-                    rests = {k.arg: ast.literal_eval(k.value) for k in mark.keywords}
-                    on = tuple(rest[0]) if rest else tuple(rests.get("rests_on", ()))
+                    given = {str(k.arg): ast.literal_eval(k.value) for k in mark.keywords}
+                    on = tuple(rest[0] if rest else given.pop("rests_on", ()))
                     if label in found:
                         raise ValueError(f"{label} is derived twice, in {path.name}.")
                     place = path.relative_to(HERE.parent).with_suffix("")
                     module = ".".join(place.parts)
-                    found[label] = Entry(label, title, module, node.name, on)
+                    found[label] = Entry(label, title, module, node.name, on, **given)
     for entry in found.values():
         missing = [on for on in entry.rests_on if on not in found]
         if missing:
@@ -63,21 +70,32 @@ def entries() -> dict[str, Entry]:
     return found
 
 
+def entry(label: str) -> Entry | None:
+    """The entry of a label, or of a series to an order, such as ``saddle-series-5``; else None."""
+    head, _, order = label.rpartition("-")
+    known = entries().get(label) or entries().get(head)
+    if known is None or known.label == label:
+        return known
+    if order not in map(str, range(1, known.orders + 1)):
+        return None
+    return replace(known, label=label, title=f"{known.title}, to order {order}", order=int(order))
+
+
 def closure(labels: Iterable[str]) -> list[str]:
     """These labels and all they rest on, each after what it rests on."""
-    known = entries()
     ordered: list[str] = []
     under_way: list[str] = []
 
     def visit(label: str) -> None:
         if label in ordered:
             return
-        if label not in known:
+        known = entry(label)
+        if known is None:
             raise KeyError(label)
         if label in under_way:
             raise ValueError(f"{' -> '.join([*under_way, label])} is a circle.")
         under_way.append(label)
-        for other in known[label].rests_on:
+        for other in known.rests_on:
             visit(other)
         under_way.pop()
         ordered.append(label)
@@ -97,9 +115,11 @@ def assemble(label: str, known: Callable[[str], Any]) -> Any:
     """As `build`, afresh, with `known` for the derivations that it rests on."""
     from derivations.paper import PaperDerivation
 
-    entry = entries()[label]
-    derivation = PaperDerivation(label, entry.title, entry.rests_on, known, holds)
-    getattr(importlib.import_module(entry.module), entry.function)(derivation)
+    own = entry(label)
+    if own is None:
+        raise KeyError(label)
+    derivation = PaperDerivation(label, own.title, own.rests_on, known, holds, own.order)
+    getattr(importlib.import_module(own.module), own.function)(derivation)
     return derivation
 
 

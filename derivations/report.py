@@ -11,7 +11,7 @@ from typing import Any
 
 from derivations.labels import DEFINITIONS, NUMBERS, REASONS
 from derivations.prose import prose
-from derivations.registry import closure, entries
+from derivations.registry import closure, entries, entry
 from derivations.runner import SCHEMA, known, run, slug
 from symasym.base.errors import InputError
 from symasym.base.files import versions, write_bytes, write_json
@@ -265,8 +265,8 @@ def derive(
     for label in chosen:
         if label in REASONS:
             raise InputError(f"{label} is not derived. {REASONS[label]}")
-        if label not in entries():
-            near = [entry for entry in entries() if label.split(":")[-1] in entry]
+        if entry(label) is None:
+            near = [other for other in entries() if label.split(":")[-1] in other]
             hint = f"perhaps {min(near, key=len)}" if near else "sa.labels() lists them"
             raise InputError(f"{label} is no label that is derived; {hint}.")
     with nullcontext(step) if step else stage("derivations", len(closure(chosen))) as report:
@@ -334,8 +334,8 @@ def sheet() -> str:
         lines.append(f"${symbol}$ & {tex(meaning)} & {shown} \\\\")
     lines.append("\\end{tabular}")
     before = ""
-    for label, entry in entries().items():
-        number = section(entry.module)
+    for label, own in entries().items():
+        number = section(own.module)
         if number != before:
             before = number
             lines += ["", f"\\section*{{{SECTIONS[number]}}}"]

@@ -21,7 +21,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from derivations.registry import build, closure, entries
+from derivations.registry import Entry, build, closure, entries, entry
 from symasym.base.files import read_json, write_json
 
 SCHEMA = "symasym-derivation/1"
@@ -206,18 +206,25 @@ def _digest(path: Path) -> bytes:
     return hashlib.sha256(path.read_bytes()).digest()
 
 
+def _entry(label: str) -> Entry:
+    found = entry(label)
+    if found is None:
+        raise KeyError(label)
+    return found
+
+
 @cache
 def key(label: str) -> str:
     """The content key of a label."""
-    entry = entries()[label]
+    own = _entry(label)
     state = hashlib.sha256(f"{label} {platform.python_version()}".encode())
     for library in LIBRARIES:
         with suppress(metadata.PackageNotFoundError):
             state.update(f"{library} {metadata.version(library)}".encode())
-    for path in sources(entry.module):
+    for path in sources(own.module):
         state.update(f"{path.parent.name}/{path.name}".encode())
         state.update(_digest(path))
-    for other in entry.rests_on:
+    for other in own.rests_on:
         state.update(key(other).encode())
     return state.hexdigest()
 
@@ -230,5 +237,5 @@ def edited_meanwhile(label: str) -> bool:
     return any(
         path.stat().st_mtime > _BEGUN
         for other in closure([label])
-        for path in sources(entries()[other].module)
+        for path in sources(_entry(other).module)
     )

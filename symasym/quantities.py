@@ -154,7 +154,7 @@ def escape_time(
     drag_time : number, optional
         The scaled time in which the motion of the frozen variables removes a well, or makes it
         twice as deep, from `Reduction.drag_time` or `System.drag_time`. The `Estimate`, which
-        `full` asks for, notes a T that is a tenth of it or more.
+        `full` asks for, says so where T is a tenth of it or more.
 
     Returns
     -------
@@ -239,7 +239,7 @@ def exit_probability(
     Parameters
     ----------
     complement : bool
-        Return 1 - C, the probability of leaving through +r, with digits of its own: for a C near 1.
+        Return 1 - C, the probability of leaving through +r, with digits of its own: for C near 1.
     method : {"exact", "paper", "laplace", "strong_noise", "bound", "auto"}
         ``"bound"``: the middle of two proved bounds, with half their distance as the error.
         ``"paper"``: the paper's upper bound (docs/bounds.md).
@@ -304,7 +304,7 @@ def occupation(
     Parameters
     ----------
     complement : bool
-        Return 1 - P, with digits of its own: for a P near 1.
+        Return 1 - P, with digits of its own: for P near 1.
     method : {"exact", "paper", "laplace", "uniform", "strong_noise", "auto"}
         ``"uniform"`` takes no arrays. ``"paper"``: the leading term of eq:Plarge2 or, where that
         is above 1, the lower bound from which eq:Psmall2 follows.

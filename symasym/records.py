@@ -52,7 +52,11 @@ class Record:
             near = [other for other in data["formulas"] if label.split(":")[-1] in other]
             hint = f"perhaps {near[0]}" if near else "sa.labels() lists them"
             raise InputError(f"{shown(label)} is no formula; {hint}.")
-        known = data["formulas"][label]
+        return cls.read(label, data["formulas"][label])
+
+    @classmethod
+    def read(cls, label: str, known: Mapping[str, Any]) -> Self:
+        """The formula of a label from its data."""
         return cls(
             label=label,
             title=known["title"],

@@ -114,7 +114,7 @@ class _Exactly:
             (self.exact() - result.leading) / result.gauge, result.variable, result.limit
         )
         right = result.gauge == self.gauge and sympy.expand(ratio - self.limit()) == 0
-        return Outcome(bool(right), f"the ratio tends to {ratio}")
+        return Outcome(bool(right), f"the ratio tends to {ratio}".replace("*", " "))
 
     def how(self) -> str:
         return "the limit of the remainder over what stands in O, exactly"

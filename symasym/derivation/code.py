@@ -61,8 +61,6 @@ class Dialect:
 
     def call(self, name: str, arguments: list[str]) -> str:
         """The call of a function on arguments that are written already."""
-        if name == "height_exp" and name not in self.helpers:
-            name = "exp"
         if name in self.helpers:
             return f"{self.helpers[name]}({', '.join([self.first, *arguments][not self.first :])})"
         return f"{self.prefix}{self.names.get(name, name)}({', '.join(arguments)})"
@@ -190,6 +188,8 @@ class Printer(StrPrinter):  # type: ignore[misc]
         name = _KNOWN.get(type(expr).__name__)
         if name is None:
             raise NotEmittable(f"{expr} has no closed form to emit.")
+        if name == "height_exp" and name not in self.dialect.helpers:
+            return self._call("exp", sympy.Mul(*expr.args))
         return self._call(name, *expr.args)
 
     _print_Abs = _print_Function

@@ -56,11 +56,11 @@ from symasym.scenes import read_order
 if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext
 
-__all__ = ["uniform_time", "weak_noise_time"]
+__all__ = ["RIGHT", "uniform_time", "weak_noise_time"]
 
 
-# Digits that are right in what the coefficients make up.
-_RIGHT = 32
+#: Digits that are right in what the coefficients make up.
+RIGHT = 32
 # What stays below e^-150 of the rest is nothing in 32 digits, whatever its factor.
 FAINT = 150
 
@@ -125,7 +125,7 @@ def _program(
     function = by_logarithm("weak_noise_time", about, ("kappa", "r"), log, where, kept, outside)
     return Program(
         what.label, what.title, (function,), assumptions=what.assumptions,
-        left_out=tuple(left_out), digits=_RIGHT,
+        left_out=tuple(left_out), digits=RIGHT,
         note="the expansion in weak noise, of T with all that is exponentially small",
     )  # fmt: skip
 

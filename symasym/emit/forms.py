@@ -74,7 +74,7 @@ class logaddexp(sympy.Function):  # type: ignore[misc]
 
 
 class height_exp(sympy.Function):  # type: ignore[misc]
-    """e^x; of an array at no cost where all of it is 1, or below the least double."""
+    """e^(x h); of an array x at no cost where all of it is 1, or below the least double."""
 
     is_positive = True
 
@@ -310,7 +310,7 @@ def as_printed(e: Expr) -> Expr:
         (log_modulus, lambda x: sympy.log(sympy.airyai(x) ** 2 + sympy.airybi(x) ** 2)),
         (logaddexp, lambda x, y: sympy.log(sympy.exp(x) + sympy.exp(y))),
         (larger, sympy.Max),
-        (height_exp, sympy.exp),
+        (height_exp, lambda x, h: sympy.exp(x * h)),
     ):
         e = e.replace(kind, written)
     return e

@@ -16,9 +16,9 @@ from dataclasses import dataclass, field
 import sympy
 from sympy import Expr, S, Symbol
 
-from symasym.emit.forms import erfcx, expm1, height_exp, larger
-from symasym.emit.program import TAKEN, Case, Function, Program, by_logarithm
-from symasym.emit.symbolic_sums import LAM
+from symasym.emit.forms import erfcx, height_exp, larger
+from symasym.emit.program import Case, Function, Program, by_logarithm
+from symasym.emit.symbolic_sums import KAPPA, LAM
 
 __all__ = ["Quotient", "one_exponential", "program"]
 
@@ -52,7 +52,7 @@ class Quotient:
 
 def program(
     quotient: Quotient | Expr, name: str, nested: Mapping[Symbol, Expr], about: str, error: str,
-    refuse: Callable[[Iterable[Symbol], Iterable[Expr]], None],
+    refuse: Callable[[Iterable[Symbol], Iterable[Expr]], None], digits: int = Program.digits,
 ) -> Program:  # fmt: skip
     """The program of one function; of a quotient, that with its logarithm.
 
@@ -66,6 +66,8 @@ def program(
         What the function returns, and what its formula leaves out.
     refuse : callable
         Raises where the arguments and the expressions have no code.
+    digits : int
+        As many as are right in its numbers.
     """
     value, known = (
         (quotient, nested) if isinstance(quotient, Expr) else _logarithm(quotient, nested)
@@ -87,20 +89,58 @@ def program(
     plain |= {s: f"{text}_" for s, text in plain.items() if text in (name, f"log_{name}")}
     for s in order:
         base = re.sub(r"\W+", "_", s.name.replace("'", "d").replace("-", "m").replace("+", "p"))
-        base = f"{base.strip('_')}_" if base[:1] == "t" or base in TAKEN else base.strip("_")
+        base = f"{base.strip('_')}_" if base[:1] == "t" else base.strip("_")
         while base in plain.values():
             base = f"{base}_1"
         plain[s] = base
     named = {s: Symbol(text, **s.assumptions0) for s, text in plain.items()}
-    shared = tuple((named[s], value.xreplace(named)) for s, value in order.items())
-    value = value.xreplace(named)
+    shared, value = _by_noise(
+        [(named[s], value.xreplace(named)) for s, value in order.items()], value.xreplace(named)
+    )
     arguments = tuple(sorted(named[s].name for s in free))
     if isinstance(quotient, Expr) or quotient.complement:
-        value = value if isinstance(quotient, Expr) else -expm1(value)
+        value = value if isinstance(quotient, Expr) else 1 - sympy.exp(value)
         function = Function(name, about, arguments, (Case((value,), shared=shared),))
     else:
         function = by_logarithm(name, about, arguments, value, (), shared)
-    return Program("expression", about.rstrip("."), (function,), error=error)
+    return Program("expression", about.rstrip("."), (function,), error=error, digits=digits)
+
+
+def _by_noise(
+    shared: Iterable[tuple[Symbol, Expr]], value: Expr
+) -> tuple[tuple[tuple[Symbol, Expr], ...], Expr]:
+    """The shared parts and the value, each part of them in which kappa is not under a name.
+
+    For arrays of kappa what is computed at each of them is then a few polynomials.
+    """
+    rows: dict[Symbol, Expr] = {}
+    names: dict[Expr, Symbol] = {}
+    taken = {s.name for row in (*shared, (None, value)) for s in row[1].free_symbols}
+    varying = {KAPPA}
+
+    def split(e: Expr, name: str) -> Expr:
+        """The expression with its parts without kappa under names that begin with `name`."""
+        if not e.args or not e.free_symbols & varying:
+            return e
+        e = e.func(*(split(a, name) for a in e.args))
+        if not isinstance(e, sympy.Add | sympy.Mul) or e.is_Add and e.has(sympy.exp):
+            return e
+        steady = e.func(*(a for a in e.args if not a.free_symbols & varying))
+        if not steady.free_symbols or steady.is_Symbol or (-steady).is_Symbol:
+            return e
+        if steady not in names:
+            number = next(n for n in itertools.count() if f"{name}_{n}" not in taken)
+            known = Symbol(f"{name}_{number}", real=True, positive=steady.is_positive)
+            taken.add(known.name)
+            rows[known], names[steady] = steady, known
+        return e.func(names[steady], *(a for a in e.args if a.free_symbols & varying))
+
+    for s, row in shared:
+        rows[s] = split(row, s.name.rstrip("_"))
+        if rows[s].free_symbols & varying:
+            varying.add(s)
+    value = split(value, "value")
+    return tuple(rows.items()), value
 
 
 def _logarithm(
@@ -126,7 +166,7 @@ def _logarithm(
         number = len([s for s in known if s.name.startswith("sum(")]) + 1
         top, total = Symbol(f"top({number})", real=True), Symbol(f"sum({number})", real=True)
         known[top] = _largest(list(parts))
-        known[total] = sum((c * height_exp(LAM * (h - top)) for h, c in parts.items()), S.Zero)
+        known[total] = sum((c * height_exp(LAM, h - top) for h, c in parts.items()), S.Zero)
         return top, total
 
     made: dict[Expr, tuple[Expr, Symbol]] = {}
@@ -143,7 +183,7 @@ def _logarithm(
             return rows[0]
         top, total = Symbol(f"top({name})", real=True), Symbol(f"sum({name})", real=True)
         known[top] = _largest([h for h, _ in rows])
-        known[total] = sum((c * height_exp(LAM * (h - top)) for h, c in rows), S.Zero)
+        known[total] = sum((c * height_exp(LAM, h - top) for h, c in rows), S.Zero)
         return top, total
 
     (high, above), (low, below) = (

@@ -12,17 +12,28 @@ from typing import Any
 import sympy
 from sympy import Expr, S, Symbol
 
-from symasym.base.call_context import patient, step
+from symasym.asymptotics.weak_noise.critical_points import zeros_and_finite_parts
+from symasym.base.call_context import own_context, patient, step
 from symasym.base.errors import InputError
 from symasym.base.estimate import Answer
 from symasym.base.inputs import Number, Numbers, choice, count, exact, float_text, require_printable
 from symasym.derivation.printing import tex
 from symasym.drift.drift import Drift
+from symasym.drift.field.taylor_field import ExactField
 from symasym.emit import emit
+from symasym.emit.asymptotic_time import RIGHT
 from symasym.emit.forms import as_printed
 from symasym.emit.program import Program
 from symasym.emit.source import rendered
-from symasym.emit.symbolic_sums import BEYOND_1, KAPPA, LAM, R, Symbolic
+from symasym.emit.symbolic_sums import (
+    BEYOND_1,
+    DIGITS,
+    KAPPA,
+    LAM,
+    R,
+    Symbolic,
+    number_of,
+)
 from symasym.expansions.builder import FinitePart, Rule, Symbols, U, nested
 from symasym.expansions.cases import Case, case_of, found_cases, read_case, slides, zero_at
 from symasym.expansions.composition import (
@@ -202,6 +213,9 @@ class Expansion:
     def evaluate(self, kappa: Numbers, r: Numbers | None = None, **options: Any) -> Answer:
         """The value for a bound drift, by the function of the quantity with this order.
 
+        That has numbers also where `conditions` do not hold, such as r < 1; `expression` and
+        emitted code have not.
+
         Parameters
         ----------
         kappa, r : number or array_like
@@ -228,32 +242,69 @@ class Expansion:
         known["complement"] = self.quantity != "C"
         return exit_probability(self.drift, kappa, r, start=self.start, **known)
 
+    @cached_property
+    def _numbers(self) -> dict[Symbol, Expr]:
+        """For a bound drift that is no polynomial, what has no closed form, to 50 digits."""
+        if self.drift.free or self.drift.shape or self.drift == Drift.general():
+            return {}
+        A, numbers = self.drift.expression(), dict[Symbol, Expr]()
+        if A.as_poly(U) is not None:
+            return {}
+        with own_context(DIGITS + 10) as context:
+            field = ExactField(self.drift, False, context)
+            zeros, parts = zeros_and_finite_parts(
+                field, self.start, self.order, context, DIGITS + 10
+            )
+            for u, value in zip(self.equations, zeros, strict=True):
+                numbers[u] = number_of(value)
+
+            def risen(function: Expr, limits: Any) -> Expr:
+                """int A du, which is -V."""
+                ends = [x.xreplace(numbers) for x in limits[1:]]
+                if not all(x.is_number for x in ends):
+                    return sympy.Integral(function, limits)
+                lo, hi = (context.mpf(str(number_of(sympy.N(x, DIGITS + 10)))) for x in ends)
+                return number_of(-field.potential_rise(lo, hi))
+
+            for s, value in self.definitions.items():
+                if isinstance(value, FinitePart):
+                    side = 1 if s.name[-1] == "+" else -1
+                    # h_k(u) is -h_k(-u) in the mirror.
+                    numbers[s] = number_of(side * parts[side][int(s.name[1:-1]) - 1])
+                elif value.has(sympy.Integral) and not value.has(sympy.erfc):
+                    numbers[s] = value.replace(sympy.Integral, risen)
+        return numbers
+
     @patient
     def emit(self, target: str = "numpy", name: str = "f", *, patience: float | None = None) -> Any:
         """Source code of the formula, its free symbols being the arguments (`symasym.emit`).
 
-        Critical points without a closed form are arguments, too; so are V's derivatives where no
-        drift is named. There is ``log_NAME`` as well, finite where T is not. In doubles uniform
-        noise to order 0 has 1e-12 of log T also at a coalescence; order 1 loses digits there, as
-        D^(-2).
+        Critical points without a closed form are arguments, too, where A is a polynomial; of
+        another, which is to be bound, they and the regular part are numbers. V's derivatives are
+        arguments where no drift is named. There is ``log_NAME`` as well, finite where T is not. In
+        doubles uniform noise to order 0 has 1e-12 of log T also at a coalescence; order 1 loses
+        digits there, as D^(-2).
 
         Raises
         ------
         InputError
-            Where critical points may be complex, or a finite part has no closed form.
+            Where critical points may be complex, or A is no polynomial and has free parameters.
         """
         if target == "latex":
             formula = Program("expression", f"{self.quantity} to order {self.order}", (),
                               latex=self.latex())  # fmt: skip
             return rendered(formula, target)
         if self.quotient is not None:
+            where = f", {radius_condition(self.start)}" if self.quantity in OF_START else ""
             about = (
                 f"{self.quantity} of {self.drift!r}, {self.noise} noise to order {self.order}, "
-                f"case '{self.case}'."
+                f"case '{self.case}'{where}."
             )
+            known = self.nested | self._numbers
             made = program(
-                self.quotient, name, self.nested, about, self.error, self._require_emittable
-            )
+                self.quotient, name, known, about, self.error, self._require_emittable,
+                RIGHT if self._numbers else Program.digits,
+            )  # fmt: skip
             return rendered(made, target)
         expression = self.expression
         self._require_emittable(expression.free_symbols, [expression])
@@ -263,9 +314,12 @@ class Expansion:
     def _require_emittable(self, free: Iterable[Symbol], expressions: Iterable[Expr]) -> None:
         """Refuse complex numbers, and integrals without a closed form."""
         if any(x.has(FinitePart, sympy.Integral) for x in expressions):
+            free = self.drift.free
+            way = f"bind them with bind({'=…, '.join(free)}=…)" if free else (
+                "use sa.stationary_density")  # fmt: skip
             raise InputError(
-                f"A = {self.drift.expression()} is no polynomial in u, so that the regular part "
-                "has no closed form; use the function, such as sa.escape_time(method='laplace')."
+                f"A = {self.drift.expression()} is no polynomial in u, so that V and the regular "
+                f"part have no closed form in {', '.join(free) or 'y'}; {way}."
             )
         odd = [s for s in free if s in self.equations and not s.is_real]
         if odd:
@@ -432,7 +486,8 @@ def expand(
     case : str, optional
         The wells, barriers and the start from left to right, such as ``"start well barrier"``; for
         P and the density ``"well"`` or the like. For a bound drift it is found; else it is the
-        first of `Expansion.cases`. ``"start=well barrier"`` is that of a start on the well.
+        first of `Expansion.cases`, for ``noise="uniform"`` the first that has a formula.
+        ``"start=well barrier"`` is that of a start on the well.
     patience : float, optional
         Seconds of processor time that it may take, 10 if left out.
 
@@ -492,7 +547,7 @@ def expand(
                 f"quantity is {quantity!r} and order {order}; the uniform formula is that of T and "
                 f"1 - P, to order {_MOST_UNIFORM}."
             )
-        return _uniform(drift, quantity, order, at, _case(drift, at, case, quantity))
+        return _first_uniform(drift, quantity, order, at, case)
     return _weak(drift, quantity, order, at, _case(drift, at, case, quantity))
 
 
@@ -536,6 +591,28 @@ def _case(drift: Drift, start: Fraction, case: str | Case | None, quantity: str)
             "outermost points are wells: give case='well', 'well barrier well' or the like."
         )
     return own
+
+
+def _first_uniform(
+    drift: Drift, quantity: str, order: int, start: Fraction, case: str | Case | None
+) -> Expansion:
+    """The uniform formula of the case asked for, or of the first that has one."""
+    own = _case(drift, start, case, quantity)
+    if not drift.free or drift.shape or drift == Drift.general():
+        return _uniform(drift, quantity, order, start, own)
+    asked: tuple[Case, ...] = (own,)
+    if case is None or drift.expression().as_poly(U) is None:
+        # Of what is no polynomial with parameters at which it is in the case asked for.
+        known = found_cases(drift, start, quantity not in OF_START)
+        asked = known if case is None else tuple(c for c in known if c == own) or asked
+    refused = []
+    for one in asked:
+        try:
+            return _uniform(drift, quantity, order, start, one)
+        except InputError as error:
+            refused.append(str(error))
+    several = f"no case of {drift!r} has the uniform formula; of the first, '{own}': "
+    raise InputError(several * (len(refused) > 1) + refused[0])
 
 
 @lru_cache(maxsize=32)

@@ -621,7 +621,8 @@ def _require_turns(drift: Drift, quantity: str, case: Case) -> None:
         raise InputError(
             f"A = {drift.expression()} is no polynomial in u and has {turns} turning points in "
             "the layer; of such A the uniform formula is that of at most one zero and no turning "
-            f"point, and of T with a well, a barrier and one; use sa.{verb}(method='uniform')."
+            "point, and of T with a well, a barrier and one, since complex zeros have no closed "
+            f"form; use sa.{verb}(method='uniform')."
         )
 
 

@@ -862,12 +862,12 @@ def one_well(rng: random.Random) -> Callable[[Any], Numbers]:
     def at(lam: Any) -> Numbers:
         scene = Scene(drift, CTX.sqrt(2 / lam))
         (low,) = roots(drift)
-        slopes = taylor(drift, low, 6)
+        slopes = taylor(drift, low, 18)
         gaussian = CTX.sqrt(CTX.pi * 2 / (lam * -slopes[1])) * CTX.exp(-lam * drift.potential(low))
         return numbers(
             scene,
             S=lambda: scene.masses[1] / gaussian,
-            **{f"c_{j}": (lambda j=j: -slopes[j - 1]) for j in range(2, 7)},
+            **{f"c_{j}": (lambda j=j: -slopes[j - 1]) for j in range(2, 19)},
         )
 
     return at

@@ -21,7 +21,16 @@ from derivations import registry
 from symasym.derivation.mutation import mutants
 from symasym.derivation.results import Expansion
 from symasym.workshop import reference_quadrature
-from tests.derivations.anchors import EXACT, ORDERS, OTHERS, anchor, holds, scenes, value
+from tests.derivations.anchors import (
+    EXACT,
+    ORDERS,
+    OTHERS,
+    anchor,
+    holds,
+    orders,
+    scenes,
+    value,
+)
 from tests.derivations.definitions import Drift, Scene, of_fraction
 from tests.derivations.random_scenes import barely
 
@@ -90,6 +99,22 @@ def test_anchor(label):
 def test_anchor_on_more_scenes(label):
     derivation = registry.build(label)
     anchor(label, derivation.left, derivation.result, range(20))
+
+
+@pytest.mark.parametrize("order", [1, 3, 5])
+def test_a_series_derived_to_an_order_is_of_that_order(order):
+    derivation = registry.build(f"saddle-series-{order}")
+    orders("saddle-series", derivation.left, derivation.result, range(4))
+    # One order more or less is none.
+    for other in (order - 1, order + 1):
+        gauge = derivation.result.gauge.subs(order + 1, other + 1)
+        with pytest.raises(AssertionError):
+            orders(
+                "saddle-series",
+                derivation.left,
+                replace(derivation.result, gauge=gauge),
+                range(4),
+            )
 
 
 def changed(label: str, result: Any) -> Iterator[tuple[str, Any]]:

@@ -8,15 +8,19 @@ import re
 import shutil
 import subprocess
 import sys
+from itertools import islice
 from pathlib import Path
 
 import pytest
+import sympy
 
+import symasym as sa
 from derivations import registry, report, runner
 from derivations.labels import DEFINITIONS, PAPER, REASONS, UNLABELLED
 from symasym.base.errors import InputError
 from symasym.commands import main as cli
 from symasym.derivation import DerivationError, Identity, mutation_test
+from symasym.derivation.mutation import mutants
 from symasym.formula import formula
 from tests.latex import compiled, needs_latex
 from tests.processes import spent_by_children
@@ -116,6 +120,32 @@ def test_mutation_kills_every_step(every, capsys):
             print(f"  {survivor}")
     assert not survivors
     assert killed == steps
+
+
+@pytest.mark.parametrize(
+    "order", [1, 3, *(pytest.param(n, marks=pytest.mark.slow) for n in (5, 8))]
+)
+def test_a_series_is_derived_to_the_order_asked_for(order, tmp_path):
+    """Its steps pass and each dies of a change; its coefficients are those of `sa.expand`."""
+    label = f"saddle-series-{order}"
+    record = runner.run([label], tmp_path)[label]
+    assert all(step["passed"] for step in record["steps"])
+    derivation = registry.build(label)
+    for step in derivation.steps:
+        alive = [c for c, mutant in islice(mutants(step.result), 0, None, 7 * order)
+                 if step.run(mutant).passed]  # fmt: skip
+        assert not alive, step.name
+    # With a parabola for the barrier the rest is the well's.
+    last = sa.expand(sa.Drift.general(), order=order).terms[0].coefficients[-1]
+    own = {s.name: s for s in derivation.result.leading.free_symbols}
+    put = {}
+    for s in last.free_symbols:
+        j = int(s.name[3 : s.name.index(")")]) if "^" in s.name else s.name.count("'")
+        put[s] = own.get(f"c_{j}", 0) if s.name.endswith("(u1)") else -1 if j == 2 else 0
+    lam = derivation.result.variable
+    assert (
+        sympy.expand(last.subs(put) * 2**order - derivation.result.leading.coeff(lam, -order)) == 0
+    )
 
 
 def test_both_routes_to_the_escape_time_are_independent():
@@ -365,6 +395,9 @@ def test_show(capsys):
     assert "1. sum (substitute; symbolic identity)" in out
     status, out, _ = _command("show", "folds", "--latex", capsys=capsys)
     assert out.strip().startswith("z_0^{(+)}")
+    status, out, _ = _command("show", "saddle-series-3", "--steps", capsys=capsys)
+    assert "Error: O(lam^-4)" in out
+    assert "7. third correction (evaluate; symbolic identity)" in out
 
 
 @pytest.mark.parametrize("label", REASONS)
@@ -385,6 +418,12 @@ def test_derive_command(capsys, tmp_path):
     status, out, _ = _command("derive", "fr1", "--out", str(tmp_path), capsys=capsys)
     assert status == 0
     assert "a+ (evaluate; symbolic identity)" in out
+    status, out, _ = _command("derive", "saddle-series-3", "--out", str(tmp_path), capsys=capsys)
+    assert status == 0
+    assert "third correction (evaluate; symbolic identity)" in out
+    status, _, err = _command("derive", "saddle-series-9", "--out", str(tmp_path), capsys=capsys)
+    assert status == 2
+    assert "saddle-series-9 is no label" in err
     status, _, err = _command("derive", "eq:nothing", "--out", str(tmp_path), capsys=capsys)
     assert status == 2
     assert "eq:nothing is no label that is derived; symasym show --all lists them." in err

@@ -499,13 +499,25 @@ def browser():
         started.close()
 
 
-# The formulas that were drawn, those that were not, and how wide the page is.
+# The formulas that were drawn, those that were not, those with symbols on each other or wider than
+# their column, and how wide the page is.
 _LOOK = """async () => {
   if (window.MathJax) await MathJax.startup.promise;
   const wrong = [...document.querySelectorAll('[data-mjx-error], [data-mml-node="merror"]')];
   const drawn = [...document.querySelectorAll('mjx-container')];
   const folded = (c) => c.closest('details:not([open])') !== null;
+  const boxes = (c) => [...c.querySelectorAll('[data-mml-node="mi"], [data-mml-node="mn"]')]
+    .map((symbol) => symbol.getBoundingClientRect());
+  const common = (a, b) =>
+    Math.min(a.right, b.right) - Math.max(a.left, b.left) > 0.3 * Math.min(a.width, b.width) &&
+    Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 0.35 * Math.min(a.height, b.height);
+  const overlaps = (c) => boxes(c).some((a, k, all) => all.slice(k + 1).some((b) => common(a, b)));
+  const wide = (c) => {
+    const column = c.closest('div.math')?.getBoundingClientRect();
+    return column && boxes(c).some((b) => b.left < column.left - 1 || b.right > column.right + 1);
+  };
   return {
+    misplaced: drawn.filter((c) => overlaps(c) || wide(c)).map((c) => c.textContent.slice(0, 80)),
     drawn: drawn.filter((c) => !folded(c) && c.getBoundingClientRect().width > 0).length,
     hidden: drawn.filter(folded).length,
     wrong: wrong.map((e) => e.closest('mjx-container').textContent.slice(0, 80)),
@@ -543,6 +555,7 @@ def test_every_page_loads_and_every_formula_is_drawn(site: Path, browser) -> Non
         name = path.relative_to(site)
         problems += [f"{name}: {line}" for line in said]
         problems += [f"{name}: not TeX: {line}" for line in found["wrong"]]
+        problems += [f"{name}: overlaps or too wide: {line}" for line in found["misplaced"]]
         if found["drawn"] + found["hidden"] != page.formulas:
             problems.append(f"{name}: {found} of {page.formulas} formulas")
         widths = {PHONE[0]: found["width"]}

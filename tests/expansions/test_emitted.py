@@ -180,21 +180,40 @@ def test_an_array_is_the_numbers_one_by_one() -> None:
         assert array == pytest.approx(np.array(rows), rel=1e-14)
 
 
+def test_a_long_array_is_taken_in_blocks() -> None:
+    """20,002 numbers in two rows, also with another argument as an array."""
+    code = sa.expand(sa.friction(3, 1, "-0.4"), order=1).emit("numpy").load()
+    known = {n: float(x) for n, x in roots_of(sa.friction(3, 1, "-0.4")).items()}
+    arguments = code.f.__code__.co_varnames[: code.f.__code__.co_argcount]
+    known = {n: x for n, x in known.items() if n in arguments}
+    kappa, r = np.linspace(0.02, 0.1, 20002).reshape(2, -1), np.array([[10.0], [2.0]])
+    for radius in (10.0, r):
+        array = code.log_f(kappa=kappa, r=radius, **known)
+        assert array.shape == kappa.shape
+        for at in ((0, 0), (0, 7999), (0, 8000), (1, 5998), (1, 5999), (1, 10000)):
+            own = {"kappa": kappa[at], "r": np.broadcast_to(radius, kappa.shape)[at]}
+            assert array[at] == pytest.approx(code.log_f(**own, **known), rel=1e-14)
+
+
 @pytest.mark.parametrize(
     "x",
     [
         0.0, -1.0, -800.0, [0.0, 0.0], [0.0, -1.0], [-1.0, -800.0], [-800.0, -900.0],
-        [-745.0, -744.0], [-700.0, -1e300], [0.0, -800.0], [1.0, 0.0], [],
+        [-745.0, -744.0], [-700.0, -1e300], [0.0, -800.0], [],
     ],
     ids=str,
 )  # fmt: skip
 def test_the_exponential_that_costs_nothing_is_the_exponential(x: float | list[float]) -> None:
-    """To the last bit, also where some of an array is 1, or below the least double."""
+    """To the last bit above e^-740, also where some of an array is 1, or below the least double."""
     code = sa.expand(sa.friction(3, 1, "-0.4"), order=0).emit("numpy").load()
     scaled = code.f.__globals__["_height_exp"]
-    got = scaled(np.array(x))
-    assert np.shape(got) == np.shape(x)
-    assert np.array_equal(got, np.exp(np.array(x)))
+    for size, h in ((-np.array(x), -1.0), (np.array(1.0), np.array(x))):
+        got, want = scaled(size, h), np.exp(np.array(x))
+        want = np.where(want < 1e-321, 0, want)
+        assert np.array_equal(np.broadcast_to(got, want.shape), want)
+    # A number, where no array is needed.
+    assert np.shape(scaled(np.array([1.0, 2.0]), 0.0)) == ()
+    assert np.shape(scaled(np.array([1.0, 2.0]), -740.5)) == ()
 
 
 UNIFORM: list[tuple[sa.Drift, str, str, dict[str, Any]]] = [
@@ -268,6 +287,53 @@ def test_logarithms_where_exponentials_overflow(
 ) -> None:
     for _, want, value in ran(target, overflowing(noise, order), tmp_path):
         assert float(value) == pytest.approx(want, rel=1e-13)
+
+
+#: Drifts that are no polynomials: quantity, noise, order, start, kappa.
+BOUND: list[tuple[sa.Drift, str, str, int, str, str]] = [
+    (sa.Drift("1/2 - sin(2*u)"), "T", "weak", 3, "0", "1/8"),
+    (sa.Drift("1/2 - sin(2*u)"), "T", "weak", 1, "1/3", "1/8"),
+    (sa.Drift("1/2 - sin(2*u)"), "P", "weak", 2, "0", "1/4"),
+    (sa.tanh(1, -1, 3), "T", "weak", 2, "0", "1/8"),
+    (sa.hill(-1, "1/2", "1/2"), "C", "weak", 2, "1/2", "1/8"),
+    (sa.tanh(1, -2, 3), "1 - P", "uniform", 1, "0", "1/8"),
+    (sa.Drift("exp(u - 1/2) - u - 13/25"), "T", "uniform", 0, "0", "1/50"),
+    (sa.Drift("exp(u - 1/2) - u - 13/25"), "T", "uniform", 1, "0", "1/50"),
+]
+
+
+@cache
+def bound() -> Asked:
+    files, calls, wanted = {}, [], []
+    for k, (drift, quantity, noise, order, start, kappa) in enumerate(BOUND):
+        e = sa.expand(drift, quantity, noise=noise, order=order, start=start)
+        numbers = (kappa, "3/2")[: 1 if quantity[-1] == "P" else 2]
+        files[f"scene{k}"] = e.emit("c", name="value")
+        calls.append(Call(f"scene{k}", "value", tuple(float(Fraction(x)) for x in numbers)))
+        wanted.append(e.evaluate(*numbers, dps=25))
+    return files, calls, wanted
+
+
+@pytest.mark.parametrize("target", ["c", "javascript", "python", "numpy", "mpmath"])
+def test_a_bound_drift_that_is_no_polynomial(target: str, tmp_path: Path) -> None:
+    """Its zeros, heights and finite parts are numbers, to 1e-13 or 32 digits."""
+    for scene, want, value in ran(target, bound(), tmp_path):
+        lost = 1e-14 if target == "mpmath" else 5e-13
+        assert abs(float(value) / float(want) - 1) < lost, scene
+
+
+def test_free_parameters_of_what_is_no_polynomial_are_to_be_bound() -> None:
+    e = sa.expand(sa.Drift("c - sin(2*u)"), order=1)
+    with pytest.raises(sa.InputError, match="no closed form in c; bind them"):
+        e.emit("javascript")
+    with pytest.raises(sa.InputError, match=r"in y; use sa.stationary_density"):
+        sa.expand(sa.tanh(1, -1, 3), "density", order=1).emit("c")
+    code = e.bind(c="1/2").emit("mpmath").load()
+    with mpmath.workdps(40):
+        want = e.bind(c="1/2").evaluate("1/8", "3/2", dps=30)
+        assert abs(code.f("1/8", "3/2", dps=28) / want - 1) < mpmath.mpf(10) ** -27
+    with pytest.raises(ValueError, match="32"):
+        code.f("1/8", "3/2", dps=33)
 
 
 def same(problem: Problem, order: int) -> bool:

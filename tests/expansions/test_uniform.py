@@ -301,9 +301,23 @@ def test_cases_and_conditions() -> None:
     assert [str(c) for c in past.conditions[:1]] == ["w > 1"]
 
 
+def test_the_first_case_that_has_a_formula() -> None:
+    """One well and a complex pair over the layer have none; without the well there is one."""
+    drift = sa.Drift("(c - u)*(u**2 + 1)")
+    cases = sa.expand(drift, order=0).cases()
+    assert [str(c) for c in cases] == ["start well", "well start", "start"]
+    assert str(sa.expand(drift, noise="uniform").case) == "start"
+    for case in cases[:2]:
+        with pytest.raises(sa.InputError, match="none without a complex pair; use"):
+            sa.expand(drift, noise="uniform", case=case)
+
+
 @pytest.mark.parametrize(
     ("drift", "options", "words"),
     [
+        (sa.Drift("c*(u - 1/3)*(u + 1/2)"), {}, "no case of .* of the first, 'well start barrier'"),
+        # Of a case that is asked for the drift's own parameters are taken.
+        (sa.Drift("c - u + exp(u - 1/2) - 1/2"), {"case": "start"}, "complex zeros have no closed"),
         (sa.friction(), {"order": 9}, "order is 9"),
         (sa.friction(), {"order": 2}, "order 2; the uniform formula"),
         (sa.friction(), {"quantity": "C"}, "the uniform formula is that of T and 1 - P"),

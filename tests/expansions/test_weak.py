@@ -525,6 +525,28 @@ def test_text_has_a_line_for_each_contribution() -> None:
     assert e._repr_latex_().startswith("$")
 
 
+@pytest.mark.parametrize(
+    ("drift", "quantity", "noise", "order", "present", "absent"),
+    [
+        # Strong noise has no case; the general formula is its one contribution, without symbols.
+        (sa.friction(), "T", "strong", 1, [], ["case", "contributions", "FinitePart"]),
+        (sa.Drift.general(), "T", "weak", 1, ["case 'start well barrier'"],
+         ["contributions", "with", "FinitePart"]),
+        (sa.linear(1, -1), "P", "weak", 0, ["with", "case 'start well'"],
+         ["contributions", "FinitePart"]),
+        # The regular part's integrals, said by what they are; P has none.
+        (sa.friction(), "T", "weak", 0,
+         ["contributions", "with", "FinitePart(h, u, a, b):", "!= 0, ", " = 0, "], []),
+    ],
+)  # fmt: skip
+def test_text_says_what_there_is(
+    drift: sa.Drift, quantity: str, noise: str, order: int, present: list[str], absent: list[str]
+) -> None:
+    text = str(sa.expand(drift, quantity, noise=noise, order=order))
+    assert [w for w in present if w not in text] == []
+    assert [w for w in absent if w in text] == []
+
+
 # -- cases and input -------------------------------------------------------------------------------
 
 
@@ -663,6 +685,8 @@ def test_a_general_drift_has_no_numbers() -> None:
         (sa.Drift("u*(c - u**2)"), "T", "start=well, well start=barrier well, start=barrier"),
         (sa.Drift("c*(1/4 - u**2)"), "T", "well start barrier, barrier start well"),
         (sa.Drift("c*(u**2 - 1/4)"), "T", "well start barrier, barrier start well"),
+        # Zeros 1e-3 apart are two.
+        (sa.Drift("c*(u - 1/2)*(u - 501/1000)"), "T", "start well barrier, start barrier well"),
     ],
     ids=str,
 )  # fmt: skip

@@ -352,8 +352,8 @@ REFUSED = {
         then=[lambda: sa.stationary_density(SLIDING, 1, 0)],
     ),
     "regular part": Refused(
-        lambda: sa.expand(LINES, "T").emit("c"),
-        then=[lambda: sa.escape_time(LINES, "0.1", 2, method="laplace")],
+        lambda: sa.expand(sa.Drift("c - sin(2*u)"), "T").emit("c"),
+        then=[lambda: sa.expand(sa.Drift("c - sin(2*u)").bind(c="1/2"), "T").emit("c")],
     ),
     "uniform start": Refused(
         sa.expand,

@@ -122,6 +122,14 @@ def barriers(field: ExactField, order: int, context: MPContext) -> list[Critical
     return [p for p in wells_and_barriers(field, order, context) if p.kind == "barrier"]
 
 
+def zeros_and_finite_parts(
+    field: ExactField, x: Fraction, order: int, context: MPContext, digits: int
+) -> tuple[list[Any], dict[int, list[Any]]]:
+    """Zeros of A beside the start x; int h_k to its left in the mirror (-1) and its right (1)."""
+    builder = _FieldBuilder(field, x, abs(x) + 2, order, context, digits, False)
+    return builder.zeros, builder.primitives()
+
+
 class _FieldBuilder(Builder):
     """One drift, in the digits of a context; `edges` are exact rationals."""
 

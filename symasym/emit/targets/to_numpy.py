@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from symasym.derivation.code import LOCAL
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
@@ -41,6 +43,8 @@ def _log_modulus(x):
     rise = np.where(x >= 1, 4 * above * np.sqrt(above) / 3, 0)
     return (np.log(np.where(np.abs(x) <= 8, inside, outside)) + rise)[()]
 '''
+# Steps from which on arrays of kappa are taken in blocks.
+_MANY = 20
 # What is for arrays here, and for numbers in the kernels.
 HELPERS: dict[str, Written] = {
     "_panel": '''def _panel(g, a, b, top):
@@ -77,11 +81,22 @@ HELPERS: dict[str, Written] = {
         raise ValueError(outside.format(*(array[left][0] for array in arrays)))
     return result.reshape(shape)[()]
 ''',
-    "_height_exp": '''def _height_exp(x):
-    """e^x, at no cost where all of it is 1, or below the least double."""
-    if not np.any(x):
-        return np.ones_like(x)
-    return np.zeros_like(x) if np.all(x < -746) else np.exp(x)
+    "_in_blocks": '''def _in_blocks(function, x, *others):
+    """The function of x, of a long array in blocks, so that its steps stay in the cache."""
+    if np.size(x) <= 8000 or any(map(np.ndim, others)):
+        return function(x)
+    rows, value = np.ravel(x), np.empty(np.size(x))
+    for k in range(0, value.size, 8000):
+        value[k : k + 8000] = function(rows[k : k + 8000])
+    return value.reshape(np.shape(x))
+''',
+    "_height_exp": '''def _height_exp(x, h):
+    """e^(x h), a number where h is one and all of it is 1, or below 1e-321."""
+    if np.ndim(h) == 0 and (h == 0 or h * np.min(x, initial=np.inf) < -740):
+        return np.float64(h == 0)
+    # exp is slow where it is 0.
+    x = np.maximum(x * h, -740)
+    return np.exp(x) * (x > -740)
 ''',
     "_exprel": '''def _exprel(x):
     safe = np.where(x == 0, 1.0, x)
@@ -143,8 +158,28 @@ def _function(function: Ready) -> str:
     if len(function.bodies) == 1 and not function.bodies[0].conditions:
         listed = f"[{names}]" if len(function.arguments) == 1 else names
         start = wrapped(f"{listed} = _floats", names, "    ", brackets="()") if names else []
-        return "\n".join([*head, *start, *NUMPY.block(function.bodies[0])])
+        (case,) = function.bodies
+        if len(case.shared) > _MANY and "kappa" in function.arguments:
+            return "\n".join([*head, *start, *_by_kappa(function, case)])
+        return "\n".join([*head, *start, *NUMPY.block(case)])
     return _in_cases(function, head, names)
+
+
+def _by_kappa(function: Ready, body: Body) -> list[str]:
+    """The lines of a case: what does not depend on kappa once, the others for blocks of kappa."""
+    varying = {"kappa"}
+    for s, value in body.shared:
+        if varying & {t.name for t in value.free_symbols}:
+            varying.add(s.name)
+    steady, rest = (
+        tuple(row for row in body.shared if (row[0].name in varying) == kind)
+        for kind in (False, True)
+    )
+    once = NUMPY.block(Body((), steady, ()))[:-1]
+    inner = replace(NUMPY, deeper=2 * NUMPY.deeper).block(Body((), rest, body.values))
+    others = ", ".join(["of_kappa", "kappa", *(a for a in function.arguments if a != "kappa")])
+    call = wrapped("return _in_blocks", others, NUMPY.deeper, brackets="()")
+    return [*once, "", "    def of_kappa(kappa):", *inner, "", *call]
 
 
 def _in_cases(function: Ready, head: list[str], names: str) -> str:
