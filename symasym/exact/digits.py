@@ -356,14 +356,9 @@ class Partition:
         if least <= 0.05 * abs(local[0]) or scale * least < self.bits:
             return None
         slope = sum(k * abs(c) for k, c in enumerate(local))
-        # |t_{k+1}/t_k| is at most about (2k+1) epsilon.
-        epsilon = slope / (scale * least) / least
-        size, rounds = 0.0, 0
-        while size > -self.bits - 8:
-            if (2 * rounds + 1) * epsilon > 0.7:
-                return None
-            size += math.log2(max((2 * rounds + 1) * epsilon, 1e-300))
-            rounds += 1
+        near = slope / (scale * least) / least
+        if self._rounds(near, 0.0) is None:
+            return None
         radius = 1.0
         while radius < 64 and sum(
             abs(c) * (1.1 * radius) ** k for k, c in enumerate(local) if k
@@ -382,11 +377,29 @@ class Partition:
                 radius *= 0.7
         if radius < 1.3:
             return None
+        rounds = self._rounds(near, 1.5 / (scale * least) / (radius - 1))
+        if rounds is None:
+            return None
         count = int(1.15 * (self.bits + 40) / math.log2(radius)) + 2 * rounds + 8
         # A derivative multiplies the rounding of the n-th coefficient by n/(lam|phi| half).
         if count > 0.7 * scale * least:
             return None
-        return Slow(self.numbers, self.field, edges, (count, rounds), least)
+        return Slow(self.numbers, self.field, edges, (count, rounds), least, radius)
+
+    def _rounds(self, near: float, far: float) -> int | None:
+        """Terms t_k of the slow series that leave no digit out, None where it diverges before.
+
+        |t_{k+1}/t_k| is about (2k+1) `near`, near = |phi'|/(lam phi^2), or (k+1) `far`, one over
+        lam |phi| and the distance of a singularity, where phi' is smaller than higher derivatives.
+        """
+        size, rounds = 0.0, 0
+        while size > -self.bits - 8:
+            ratio = max((2 * rounds + 1) * near, (rounds + 1) * far, 1e-300)
+            if ratio > 0.7:
+                return None
+            size += math.log2(ratio)
+            rounds += 1
+        return rounds
 
     def _taylor(self, centre: Fraction, t0: Fraction, t1: Fraction) -> Iterator[Panel]:
         """Panels from t0 to t1, each as wide as is cheapest."""

@@ -156,10 +156,12 @@ class SeriesOps:
         Number of coefficients.
     context : mpmath context
         Its precision is used as it stands.
+    known : dict, optional
+        See `symasym.numbers.trees.Operations`.
     """
 
-    def __init__(self, order: int, context: MPContext) -> None:
-        self.order, self.context = order, context
+    def __init__(self, order: int, context: MPContext, known: dict[Any, Any] | None = None) -> None:
+        self.order, self.context, self.known = order, context, known
         self.bits = context.prec + 32
 
     def constant(self, value: mpf | int) -> TruncatedSeries:

@@ -180,6 +180,15 @@ def test_an_array_is_the_numbers_one_by_one() -> None:
         assert array == pytest.approx(np.array(rows), rel=1e-14)
 
 
+def test_what_does_not_depend_on_kappa_is_computed_once() -> None:
+    """For each kappa three quotients, of lam, x and the sums, and one logarithm."""
+    code = sa.expand(sa.friction(), order=5).emit("numpy")
+    once, _, each = code.partition("def of_kappa(kappa):")
+    each = each.partition("return _in_blocks")[0]
+    assert "np.log(np.abs(" in once
+    assert (each.count("/"), each.count("np.log(")) == (3, 1)
+
+
 def test_a_long_array_is_taken_in_blocks() -> None:
     """20,002 numbers in two rows, also with another argument as an array."""
     code = sa.expand(sa.friction(3, 1, "-0.4"), order=1).emit("numpy").load()

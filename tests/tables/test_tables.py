@@ -351,6 +351,12 @@ def test_a_file_of_something_else_is_not_touched(
     assert path.read_bytes() == b"my notes"
     path.write_bytes(first[:7])
     assert write_table(spec, path, force=True).path.read_bytes() == lines
+    alone = tmp_path / "alone.csv"
+    alone.write_bytes(b"my data")
+    with pytest.raises(InputError, match="is there without its table"):
+        write_table(spec, tmp_path / "alone.jsonl", force=True)
+    assert alone.read_bytes() == b"my data"
+    assert not (tmp_path / "alone.jsonl").exists()
     with pytest.raises(InputError, match="name of the CSV file"):
         write_table(spec, tmp_path / "t.csv")
     with pytest.raises(OutputError, match="cannot be written"):

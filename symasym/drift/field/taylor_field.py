@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -102,10 +103,9 @@ class ExactField:
         if self._polynomial is not None:
             return [c * scale**k for k, c in enumerate(shifted(self._polynomial, centre))]
         with self._context.workprec(self._context.prec + self._extra_bits):
-            ops = SeriesOps(order, self._context)
-            series = self._drift.evaluate(
-                ops.variable(self._sign * centre, self._sign * scale), ops
-            )
+            about = self._sign * centre, self._sign * scale, order
+            line, ops = _line(*about, self._context, self._context.prec)
+            series = self._drift.evaluate(line, ops)
         coefficients = [self._sign * c for c in TruncatedSeries.fractions(series, ops)]
         coefficients[0] += self._offset
         return coefficients
@@ -275,6 +275,15 @@ class ExactField:
                 break
             x -= step
         return x
+
+
+@lru_cache(maxsize=4)
+def _line(
+    centre: Fraction, scale: Fraction, order: int, context: MPContext, bits: int
+) -> tuple[TruncatedSeries, SeriesOps]:
+    """centre + scale s, and the arithmetic in which drifts share what they have in common there."""
+    ops = SeriesOps(order, context, {})
+    return ops.variable(centre, scale), ops
 
 
 def to_fraction(x: mpf) -> Fraction:

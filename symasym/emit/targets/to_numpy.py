@@ -92,8 +92,11 @@ HELPERS: dict[str, Written] = {
 ''',
     "_height_exp": '''def _height_exp(x, h):
     """e^(x h), a number where h is one and all of it is 1, or below 1e-321."""
-    if np.ndim(h) == 0 and (h == 0 or h * np.min(x, initial=np.inf) < -740):
-        return np.float64(h == 0)
+    if np.ndim(h) == 0:
+        if h == 0 or h * np.min(x, initial=np.inf) < -740:
+            return np.float64(h == 0)
+        if h * np.max(x, initial=0) > -740:
+            return np.exp(x * h)
     # exp is slow where it is 0.
     x = np.maximum(x * h, -740)
     return np.exp(x) * (x > -740)
