@@ -376,13 +376,19 @@ def guard_bits(reach: float) -> int:
 
 
 def integers(q: Sequence[Fraction], bits: int) -> tuple[list[int], int]:
-    """`q` as integers over one denominator: exact if short, else to 2^-bits."""
+    """`q` as integers over one denominator, without the zeros at their end: exact if short, else to
+    2^-bits."""
     denominator = math.lcm(*(x.denominator for x in q))
     if denominator.bit_length() < bits // 2:
-        whole = (x.numerator * (denominator // x.denominator) for x in q)
-        return [context_integer(x) for x in whole], denominator
-    scale = context_integer(1) << bits
-    return [(x.numerator * scale) // x.denominator for x in q], scale
+        whole = [context_integer(x.numerator * (denominator // x.denominator)) for x in q]
+    else:
+        denominator = context_integer(1) << bits
+        # Towards 0, so that what is below the last place is 0.
+        sizes = (abs(x.numerator) * denominator // x.denominator for x in q)
+        whole = [size if x > 0 else -size for size, x in zip(sizes, q, strict=True)]
+    while len(whole) > 1 and not whole[-1]:
+        whole.pop()
+    return whole, denominator
 
 
 def recurrence(

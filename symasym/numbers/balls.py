@@ -279,11 +279,17 @@ def _antiderivative(x: arb_series, name: str, slope: arb_series) -> Any:
     return (x.derivative() * slope).integral() + getattr(x[0], name)()
 
 
+def _tanh(x: arb_series) -> Any:
+    """tanh of a series; 1 - 2/(1 + e^2x) cancels in the constant term alone."""
+    series = 1 - 2 / (1 + (2 * x).exp())
+    return type(x)([x[0].tanh(), *series.coeffs()[1:]], series.prec)
+
+
 # What Arb's real series lack.
 _OF_SERIES: dict[str, Callable[[arb_series], Any]] = {
     "sinh": lambda x: (x.exp() - (-x).exp()) / 2,
     "cosh": lambda x: (x.exp() + (-x).exp()) / 2,
-    "tanh": lambda x: 1 - 2 / (1 + (2 * x).exp()),
+    "tanh": _tanh,
     "asinh": lambda x: _antiderivative(x, "asinh", (1 + x * x).rsqrt()),
     "acosh": lambda x: _antiderivative(x, "acosh", (x * x - 1).rsqrt()),
     "atanh": lambda x: _antiderivative(x, "atanh", 1 / (1 - x * x)),
