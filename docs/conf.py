@@ -48,6 +48,7 @@ html_theme = "furo"
 html_title = "symasym"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_favicon = "_static/icon.svg"
 html_js_files = ["site.js"]
 html_search_scorer = str(Path(__file__).parent / "search.js")
 html_copy_source = False

@@ -37,8 +37,16 @@ from symasym.base.errors import (
     TimeLimitError,
 )
 from symasym.base.estimate import ErrorKind, Estimate
-from symasym.base.inputs import IntArray, Number, exact, float_text, floats, is_array, shown
-from symasym.base.texts import meant
+from symasym.base.inputs import (
+    IntArray,
+    Number,
+    exact,
+    float_text,
+    floats,
+    is_array,
+    meant,
+    shown,
+)
 from symasym.drift.drift import Drift
 from symasym.scenes import (
     QUANTITIES,

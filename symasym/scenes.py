@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 
 _KAPPA_RANGE = (1e-145, 1e145)
 _R_RANGE = (1e-150, 1e152)
+# No number of digits helps an exact evaluation below it.
+_WEAKEST = Fraction(1, 10**154)
 # Of any number: exponents, and digits of exponentials, stay such that work is short.
 _MOST_BITS = 3_330
 
@@ -142,6 +144,12 @@ def common_shape(drift: Drift, shapes: dict[str, tuple[int, ...]]) -> tuple[int,
 
 def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
     """The numbers and the drift's parameters broadcast together, in their ranges."""
+    kappa = numbers.get("kappa", 1)
+    if not is_array(kappa) and 0 < (number := exact("kappa", kappa)) < _WEAKEST:
+        raise InputError(
+            f"kappa is {float_text(number)}, so that 2/kappa^2 leaves the range of float64 (1e308) "
+            "in which the evaluation is planned; method='laplace' has no such limit."
+        )
     arrays = {name: floats(name, value, copy=False) for name, value in numbers.items()}
     shape = common_shape(drift, {name: x.shape for name, x in arrays.items()})
     # A number that all scenes share is not copied for each of them.
@@ -387,9 +395,11 @@ def as_digits(request: Request, answer: Answer) -> Any:
     if dps is not None:
         rounded = to_mpf(value, dps)
     else:
-        if not request.log:
-            _fits(request.name, value)
         rounded = float(value)
+        if request.log:
+            require_fits(request.name, np.asarray(rounded), True)
+        else:
+            _fits(request.name, value)
     if not request.full:
         return rounded
     total = None

@@ -285,9 +285,7 @@ def _by_balls(quantity: str, scene: Scene, dps: int) -> _Slopes | None:
         return None
     at = {**drift.scalars(), **numbers}
     slopes = {name: _Slope(*balls.to_mpf(enclosed[name], dps + 10)) for name in at}
-    log = balls.to_mpf(enclosed[derivatives.LOG], dps + 10)[0]
-    # Its ball has so many places; one below 1 has fewer digits.
-    return _Slopes(log if abs(log) >= 1 else _log(quantity, drift, numbers, dps), slopes, at)
+    return _Slopes(balls.to_mpf(enclosed[derivatives.LOG], dps + 10)[0], slopes, at)
 
 
 def _by_digits(quantity: str, scene: Scene, dps: int) -> _Slopes:

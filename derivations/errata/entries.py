@@ -77,8 +77,8 @@ ERRATA: tuple[Erratum, ...] = (
         r"the plotted $T$, exponentially large, is the time for which the oscillator's block "
         r"sticks",
         r"$T$ has $z$ frozen; the belt takes the block to the fold in scaled time "
-        r"$(z_0 - z_0^{(+)})/\varepsilon$, where it is released: $T$ is the block's time only "
-        r"where $z$ changes it by little meanwhile",
+        r"$(z_0 - z_0^{(+)})/\varepsilon$, and it is released some time after: $T$ is the block's "
+        r"time only where $z$ changes it by little meanwhile",
         r"figures 7 and 8 where $T$ exceeds $1/\varepsilon$; section 6.2 itself claims no more "
         r"than "
         r"$T_p > O(r_p)$",

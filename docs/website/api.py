@@ -180,12 +180,13 @@ def _page(title: str, module: str, names: list[str]) -> str:
 
 # -- docstrings ------------------------------------------------------------------------------------
 
-#: What is no formula: code, quotations, labels, initials of authors, an article at a line's end,
+#: What is no formula: code, quotations, labels, initials of authors, an article at a line's end or
+#: before one letter,
 #: the mark of a list, words with an apostrophe.
 _APART = re.compile(
     r"``.*?``|:\w+:`[^`]*`|`[^`]*`|\"[^\"]*\"|\beq:\w+|[\w/-]+\.(?:md|py)\b|\b[A-Z]\. (?=[A-Z])"
     r"|\be\.g\.|\ba$|^\s*- |\b\w+n't\b|(?<=\b\w)'s\b|\S*\*\*\S*|\bint\b(?! h_)"
-    r"|\ba (?=float64)|\(i+\)|\d\([iv]+\)|\bpanels? \(\w\)(?: and \(\w\))?"
+    r"|\ba (?=float64|[CDPTV]\b)|\(i+\)|\d\([iv]+\)|\bpanels? \(\w\)(?: and \(\w\))?"
 )
 #: An interval of numbers or names.
 _INTERVAL = re.compile(r"(?<![\w)])[\[(](-?\w), (-?\w)[\])]")

@@ -35,6 +35,8 @@ Number = int | float | str | Fraction | Decimal
 Numbers = ArrayLike | Fraction | Decimal
 
 # Nobody means longer exponents and numbers, and reading them would fill the memory.
+#: The smallest number of which float64 has all its digits.
+SMALLEST = 2.0**-1022
 _LONGEST_EXPONENT = 100_000
 _LONGEST_TEXT = 100_000
 _LONGEST_BITS = 400_000
@@ -69,6 +71,23 @@ def flag(name: str, value: object) -> bool:
     raise InputError(f"{name} is {shown(value)}; give True or False.")
 
 
+def meant(given: object, known: Iterable[str]) -> str:
+    """The end of a sentence about an unknown name: which known one is close to it, if any.
+
+    Examples
+    --------
+    >>> meant("frictoin", ["friction", "linear"]), meant("x", ["friction"])
+    ("; perhaps you mean 'friction'", '')
+    """
+    from difflib import get_close_matches
+
+    plain = {name.lower().replace("_", "-"): name for name in known}
+    if not isinstance(given, str):
+        return ""
+    near = get_close_matches(given[:100].lower().replace("_", "-"), plain, 1)
+    return f"; perhaps you mean {plain[near[0]]!r}" if near else ""
+
+
 def choice(name: str, value: object, known: Iterable[str]) -> str:
     """The one of the `known` words that `value` is; spaces about a minus sign don't count.
 
@@ -84,7 +103,9 @@ def choice(name: str, value: object, known: Iterable[str]) -> str:
         for word in words:
             if re.sub(" *- *", "-", value) == word.replace(" - ", "-"):
                 return word
-    raise InputError(f"{name} is {shown(value)}; give one of {', '.join(map(repr, words))}.")
+    raise InputError(
+        f"{name} is {shown(value)}; give one of {', '.join(map(repr, words))}{meant(value, words)}."
+    )
 
 
 def count(name: str, value: object, low: int, high: int, of: str = "", also: str = "") -> int:
@@ -295,12 +316,12 @@ class BeyondFloat(InputError, OverflowError):
 
 
 def to_float(name: str, value: Fraction | int) -> float:
-    """The nearest float64; an error beyond its range."""
+    """The nearest float64; an error beyond its range, or where it has fewer digits than 53 bits."""
     try:
         result = float(value)
     except OverflowError:
         raise BeyondFloat(f"{name} is beyond the range of float64; pass dps=… for it.") from None
-    if result == 0.0 and value != 0:
+    if abs(result) < SMALLEST and value != 0:
         raise BeyondFloat(f"{name} is below the range of float64; pass dps=… for it.")
     return result
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -13,29 +12,12 @@ if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
 
-__all__ = ["carried_text", "meant", "number_repr", "number_text", "upwards", "with_error"]
+__all__ = ["carried_text", "number_repr", "number_text", "upwards", "with_error"]
 
 # Of the error that is printed; the value goes on to the last of them.
 _ERROR_DIGITS = 3
 # An error smaller than that of so many digits of a float says nothing more.
 _MOST_OF_FLOAT = 50
-
-
-def meant(given: object, known: Iterable[str]) -> str:
-    """The end of a sentence about an unknown name: which known one is close to it, if any.
-
-    Examples
-    --------
-    >>> meant("frictoin", ["friction", "linear"]), meant("x", ["friction"])
-    ("; perhaps you mean 'friction'", '')
-    """
-    from difflib import get_close_matches
-
-    plain = {name.lower().replace("_", "-"): name for name in known}
-    if not isinstance(given, str):
-        return ""
-    near = get_close_matches(given[:100].lower().replace("_", "-"), plain, 1)
-    return f"; perhaps you mean {plain[near[0]]!r}" if near else ""
 
 
 def number_text(x: Fraction) -> str:

@@ -51,7 +51,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             status = int(arguments.run(arguments) or 0)
         sys.stdout.flush()
     except SymasymError as error:
-        print(f"symasym: {in_options(str(error))}", file=sys.stderr)
+        print(f"symasym: {_visible(in_options(str(error)))}", file=sys.stderr)
         return _BAD_INPUT
     except KeyboardInterrupt:
         print("symasym: interrupted; every file that was written is whole.", file=sys.stderr)
@@ -96,6 +96,7 @@ def _make_printable(stream: TextIO) -> None:
 # How Python says it, and how the command line does.
 _AS_OPTIONS = [
     (r"\bbind\((\w+)=…\)", r"--set \1=…"),
+    (r"\bdrift=…", "--drift NAME or --expr A"),
     (r"\bsa\.labels\(\) lists them", "symasym show --all lists them"),
     (r"\b(log|complement)=True\b", r"--\1"),
     (r"\bfull=True\b", "--json"),
@@ -119,6 +120,13 @@ def in_options(message: str) -> str:
     for pattern, option in _AS_OPTIONS:
         message = re.sub(pattern, option, message)
     return message
+
+
+def _visible(message: str) -> str:
+    """A message in which what a terminal would obey or hide, from a stranger's file, is spelt."""
+    return "".join(
+        c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in message
+    )
 
 
 def _drop_output() -> None:

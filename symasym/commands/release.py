@@ -7,20 +7,31 @@ import json
 from typing import Any
 
 from symasym.base.inputs import whole
-from symasym.commands.settings import Commands, command, settings, takes_patience, takes_settings
+from symasym.commands.settings import (
+    Commands,
+    command,
+    document,
+    listed,
+    settings,
+    takes_patience,
+    takes_settings,
+)
 
 
 def add_parser(commands: Commands) -> None:
     """Add the parser of ``release``."""
-    parser = command(
-        commands, "release",
-        "print when a block that sticks comes free while its slow variable moves", run,
+    examples = (
         "symasym release --kappa 0.3 --r 10 --eps 0.01 --z -0.4 --quantiles",
         'symasym release --phi "7/5 - u - z" --velocity " -1" --kappa 1 --r 5 --eps 0.01 --z 0',
+    )
+    parser = command(
+        commands, "release",
+        "print when a block that sticks comes free while its slow variable moves", run, *examples,
         description="Print the mean time of release of the friction oscillator, or of du = phi dt "
         "+ kappa noise dW, dz = eps velocity dt, in scaled time. All inputs are scaled and exact "
         "as written.",
     )  # fmt: skip
+    document(parser, examples, _methods)
     takes_settings(parser, "mu or alpha (3 and 1)")
     parser.add_argument("--phi", metavar="F", help="velocity of u, in u, z and y = eps u")
     parser.add_argument("--velocity", metavar="G", help="velocity of z, in the same")
@@ -37,6 +48,13 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument("--workers", default="1", metavar="N", help="of --method simulate")
     parser.add_argument("--quantiles", action="store_true", help="of the time and of z, too")
     parser.add_argument("--json", action="store_true", help="all of it as a record")
+
+
+def _methods() -> str:
+    """The methods, listed."""
+    from symasym.release.answer import METHODS
+
+    return listed("methods", METHODS)
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import NoReturn, TypeAlias
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import is_name
-from symasym.base.texts import meant
+from symasym.base.inputs import is_name, meant
 
 
 class Parser(argparse.ArgumentParser):
@@ -51,6 +50,11 @@ def document(parser: Parser, examples: Iterable[str], *more: Callable[[], str]) 
     """End a command's help with examples, and with what `more` lists."""
     lines = "\n".join(["examples:", *(f"  {line}" for line in examples)])
     parser.endings = (*more, lambda: lines)
+
+
+def listed(title: str, items: Mapping[str, str]) -> str:
+    """A title and lines of two columns."""
+    return "\n".join([f"{title}:", *(f"  {name:14}{text}" for name, text in items.items())])
 
 
 def command(

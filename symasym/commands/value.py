@@ -9,7 +9,14 @@ import time
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from symasym.commands.settings import Commands, document, settings, takes_patience, takes_settings
+from symasym.commands.settings import (
+    Commands,
+    document,
+    listed,
+    settings,
+    takes_patience,
+    takes_settings,
+)
 from symasym.drift.ready_made.named import DRIFTS, named_drift
 
 if TYPE_CHECKING:
@@ -109,10 +116,9 @@ def run(arguments: argparse.Namespace) -> None:
         _print_json(arguments, inputs, answer, value, error, seconds)
     else:
         print(value)
-    if "complement" in given and not (arguments.complement or arguments.log) and float(value) == 1:
-        print(
-            "symasym: the value is 1 to these digits; --complement has the rest.", file=sys.stderr
-        )
+    if "complement" in given and not arguments.log and float(value) == 1:
+        way = "leave --complement out for" if arguments.complement else "--complement has"
+        print(f"symasym: the value is 1 to these digits; {way} the rest.", file=sys.stderr)
 
 
 def _texts(answer: Any, dps: int | None) -> tuple[str, str | None]:
@@ -165,13 +171,8 @@ def _methods_and_drifts(verb: str) -> str:
 
     names = {name for name, quantity in QUANTITIES.items() if quantity.verb == verb}
     methods = {m.name: m.about for m in METHODS.values() if names & set(m.quantities)}
-    listed = {**methods, "auto": "the cheapest whose relative error is at most --rtol"}
+    known = {**methods, "auto": "the cheapest whose relative error is at most --rtol"}
     return "\n\n".join(
-        ([_listed("methods", listed)] if names else [])
-        + [_listed("drifts, with what --set gives them", drift_signatures())]
+        ([listed("methods", known)] if names else [])
+        + [listed("drifts, with what --set gives them", drift_signatures())]
     )
-
-
-def _listed(title: str, items: dict[str, str]) -> str:
-    """A title and lines of two columns."""
-    return "\n".join([f"{title}:", *(f"  {name:14}{text}" for name, text in items.items())])

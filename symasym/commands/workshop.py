@@ -5,14 +5,12 @@ from __future__ import annotations
 import argparse
 import inspect
 import textwrap
-import warnings
 from pathlib import Path
 from typing import Any
 
-from symasym.base.errors import InputError, SymasymError
+from symasym.base.errors import InputError
 from symasym.base.files import write_bytes, write_json
-from symasym.base.inputs import whole
-from symasym.base.texts import meant
+from symasym.base.inputs import meant, whole
 from symasym.commands.settings import Commands, command, settings, takes_patience, takes_settings
 
 
@@ -20,7 +18,7 @@ def add_reproduce(commands: Commands) -> None:
     """Add the parser of ``reproduce``."""
     parser = command(
         commands, "reproduce", "make the paper's figures, the reference table and the derivations",
-        _reproduce, "symasym reproduce --only figures", "symasym reproduce --dps 30 --out build",
+        _reproduce, "symasym reproduce --only phase", "symasym reproduce --dps 30 --out build",
         description="Make the paper's figures, the reference table and the pages of the "
         "derivations; what is up to date stays.",
     )  # fmt: skip
@@ -98,19 +96,7 @@ def _write(name: str, values: dict[str, str], out: list[str] | None) -> None:
         if file.suffix[1:] not in KINDS:
             raise InputError(f"{file} has no ending that is drawn; end it in .png, .svg or .pdf.")
     arguments = _read(name, values)
-    with warnings.catch_warnings():
-        # matplotlib warns where axes have no extent.
-        warnings.simplefilter("error", UserWarning)
-        try:
-            figure = FIGURES[name](**arguments)
-        except (UserWarning, ArithmeticError) as error:
-            if isinstance(error, SymasymError):
-                raise
-            given = ", ".join(f"{key} = {text}" for key, text in values.items())
-            raise InputError(
-                f"{name} cannot be drawn with {given or 'its own values'} ({error}); give values "
-                "nearer to 1."
-            ) from None
+    figure = FIGURES[name](**arguments)
     for file in files:
         write_bytes(file, encode(figure, file.suffix[1:]))
         print(file)
@@ -126,7 +112,8 @@ def _read(name: str, values: dict[str, str]) -> dict[str, Any]:
     for key, text in values.items():
         if key not in known:
             raise InputError(
-                f"{key} is no parameter of {name}; its parameters are {', '.join(known)}."
+                f"{key} is no parameter of {name}; its parameters are "
+                f"{', '.join(known)}{meant(key, known)}."
             )
         default = known[key].default
         if isinstance(default, tuple):

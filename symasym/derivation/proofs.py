@@ -12,6 +12,7 @@ from symasym.base.call_context import own_context
 from symasym.derivation.numerical import evaluate
 
 _DIGITS = 30
+_TRIES = 3
 # Two values that agree to this are not taken as equal, only as not distinguished.
 _TOLERANCE = sympy.Float(10) ** -18
 
@@ -57,12 +58,12 @@ def concrete(expressions: list[Any], rng: random.Random) -> list[Any]:
 
 
 def difference_at(
-    left: sympy.Expr, right: sympy.Expr, rng: random.Random, inside: dict[Any, Any], tries: int = 3
+    left: sympy.Expr, right: sympy.Expr, rng: random.Random, inside: dict[Any, Any]
 ) -> tuple[str, str, str] | None:
-    """Both sides and a point where they differ, as texts; None if `tries` points show none."""
+    """Both sides and a point where they differ, as texts; None if `_TRIES` points show none."""
     if _nested(left) or _nested(right):
         return None
-    for _ in range(tries):
+    for _ in range(_TRIES):
         a, b = concrete([sympy.sympify(left), sympy.sympify(right)], rng)
         point = {
             s: random_value(s, rng, inside.get(s))

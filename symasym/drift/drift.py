@@ -12,15 +12,32 @@ import numpy as np
 
 from symasym.base.call_context import step
 from symasym.base.errors import InputError, RegionError
-from symasym.base.inputs import FloatArray, Number, Numbers, exact, float_text, floats, is_array
-from symasym.base.texts import meant, number_repr
+from symasym.base.inputs import (
+    SMALLEST,
+    BeyondFloat,
+    FloatArray,
+    Number,
+    Numbers,
+    exact,
+    float_text,
+    floats,
+    is_array,
+    meant,
+)
+from symasym.base.texts import number_repr
 from symasym.drift import landscape, models
 from symasym.numbers.complex_balls import ComplexBall, ComplexBallOps
-from symasym.numbers.trees import FractionOps, NotRational, NumpyOps, Operations, SympyOps
+from symasym.numbers.trees import (
+    FractionOps,
+    MpmathOps,
+    NotRational,
+    NumpyOps,
+    Operations,
+    SympyOps,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from mpmath import mpf
     from sympy import Expr, Symbol
 
 __all__ = ["Drift"]
@@ -34,6 +51,10 @@ _ROUNDED = ComplexBallOps(_NUMPY, 2.0**-33)
 _MOST_SHOWN = 1000
 # Scenes whose parameters are kept beside the drift.
 _MOST_KEPT = 4096
+# Digits of values that float64 has no range for.
+_DIGITS = 50
+# Digits up to which an end of A is looked at before it is taken for 0.
+_MOST_DIGITS = 8_000
 
 
 class FlatValues(dict[str, Any]):
@@ -242,21 +263,58 @@ class Drift:
         return self._model.evaluate(u, values, ops)
 
     def evaluate_float(self, u: FloatArray, values: dict[str, FloatArray] | None = None) -> Any:
-        """A(u) in float64 with the parameters broadcast against `u`; no bounds are checked."""
-        if values is None:
-            values = self.float_values()
-        return self._model.evaluate(u, values, _NUMPY)
+        """A(u) in float64 with the parameters broadcast against `u`; no bounds are checked.
+
+        Through mpmath where `values` are left out and the drift's are beyond the range of float64.
+        """
+        if values is not None or self._in_float:
+            values = self.float_values() if values is None else values
+            return self._model.evaluate(u, values, _NUMPY)
+        from symasym.base.call_context import own_context
+
+        with own_context(_DIGITS) as context:
+            ops = MpmathOps(context)
+            flat = [float(self.evaluate(context.mpf(x), ops)) for x in np.ravel(u)]
+        return np.array(flat).reshape(np.shape(u))
 
     def spread(
         self, centre: FloatArray, radius: FloatArray, values: dict[str, FloatArray] | None = None
     ) -> ComplexBall:
         """Complex balls of float64 that hold A on these (see `symasym.numbers.complex_balls`)."""
+        if values is None and not self._in_float:
+            return self._spread_of_digits(centre, radius)
         values = self.float_values() if values is None else values
         with np.errstate(all="ignore"):
             image = self._model.evaluate(_BALLS.ball(centre, radius), values, _BALLS)
         # A constant becomes a ball, of the shape asked for.
         shaped: ComplexBall = _BALLS.ball(0.0 * centre, 0.0 * radius) + image
         return shaped
+
+    def _spread_of_digits(self, centre: FloatArray, radius: FloatArray) -> ComplexBall:
+        """The same balls through mpmath, of parameters beyond the range of float64."""
+        from symasym.base.call_context import own_context
+
+        images = []
+        with own_context(_DIGITS) as context:
+            ops = ComplexBallOps(MpmathOps(context))
+            for c, r in zip(centre, radius, strict=True):
+                ball = ops.ball(context.mpf(c), context.mpf(r))
+                try:
+                    image = self.evaluate(ball, ops) + 0 * ball
+                    images.append((float(image.centre), float(image.radius)))
+                except (ArithmeticError, ValueError):  # mpmath's words for infinity
+                    images.append((0.0, math.inf))
+        middles, radii = np.array(images).T
+        return _BALLS.ball(middles, radii)
+
+    @cached_property
+    def _in_float(self) -> bool:
+        """False where a number of the drift is beyond the range of float64, or has fewer digits."""
+        try:
+            self._model.evaluate(np.zeros(1), self.float_values(), _NUMPY)
+        except BeyondFloat:
+            return False
+        return True
 
     def rounding(self, u: FloatArray, values: dict[str, FloatArray]) -> FloatArray:
         """Bound on the error of `evaluate_float`, rounding `u` and the parameters included."""
@@ -354,7 +412,7 @@ class Drift:
         both = []
         for side in (-1, 1):
             value = self.end(side)
-            both.append(float(self._accurate(Fraction(side))) if value is None else value)
+            both.append(self._accurate(Fraction(side)) if value is None else value)
         return both[0], both[1]
 
     def end(self, side: int) -> Fraction | None:
@@ -365,14 +423,20 @@ class Drift:
         value: Fraction | None = self._exact_ends[side]
         return value
 
-    def _accurate(self, u: Fraction) -> mpf:
-        """A(u) to 50 digits."""
+    def _accurate(self, u: Fraction) -> float | Fraction:
+        """A(u), exact beyond the range of float64; 0 where it cancels thousands of digits."""
         from symasym.base.call_context import own_context
-        from symasym.numbers.trees import MpmathOps
 
-        with own_context(60) as context:
+        with own_context(_DIGITS) as context:
             ops = MpmathOps(context)
-            return self.evaluate(ops.rational(u), ops)
+            value = self.evaluate(ops.rational(u), ops)
+            while context.dps < _MOST_DIGITS:
+                context.dps *= 2
+                rough, value = value, self.evaluate(ops.rational(u), ops)
+                if value and abs(value - rough) <= abs(value) * 1e-30:
+                    near = float(value)
+                    return near if SMALLEST <= abs(near) < math.inf else exact("A", value)
+        return 0.0
 
     @property
     def region(self) -> Any:

@@ -199,9 +199,12 @@ def _of_analytic(drift: Switch) -> list[CriticalPoint]:
                     f"A cancels more than {_MOST_DIGITS} digits on [-1, 1]; rescale its parameters."
                 )
             rough = fine
-        context.dps //= 2
         if scale == 0:
-            raise AccuracyError("A is 0 on all of [-1, 1], so every point is critical; change A.")
+            raise AccuracyError(
+                f"A is 0 on all of [-1, 1], to {context.dps} digits, so every point is critical; "
+                "change A."
+            )
+        context.dps //= 2
         marks = float_marks(drift.evaluate_float, drift.spread)
         # Between neighbouring extremes A is monotone, so a change of sign is one simple zero.
         turning = [_newton(lambda x: taylor(x)[1:3], context.mpf(x), context) for x in marks]
@@ -311,10 +314,11 @@ def _proxies(
         series = np.polynomial.chebyshev.chebfit(nodes, values, degree)
         change = spread(np.array([(lo + hi) / 2]), np.array([hi - lo])).radius[0]
         # Rounding of x is multiplied by the slope, which is at most change/radius.
-        noise = 1e-14 * np.abs(series).max() + 4e-16 * change / (hi - lo)
-        settled = np.abs(series[-3:]).max() <= 1e-12 * np.abs(series).max() + noise
+        size = np.abs(series).max()
+        noise = 1e-14 * size + 4e-16 * change / (hi - lo)
+        settled = np.abs(series[-3:]).max() <= 1e-12 * size + noise
         if (settled and resolved(change, np.abs(values).max())) or hi - lo < _NARROWEST:
-            done.append((lo, hi, np.polynomial.chebyshev.chebtrim(series, min(noise, 1.0))))
+            done.append((lo, hi, np.polynomial.chebyshev.chebtrim(series, min(noise, size))))
         else:
             pending += [(lo, (lo + hi) / 2), ((lo + hi) / 2, hi)]
     return done

@@ -13,7 +13,7 @@ from typing import Any
 
 from symasym.base.errors import InputError, OutputError
 from symasym.base.files import write_bytes
-from symasym.base.inputs import is_name, shown
+from symasym.base.inputs import is_name, meant, shown
 from symasym.derivation.code import DIALECTS, Dialect
 from symasym.emit.program import TAKEN, Program, Ready
 from symasym.emit.targets import to_c, to_javascript, to_latex, to_mpmath, to_numpy, to_python
@@ -66,7 +66,8 @@ def check_target(target: str) -> None:
     """Raise InputError for what is none of `TARGETS`, and was not added."""
     if not isinstance(target, str) or (target not in TARGETS and target not in _RENDER):
         known = dict.fromkeys((*TARGETS, *_RENDER))
-        raise InputError(f"target is {shown(target)}; give one of {', '.join(known)}.")
+        near = meant(target, known)
+        raise InputError(f"target is {shown(target)}; give one of {', '.join(known)}{near}.")
 
 
 class Source(str):

@@ -18,7 +18,7 @@ those of `symasym.exact.balls.derivatives`.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import cached_property
 from operator import floordiv, mul
@@ -29,7 +29,7 @@ import numpy as np
 from symasym.base.call_context import mpf_of, own_context, step, to_mpf
 from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
-from symasym.drift.field.taylor_field import ExactField
+from symasym.drift.field.taylor_field import ExactField, dyadic
 from symasym.exact import sweep
 from symasym.exact.balls.derivatives import Dual, derivative_of
 from symasym.exact.digit_panels import (
@@ -62,9 +62,9 @@ _GUARD = 10
 # Terms about a panel's right end, over those about its left one.
 _MOST_TERMS = 4
 # Rounds of the slow series beyond those of its value; bits of which both have fewer in common.
-_MORE_ROUNDS, _AGREED = 8, 8
-# Radii of disks about a slow panel, over half its width.
-_RATIOS = (Rational(4), Rational(2), Rational(16), Rational(64), Rational(3, 2))
+_MORE_ROUNDS, _AGREED = 8, 24
+# Radii of disks about a slow panel: powers of that of its value.
+_POWERS = (0.95, 0.85, 0.7)
 
 
 def log_slopes(
@@ -197,8 +197,9 @@ class _Changed:
         panel, side = self.panel, self.side
         if isinstance(panel, Slow):
             middle = panel.centre + panel.t0 + panel.half
+            ratios = [dyadic(panel.radius**x, 8) for x in _POWERS]
             for field in side.changes:
-                self._require_resolved(field, middle, panel.half, panel.count + MORE_TERMS, _RATIOS)
+                self._require_resolved(field, middle, panel.half, panel.count + MORE_TERMS, ratios)
         number, sign = side.numbers.mpf, 1 if panel.up else -1
         if isinstance(panel, Taylor):
             rises = [sum(x / (k + 1) for k, x in enumerate(row)) for row in self._rows(panel)]
@@ -375,7 +376,7 @@ class _Changed:
         psi, m, q = panel.inside
         last, bits = len(m) - panel.rounds - 1, context.prec + 32
         m, q = m[:last], q[:last]
-        both = [sum(map(mul, m[: k + 1], q[k::-1])) >> bits for k in range(last)]
+        both = [x >> bits for x in _product(m, q)]
         unit = context.ldexp(1, -bits) / psi
         longest = max(map(len, changes))
         moments = [
@@ -441,6 +442,27 @@ class _Solutions:
         value, *of_n = _moments_at_left(self._n, self._count)
         of_m = _moments_at_right(self._from(self._right, True), self._count)
         return value, [a - b for a, b in zip(of_n, of_m[1:], strict=True)]
+
+
+def _product(a: list[Any], b: list[Any]) -> list[Any]:
+    """The first coefficients, as many as of each, of the product of two polynomials over the whole
+    numbers: one product of numbers whose digits they are (Kronecker's substitution)."""
+    count = len(a)
+    bits = sum(max(map(abs, c)).bit_length() for c in (a, b)) + count.bit_length() + 2
+    width = bits // 8 + 1
+    half = 1 << (8 * width - 1)
+
+    def number(digits: Iterable[Any]) -> Any:
+        """The number with these digits, of which none is negative."""
+        return context_integer(
+            int.from_bytes(b"".join(int(x).to_bytes(width, "little") for x in digits), "little")
+        )
+
+    low, high = number([half] * count), number([half] * 2 * count)
+    one, two = (number(x + half for x in c) - low for c in (a, b))
+    data = int(one * two + high).to_bytes(2 * count * width, "little")
+    places = range(0, count * width, width)
+    return [context_integer(int.from_bytes(data[k : k + width], "little") - half) for k in places]
 
 
 def _trimmed(row: list[Any], tiny: Any) -> list[Any]:

@@ -191,8 +191,9 @@ class Slow(Panel):
         The panel is [centre + t0, centre + t1].
     terms : (count, rounds)
         Terms of the Taylor and of the slow series.
-    least : float
-        A lower bound on |phi|.
+    least, radius : float
+        A lower bound on |phi|; in units of half the width, the radius of a disk that determined the
+        terms.
     """
 
     def __init__(
@@ -202,8 +203,9 @@ class Slow(Panel):
         edges: tuple[Fraction, Fraction, Fraction],
         terms: tuple[int, int],
         least: float,
+        radius: float,
     ) -> None:
-        self._numbers, self._field = numbers, field
+        self._numbers, self._field, self.radius = numbers, field, radius
         self.edges = edges
         self.centre, self.t0, self.t1 = edges
         self.half = (self.t1 - self.t0) / 2
@@ -235,19 +237,27 @@ class Slow(Panel):
             count - len(c)
         )
 
+    def _layers(self, t: Fraction) -> tuple[mpf, mpf]:
+        """Both solutions at t."""
+        half = self._numbers.mpf(self.half)
+        for _ in range(4):
+            try:
+                phi = self._lam_phi(t, self.rounds + 1)
+                following, opposing = layers(phi, self._numbers.context)
+                return following * half, opposing * half
+            except _TooFew:
+                self.rounds *= 2
+        raise self._slow_convergence()
+
     @cached_property
     def following(self) -> mpf:
         """The solution that follows the drift, at the right end."""
-        phi = self._lam_phi(self.t1, self.rounds + 1)
-        return layers(phi, self._numbers.context)[0] * self._numbers.mpf(self.half)
+        return self._layers(self.t1)[0]
 
     @cached_property
     def _at_left(self) -> tuple[mpf, mpf]:
         """Both solutions at the left end."""
-        phi = self._lam_phi(self.t0, self.rounds + 1)
-        following, opposing = layers(phi, self._numbers.context)
-        half = self._numbers.mpf(self.half)
-        return following * half, opposing * half
+        return self._layers(self.t0)
 
     @property
     def first(self) -> mpf:
@@ -288,7 +298,11 @@ class Slow(Panel):
         bits, count = self._numbers.context.prec + 32, self.count
         for _ in range(4):
             phi = self._lam_phi((self.t0 + self.t1) / 2, count)
-            following, opposing = slow_series(phi, self.rounds, bits)
+            try:
+                following, opposing = slow_series(phi, self.rounds, bits)
+            except _TooFew:
+                self.rounds *= 2
+                continue
             # Each derivative spoils one more of the last coefficients; those before must have died
             # out.
             last = count - self.rounds - 1
@@ -298,10 +312,17 @@ class Slow(Panel):
             ):
                 return phi[0], following, opposing
             count *= 2
-        raise AccuracyError(
+        raise self._slow_convergence()
+
+    def _slow_convergence(self) -> AccuracyError:
+        return AccuracyError(
             f"the Taylor series of A at u = {float(self.centre + self.t0):.6g} converges too "
             "slowly for the digits asked for; ask for fewer digits."
         )
+
+
+class _TooFew(Exception):
+    """More rounds of the slow series are needed."""
 
 
 # -- Taylor recurrences in big integers ------------------------------------------------------------
@@ -355,13 +376,19 @@ def guard_bits(reach: float) -> int:
 
 
 def integers(q: Sequence[Fraction], bits: int) -> tuple[list[int], int]:
-    """`q` as integers over one denominator: exact if short, else to 2^-bits."""
+    """`q` as integers over one denominator, without the zeros at their end: exact if short, else to
+    2^-bits."""
     denominator = math.lcm(*(x.denominator for x in q))
     if denominator.bit_length() < bits // 2:
-        whole = (x.numerator * (denominator // x.denominator) for x in q)
-        return [context_integer(x) for x in whole], denominator
-    scale = context_integer(1) << bits
-    return [(x.numerator * scale) // x.denominator for x in q], scale
+        whole = [context_integer(x.numerator * (denominator // x.denominator)) for x in q]
+    else:
+        denominator = context_integer(1) << bits
+        # Towards 0, so that what is below the last place is 0.
+        sizes = (abs(x.numerator) * denominator // x.denominator for x in q)
+        whole = [size if x > 0 else -size for size, x in zip(sizes, q, strict=True)]
+    while len(whole) > 1 and not whole[-1]:
+        whole.pop()
+    return whole, denominator
 
 
 def recurrence(
@@ -439,6 +466,7 @@ def layers(phi: list[Any], context: MPContext) -> tuple[mpf, mpf]:
     """
     bits = context.prec + 32
     terms = [term[0] for term in _slow_terms(phi, len(phi) - 1, bits)]
+    _require_small(terms[-1:])
     even, odd, unit = sum(terms[::2]), sum(terms[1::2]), phi[0] * (1 << bits)
     return (even - odd) / unit, (even + odd) / unit
 
@@ -451,7 +479,14 @@ def slow_series(phi: list[Any], rounds: int, bits: int) -> tuple[list[Any], list
         total = sums[n % 2]
         for k, x in enumerate(term):
             total[k] += x
+    _require_small(term[:1])
     return [a - b for a, b in zip(*sums, strict=True)], [a + b for a, b in zip(*sums, strict=True)]
+
+
+def _require_small(last: list[Any]) -> None:
+    """Raise `_TooFew` unless the last terms, fixed point, are below the last digits."""
+    if any(abs(x) >> 28 for x in last):
+        raise _TooFew
 
 
 def slow_moments(phi: list[Any], rounds: int, context: MPContext) -> list[mpf]:

@@ -367,7 +367,7 @@ class Expansion:
 
     def _rows(self, left: str, relation: str, value: Expr) -> list[str]:
         """The definition in as many lines as it needs, a sum broken between its terms."""
-        whole = f"{left} &{relation} {self._latex(value)}"
+        whole = f"{left} &{relation} {_bare(self._latex(value))}"
         if _width(whole) <= _WIDE or not value.is_Add:
             return [whole]
         rows = [f"{left} &{relation} "]
@@ -423,6 +423,17 @@ class Expansion:
         return "\n".join([*rows, "error", f"  {self.error}"])
 
     __repr__ = __str__
+
+
+def _bare(tex: str) -> str:
+    """A line without the parentheses that enclose all of it."""
+    depth = 0
+    for found in re.finditer(r"\\(left|right)\b.", tex):
+        depth += 1 if found[1] == "left" else -1
+        if not depth:
+            around = tex.startswith(r"\left(") and found.end() == len(tex)
+            return tex[6:-7] if around else tex
+    return tex
 
 
 def _width(tex: str) -> int:

@@ -106,12 +106,13 @@ class _Formula:
         """The stretch [a, b] of the layer, expanded."""
         A = -self.A.compose(Poly(-U, U)) if mirrored else self.A
         drop, *lists = moments_of(_Polynomials(A, a, b), self.order + 1, S.One)
+        upper = f"^{{{mark}}}" if mark else ""
         rows = [
-            [self._named(f"{letter}{k}{mark}", f"{letter}_{{{k}}}^{{{mark}}}", value)
+            [self._named(f"{letter}{k}{mark}", f"{letter}_{{{k}}}{upper}", value)
              for k, value in enumerate(values)]
             for letter, values in zip("nfm", lists, strict=True)
         ]  # fmt: skip
-        fall = self._named(f"d{mark}", f"d^{{{mark}}}", drop)
+        fall = self._named(f"d{mark}", f"d{upper}", drop)
         known = Moments(b - a, fall, rows[0], rows[1], rows[2], S.Zero)
         return layer_record(known, LAM, self.order, _Terms())
 

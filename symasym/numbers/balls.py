@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from fractions import Fraction
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from symasym.base.errors import AccuracyError
@@ -167,6 +167,8 @@ class _Analytic:
     def __init__(self, drift: Drift, sign: int = 1) -> None:
         self.drift = drift
         self.sign = sign
+        # Derivatives ask for the bounds of the panels again.
+        self._bounds: dict[Any, arb] = {}
 
     def value(self, u: Fraction) -> Any:
         """A(u); at u = -1 and 1 from its exact value where that is rational."""
@@ -177,20 +179,20 @@ class _Analytic:
     def bound(self, center: Fraction, radius: Fraction) -> Any:
         """|A| on a square around the disk, nan unless A is analytic there."""
         flint = flint_module()
-        spread = flint.arb(0, exact_ball(radius))
-        square = flint.acb(exact_ball(self.sign * center) + spread, spread)
-        try:
-            return abs(flint.acb(self.drift.evaluate(square, BallOps())))
-        except ZeroDivisionError:
-            return flint.arb.nan()
+        disk = center, radius, flint.ctx.prec
+        if disk not in self._bounds:
+            square, ops = _square(self.sign * center, radius, flint.ctx.prec)
+            try:
+                self._bounds[disk] = abs(flint.acb(self.drift.evaluate(square, ops)))
+            except ZeroDivisionError:
+                self._bounds[disk] = flint.arb.nan()
+        return self._bounds[disk]
 
     def series(self, center: Fraction, half: Fraction, terms: int) -> Any:
         """The Taylor series in t of A(center + half t), by Arb."""
         flint = flint_module()
-        line = flint.arb_series(
-            [exact_ball(self.sign * center), exact_ball(self.sign * half)], terms
-        )
-        return self.sign * flint.arb_series(self.drift.evaluate(line, BallOps()), terms)
+        line, ops = _line(self.sign * center, self.sign * half, terms, flint.ctx.prec)
+        return self.sign * flint.arb_series(self.drift.evaluate(line, ops), terms)
 
     def terms(self) -> int | None:
         return None
@@ -205,12 +207,30 @@ def profile_of(drift: Drift) -> Profile:
     return _Analytic(drift) if coefficients is None else _Polynomial(list(coefficients))
 
 
+@lru_cache(maxsize=4)
+def _square(center: Fraction, radius: Fraction, bits: int) -> tuple[Any, BallOps]:
+    """The square about a disk, and the arithmetic in which drifts share what they have in common
+    there."""
+    flint = flint_module()
+    spread = flint.arb(0, exact_ball(radius))
+    return flint.acb(exact_ball(center) + spread, spread), BallOps({})
+
+
+@lru_cache(maxsize=4)
+def _line(center: Fraction, half: Fraction, terms: int, bits: int) -> tuple[Any, BallOps]:
+    """The series of center + half t, and such an arithmetic."""
+    return flint_module().arb_series([exact_ball(center), exact_ball(half)], terms), BallOps({})
+
+
 class BallOps:
     """Functions of arb, acb and arb_series that are finite only where they are analytic.
 
     A finite value of Arb's own complex functions doesn't prove analyticity: on a ball across
     a branch cut they enclose both sides of the jump. These return nan there.
     """
+
+    def __init__(self, known: dict[Any, Any] | None = None) -> None:
+        self.known = known
 
     def rational(self, value: Fraction) -> Any:
         return exact_ball(value)
@@ -259,11 +279,17 @@ def _antiderivative(x: arb_series, name: str, slope: arb_series) -> Any:
     return (x.derivative() * slope).integral() + getattr(x[0], name)()
 
 
+def _tanh(x: arb_series) -> Any:
+    """tanh of a series; 1 - 2/(1 + e^2x) cancels in the constant term alone."""
+    series = 1 - 2 / (1 + (2 * x).exp())
+    return type(x)([x[0].tanh(), *series.coeffs()[1:]], series.prec)
+
+
 # What Arb's real series lack.
 _OF_SERIES: dict[str, Callable[[arb_series], Any]] = {
     "sinh": lambda x: (x.exp() - (-x).exp()) / 2,
     "cosh": lambda x: (x.exp() + (-x).exp()) / 2,
-    "tanh": lambda x: 1 - 2 / (1 + (2 * x).exp()),
+    "tanh": _tanh,
     "asinh": lambda x: _antiderivative(x, "asinh", (1 + x * x).rsqrt()),
     "acosh": lambda x: _antiderivative(x, "acosh", (x * x - 1).rsqrt()),
     "atanh": lambda x: _antiderivative(x, "atanh", 1 / (1 - x * x)),

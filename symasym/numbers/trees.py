@@ -34,7 +34,10 @@ FUNCTIONS = [
 
 
 class Operations(Protocol):
-    """The arithmetic of one number type beside + - * /; with it go the `FUNCTIONS` (see `call`)."""
+    """The arithmetic of one number type beside + - * /; with it go the `FUNCTIONS` (see `call`).
+
+    An object made for one value of the variable may have `known`, a dict of the values of nodes.
+    """
 
     def rational(self, value: Fraction, /) -> Any: ...
     def pi(self) -> Any: ...
@@ -170,7 +173,10 @@ def evaluate_tree(expression: Expr, values: dict[Any, Any], ops: Operations) -> 
     """
     import sympy
 
-    known: dict[Any, Any] = dict(values)
+    # Values of parameters differ from drift to drift.
+    shared = vars(ops).get("known") if len(values) == 1 else None
+    known: dict[Any, Any] = {} if shared is None else shared
+    known.update(values)
 
     def walk(node: Expr) -> Any:
         """The value of a node, worked out once."""
@@ -189,6 +195,9 @@ def evaluate_tree(expression: Expr, values: dict[Any, Any], ops: Operations) -> 
         if node.is_Add:
             return _accumulate(map(walk, node.args), lambda a, b: a + b)
         if node.is_Mul:
+            factor, rest = node.as_coeff_Mul()
+            if shared is not None and factor != 1:
+                return ops.rational(Fraction(int(factor.p), int(factor.q))) * walk(rest)
             if parts := _quotient(node):
                 return walk(parts[0]) / walk(parts[1])
             return _accumulate(map(walk, node.args), lambda a, b: a * b)

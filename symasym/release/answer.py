@@ -24,7 +24,15 @@ from symasym.release.system import System
 
 __all__ = ["METHODS", "Release", "release"]
 
-METHODS = ("auto", "march", "frozen", "first_order", "adiabatic", "simulate")
+#: The methods, and what each computes.
+METHODS = {
+    "auto": "the cheapest of the next three whose stated error is at most rtol",
+    "march": "the parabolic equation of (u, z), to rtol",
+    "frozen": "the mean escape time with z frozen",
+    "first_order": "that and its first correction in eps",
+    "adiabatic": "escape at the rate 1/T(z), no error claimed",
+    "simulate": "Monte Carlo",
+}
 # A share of eps T1/T0 beyond which the next order is not small.
 _SMALL = 0.1
 

@@ -29,6 +29,7 @@ __all__ = ["adiabatic", "expanded"]
 _DEGREE = 8
 _STAGES = 8
 _MOST = 4000
+_LEAST = 1e-12  # of the mass held
 
 
 def expanded(scene: Scene) -> tuple[float, float]:
@@ -80,14 +81,14 @@ def expanded(scene: Scene) -> tuple[float, float]:
     return frozen_time, scene.eps * float((weights * green * source).sum()) * frozen_time
 
 
-def adiabatic(scene: Scene, least: float = 1e-12) -> Forward:
+def adiabatic(scene: Scene) -> Forward:
     """The mass held at each z if escape at each is a Poisson process of the rate 1/T0."""
     rule = radau(_STAGES)
     integral = np.linalg.inv(rule.slopes[:, 1:])
     way, gone, clock, step = [0.0], 0.0, 0.0, scene.eps
     rows: list[list[FloatArray]] = [[], [], [], []]
     alone = np.array(scene.u if abs(scene.u) < 1 else 0.0)
-    while gone < -np.log(least):
+    while gone < -np.log(_LEAST):
         if len(way) > _MOST:
             raise AccuracyError(
                 f"after {_MOST} steps, at z = {scene.z + scene.sign * way[-1]:.6g}, escape is "

@@ -493,7 +493,7 @@ def _crossing(above: Callable[[FloatArray], Any], low: FloatArray, high: FloatAr
     return high
 
 
-def laws(density: Forward, z: float, sign: float, error: float = 0.0) -> tuple[Law, Law]:
+def laws(density: Forward, z: float, sign: float) -> tuple[Law, Law]:
     """The laws of the time and of z at release, from a start at z that moves to `sign`."""
     ends = density.way
     held = Piecewise(ends, density.held)
@@ -543,6 +543,6 @@ def laws(density: Forward, z: float, sign: float, error: float = 0.0) -> tuple[L
     square = share * (at_stages - mean) ** 2 + lengths[:, None] * rule.weights * beyond
     gone = float((share * stages).sum())
     deviation = float(np.sqrt(max((share * (stages - gone) ** 2).sum(), 0.0)))
-    time = Law(time_cdf, 0.0, 2.0 * far_time, mean, float(np.sqrt(max(square.sum(), 0.0))), error)
+    time = Law(time_cdf, 0.0, 2.0 * far_time, mean, float(np.sqrt(max(square.sum(), 0.0))), 0.0)
     edges = sorted((z, z + sign * float(ends[-1])))
-    return time, Law(z_cdf, edges[0], edges[1], z + sign * gone, deviation, error)
+    return time, Law(z_cdf, edges[0], edges[1], z + sign * gone, deviation, 0.0)

@@ -146,7 +146,7 @@ class Slab:
         forward: bool,
     ) -> None:
         stages, m, n = capacity.shape
-        self._elements, self._stages = elements, stages
+        self._stages = stages
         weights = elements.weights
         self._past = (
             -rule.slopes[:, 0, None, None] / step * weights * (first if forward else capacity)

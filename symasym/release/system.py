@@ -205,8 +205,8 @@ class System:
     def _at(self, expression: Expr, u: FloatArray, z: Any, eps: float) -> FloatArray:
         """An expression's values, of the shape that u and z have together."""
         names = self._symbols
-        values = {names["u"]: np.clip(u, -1.0, 1.0), names["z"]: z, names["y"]: eps * u}
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            values = {names["u"]: np.clip(u, -1.0, 1.0), names["z"]: z, names["y"]: eps * u}
             result = evaluate_tree(expression, values, _NUMPY)
         return np.asarray(result + 0.0 * (u + z), dtype=np.float64)
 

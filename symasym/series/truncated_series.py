@@ -156,10 +156,12 @@ class SeriesOps:
         Number of coefficients.
     context : mpmath context
         Its precision is used as it stands.
+    known : dict, optional
+        See `symasym.numbers.trees.Operations`.
     """
 
-    def __init__(self, order: int, context: MPContext) -> None:
-        self.order, self.context = order, context
+    def __init__(self, order: int, context: MPContext, known: dict[Any, Any] | None = None) -> None:
+        self.order, self.context, self.known = order, context, known
         self.bits = context.prec + 32
 
     def constant(self, value: mpf | int) -> TruncatedSeries:
@@ -274,7 +276,10 @@ def _quotient(pair: tuple[TruncatedSeries, TruncatedSeries]) -> TruncatedSeries:
 def _tanh(x: TruncatedSeries, ops: SeriesOps) -> TruncatedSeries:
     """y = tanh x from y' = (1 - y^2) x'."""
     # sinh/cosh would lose the saturated tail; y' = (1 - y^2) x' keeps it.
-    slopes, context, e = _short(x.slopes()), ops.context, -ops.bits
+    slopes, context = _short(x.slopes()), ops.context
+    # A small x needs places behind those of 1 - y^2.
+    size = max(map(abs, x.c)).bit_length() + x.e
+    e = min(size, 0) - ops.bits
     y = [ops.fixed(context.tanh(x.head()), e)]
     # Further out it is below one unit, and mpmath's exponential would fill the memory.
     inside = abs(x.head()) < ops.bits

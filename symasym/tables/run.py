@@ -150,6 +150,7 @@ def write_table(
     if csv == path:
         raise InputError(f"{path} is the name of the CSV file; end it otherwise, as in .jsonl.")
     total = spec.scenes * len(spec.quantities)
+    _require_own(csv, path, spec)
     with _opened(path) as file:
         if force:
             _emptied(file, path)
@@ -237,6 +238,18 @@ def _emptied(file: FileIO, path: Path) -> None:
     file.truncate(0)
 
 
+def _require_own(csv: Path, path: Path, spec: Spec) -> None:
+    """Nothing is written over a CSV file without its table, unless it has this one's head."""
+    if not csv.is_file() or (path.is_file() and path.stat().st_size):
+        return
+    head = _head(spec).encode()
+    with csv.open("rb") as there:
+        if there.read(len(head)) != head:
+            raise InputError(
+                f"{csv} is there without its table {path}; remove it, or choose another file."
+            )
+
+
 def _append(file: FileIO, data: bytes, path: Path) -> None:
     """All of `data` behind what is there, or nothing."""
     end = file.seek(0, os.SEEK_END)
@@ -317,9 +330,7 @@ def _check_versions(record: dict[str, Any], who: str, path: Path) -> None:
 def _csv(spec: Spec, lines: Iterable[bytes]) -> tuple[bytes, int]:
     """A row for each point: values, errors and decimal logarithms; how many have none."""
     names = [name for name, _ in spec.axes]
-    short = [quantity.replace(" ", "") for quantity in spec.quantities]
-    heads = [head for name in short for head in (name, f"{name}_error", f"log10_{name}")]
-    rows, refused = [",".join([*names, *heads])], 0
+    rows, refused = [_head(spec)], 0
     records = map(json.loads, lines)
     with own_context(25) as context:
         for x in spec.points():
@@ -332,6 +343,13 @@ def _csv(spec: Spec, lines: Iterable[bytes]) -> tuple[bytes, int]:
                 cells += [mid or "", record["rad"] or "", log]
             rows.append(",".join(cells))
     return ("\n".join(rows) + "\n").encode(), refused
+
+
+def _head(spec: Spec) -> str:
+    """The first line: axes, and three columns a quantity."""
+    short = [quantity.replace(" ", "") for quantity in spec.quantities]
+    heads = [head for name in short for head in (name, f"{name}_error", f"log10_{name}")]
+    return ",".join([*(name for name, _ in spec.axes), *heads])
 
 
 def _decimal(text: str) -> str:

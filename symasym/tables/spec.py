@@ -27,6 +27,7 @@ _NUMBERS = ("kappa", "r", "start")
 _KEYS = ("drift", "expr", "quantities", "dps", *_NUMBERS, "parameters")
 _RANGE = ("from", "to", "points", "step", "spacing")
 _MOST = 10_000_000
+_MOST_VALUES = 100_000
 _DPS = 50
 # Significant digits of the values of a logarithmic range, which no short text gives exactly.
 _LOG_DIGITS = 6
@@ -110,7 +111,17 @@ class _Reader:
         try:
             # A decimal stands for what it says, not for the nearest binary number.
             return tomllib.loads(self._text, parse_float=str)
+        except RecursionError:
+            raise InputError(
+                f"{self._path} has lists or tables too deep in each other; write it as TOML, "
+                "KEY = VALUE."
+            ) from None
         except ValueError as error:
+            if str(error).startswith("Exceeds the limit"):
+                raise InputError(
+                    f"{self._path} has a whole number of more than 4,300 digits; rescale the "
+                    "problem."
+                ) from None
             lines = self._text.splitlines() or [""]
             at = re.search(r"\(at line (\d+), column \d+\)", str(error))
             number = int(at[1]) if at else len(lines)
@@ -201,6 +212,10 @@ class _Reader:
                 texts = tuple(_range(key, given))
             else:
                 listed = given if isinstance(given, list) else [given]
+                if len(listed) > _MOST_VALUES:
+                    raise _Refused(
+                        key, f"it has {len(listed)} values; give at most {_MOST_VALUES} on an axis."
+                    )
                 texts = tuple(_text(name, x) for x in listed)
             if not texts:
                 raise _Refused(key, "the list is empty; give at least one number.")
@@ -256,8 +271,8 @@ class _Reader:
 
 def _text(name: str, given: object) -> str:
     """A number as it was written, once it is known to be one."""
-    exact(name, given)
-    return str(given).strip()
+    number = exact(name, given)
+    return given.strip() if isinstance(given, str) else number_text(number)
 
 
 def _range(key: str, given: dict[str, Any]) -> Iterator[str]:
@@ -282,8 +297,10 @@ def _range(key: str, given: dict[str, Any]) -> Iterator[str]:
         count, step = _points(key, given["points"]), Fraction(0)
         if count > 1:
             step = (high - low) / (count - 1)
-    if count > _MOST:
-        raise _Refused(key, f"the range has {count} values; make tables of at most {_MOST}.")
+    if count > _MOST_VALUES:
+        raise _Refused(
+            key, f"the range has {count} values; give at most {_MOST_VALUES} on an axis."
+        )
     spacing = given.get("spacing", "linear")
     if spacing == "log" and "step" not in given:
         yield from _log_range(key, low, high, count)

@@ -29,7 +29,7 @@ from derivations.report import derive, names
 from symasym.base import progress
 from symasym.base.errors import InputError
 from symasym.base.files import decimal_text, read_json, versions, write_bytes, write_json
-from symasym.base.inputs import digits
+from symasym.base.inputs import digits, meant
 from symasym.tables.run import value_record
 from symasym.workshop import figures
 
@@ -179,8 +179,11 @@ def _chosen(only: Iterable[str] | None) -> list[Stage]:
         return stages
     wanted = set(only)
     for name in sorted(wanted - {stage.name for stage in stages}):
-        known = ", ".join(stage.name for stage in stages)
-        raise InputError(f"{name} is no stage of reproduce; its stages are {known}.")
+        known = [stage.name for stage in stages]
+        raise InputError(
+            f"{name} is no stage of reproduce; its stages are {', '.join(known)}"
+            f"{meant(name, known)}."
+        )
     return [stage for stage in stages if stage.name in wanted]
 
 

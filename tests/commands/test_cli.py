@@ -17,6 +17,7 @@ from mpmath import mp, mpf
 import symasym as sa
 from symasym.commands.main import _join_negative, _parser, main
 from symasym.methods import METHODS
+from symasym.release.answer import METHODS as RELEASE_METHODS
 from symasym.scenes import quantity_of
 from tests.processes import PROGRAM
 
@@ -99,6 +100,8 @@ def test_a_probability_of_one_points_to_its_complement(
     assert (status, float(out)) == (0, 1)
     assert "--complement" in err
     assert 0 < float(ok(capsys, *words, "--kappa", "0.1", "--complement")) < 1e-40
+    _, out, err = run(capsys, *words, "--kappa", "100", "--complement", "--dps", "2")
+    assert (float(out), "leave --complement out" in err) == (1, True)
     ok(capsys, *words, "--kappa", "1")
 
 
@@ -122,6 +125,18 @@ def test_options_reach_the_verb(capsys: pytest.CaptureFixture[str]) -> None:
         ([*ESCAPE, "--method", "strongnoise"], "strong_noise"),
         ([*ESCAPE, "--set", "alhpa=1"], "alpha"),
         (["figure", "phaze"], "phase"),
+        (["figure", "phase", "--set", "alhpa=1"], "alpha"),
+        (["emit", "folds", "--target", "pyton"], "python"),
+        (["reproduce", "--only", "phaze"], "phase"),
+        (["verify", "--level", "fulll"], "full"),
+        (["report", "--scene", "weka"], "weak"),
+        (
+            [
+                "release",
+                *["--kappa", "1", "--r", "5", "--eps", "0.1", "--z", "0", "--method", "marhc"],
+            ],
+            "march",
+        ),
         (["show", "eq:Ttild"], "eq:Ttilde"),
     ],
 )
@@ -373,10 +388,31 @@ def test_places_that_are_no_files(
     assert {p.name for p in tmp_path.iterdir()} == {"dir.png", "dir.jsonl", "t.toml"}
 
 
+def test_the_release_lists_its_methods(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["release", "--help"])
+    out = capsys.readouterr().out
+    assert all(f"  {name} " in out for name in RELEASE_METHODS)
+
+
+def test_advice_is_in_options(capsys: pytest.CaptureFixture[str]) -> None:
+    told = refused(capsys, "emit", "eq:Ttilde", "--target", "c")
+    assert "give --drift NAME or --expr A" in told
+    weak = [*ESCAPE[: ESCAPE.index("--kappa")], "--kappa", "1e-500", "--r", "10"]
+    for more in ([], ["--dps", "20"]):
+        told = refused(capsys, *weak, "--log", *more)
+        assert "--method laplace has no such limit" in told
+    of_laplace = ok(capsys, *weak, "--log", "--method", "laplace", "--order", "1", "--dps", "15")
+    assert of_laplace.startswith("2.5432596")
+    assert "e+999" in of_laplace
+
+
 def test_sizes_are_bounded(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     out = ("-o", str(tmp_path / "x.png"))
     assert "points is" in refused(capsys, "figure", "fric2", "--set", "points=1000000000", *out)
-    assert "alpha = 1e-300" in refused(capsys, "figure", "fil", "--set", "alpha=1e-300", *out)
+    for alpha in ("1e-300", "1e400"):
+        told = refused(capsys, "figure", "fil", "--set", f"alpha={alpha}", *out)
+        assert f"fil cannot be drawn with alpha = {alpha}; give values nearer to 1." in told
     assert "waves" in refused(
         capsys, "value", "escape-time", "--drift", "sine", "--set", "a_minus=1", "--set",
         "a_plus=1", "--set", "b=1", "--set", "waves=1000000", "--kappa", "1", "--r", "2",

@@ -731,8 +731,8 @@ def test_the_explorers_address_holds_its_sliders(site: Path, browser) -> None:
     other.goto("about:blank")
     other.goto((site / "explorer.html").as_uri() + "#kappa=0.02&r_p=7&mu=2")
     region = other.locator("#explorer-region").text_content()
-    said = "kappa = 0.02 (write kappa_p, which is physical), r_p = 7"
-    assert region.endswith(f"Not taken from the address: {said}.")
+    said = "kappa = 0.02 (write kappa_p, which is physical), r_p = 7 (from 0.05 to 1)"
+    assert region.endswith(f"Not taken: {said}.")
     sliders = other.evaluate(_DRAWN)["sliders"]
     assert (sliders["kappa"], sliders["mu"]) == ("0.03", "2.00")
     other.close()
@@ -754,7 +754,17 @@ def test_the_explorer_takes_typed_numbers_other_drifts_and_an_axis_of_noise(site
     typed.fill("7")
     typed.press("Enter")
     assert tab.evaluate(_DRAWN)["values"] == seen["values"]
-    assert typed.evaluate("i => i.validationMessage") == "Give a number from -3 to 5."
+    region = tab.locator("#explorer-region")
+    assert region.text_content().endswith("Not taken: z₀ spring = 7 (from −3 to 5).")
+    assert typed.get_attribute("aria-invalid") == "true"
+    typed.fill("−7/9")
+    typed.press("Enter")
+    fold = tab.evaluate(_DRAWN)["values"]
+    assert "Not taken" not in region.text_content()
+    assert fold["height of the barrier"] in ("–", "below 10−10")
+    assert fold["time for the belt to carry z to the fold z₀⁽⁺⁾"] in ("–", "0")
+    typed.fill("-0.4321")
+    typed.press("Enter")
     tab.get_by_label("Curves against").select_option("kappa")
     noise = tab.evaluate(_DRAWN)
     assert noise["values"] == seen["values"]

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from symasym.base.errors import AccuracyError, RegionError
+from symasym.drift.drift import Drift
 from symasym.drift.ready_made import smoothings
 from symasym.exact.balls import panels as ball_panels
 from symasym.exact.balls import sweep as ball_sweep
@@ -242,6 +243,17 @@ def panels_of(drift: Any, center: F, half: F, lam: F, terms: int) -> Any:
     profile = balls.profile_of(drift)
     bound = balls.exact_ball(lam * half) * profile.bound(center, ball_panels.RATIO * half)
     return ball_panels.Panel(profile, lam, center, half, bound, terms)
+
+
+def test_drifts_share_nothing_that_depends_on_their_parameters() -> None:
+    drift = Drift("b*exp(u) + u")
+    whole, half = F(1), F(1, 2)
+    with balls.precision(100):
+        one, two = (balls.profile_of(drift.bind(b=b)) for b in (1, 2))
+        series = [p.series(whole, half, 6)[0] for p in (one, two)]
+        assert (series[1] - series[0]).overlaps(flint.arb(1).exp())
+        bounds = [p.bound(whole, half).abs_upper() for p in (one, two)]
+        assert bounds[1] > bounds[0] + 3
 
 
 @pytest.mark.parametrize("moment", ["growth", "plus", "minus", "nested"])

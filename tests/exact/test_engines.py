@@ -7,7 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from fractions import Fraction as F
-from functools import reduce
+from functools import partial, reduce
 from pathlib import Path
 from typing import Any
 
@@ -155,6 +155,26 @@ def test_slow_panels_see_the_poles_of_the_drift() -> None:
             assert rise == pytest.approx(-2 * lam[0] * np.arctan(reach), rel=1e-15)
     assert accepted[0]
     assert not accepted[-1]
+
+
+def test_a_drift_that_is_constant_but_for_a_high_power() -> None:
+    # The slow series has terms of phi'' and higher derivatives that phi' does not tell of.
+    mp = mpmath.mp
+    with mp.workdps(60):
+        quad = partial(mp.quad, method="gauss-legendre", maxdegree=5)
+        lam, c = mp.mpf(20_000), mp.mpf(10) ** -6
+
+        def w(u: Any) -> Any:
+            """-T' = lam int e^{-lam int_z^u phi} dz; from -r nothing is left of e^{-40000}."""
+            return quad(
+                lambda s: mp.exp(-s - lam * c * (u**8 - (u - s / lam) ** 8) / 8),
+                [0, 10, 30, 60, 140],
+            )
+
+        time = quad(w, [0, 1]) + (1 + (w(mp.one) - 1 / (1 + c)) / lam) / (1 + c)
+        for dps in (30, 50):
+            found = sa.escape_time(sa.Drift("1 + u**7/1000000"), "0.01", 2, dps=dps)
+            assert abs(found - time) <= mp.mpf(10) ** -dps * time
 
 
 def test_terms_of_the_slow_series_are_repeated_derivatives() -> None:

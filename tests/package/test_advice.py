@@ -676,7 +676,12 @@ REFUSED = {
         sa.escape_time, sa.Drift("u**3 - u**2"), "0.1", 2, method="uniform"
     ),
     "multiple zero beside": Refused(
-        sa.escape_time, sa.tanh(1, -1, 2.7e-59), "0.1", 2, method="laplace"
+        sa.escape_time, sa.Drift("(u - 1/5)**2"), "0.1", 2, start="1/5", method="laplace"
+    ),
+    "weakest noise": Refused(sa.escape_time, CROSSING, "1e-200", 2),
+    "weakest noise, digits": Refused(sa.escape_time, CROSSING, "1e-200", 2, dps=20),
+    "multiple zero, but for rounding": Refused(
+        sa.escape_time, sa.Drift("(u - 1/5)**2"), "0.1", 2, start=0.2, method="uniform"
     ),
     "well": Refused(
         sa.emit,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import time
 from collections.abc import Callable, Iterator
@@ -349,6 +350,72 @@ def test_an_unresolved_block_claims_what_it_does_not_know(
         assert 1e-4 < abs(logs[0] - wanted) <= errors[0] < 1e3
 
 
+@pytest.mark.parametrize("kappa", ["1e-40", "1e-60", "1e-124"])
+@pytest.mark.parametrize(("high", "steepness"), [("1", "1.4"), ("2", "3")])
+def test_the_share_outside_such_a_well(kappa: str, high: str, steepness: str) -> None:
+    drift = sa.tanh(high, f"-{high}", steepness)
+    begun = time.process_time()
+    found = sa.occupation(drift, kappa, log=True, dps=25)
+    assert time.process_time() - begun < 4
+    # Laplace's method, whose corrections are of relative size 1/lam < 1e-79: the two tails
+    # e^(-lam V(1))/(lam h) over the Gaussian of curvature h s/tanh(s).
+    with mpmath.workdps(320):
+        h, s, k = (mpmath.mpf(x) for x in (high, steepness, kappa))
+        lam = 2 / k**2
+        edge = h * mpmath.log(mpmath.cosh(s)) / (s * mpmath.tanh(s))
+        inside = mpmath.sqrt(2 * mpmath.pi * mpmath.tanh(s) / (lam * h * s))
+        wanted = -2 / (lam * h) * mpmath.exp(-lam * edge) / inside
+        assert abs(found / wanted - 1) < 1e-24
+
+
+@pytest.mark.parametrize(
+    ("drift", "scaled"),
+    [
+        (sa.tanh(1, -1, "1e15"), sa.tanh(2**50, -(2**50), "1e15")),
+        (sa.tanh(1, "-1/2", "3e4"), sa.tanh(2**60, -(2**59), "3e4")),
+        (sa.sine("1e-5", -1, "1e-7"), sa.sine(2**80 / 1e5, -(2**80), 2**80 / 1e7)),
+        (sa.sine("1e-5", -1, "1e-7"), sa.sine(2**-80 / 1e5, -(2**-80), 2**-80 / 1e7)),
+    ],
+)
+def test_a_drift_and_its_noise_scaled_alike(drift: sa.Drift, scaled: sa.Drift) -> None:
+    # T of c A and sqrt(c) kappa is T of A and kappa over c.
+    factor = float(scaled.ends[1] / drift.ends[1])
+    kappa = 1e-15
+    wanted = sa.escape_time(drift, kappa, 2, log=True) - math.log(factor)
+    begun = time.process_time()
+    found = sa.escape_time(scaled, math.sqrt(factor) * kappa, 2, log=True)
+    assert time.process_time() - begun < 2
+    assert found == pytest.approx(wanted, rel=1e-12)
+
+
+@pytest.mark.parametrize("steepness", ["1e-20", "1e-300", "5e-324", "1e-600"])
+def test_a_sigmoid_that_is_a_straight_line(steepness: str) -> None:
+    drift, line = sa.tanh("0.3", -2, steepness), sa.linear("0.3", -2)
+    begun = time.process_time()
+    (well,) = drift.wells()
+    # The tanh is a line to s^2/3.
+    with mpmath.workdps(50):
+        assert abs(well.u - mpmath.mpf(-17) / 23) < 1e-38 + float(steepness) ** 2
+    assert abs(drift(0.5) - line(0.5)) < 1e-15
+    for option in ({"full": True}, {"method": "laplace", "order": 2}):
+        time_to_leave = sa.escape_time(drift, "0.2", 2, dps=18, **option)
+        wanted = sa.escape_time(line, "0.2", 2, dps=18, **option)
+        assert abs(float(time_to_leave) - float(wanted)) <= 1e-15 * float(wanted)
+    assert time.process_time() - begun < 5
+    if float(steepness) < 1e-308:
+        for ask in (sa.escape_time, sa.sensitivity):
+            with pytest.raises(sa.InputError, match=r"below the range of float64; pass dps="):
+                ask(drift, 0.2, 2)
+
+
+def test_an_end_that_nearly_vanishes_has_its_sign() -> None:
+    drift = sa.Drift("a - b*u + exp(-c*u)").bind(a=1, b=2, c="1e-5000")
+    assert drift.region == "sliding"
+    assert -F("1.001e-5000") < F(drift.ends[1]) < -F("0.999e-5000")
+    assert drift.bind(c=F(-1, 10**300)).region == "crossing"
+    assert drift.bind(c=0).ends[1] == 0
+
+
 REFUSED_OR_ANSWERED: dict[str, Callable[[], Any]] = {
     "density, a huge Decimal": lambda: sa.stationary_density(
         sa.tanh(1, -1, 1), 2, Decimal("1E+999999"), log=True
@@ -401,7 +468,7 @@ def test_two_exits_that_are_equally_far(drift: sa.Drift, kappa: str, complement:
 @pytest.mark.parametrize(
     "ask",
     [
-        lambda: sa.occupation(sa.tanh(3, -1, 5), "1e-124", log=True, patience=10),
+        lambda: sa.occupation(sa.tanh(3, -1, 5), "1e-60", log=True, dps=400, patience=10),
         lambda: sa.sensitivity(sa.tanh(1, -1, "1.4"), "1e-124", 2, patience=10),
         lambda: sa.sensitivity(sa.tanh(1, -1, "1.4"), "1e-10", 2, patience=3),
     ],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import random
 from fractions import Fraction
 from typing import Any
 
@@ -12,9 +13,10 @@ from mpmath import mp, mpf
 
 import symasym as sa
 from symasym.base.errors import AccuracyError, InputError
+from symasym.exact import digit_derivatives
 from symasym.numbers import balls
 from symasym.workshop import reference_quadrature
-from symasym.workshop.problems import Problem, tagged
+from symasym.workshop.problems import BY_NAME, Problem, tagged
 
 slopes = importlib.import_module("symasym.sensitivity")
 
@@ -137,6 +139,28 @@ def test_sweeps_that_carry_derivatives_agree_with_differences(
     for name, value in found.derivative.items():
         error = found.error[name] + differences.error[name]
         assert abs(value - differences.derivative[name]) <= error, name
+
+
+@pytest.mark.parametrize("name", ["tanh stiff", "tanh stiff, crossing"])
+def test_stiff_sigmoids_need_no_differences(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(slopes, "_by_differences", None)
+    problem = BY_NAME[name]
+    found = sa.sensitivity(
+        problem.make(), problem.kappa, problem.r, start=problem.start, dps=20, patience=60
+    )
+    # Drift and squared noise times c: all is c times as fast.
+    weights = {n: problem.make().scalars()[n] for n in ("a_minus", "a_plus")}
+    with mp.workdps(60):
+        total, error = sum_of(found, weights | {"kappa": Fraction(problem.kappa) / 2})
+        assert abs(total + 1) <= error
+
+
+def test_products_of_series_by_one_of_numbers() -> None:
+    rng = random.Random(1)
+    for count in (1, 2, 7, 40):
+        a, b = ([rng.randint(-(2**n), 2**n) for _ in range(count)] for n in (3, 200))
+        plain = [sum(a[i] * b[k - i] for i in range(k + 1)) for k in range(count)]
+        assert digit_derivatives._product(a, b) == plain
 
 
 def test_a_symmetric_scene_stands_still() -> None:

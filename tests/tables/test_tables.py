@@ -351,6 +351,12 @@ def test_a_file_of_something_else_is_not_touched(
     assert path.read_bytes() == b"my notes"
     path.write_bytes(first[:7])
     assert write_table(spec, path, force=True).path.read_bytes() == lines
+    alone = tmp_path / "alone.csv"
+    alone.write_bytes(b"my data")
+    with pytest.raises(InputError, match="is there without its table"):
+        write_table(spec, tmp_path / "alone.jsonl", force=True)
+    assert alone.read_bytes() == b"my data"
+    assert not (tmp_path / "alone.jsonl").exists()
     with pytest.raises(InputError, match="name of the CSV file"):
         write_table(spec, tmp_path / "t.csv")
     with pytest.raises(OutputError, match="cannot be written"):
@@ -413,6 +419,41 @@ def test_a_malformed_spec_is_told_with_line_and_key(
     assert message.startswith(f"symasym: {tmp_path / 'spec.toml'}, line ")
     assert message.count("\n") == 1
     assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "told"),
+    [
+        ("r = 3", f"r = {'9' * 5000}", "has a whole number of more than 4,300 digits"),
+        ("r = 3", f"r = 0x{'f' * 5000}", None),
+        ("r = 3", f"r = {'[' * 5000}{']' * 5000}", "too deep in each other"),
+        ("r = 3", f"r = {'{a = ' * 3000}1{'}' * 3000}", "too deep in each other"),
+        ("r = 3", f"r.{'.'.join('a' * 2000)} = 1", "a range has from, to"),
+        ("r = 3", f"r = [{'3, ' * 100_001}]", "it has 100001 values; give at most 100000"),
+        ("r = 3", "r = { from = 1, to = 2, points = 9999999 }", "give at most 100000 on an axis"),
+        ("r = 3", f'r = "{"1" * 1_000_000}"', "r has 1,000,000 characters"),
+        ('"friction"', '"../../etc/passwd"', "../../etc/passwd is no ready-made drift"),
+        ('"friction"', '"fric\\u0000tion\\u001b[31m"', r"fric\x00tion\x1b[31m is no ready-made"),
+        ('"friction"', '"\u202efriction"', r"\u202efriction is no ready-made drift"),
+        ('"friction"', '"fric\u200btion"', r"fric\u200btion is no ready-made drift"),
+        ("kappa = 1", "\u043aappa = 1", "Invalid statement"),
+        ("mu = 3", '"a\\u001b[31m" = 3', r"a\x1b[31m is no parameter of friction"),
+    ],
+)
+def test_the_spec_of_a_stranger_is_refused_in_a_sentence(
+    tmp_path: Path, before: str, after: str, told: str | None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "spec.toml").write_text(GOOD.replace(before, after), encoding="utf-8")
+    begun = time.process_time()
+    if told is None:
+        assert max(map(len, read_spec(tmp_path / "spec.toml").axes[1][1])) > 4300
+        return
+    assert main(["table", str(tmp_path / "spec.toml"), "-o", str(tmp_path / "t.jsonl")]) == 2
+    message = capsys.readouterr().err
+    assert told in message
+    assert message.removesuffix("\n").isprintable()
+    assert len(message) < 400 + len(str(tmp_path))
+    assert time.process_time() - begun < 3
 
 
 def test_other_bad_input(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

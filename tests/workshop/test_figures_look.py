@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import itertools
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -14,6 +15,7 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 from PIL import Image
 
+import symasym as sa
 from symasym.commands.main import main
 from symasym.workshop import figures
 from symasym.workshop.figures.style import colors, style
@@ -164,6 +166,20 @@ def test_every_kind_of_file_holds_the_caption() -> None:
     assert pdf == figures.encode(figures.fricforce(mu=2), "pdf")
     with pytest.raises(figures.style.InputError, match="kind is 'gif'"):
         figures.encode(figure, "gif")
+
+
+def test_a_figure_reads_its_numbers_first() -> None:
+    """Every parameter of every figure: a number, several where the default is a tuple."""
+    for draw in figures.FIGURES.values():
+        for name, parameter in inspect.signature(draw).parameters.items():
+            for value in ("1e400", 10**400, np.array([[1.0]]), "x", True, float("nan")):
+                with pytest.raises(sa.InputError, match=name):
+                    draw(**{name: value})
+            if not isinstance(parameter.default, tuple):
+                with pytest.raises(sa.InputError, match=f"{name} is"):
+                    draw(**{name: [1, 2]})
+    with pytest.raises(sa.InputError, match="fil cannot be drawn with alpha = 1e-30; give values"):
+        figures.fil("1e-30")
 
 
 def test_the_command_lists_the_figures(capsys: pytest.CaptureFixture[str]) -> None:

@@ -384,7 +384,7 @@ def fourth(d: Any) -> None:
         inner = sympy.integrate(sympy.expand(sympy.exp(lam * rise)), (u, low, high))
         return lam * sympy.integrate(sympy.expand(inner), (v, *outer))
 
-    d.suppose("kappa >= O(1) and r >> kappa^2", where="in weak noise eq:fourthTerm2")
+    d.suppose("kappa bounded from below and r >> kappa^2", where="in weak noise eq:fourthTerm2")
     closed = d.step(
         "closed form",
         "integrate",
@@ -487,7 +487,7 @@ def first_three(d: Any) -> None:
     ("eq:fourthTerm", "first-three", "C-bound"),
 )
 def large(d: Any) -> None:
-    d.suppose("crossing to the right and kappa >= O(1)")
+    d.suppose("crossing to the right and kappa bounded from below")
     d.suppose("r >> kappa^2", where="follows from kappa_phys << r_phys << 1, see eq:eekappar")
     scene = Scene((Fraction(1), Fraction(1, 2), Fraction(1, 3)))
     V_1 = Symbol("V_1", real=True)

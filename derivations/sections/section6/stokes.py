@@ -211,7 +211,7 @@ def unscaled(d: Any) -> None:
         left=r"\frac{a^+}{a^+ (1 + c \rho)} - 1 \sim",
     )
     d.suppose(
-        "kappa >= O(1)",
+        "kappa bounded from below",
         where="in weak noise an O(r_phys) error of V is divided by kappa^2 in an exponent",
     )
     d.conclude(Symbol("T"), found, "relative O(r_phys)")

@@ -47,19 +47,31 @@ function take(range, value) {
   return true;
 }
 
-/** A number that was typed, taken, or refused with a sentence. */
-function typed(range) {
-  const field = fieldOf(range);
-  const text = field.value.trim().replace("−", "-");
-  const taken = text !== "" && take(range, Number(text));
+/** The number that a text says, such as −0.4 or −7/9; NaN if it says none. */
+function numberOf(text) {
+  const parts = text.replaceAll("−", "-").split("/");
+  const values = parts.map((part) => (part.trim() === "" ? NaN : Number(part)));
+  return parts.length > 2 ? NaN : values[0] / (values[1] ?? 1);
+}
+
+/** What was typed, or stands in the address, and no slider reaches. */
+let refused = [];
+
+/** Take a number as text, or say which ones there are. */
+function read(range, name, text) {
+  const taken = take(range, numberOf(text));
   const ends = [range.min, range.max].map((end) => atPosition(range, Number(end)));
-  field.setCustomValidity(taken ? "" : `Give a number from ${ends[0]} to ${ends[1]}.`);
-  field.reportValidity();
+  if (!taken) refused.push(`${name} = ${text} (from ${ends[0]} to ${ends[1]})`.replaceAll("-", "−"));
   return taken;
 }
 
-/** What the address has and no slider reaches. */
-let refused = [];
+/** A number that was typed. */
+function typed(range) {
+  const field = fieldOf(range);
+  const taken = read(range, range.labels[0].textContent, field.value.trim());
+  field.setCustomValidity(taken ? "" : "See the sentence below.");
+  field.setAttribute("aria-invalid", String(!taken));
+}
 
 /** The address names physical numbers as the page does. */
 const PHYSICAL = { kappa: "kappa_p", r: "r_p" };
@@ -79,8 +91,7 @@ function fromAddress() {
     if (name !== range.name && given.has(range.name)) {
       refused.push(`${range.name} = ${given.get(range.name)} (write ${name}, which is physical)`);
     }
-    if (text === null || text.trim() === "" || take(range, Number(text))) continue;
-    refused.push(`${name} = ${text}`);
+    if (text !== null && text.trim() !== "") read(range, name, text.trim());
   }
 }
 
@@ -130,6 +141,9 @@ function fromLog(log, digits = 4) {
   return `${mantissa} × 10<sup>${String(power).replace("-", "−")}</sup>`;
 }
 
+/** A number that is not negative, as HTML. */
+const sized = (x) => (x ? fromLog(Math.log(x)) : short(x));
+
 const REGION = {
   crossing: (n) => `Crossing, to the ${n.aPlus > 0 ? "right" : "left"}.`,
   sliding: () => "Sliding: both sides drive into the layer, and there is a steady state.",
@@ -170,11 +184,12 @@ function rows(n, frozen) {
     // Sums of multiples of 1/100, without their rounding.
     "a⁻, a⁺": [n.aMinus, n.aPlus].map((a) => short(Number(a.toFixed(9)))).join(", "),
     "folds z₀⁽⁺⁾, z₀⁽⁻⁾": n.folds ? n.folds.map((z) => short(z)).join(", ") : NONE,
-    "height of the barrier": short(height),
-    "Stokes multiplier, and as a step": `${short(n.smooth)}, ${short(n.step)}`,
+    // A difference of potentials of size 1.
+    "height of the barrier": height < 1e-10 && height !== null ? "below 10<sup>−10</sup>" : short(height),
+    "Stokes multiplier, and as a step": `${sized(n.smooth)}, ${short(n.step)}`,
     [`T, scaled${frozen}`]: fromLog(n.logExact),
     "relative error of T itself, at most about": fromLog(n.logOwnError, 2),
-    "time for the belt to carry z to the fold z₀⁽⁺⁾": short(n.wayToFold),
+    "time for the belt to carry z to the fold z₀⁽⁺⁾": sized(n.wayToFold),
     "change of λD while T passes, ελ|∂D/∂z₀|T": changed(n),
     "Tₚ = ε T, physical": fromLog(physical),
     "T, scaled, by the paper’s formula": fromLog(n.logTime),
@@ -298,7 +313,7 @@ function show(figure, plot) {
 function update() {
   const sliders = sliderValues();
   const n = numbers(sliders);
-  const left = refused.length ? ` Not taken from the address: ${refused.join(", ")}.` : "";
+  const left = refused.length ? ` Not taken: ${refused.join(", ")}.` : "";
   explorer.querySelector("#explorer-region").textContent = inWords(n) + left;
   // Of the other drifts there is no paper's formula, and no fold.
   const frozen = isFriction(sliders) ? ", z frozen" : "";
@@ -373,15 +388,18 @@ for (const range of RANGES) {
     shown[range.name] = fieldText(range, atPosition(range, Number(range.value)));
     fieldOf(range).setCustomValidity("");
   });
-  fieldOf(range).addEventListener("change", () => typed(range) && soon());
+  fieldOf(range).addEventListener("change", () => {
+    typed(range);
+    soon();
+  });
   fieldOf(range).addEventListener("blur", soon);
 }
-form.addEventListener("input", soon);
-form.addEventListener("submit", (event) => event.preventDefault());
-form.addEventListener("change", () => {
+form.addEventListener("input", () => {
   refused = [];
-  toAddress();
+  soon();
 });
+form.addEventListener("submit", (event) => event.preventDefault());
+form.addEventListener("change", toAddress);
 // The sliders go back after the event.
 form.addEventListener("reset", () =>
   setTimeout(() => {

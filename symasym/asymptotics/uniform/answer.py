@@ -107,11 +107,15 @@ def _times(
 
     By closed forms at order 0, where these tell.
     """
-    if _zeros_at(drift, x) > 1:
-        raise InputError(
-            f"A has a multiple zero at the start, u = {float_text(x)}, where the uniform series "
-            "does not exist; use method='exact'."
-        )
+    # A float beside a zero, as 0.2 is beside 1/5, stands for it.
+    near = x.limit_denominator(10**6)
+    for zero in (x, *([near] if abs(x) < 1 and float(near) == float(x) else [])):
+        if _zeros_at(drift, zero) > 1:
+            but = "" if zero == x else f" (start is a float, {zero} but for its rounding)"
+            raise InputError(
+                f"A has a multiple zero at the start, u = {float_text(x)}{but}, where the uniform "
+                "series does not exist; use method='exact'."
+            )
     local, order = request.method == "local", request.order
     lam, form, scene = 2 / min(kappas) ** 2, None, None
     with own_context(working_digits(request.digits, lam, r) + 10) as context:

@@ -510,6 +510,7 @@ def unresolved_in(drift: Drift, scenes: Scenes) -> Any:
     return unresolved
 
 
+@np.errstate(all="ignore")
 def _unresolved(phi: FloatArray, lam: FloatArray, folds: Sequence[float] = ()) -> Any:
     """True for each row of phi that |phi'|/(lam phi^2) shows to vary too fast.
 
@@ -530,7 +531,7 @@ def _unresolved(phi: FloatArray, lam: FloatArray, folds: Sequence[float] = ()) -
     known = near.copy()
     rows, columns = np.nonzero((phi[:, 1:] > 0) != (phi[:, :-1] > 0))
     # Beyond float64 nothing is known.
-    crooked: Any = ~np.isfinite(phi).all(axis=1)
+    crooked: Any = ~(np.isfinite(rise) & np.isfinite(slope)).all(axis=1)
     for row, column in zip(rows, columns, strict=True):
         if crooked[row]:
             continue
@@ -543,6 +544,5 @@ def _unresolved(phi: FloatArray, lam: FloatArray, folds: Sequence[float] = ()) -
         for end in (max(int(column) - reach, 0), min(int(column) + reach, _POINTS - 1)):
             straight = steep * abs(end - int(column)) * step
             crooked[row] |= np.abs(phi[row, end] - phi[row, column]) < straight / 2
-    with np.errstate(all="ignore"):
-        bend = np.abs(slope) / (lam[:, None] * phi**2)
+    bend = np.abs(slope) / (lam[:, None] * phi**2)
     return crooked | (np.where(near, 0.0, bend) > _MOST_BEND).any(axis=1)

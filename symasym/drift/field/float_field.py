@@ -395,7 +395,7 @@ def _trust(row: FloatArray) -> float:
     """
     k = np.arange(8, len(row))
     # Any one of the last coefficients may vanish by chance: what counts is their envelope.
-    rate = float(np.max(np.abs(row[k]) ** (1 / k)))
+    rate = float(np.max(np.abs(row[k] / (np.abs(row[:4]).max() or 1.0)) ** (1 / k)))
     if rate == 0:
         return np.inf
     t = 0.1 / rate

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
 
 _MOST_BITS = 1_000_000
 _MOST_EXTRA_BITS = 4096
+# A series about a point serves within this part of the disk on which A is bounded.
+_WITHIN = 8
+_PLANNING = 32  # coefficients of it that plans see
 
 
 class ExactField:
@@ -49,6 +53,7 @@ class ExactField:
         self.mirrored = mirrored
         self._sign = -1 if mirrored else 1
         self._about: dict[Fraction, list[Fraction]] = {}
+        self._radii: dict[Fraction, Fraction] = {}
         self._extra_bits = 0
         self._edges: dict[tuple[Fraction, Fraction], Fraction] = {}
         known = drift.exact_coefficients()
@@ -98,10 +103,9 @@ class ExactField:
         if self._polynomial is not None:
             return [c * scale**k for k, c in enumerate(shifted(self._polynomial, centre))]
         with self._context.workprec(self._context.prec + self._extra_bits):
-            ops = SeriesOps(order, self._context)
-            series = self._drift.evaluate(
-                ops.variable(self._sign * centre, self._sign * scale), ops
-            )
+            about = self._sign * centre, self._sign * scale, order
+            line, ops = _line(*about, self._context, self._context.prec)
+            series = self._drift.evaluate(line, ops)
         coefficients = [self._sign * c for c in TruncatedSeries.fractions(series, ops)]
         coefficients[0] += self._offset
         return coefficients
@@ -118,32 +122,64 @@ class ExactField:
     def about_middle(self, centre: Fraction, t0: Fraction, t1: Fraction) -> list[float]:
         """Taylor coefficients of phi about the middle of [centre + t0, centre + t1], in units
         of half its width; floats, for planning."""
-        half = float((t1 - t0) / 2)
-        if self._polynomial is None:
+        unit = self._radius(centre, t0, t1)
+        if unit is None:
             coefficients = self.taylor(centre + (t0 + t1) / 2, (t1 - t0) / 2, 16)
             return [float(c) for c in coefficients]
-        if centre not in self._about:
-            # About a zero of A these floats keep their relative precision.
-            self._about[centre] = self.taylor(centre, Rational(1), 0)
-        about = shifted([float(c) for c in self._about[centre]], float((t0 + t1) / 2))
+        # About a zero of A these floats keep their relative precision.
+        known = self._about[centre] if self.is_polynomial else self._about[centre][:_PLANNING]
+        about = shifted([float(c) for c in known], float((t0 + t1) / 2 / unit))
+        half = float((t1 - t0) / 2 / unit)
         return [c * half**k for k, c in enumerate(about)]
 
     def integral(self, centre: Fraction, t0: Fraction, t1: Fraction, order: int) -> Fraction:
         """int phi over [centre + t0, centre + t1]."""
-        if self._polynomial is None:
+        unit = self._radius(centre, t0, t1)
+        if unit is None:
             half = (t1 - t0) / 2
             c = self.taylor(centre + t0 + half, half, order)
             return 2 * half * sum((x / (k + 1) for k, x in enumerate(c) if k % 2 == 0), Rational(0))
-        return self._primitive(centre, t1) - self._primitive(centre, t0)
+        return self._primitive(centre, t1, unit) - self._primitive(centre, t0, unit)
 
-    def _primitive(self, centre: Fraction, t: Fraction) -> Fraction:
+    def _primitive(self, centre: Fraction, t: Fraction, unit: Fraction) -> Fraction:
         """int phi over [centre, centre + t]; neighbouring panels share their edges."""
         integral = self._edges.get((centre, t))
         if integral is None:
-            c = self._about.get(centre) or self.taylor(centre, Rational(1), 0)
-            integral = t * poly([x / (k + 1) for k, x in enumerate(c)], t)
+            c = [x / (k + 1) for k, x in enumerate(self._about[centre])]
+            x = t / unit
+            if self._polynomial is None and t:
+                bits = self._context.prec + 64
+                # The terms that are not below 2^-bits.
+                c = c[: bits // max(places(x) - 2, 1) + 2]
+                with self._context.workprec(bits):
+                    mean = poly([mpf_of(a, self._context) for a in c], mpf_of(x, self._context))
+                integral = t * to_fraction(mean)
+            else:
+                integral = t * poly(c, x)
             self._edges[centre, t] = integral
         return integral
+
+    def _radius(self, centre: Fraction, t0: Fraction, t1: Fraction) -> Fraction | None:
+        """Unit of `_about[centre]`, the Taylor coefficients that serve from t0 to t1; None if none
+        are known to.
+
+        By Cauchy's bound on a disk of that radius, on which A changes by at most 2^20 times its
+        largest coefficient, n terms leave less than 2^20 8^-n of that on an eighth of it.
+        """
+        if self._polynomial is not None:
+            if centre not in self._about:
+                self._about[centre] = self.taylor(centre, Rational(1), 0)
+            return Rational(1)
+        radius, least = self._radii.get(centre, Rational(1, 2)), _WITHIN * max(abs(t0), abs(t1))
+        while centre not in self._about and radius >= least:
+            size = max(map(abs, self.taylor(centre, radius, 8)))
+            if self.spread(centre, radius) <= mpf_of(size * (1 << 20), self._context):
+                bits = self._context.prec + 64
+                self._about[centre] = self.taylor(centre, radius, bits // 3 + 8)
+                break
+            radius /= 2
+        self._radii[centre] = radius
+        return radius if radius >= least else None
 
     def mirror(self) -> ExactField:
         """The field as it is seen in the mirror."""
@@ -239,6 +275,15 @@ class ExactField:
                 break
             x -= step
         return x
+
+
+@lru_cache(maxsize=4)
+def _line(
+    centre: Fraction, scale: Fraction, order: int, context: MPContext, bits: int
+) -> tuple[TruncatedSeries, SeriesOps]:
+    """centre + scale s, and the arithmetic in which drifts share what they have in common there."""
+    ops = SeriesOps(order, context, {})
+    return ops.variable(centre, scale), ops
 
 
 def to_fraction(x: mpf) -> Fraction:

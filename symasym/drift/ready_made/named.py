@@ -8,8 +8,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import whole
-from symasym.base.texts import meant
+from symasym.base.inputs import meant, whole
 
 if TYPE_CHECKING:
     from symasym.drift.drift import Drift

@@ -13,7 +13,6 @@ Needs python-flint.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -40,7 +39,7 @@ from symasym.generated import formulas
 from symasym.numbers.balls import Profile, exact_ball, flint_module, profile_of
 
 if TYPE_CHECKING:
-    from flint import arb, arb_series
+    from flint import arb
 
     from symasym.drift.drift import Drift
 
@@ -82,13 +81,12 @@ def log_slopes(
     directions["r"], directions["start"] = Direction(None, ends=True), Direction(None)
 
     def compute() -> dict[str, Any]:
-        profile = _bounded(drift, directions)
-        left_pieces = pieces_of(profile, lam, -r, start, _MOST_PANELS)
-        right_pieces = pieces_of(profile.mirrored(), lam, -r, -start, _MOST_PANELS)
-        _refuse_many(len(left_pieces) + len(right_pieces))
-        mirrored = [d.mirrored() for d in directions.values()]
-        left = _swept(left_pieces, lam, list(directions.values()))
-        right = _swept(right_pieces, lam, mirrored)
+        profile, given = profile_of(drift), list(directions.values())
+        mirrored = [d.mirrored() for d in given]
+        cuts = (profile, start, given), (profile.mirrored(), -start, mirrored)
+        pieces = [pieces_of(p, lam, -r, x, _MOST_PANELS, _unbounded(d)) for p, x, d in cuts]
+        _refuse_many(sum(map(len, pieces)))
+        left, right = (_swept(p, lam, c[2]) for p, c in zip(pieces, cuts, strict=True))
         if quantity == "T":
             time = _time(left, right, len(directions))
             return {LOG: time.value.log(), **time.log_slopes(directions)}
@@ -112,13 +110,13 @@ def log_slopes_of_occupation(
     lam, directions = 2 / kappa**2, _directions(drift, kappa)
 
     def compute() -> dict[str, Any]:
-        profile = _bounded(drift, directions)
+        profile, changes = profile_of(drift), _unbounded(directions.values())
         tails = (
             Dual.of(tail, (d.at_end(side) for d in directions.values()))
             for side, tail in zip((-1, 1), sliding_slopes(profile), strict=True)
         )
         a_minus, a_plus = tails
-        panels = cut(profile, lam, Fraction(-1), Fraction(1), _MOST_PANELS)
+        panels = cut(profile, lam, Fraction(-1), Fraction(1), _MOST_PANELS, changes)
         _refuse_many(len(panels))
         records = (
             _DualPiece(p, tuple(d.of(p, lam, 0, False) for d in directions.values())).record()
@@ -148,13 +146,9 @@ def derivative_of(drift: Drift, name: str) -> Drift:
     return drift.derivative(name)
 
 
-def _bounded(drift: Drift, directions: dict[str, Direction]) -> Profile:
-    """The drift, bounded only where its changes are."""
-    return _BoundedDrift(
-        profile_of(drift),
-        # A polynomial has a bound everywhere.
-        tuple(d.profile for d in directions.values() if d.profile and d.profile.terms() is None),
-    )
+def _unbounded(directions: Iterable[Direction]) -> list[Profile]:
+    """The changes of the drift that are no polynomials, which have a bound everywhere."""
+    return [d.profile for d in directions if d.profile and d.profile.terms() is None]
 
 
 def _refuse_many(panels: int) -> None:
@@ -166,11 +160,13 @@ def _refuse_many(panels: int) -> None:
 
 
 def _refined(compute: Callable[[], Any], dps: int, scale: Fraction) -> dict[str, Any]:
-    """Balls of the derivatives, each to `dps` digits or places."""
+    """Balls of the logarithm and its derivatives, each of these to `dps` digits or places."""
 
     def missing_bits(slopes: dict[str, Any]) -> int:
         """Bits by which the widest ball is too wide."""
-        return max(excess_bits(ball, dps, dps) for ball in slopes.values())
+        # The logarithm to as many digits, or twice as many places.
+        places = {LOG: 2 * dps}
+        return max(excess_bits(x, dps, places.get(n, dps)) for n, x in slopes.items())
 
     slopes: dict[str, Any] = refined(compute, dps, scale, missing_bits)
     return slopes
@@ -210,32 +206,6 @@ class Direction(NamedTuple):
         """The change of a- or a+."""
         assert self.profile is not None
         return exact_ball(self.rate) * self.profile.value(Fraction(side))
-
-
-@dataclass
-class _BoundedDrift:
-    """A drift that is cut finely enough for the changes beside it to be bounded as well."""
-
-    drift: Profile
-    changes: tuple[Profile, ...]
-
-    def value(self, u: Fraction) -> arb:
-        return self.drift.value(u)
-
-    def bound(self, center: Fraction, radius: Fraction) -> Any:
-        """|A|'s bound, nan unless the changes have one as well."""
-        if all(change.bound(center, radius).is_finite() for change in self.changes):
-            return self.drift.bound(center, radius)
-        return flint_module().arb.nan()
-
-    def series(self, center: Fraction, half: Fraction, terms: int) -> arb_series:
-        return self.drift.series(center, half, terms)
-
-    def terms(self) -> int | None:
-        return self.drift.terms()
-
-    def mirrored(self) -> Profile:
-        return _BoundedDrift(self.drift.mirrored(), tuple(c.mirrored() for c in self.changes))
 
 
 class Dual:

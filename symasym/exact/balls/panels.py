@@ -6,6 +6,7 @@ bounded by Cauchy's estimate on a circle about the panel.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
@@ -119,6 +120,20 @@ class Outer(Piece):
         """length^2 phi_2(x)."""
         return exact_ball(self.length**2) * ball_quotient(self._exponent, 2)
 
+    def rate(self, up: bool, order: int) -> Any:
+        """The derivative of phi_order at x, or where V rises, `up`, at -x, times lam length^order
+        and the length."""
+        if (up, order) not in self._rates:
+            x = -self._exponent if up else self._exponent
+            rate = ball_quotient(x, order) - order * ball_quotient(x, order + 1)
+            self._rates[up, order] = exact_ball(self.lam * self.length ** (order + 1)) * rate
+        return self._rates[up, order]
+
+    @cached_property
+    def _rates(self) -> dict[tuple[bool, int], Any]:
+        """What `rate` has found."""
+        return {}
+
 
 @dataclass
 class Panel(Piece):
@@ -162,7 +177,7 @@ class Panel(Piece):
     @cached_property
     def _ends(self) -> tuple[Any, Any]:
         """The exponent at t = -1 and t = 1."""
-        left, right = _at_ends(self._complete(self._exponent))
+        left, right = _at_ends(self._complete(self._exponent).coeffs())
         finite = self.profile.terms()
         if finite is not None and finite < self.terms:
             return left, right  # the exponent is a polynomial: nothing was cut off
@@ -175,8 +190,7 @@ class Panel(Piece):
         One term fewer than were computed, because `integral` drops the last one.
         """
         flint = flint_module()
-        ratio = flint.arb(RATIO)
-        return flint.arb(0, bound * ratio ** (1 - self.terms) / (1 - 1 / ratio))
+        return flint.arb(0, bound * _share_beyond(self.terms, flint.ctx.prec))
 
     @cached_property
     def _exp_series(self) -> Any:
@@ -189,9 +203,24 @@ class Panel(Piece):
         return (-self._exponent).exp()
 
     @cached_property
+    def _exp_bound(self) -> Any:
+        """A bound of e^E and e^-E on the disk."""
+        return (self.slope_bound * RATIO).exp()
+
+    @cached_property
     def _exp_tail(self) -> Any:
         """The truncation error of e^E and e^-E on the panel."""
-        return self._tail((self.slope_bound * RATIO).exp())
+        return self._tail(self._exp_bound)
+
+    @cached_property
+    def _from_left(self) -> Any:
+        """What turns the integral over t of e^E into that over u of e^{lam(V - V(a))}."""
+        return exact_ball(self.half) * (-self._ends[0]).exp()
+
+    @cached_property
+    def _inverse_from_left(self) -> Any:
+        """The same of e^-E."""
+        return exact_ball(self.half) * self._ends[0].exp()
 
     @cached_property
     def growth(self) -> Any:
@@ -203,13 +232,13 @@ class Panel(Piece):
     def plus(self) -> Any:
         """Integral over the panel of e^{lam(V - V(a))}."""
         integral = _over_panel(self._complete(self._exp_series)) + 2 * self._exp_tail
-        return exact_ball(self.half) * (-self._ends[0]).exp() * integral
+        return self._from_left * integral
 
     @cached_property
     def minus(self) -> Any:
         """Integral over the panel of e^{-lam(V - V(a))}."""
         integral = _over_panel(self._complete(self._exp_inverse)) + 2 * self._exp_tail
-        return exact_ball(self.half) * self._ends[0].exp() * integral
+        return self._inverse_from_left * integral
 
     @cached_property
     def nested(self) -> Any:
@@ -244,7 +273,7 @@ class Panel(Piece):
         flint = flint_module()
         flint.ctx.cap = self.terms
         running = self._complete(inside).integral()
-        start = -(_at_ends(running)[end > 0] + self._exp_tail)
+        start = -(_at_ends(running.coeffs())[end > 0] + self._exp_tail)
         degree = self.profile.terms()
         if degree is None or degree > _SHORT:
             return self._complete(outside * (running + start))
@@ -285,17 +314,23 @@ class OuterSlope:
     """
 
     def __init__(self, outer: Outer, slope: arb) -> None:
-        exponent = outer.slope * exact_ball(outer.lam * outer.length)
-        change = slope * exact_ball(outer.lam * outer.length)
-        self.growth = -change
-        self.plus = -exact_ball(outer.length) * self._rate(-exponent, 1) * change
-        self.minus = exact_ball(outer.length) * self._rate(exponent, 1) * change
-        self.nested = exact_ball(outer.length**2) * self._rate(exponent, 2) * change
+        self._outer, self._slope = outer, slope
 
-    @staticmethod
-    def _rate(x: arb, order: int) -> Any:
-        """The derivative of `ball_quotient`."""
-        return ball_quotient(x, order) - order * ball_quotient(x, order + 1)
+    @property
+    def growth(self) -> Any:
+        return -self._slope * exact_ball(self._outer.lam * self._outer.length)
+
+    @property
+    def plus(self) -> Any:
+        return -self._slope * self._outer.rate(True, 1)
+
+    @property
+    def minus(self) -> Any:
+        return self._slope * self._outer.rate(False, 1)
+
+    @property
+    def nested(self) -> Any:
+        return self._slope * self._outer.rate(False, 2)
 
 
 class EndSlope:
@@ -335,24 +370,31 @@ class PanelSlope:
         #: Whether q is a polynomial, of which nothing is cut off.
         self._whole = finite is not None and finite < panel.terms
         if profile is None:
-            self.steep = abs(exact_ball(rate)) * panel.slope_bound
-            q, (left, right) = panel._exponent, panel._ends
-            q, left, right = (exact_ball(rate) * x for x in (q, left, right))
+            factor = exact_ball(rate)
+            self.steep = abs(factor) * panel.slope_bound
+            q = [factor * x for x in panel._exponent.coeffs()]
+            left, right = (factor * x for x in panel._ends)
         else:
             flint, scale = flint_module(), exact_ball(panel.lam * panel.half * rate)
             flint.ctx.cap = panel.terms
-            self.steep = abs(scale) * profile.bound(panel.center, RATIO * panel.half)
             series = panel._complete(profile.series(panel.center, panel.half, panel.terms))
-            q = -scale * series.integral()
+            if self._whole:
+                bound = flint.arb(0)
+                for c in reversed(series.coeffs()):
+                    bound = bound * RATIO + abs(c)
+            else:
+                bound = profile.bound(panel.center, RATIO * panel.half)
+            self.steep = abs(scale) * bound
+            q = (-scale * series.integral()).coeffs()
             cut = 0 if self._whole else panel._tail(self.steep * RATIO)
             left, right = (x + cut for x in _at_ends(q))
         self.growth = right - left
-        self._q = q - left
+        self._q = [(q[0] if q else 0) - left, *q[1:]]
         self._reach = self.steep * (RATIO + 1)
 
     def _over(self, name: str, bound: Any) -> Any:
         """Integral over the panel of q times one of its series, of a function below `bound`."""
-        panel, q = self._panel, self._q.coeffs()
+        panel, q = self._panel, self._q
         # The series is cut off, and q where it is no polynomial.
         cuts = 1 if self._whole else 3
         tail = 2 * cuts * panel._tail(bound * self._reach)
@@ -362,15 +404,13 @@ class PanelSlope:
     def plus(self) -> Any:
         """int e^E (q - q(-1)), scaled as the integral of the panel."""
         panel = self._panel
-        integral = self._over("_exp_series", (panel.slope_bound * RATIO).exp())
-        return exact_ball(panel.half) * (-panel._ends[0]).exp() * integral
+        return panel._from_left * self._over("_exp_series", panel._exp_bound)
 
     @cached_property
     def minus(self) -> Any:
         """-int e^-E (q - q(-1)), scaled as the integral of the panel."""
         panel = self._panel
-        integral = self._over("_exp_inverse", (panel.slope_bound * RATIO).exp())
-        return -exact_ball(panel.half) * panel._ends[0].exp() * integral
+        return -panel._inverse_from_left * self._over("_exp_inverse", panel._exp_bound)
 
     @cached_property
     def nested(self) -> Any:
@@ -381,6 +421,13 @@ class PanelSlope:
 
 
 @lru_cache(maxsize=32)
+def _share_beyond(terms: int, bits: int) -> Any:
+    """sum of RATIO^-k, k >= terms - 1."""
+    ratio = flint_module().arb(RATIO)
+    return ratio ** (1 - terms) / (1 - 1 / ratio)
+
+
+@lru_cache(maxsize=32)
 def _moments_of_powers(count: int, terms: int, odd: int, bits: int) -> Any:
     """Integrals of t^{2 (j + k + odd)} over [-1, 1], j < count, k < terms, a matrix of `bits`."""
     flint = flint_module()
@@ -388,10 +435,9 @@ def _moments_of_powers(count: int, terms: int, odd: int, bits: int) -> Any:
     return flint.arb_mat([each[j : j + terms] for j in range(count)])
 
 
-def _at_ends(series: arb_series) -> tuple[Any, Any]:
-    """A series as a polynomial, at -1 and 1."""
+def _at_ends(coefficients: list[arb]) -> tuple[Any, Any]:
+    """A polynomial at -1 and 1."""
     zero = flint_module().arb(0)
-    coefficients = series.coeffs()
     even, odd = sum(coefficients[::2], zero), sum(coefficients[1::2], zero)
     return even - odd, even + odd
 
@@ -402,10 +448,16 @@ def _over_panel(series: arb_series) -> arb:
 
 
 def cut(
-    profile: Profile, lam: Fraction, a: Fraction, b: Fraction, most: int | None = None
+    profile: Profile,
+    lam: Fraction,
+    a: Fraction,
+    b: Fraction,
+    most: int | None = None,
+    changes: Sequence[Profile] = (),
 ) -> list[Panel]:
-    """[a, b] cut until the exponent's growth on each panel's circle is what the precision likes;
-    AccuracyError beyond `most` panels, or where a ball would take long."""
+    """[a, b] cut until the exponent's growth on each panel's circle is what the precision likes,
+    and the `changes` of the drift are bounded there; AccuracyError beyond `most` panels, or where a
+    ball would take long."""
     flint = flint_module()
     bits = flint.ctx.prec
     most_growth = _GROWTH_PER_BIT * bits
@@ -420,8 +472,9 @@ def cut(
         step()
         left, right = waiting.pop()
         center, half = (left + right) / 2, (right - left) / 2
-        slope_bound = exact_ball(lam * half) * profile.bound(center, RATIO * half)
-        if slope_bound * RATIO < most_growth:
+        disk = center, RATIO * half
+        slope_bound = exact_ball(lam * half) * profile.bound(*disk)
+        if slope_bound * RATIO < most_growth and all(c.bound(*disk).is_finite() for c in changes):
             panels.append(Panel(profile, lam, center, half, slope_bound, terms))
             continue
         if half < narrowest:

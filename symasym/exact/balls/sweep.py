@@ -25,7 +25,7 @@ Needs python-flint, which is imported on first use.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -213,16 +213,21 @@ def _from_both_ends(
 
 
 def pieces_of(
-    profile: Profile, lam: Fraction, a: Fraction, b: Fraction, most: int | None = None
+    profile: Profile,
+    lam: Fraction,
+    a: Fraction,
+    b: Fraction,
+    most: int | None = None,
+    changes: Sequence[Profile] = (),
 ) -> list[Outer | Panel]:
-    """The panels of [a, b], a < 1, from left to right, the outer ones in one piece; `most` of the
-    others."""
+    """The panels of [a, b], a < 1, from left to right, the outer ones in one piece; of the others
+    `most`, on which the `changes` are bounded."""
     pieces: list[Outer | Panel] = []
     if a < -1:
         pieces.append(Outer(profile.value(-_ONE), lam, min(-_ONE, b) - a))
     inner = max(a, -_ONE), min(b, _ONE)
     if inner[0] < inner[1]:
-        pieces += cut(profile, lam, *inner, most)
+        pieces += cut(profile, lam, *inner, most, changes)
     if b > 1:
         pieces.append(Outer(profile.value(_ONE), lam, b - 1))
     return pieces

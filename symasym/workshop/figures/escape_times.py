@@ -25,6 +25,7 @@ from symasym.workshop.figures.style import (
     light,
     new_figure,
     number_text,
+    reads_numbers,
     several,
     shape_colors,
     signed,
@@ -136,6 +137,7 @@ def curve(
     )
 
 
+@reads_numbers
 def fric1(
     points: int = POINTS,
     *,
@@ -202,6 +204,7 @@ def fric1(
         return figure
 
 
+@reads_numbers
 def fric2(
     points: int = POINTS,
     *,
@@ -417,6 +420,7 @@ _MAP = np.geomspace(0.04, 0.28, 40)
 Curves = dict[str, FloatArray]
 
 
+@reads_numbers
 def stokes(
     points: int = 33,
     *,

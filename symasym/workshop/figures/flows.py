@@ -27,6 +27,7 @@ from symasym.workshop.figures.style import (
     layer_band,
     new_figure,
     number_text,
+    reads_numbers,
     signed,
     style,
     vector,
@@ -170,6 +171,7 @@ _MOST_STEPS = 40_000
 _SURFACE: dict[str, Any] = {"linewidth": 2.0, "solid_capstyle": "butt", "zorder": 3}
 
 
+@reads_numbers
 def fil(alpha: Number = 1) -> Figure:
     """Orbits of the ideal switch by Filippov's convention: sliding and crossing (Fig. fil).
 
@@ -220,6 +222,7 @@ def fil(alpha: Number = 1) -> Figure:
         return figure
 
 
+@reads_numbers
 def flows(mu: Number = 3, alpha: Number = 1, eps: Number = "1/10") -> Figure:
     """Orbits through the layer of the smoothed switch, in three cases (Fig. flows).
 
@@ -300,6 +303,7 @@ def flows(mu: Number = 3, alpha: Number = 1, eps: Number = "1/10") -> Figure:
         return figure
 
 
+@reads_numbers
 def phase(alpha: Number = 1) -> Figure:
     """The phase portrait of the oscillator with Coulomb friction (Fig. phase).
 

@@ -20,6 +20,7 @@ from symasym.workshop.figures.style import (
     given_text,
     new_figure,
     number_text,
+    reads_numbers,
     several,
     style,
 )
@@ -45,6 +46,7 @@ def _fold(mu: Number, alpha: Number, z0: Number) -> float:
     return fold
 
 
+@reads_numbers
 def release(
     points: int = POINTS,
     *,
@@ -197,6 +199,7 @@ def _times(axes: Axes, scene: Scene, mu: Number, alpha: Number, points: int) -> 
     axes.legend(loc="upper right", fontsize="small", handlelength=1.7)
 
 
+@reads_numbers
 def regimes(
     points: int = 4,
     *,

@@ -18,6 +18,7 @@ from symasym.workshop.figures.style import (
     layer_band,
     new_figure,
     number_text,
+    reads_numbers,
     several,
     shape_colors,
     signed,
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 _FORCES = ("spring", "damper", "friction")
 
 
+@reads_numbers
 def potential_sketch(
     mu: Number = 3, alpha: Number = 1, sliding: Number = 1, crossing: Number | None = None
 ) -> Figure:
@@ -152,6 +154,7 @@ def _potential(axes: Axes, drift: Friction) -> None:
         )
 
 
+@reads_numbers
 def fricforce(mu: Numbers = ("0", "1/2", "3"), alpha: Number = 1) -> Figure:
     """The smoothed friction force against the velocity, y/eps (Fig. fricforce).
 
@@ -224,6 +227,7 @@ def fricforce(mu: Numbers = ("0", "1/2", "3"), alpha: Number = 1) -> Figure:
         return figure
 
 
+@reads_numbers
 def friction_osc(z: Number = "2/5", mu: Number = 3, alpha: Number = 1) -> Figure:
     """The oscillator with a block that sticks, and the forces on it (Fig. frictionOsc).
 

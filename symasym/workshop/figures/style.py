@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import functools
+import inspect
+import warnings
+from collections.abc import Callable, Iterable
 from importlib import resources
 from io import BytesIO
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ParamSpec
 
 import numpy as np
 
 import symasym as sa
-from symasym.base.errors import InputError
-from symasym.base.inputs import FloatArray, Number, exact, float_text, is_array
+from symasym.base.errors import InputError, SymasymError
+from symasym.base.inputs import (
+    BeyondFloat,
+    FloatArray,
+    Number,
+    choice,
+    exact,
+    float_text,
+    is_array,
+    shown,
+    to_float,
+)
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -23,6 +36,41 @@ if TYPE_CHECKING:
 KINDS = ("png", "svg", "pdf")
 INK = "0.1"
 FAINT = "0.55"
+
+_P = ParamSpec("_P")
+
+
+def reads_numbers(figure: Callable[_P, Figure]) -> Callable[_P, Figure]:
+    """`figure`, whose numbers are read before it draws: one each, or some where its default is a
+    tuple, in the range of float64. What can't be drawn for another reason is told in a sentence."""
+    signature = inspect.signature(figure)
+
+    @functools.wraps(figure)
+    def draw(*args: _P.args, **kwargs: _P.kwargs) -> Figure:
+        given = signature.bind(*args, **kwargs).arguments
+        try:
+            for name, value in given.items():
+                many = isinstance(signature.parameters[name].default, tuple)
+                for number in several(name, value) if many else (value,):
+                    if number is not None:
+                        to_float(name, exact(name, number))
+            with warnings.catch_warnings():
+                # matplotlib warns where axes have no extent.
+                warnings.simplefilter("error", UserWarning)
+                return figure(*args, **kwargs)
+        except (UserWarning, ArithmeticError) as error:
+            if isinstance(error, SymasymError) and not isinstance(error, BeyondFloat):
+                raise
+            values = ", ".join(
+                f"{name} = {value if isinstance(value, str) else shown(value)}"
+                for name, value in given.items()
+            )
+            raise InputError(
+                f"{figure.__name__} cannot be drawn with {values or 'its own values'}; give values "
+                "nearer to 1."
+            ) from None
+
+    return draw
 
 
 def encode(figure: Figure, kind: str) -> bytes:
@@ -39,8 +87,7 @@ def encode(figure: Figure, kind: str) -> bytes:
     InputError
         For another kind.
     """
-    if kind not in KINDS:
-        raise InputError(f"kind is {kind!r}; give one of {', '.join(KINDS)}.")
+    choice("kind", kind, KINDS)
     caption = str(figure.get_label()) or None
     undated: dict[str, dict[str, str | None]] = {
         "png": {"Software": None} | ({"Description": caption} if caption else {}),

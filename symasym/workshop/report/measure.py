@@ -20,6 +20,7 @@ import numpy as np
 import symasym as sa
 from symasym.base.call_context import own_context
 from symasym.base.errors import InputError
+from symasym.base.inputs import meant
 from symasym.exact.balls import sweep as ball_sweep
 from symasym.numbers import balls
 from symasym.workshop.problems import BY_NAME, Problem
@@ -51,7 +52,10 @@ def chosen(names: list[str] | None) -> dict[str, Problem]:
     """The scenes of these names, all where none are given."""
     for name in names or ():
         if name not in SCENES:
-            raise InputError(f"{name!r} is no scene of the report; give {', '.join(SCENES)}.")
+            raise InputError(
+                f"{name!r} is no scene of the report; give {', '.join(SCENES)}"
+                f"{meant(name, SCENES)}."
+            )
     return {name: BY_NAME[table] for name, table in SCENES.items() if not names or name in names}
 
 

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 from symasym.base import progress
 from symasym.base.errors import InputError
 from symasym.base.files import versions
+from symasym.base.inputs import choice
 from symasym.workshop.problems import PROBLEMS, Problem
 from symasym.workshop.verify import claims, exact_checks, findings, formulas, orders
 from symasym.workshop.verify.findings import Finding, Key, scene
@@ -210,8 +211,7 @@ def verify(
     script, which must guard its main part as `multiprocessing` asks); `only` tells which tasks to
     do. After an interrupt it has what was done until then.
     """
-    if level not in SCENES:
-        raise InputError(f"level is {level!r}; give one of {', '.join(map(repr, SCENES))}.")
+    choice("level", level, SCENES)
     for name, value in (("seed", seed), ("workers", workers)):
         if value is not None and (isinstance(value, bool) or not isinstance(value, int)):
             raise InputError(f"{name} is {value!r}; give a whole number.")
