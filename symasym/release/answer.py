@@ -215,7 +215,7 @@ def release(
         raise InputError(f"rtol is {float_text(read['rtol'])}; give at least 1e-10.")
     noise, radius, width = (to_float(name, read[name]) for name in ("kappa", "r", "eps"))
     scene = Scene(system, noise, radius, width, float(u), float(z))
-    across = np.linspace(-radius, radius, 201)
+    across = radius * np.linspace(-1.0, 1.0, 201)
     for name, of in (("phi", system.phi_at), ("velocity", system.velocity_at)):
         if not (finite := np.isfinite(of(across, scene.z, width))).all():
             raise InputError(

@@ -59,6 +59,7 @@ def test_every_verb_is_called() -> None:
         "sa.plan(sa.tanh(1e308, '0.3', '0.1'), 0.1, '1/2', patience=1.0).__str__()",
         "sa.plan(sa.Drift('a - u + exp(-c*u)').bind(a=2, c=1e150), 0.1, '1/2', patience=1.0)",
         "sa.release(sa.System('1 - z - u', 'y - 1'), 1, 2, eps=1e308, start=(0, '-0.4'))",
+        "sa.release(sa.oscillator('1/2', 2), 0.3, 1e308, eps='0.1', start=(0, 0))",
         "command('figure', 'stokes', '--set', 'kappa=1/3', '--set', 'alpha=abc')",
         "command('figure', 'fric2', '--set', 'points=1000000000')",
         "command('value', 'escape-time', '--drift', 'linear', '--kappa', '1e-99999')",
