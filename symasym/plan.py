@@ -71,14 +71,16 @@ _EXACT_COST = 10_000
 # Predicted seconds in arrays, of which the ratios matter alone; measured as docs/plan.md says.
 _SECONDS_A_CALL, _SECONDS_A_POINT, _SECONDS_A_DRIFT = 2e-3, 1e-6, 2e-5
 _SECONDS_WITH_DIGITS = 2.0
-_SECONDS_EXACT, _SECONDS_EXACT_PER_EXPONENT, _MOST_EXPONENT = 5e-6, 7e-8, 2000.0
+_SECONDS_EXACT, _SECONDS_EXACT_PER_EXPONENT = 4e-6, 7e-9
+# Beyond some 700 of lam |A| the panels are shorter, but for a linear A.
+_SECONDS_STEEP, _SECONDS_STEEP_PER_EXPONENT, _MOST_EXPONENT = -1.8e-5, 4e-8, 4000.0
 _LAYER_EXPONENT = 150.0
 # From here on the error of an expansion in float64 says whether a proof of it is worth its time.
 _FLOAT_ERROR = 1e-9
 # In the analysis of an exponent in float64, for a prediction.
 _ROUNDINGS = 20
 # Of the exact integrals, for one attempt and for all of them.
-_FOR_ATTEMPT, _FOR_ATTEMPTS = 0.2, 0.35
+_FOR_ATTEMPT, _FOR_ATTEMPTS = 0.15, 0.25
 
 
 @dataclass(frozen=True)
@@ -557,12 +559,14 @@ def _of_arrays(
     plans += [("uniform", 0)] * (request.name == "T") + [("exact", None)]
     # Other drifts than polynomials are analysed with more digits than float64 has.
     in_float = drift.coefficients(drift.float_values(), NumpyOps()) is not None
-    used = []
+    used: list[str] = []
     left = _FOR_ATTEMPTS * exact_seconds.sum()
     for method, order in plans:
         rows = np.flatnonzero(~(errors <= most))
         if not rows.size:
             break
+        if order is None and not used:
+            return answer(drift, numbers, request._replace(method="exact"))
         if order is not None:
             seconds = _seconds(in_float, index[rows], order)
             if seconds > min(left, _FOR_ATTEMPT * exact_seconds[rows].sum()):
@@ -597,8 +601,14 @@ def _exact_seconds(drift: Drift, scenes: Scenes) -> FloatArray:
         # Away from zeros of A, a layer takes the place of many panels.
         one_sign = np.abs(np.sign(phi).sum(axis=-1)) == phi.shape[-1]
         least = scenes.lam * np.abs(phi).min(axis=-1)
-    exponent = np.where(one_sign & (least > _MOST_EXPONENT), _LAYER_EXPONENT, exponent)
-    seconds: FloatArray = _SECONDS_EXACT + _SECONDS_EXACT_PER_EXPONENT * exponent
+        bent = np.abs(np.diff(phi, 2, axis=-1)).max(axis=-1)
+        is_linear = bent <= 1e-9 * np.abs(phi).max(axis=-1)
+    few = is_linear | (one_sign & (least > _MOST_EXPONENT / 2))
+    exponent = np.where(few, np.fmin(exponent, _LAYER_EXPONENT), exponent)
+    seconds: FloatArray = np.maximum(
+        _SECONDS_EXACT + _SECONDS_EXACT_PER_EXPONENT * exponent,
+        _SECONDS_STEEP + _SECONDS_STEEP_PER_EXPONENT * exponent,
+    )
     return seconds
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from symasym.base.call_context import own_context, step
-from symasym.base.errors import AccuracyError
+from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.inputs import FloatArray
 from symasym.generated.numpy_formulas import potential_left, potential_right
 from symasym.numbers.complex_balls import ComplexBall, resolved
@@ -344,7 +344,10 @@ def potential_at(drift: Switch, u: FloatArray) -> float | FloatArray:
     shape = drift.shape_with("u", u)
     position = np.broadcast_to(u, shape)
     inside = np.clip(position, -1.0, 1.0)
-    total, panels = _minus_integral(drift, inside, values, 32), 32
+    with np.errstate(over="ignore", invalid="ignore"):
+        total, panels = _minus_integral(drift, inside, values, 32), 32
+    if not np.isfinite(total).all():
+        raise RangeError(f"V of {drift!r} leaves the range of float64 (1e308); rescale the drift.")
     while panels < 8192:
         step()
         panels *= 4

@@ -305,6 +305,8 @@ def _reader(known: Mapping[str, Any]) -> Reader:
                 expression = grammar.read(name, given, known)
             else:
                 expression = sympy.nsimplify(sympy.sympify(given, strict=True), rational=True)
+            if not isinstance(expression, sympy.Expr):
+                raise TypeError
         except (sympy.SympifyError, TypeError, AttributeError) as error:
             raise InputError(
                 f"{name} has an entry {shown(given)}, which SymPy cannot read "

@@ -48,6 +48,7 @@ __all__ = [
 ]
 
 
+_MOST_ELEMENTS = 1500
 _MOST_SLABS = 3000
 _FINEST = 6
 
@@ -179,20 +180,26 @@ def mesh(scene: Scene, z_end: float, coarse: float, flight: bool = False) -> Flo
         # Dense towards both ends, where the elements are smallest.
         near = np.concatenate([np.geomspace(1e-9, 0.5, 400), np.linspace(0.0, 0.5, 2000)])
         x = low + (high - low) * np.unique(np.concatenate([near, 1.0 - near]))
-        density = 1.0 / size(x)
-        count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(x))])
-        # Far more than are taken, and no more than arrays hold.
-        number = max(1, int(np.ceil(min(count[-1], 1e5))))
+        with np.errstate(divide="ignore", over="ignore"):
+            density = 1.0 / size(x)
+            steps = (density[1:] + density[:-1]) / 2 * np.diff(x)
+        count = np.concatenate([[0.0], np.cumsum(steps)])
+        if not count[-1] <= _MOST_ELEMENTS:
+            raise _too_many(float(count[-1]), kappa, r)
+        number = max(1, int(np.ceil(count[-1])))
         inner = np.interp(np.linspace(0.0, count[-1], number + 1)[1:-1], count, x)
         points.append(np.append(inner, high))
     result = np.concatenate(points)
-    if result.size > 1500:
-        raise AccuracyError(
-            f"the march would need {result.size} elements in u or more at kappa = {kappa:g}, "
-            f"r = {r:g}, and takes at most 1500; take kappa larger or r smaller, or "
-            "method='simulate'."
-        )
+    if result.size > _MOST_ELEMENTS:
+        raise _too_many(result.size, kappa, r)
     return result
+
+
+def _too_many(count: float, kappa: float, r: float) -> AccuracyError:
+    return AccuracyError(
+        f"the march would need {count:.4g} elements in u or more at kappa = {kappa:g}, r = {r:g}, "
+        f"and takes at most {_MOST_ELEMENTS}; take kappa larger or r smaller, or method='simulate'."
+    )
 
 
 class _Path:

@@ -169,8 +169,9 @@ def _rough_top(field: _Drift, a: Fraction, b: Fraction) -> float:
     """max V - V(a) over [a, b] in float64, by trapezoids."""
     u = np.linspace(float(a), float(b), _SAMPLES)
     slope = -field.floats(u)
-    steps = (slope[1:] + slope[:-1]) / 2 * np.diff(u)
-    return max(0.0, float(np.cumsum(steps).max()))
+    with np.errstate(over="ignore", invalid="ignore"):
+        steps = (slope[1:] + slope[:-1]) / 2 * np.diff(u)
+        return max(0.0, float(np.cumsum(steps).max()))
 
 
 def _panels(
