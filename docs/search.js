@@ -40,8 +40,8 @@ var Scorer = {
     const titled = wordsOf(title);
     const own = asked.every((word) => titled.includes(word));
     const nearly = asked.every((word) => titled.some((other) => other.startsWith(word)));
-    // A word of a heading has 15, the heading itself is better than its page.
-    let found = kind === "title" ? 41 : score >= 15 ? 40 : 5;
+    // A word of a heading has 15, the heading itself is better than its page; a part of a word has 2.
+    let found = kind === "title" ? 41 : score >= 15 ? 40 : score >= 5 ? 5 : -15;
     if (kind === "object") found = title.split(".").length > 2 ? -20 : score > 11 ? 45 : 15;
     else if (kind === "index") found = 52;
     else if (nearly && !title.includes(" > ")) found = own ? 60 : 50;

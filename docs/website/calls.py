@@ -93,8 +93,8 @@ CALLS: dict[str, tuple[str, ...]] = {
     ),
     "eq:Psmall2": (
         _EMITTED + CUBIC,
-        "numpy_formulas.weak_noise_outside("
-        "0.2, a_minus=1.5, a_plus=-1.5, V1=0, V_well=-0.625, curvature=1)",
+        "float(numpy_formulas.weak_noise_outside("
+        "0.2, a_minus=1.5, a_plus=-1.5, V1=0, V_well=-0.625, curvature=1))",
         'sa.occupation(drift, "0.2", complement=True)',
     ),
     **dict.fromkeys(("eq:pss", "positive-density"), _DENSITY),

@@ -66,7 +66,7 @@ SCENES = {
 }
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", SCENES)
 def test_escape_against_quadrature(name: str) -> None:
     drift, kappa, r, start = SCENES[name]
@@ -75,7 +75,7 @@ def test_escape_against_quadrature(name: str) -> None:
         assert_meets(getattr(ball_sweep, verb)(drift, kappa, r, start, 22), reference, 22)
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     ("drift", "kappa"),
     [

@@ -138,7 +138,7 @@ def started(quantity: str) -> Asked:
     return files, calls, wanted
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(3)
 @pytest.mark.parametrize("target", ["c", "javascript", "python", "numpy", "mpmath"])
 @pytest.mark.parametrize("quantity", ["T", "1 - C"])
 def test_emitted_starts(quantity: str, target: str, tmp_path: Path) -> None:
@@ -262,7 +262,7 @@ def uniform(order: int) -> Asked:
     return files, calls, wanted
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(3)
 @pytest.mark.parametrize("target", ["c", "javascript", "python", "numpy", "mpmath"])
 @pytest.mark.parametrize("order", [0, 1])
 def test_emitted_uniform(target: str, order: int, tmp_path: Path) -> None:
@@ -288,7 +288,7 @@ def overflowing(noise: str, order: int) -> Asked:
     return {"scene": source}, calls, wanted
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(3)
 @pytest.mark.parametrize("target", ["c", "javascript", "python", "numpy"])
 @pytest.mark.parametrize(("noise", "order"), [("weak", 2), ("uniform", 1)])
 def test_logarithms_where_exponentials_overflow(
@@ -323,6 +323,7 @@ def bound() -> Asked:
     return files, calls, wanted
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("target", ["c", "javascript", "python", "numpy", "mpmath"])
 def test_a_bound_drift_that_is_no_polynomial(target: str, tmp_path: Path) -> None:
     """Its zeros, heights and finite parts are numbers, to 1e-13 or 32 digits."""

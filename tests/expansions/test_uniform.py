@@ -68,7 +68,7 @@ def agrees(got: Any, want: Any, digits: int = DIGITS) -> bool:
         return bool(abs(got - want) <= abs(want) * mpmath.mpf(10) ** (1 - digits))
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(4)
 @pytest.mark.parametrize("order", [0, 1])
 @pytest.mark.parametrize("kappa", ["0.05", "0.2"])
 @pytest.mark.parametrize("z0", ["-0.02", "-0.4", "-0.77", "-0.7777", "-0.7778", "-0.8", "-1.4"])
@@ -82,7 +82,7 @@ def test_friction_through_the_fold(z0: str, kappa: str, order: int) -> None:
     assert agrees(number(e, bound.drift, kappa), want, DIGITS - order * 4)
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(4)
 @pytest.mark.parametrize("order", [0, 1])
 @pytest.mark.parametrize(
     ("drift", "start"),
@@ -113,7 +113,7 @@ def test_other_drifts(drift: sa.Drift, start: Any, order: int) -> None:
 WELLS = sa.Drift("-5*(u - a)*(u - b)*(u - c)")
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(3)
 @pytest.mark.parametrize("order", [0, 1])
 @pytest.mark.parametrize(
     ("free", "values", "case"),
@@ -158,7 +158,7 @@ NAMED_ROOTS = [
 ]
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(4)
 @pytest.mark.parametrize("order", [0, 1])
 @pytest.mark.parametrize(("drift", "quantity", "start"), NAMED_ROOTS, ids=str)
 def test_a_drift_that_is_no_polynomial(
@@ -232,7 +232,7 @@ def test_zeta_and_the_weights_are_those_of_the_potential() -> None:
         )
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(3)
 @needs_latex
 @pytest.mark.parametrize("order", [0, 1])
 @pytest.mark.parametrize("case", ["start well barrier", "barrier well start", "start"])

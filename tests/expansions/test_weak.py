@@ -178,7 +178,7 @@ def test_the_expression_is_the_whole_sum_of_laplace(problem: Problem) -> None:
 LATER = {"degree 20", "sine weak"}
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(4)
 @pytest.mark.parametrize(
     "problem",
     [
@@ -199,7 +199,7 @@ def test_what_laplace_answers_has_a_formula(problem: Problem) -> None:
         assert agrees(mpmath.log(by_definitions(e, drift, kappa, r)), want)
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(4)
 @pytest.mark.parametrize("quantity", ["T", "C", "1-C"])
 @pytest.mark.parametrize(
     ("drift", "start", "kappa", "case"),
@@ -343,7 +343,7 @@ def test_conditions_of_starts() -> None:
     assert sympy.Ne(c - sympy.Rational(1, 2), 0) in e.conditions
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(4)
 @pytest.mark.parametrize("order", [0, 1, 5, 8])
 @pytest.mark.parametrize("quantity", ["T", "C", "1-C"])
 def test_orders(quantity: str, order: int) -> None:

@@ -47,7 +47,7 @@ def integral(f: str, g: str, a: str, b: str, lam: int) -> Any:
     )
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(4)
 @pytest.mark.parametrize("case", CASES, ids=str)
 def test_the_claimed_error_holds(case: tuple[str, str, str, str]) -> None:
     """Minima of f between maxima (real singulants), complex ones, ends, a terminating series."""

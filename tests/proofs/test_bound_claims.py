@@ -221,7 +221,7 @@ def test_next_terms_that_nearly_vanish(drift: sa.Drift, kappa: float) -> None:
     assert wrong <= found.error < 3 * wrong
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(3)
 @pytest.mark.parametrize("search", fooling.SEARCHES)
 @pytest.mark.parametrize("count", [15, pytest.param(300, marks=pytest.mark.slow)])
 def test_drifts_that_try_to_fool(search: str, count: int) -> None:

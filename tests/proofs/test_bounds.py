@@ -53,7 +53,7 @@ def check_both(drift: sa.Drift, kappa: Any, r: Any, start: Any) -> list[float]:
     return tightness
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(4)
 @needs_flint
 @pytest.mark.parametrize(
     "problem", [p for p in PROBLEMS if not p.tags & {"slow", "refused", "narrow"}], ids=str

@@ -109,7 +109,7 @@ WELLS: list[tuple[sa.Drift, str, str, str]] = [
 ]
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(3)
 @pytest.mark.parametrize("order", [0, 2, 4])
 @pytest.mark.parametrize("scene", WELLS, ids=repr)
 def test_wells_have_a_tight_bound(scene: Any, order: int) -> None:

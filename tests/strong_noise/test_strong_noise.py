@@ -30,7 +30,7 @@ FRICTION = sa.friction(3, 1, "-0.3")
 # -- honesty -----------------------------------------------------------------------------------
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(4)
 @needs_flint
 @pytest.mark.parametrize(
     "problem", [p for p in PROBLEMS if not p.tags & {"slow", "refused", "narrow"}], ids=str

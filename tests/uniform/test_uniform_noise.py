@@ -51,7 +51,7 @@ def test_error_over_the_whole_crossing_interval(order: int, constant: float) -> 
         assert (np.abs(np.expm1(found - exact)) <= constant * kappa ** (2 * order + 2)).all()
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(3)
 @pytest.mark.parametrize("z0", [FOLD, FOLD + Fraction(1, 10**4), "-0.4", "-0.2"])
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_orders(order: int, z0: Any) -> None:

@@ -170,7 +170,7 @@ def check_scene(scene: Any, orders: Any, log: bool, arrays: bool = False) -> int
 MILD = {"slow", "refused", "narrow", "stiff", "extreme"}
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(3)
 @pytest.mark.parametrize("problem", [p for p in PROBLEMS if not p.tags & MILD], ids=str)
 @WHOLE
 def test_claimed_error_covers_the_true_one(problem: Problem, whole: bool) -> None:
@@ -183,7 +183,7 @@ def test_claimed_error_covers_the_true_one(problem: Problem, whole: bool) -> Non
         check_scene(scene, some, kappa != "1/4", arrays=kappa != "3/100")
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     "problem",
     [p for p in PROBLEMS if p.tags & {"stiff", "extreme"} and not p.tags & {"refused", "slow"}],

@@ -83,7 +83,7 @@ def test_any_polynomials(
         assert_same(found.value[k], found.error[k], one, scene[0])
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(4)
 @pytest.mark.parametrize("quantity", sorted(QUANTITIES))
 @pytest.mark.parametrize("order", [0, 2, 5, "optimal"])
 @WHOLE
@@ -227,7 +227,7 @@ def test_optimal_order_where_powers_overflow() -> None:
     assert many[0] == pytest.approx(one, rel=1e-14)
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(3)
 @pytest.mark.parametrize("complement", [False, True])
 @pytest.mark.parametrize("order", [0, 3, "optimal"])
 def test_shares_of_many_drifts(complement: bool, order: Any) -> None:
