@@ -148,7 +148,7 @@ TAGS = {
     "stiff": "kappa below 1e-3",
     "extreme": "a number at the end of the range that the issue asks for",
     # what may be asked
-    "quadrature": "mild enough for plain quadrature",
+    "quadrature": "smooth enough for plain quadrature",
     "slow": "takes seconds: in the default tests only once",
     "may refuse": "right digits or a SymasymError",
     "refused": "a SymasymError is the known outcome",

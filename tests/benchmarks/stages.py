@@ -38,7 +38,7 @@ STAGES = {
 }
 #: What modules and packages do, but for these functions; anything else is "the rest".
 MODULES = {
-    "exact/float_sides.py": "mild sides (`exact/float_sides.py`), samples and shifts apart",
+    "exact/float_sides.py": "sides not steep (`exact/float_sides.py`), samples and shifts apart",
     "exact/float_panels.py": "samples of the exponential and their sums",
     "numbers/float_arrays.py": _SWEEPS,
     **dict.fromkeys(("base/", "scenes.py", "methods.py", "quantities.py", "drift/drift.py"), _CALL),

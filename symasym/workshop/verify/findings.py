@@ -157,17 +157,17 @@ _SHAPES = ("exp(-X**2)", "tanh(X)", "1/(1 + X**2)", "X*exp(-X**2)", "sin(X)")
 def random_scene(seed: int, index: int) -> Problem:
     """Scene number `index` of a seed, the same in every process.
 
-    A third of them is mild enough for plain quadrature and tagged so.
+    A third of them is smooth enough for plain quadrature and tagged so.
     """
     draw = random.Random(f"symasym {seed} {index}")
     kind = _KINDS[index % len(_KINDS)]
-    mild = index % 3 == 0
-    kappa = _power(draw, -0.3, 1) if mild else _power(draw, -1.5, 4)
-    r = _power(draw, -0.5, 1) if mild else _power(draw, -0.5, 4)
+    smooth = index % 3 == 0
+    kappa = _power(draw, -0.3, 1) if smooth else _power(draw, -1.5, 4)
+    r = _power(draw, -0.5, 1) if smooth else _power(draw, -0.5, 4)
     start = draw.choice((Fraction(0), r * _rational(draw, -0.99, 0.99)))
     arguments = _arguments(kind, draw)
     a_minus, a_plus = _make(kind, arguments).ends
-    tags = {kind, _region(a_minus, a_plus), *({"quadrature", "moderate"} if mild else ())}
+    tags = {kind, _region(a_minus, a_plus), *({"quadrature", "moderate"} if smooth else ())}
     return Problem(
         f"random {index} of seed {seed}",
         lambda: _make(kind, arguments),
