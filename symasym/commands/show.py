@@ -51,6 +51,7 @@ def add_parser(subparsers: Commands) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """``symasym show``."""
+    from symasym.formula import formula
     from symasym.records import definition
 
     given = {name for name in _OF_EXPANSION if getattr(arguments, name) is not None}
@@ -71,7 +72,7 @@ def run(arguments: argparse.Namespace) -> None:
         if not arguments.latex:
             print(f"\n{defined['reason']}")
         return
-    shown = _formula(arguments.label)
+    shown = formula(arguments.label)
     print(shown.latex() if arguments.latex else pretty(shown))
     if not arguments.latex:
         print(f"\n{shown.title}. Error: {shown.error}.")
@@ -85,18 +86,6 @@ def run(arguments: argparse.Namespace) -> None:
             if step["reason"]:
                 print(f"   {step['reason']}")
             print(f"   {step['latex']}")
-
-
-def _formula(label: str) -> Formula:
-    """The formula of a label, or of a series to an order, such as ``saddle-series-5``."""
-    from symasym.formula import Formula, formula, labels
-
-    if label not in labels() and label[-1:].isdecimal():
-        from derivations import emit, registry
-
-        if registry.entry(label) is not None:
-            return Formula.read(label, emit.statement_of(label))
-    return formula(label)
 
 
 def _show_expansion(arguments: argparse.Namespace, given: set[str]) -> None:

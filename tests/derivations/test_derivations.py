@@ -19,6 +19,7 @@ from derivations import registry, report, runner
 from derivations.labels import DEFINITIONS, PAPER, REASONS, UNLABELLED
 from symasym.base.errors import InputError
 from symasym.commands import main as cli
+from symasym.commands.show import pretty
 from symasym.derivation import DerivationError, Identity, mutation_test
 from symasym.derivation.mutation import mutants
 from symasym.formula import formula
@@ -398,6 +399,12 @@ def test_show(capsys):
     status, out, _ = _command("show", "saddle-series-3", "--steps", capsys=capsys)
     assert "Error: O(lam^-4)" in out
     assert "7. third correction (evaluate; symbolic identity)" in out
+    # The verb knows it, too, and no other order.
+    assert pretty(sa.formula("saddle-series-3")) in out
+    assert sa.formula("saddle-series-3").trace[6]["name"] == "third correction"
+    for label in ("saddle-series-9", "folds-1", "fr3", "saddle-series-"):
+        with pytest.raises(InputError, match="is no formula"):
+            sa.formula(label)
 
 
 @pytest.mark.parametrize("label", REASONS)
