@@ -517,8 +517,9 @@ def expand(
     Raises
     ------
     InputError
-        For an unknown quantity or noise, an order out of range, a case that the drift
-        is not in or, as signs show, for no parameters is, a double zero of A, or a parameter with a name that the formula needs.
+        For an unknown quantity or noise, an order out of range, a case that the drift is not in
+        (or, as signs show, for no parameters), a double zero of A, or a parameter with a name that
+        the formula needs.
 
     Notes
     -----
