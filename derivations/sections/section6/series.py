@@ -2,7 +2,8 @@
 
 The first two are stated as textbooks have them, later ones as Perron's formula gives them, which
 `symasym.expand` and ``method="laplace"`` evaluate. All are worked out by the same steps. From a
-start on the well or barrier half of it counts, and odd powers of delta enter.
+start on the well or barrier half of it counts, odd powers of delta enter, and the double integral
+beside it.
 """
 
 from __future__ import annotations
@@ -28,7 +29,9 @@ QUARTIC = (Fraction(1), Fraction(1, 3), Fraction(-1, 4), Fraction(1, 2), Fractio
 LARGE = ("1e3", "1e4", "1e5", "1e6")
 lam = Symbol("lam", positive=True)
 h, e = Symbol("h", positive=True), Symbol("e", positive=True)
-s = Symbol("s", real=True)
+s, t = Symbol("s", real=True), Symbol("t", real=True)
+# (log(2 c_2 lam) + gamma)/2, a finite part where u - u1 has its own powers left out.
+LOG = Symbol("L", real=True)
 c2 = Symbol("c_2", positive=True)
 c3, c4, c5, c6 = (Symbol(f"c_{j}", real=True) for j in range(3, 7))
 NUMBERS = ["one", "two", "three", "four", "five", "six", "seven", "eight"]
@@ -194,6 +197,27 @@ def saddle_start(d: Any) -> None:
             "as it is evaluated, by Perron's formula",
             left=f"P_{k}",
         )
+    d.step(
+        "first double integrals",
+        "integrate",
+        ((sympy.log(2) + sympy.EulerGamma) / 2,) * 2,
+        Identity(_first_pairs),
+        "in units of c_2 = 1, their finite parts, by Mellin's transform at its pole",
+        left=(
+            r"\mathrm{f.p.} \int_0^\infty ds \int_s^\infty e^{(s^2 - t^2)/2} \, dt",
+            r"\mathrm{f.p.} \int_0^\infty ds \int_0^s e^{(t^2 - s^2)/2} \, dt",
+        ),
+    )
+    for barrier, name in ((False, "well"), (True, "barrier")):
+        d.step(
+            f"double integral beside a {name}",
+            "evaluate",
+            _evaluated(ratios, d.order, barrier),
+            Identity(lambda barrier=barrier: _double(rest, c, 2 * d.order + 1, barrier)),
+            "what the start adds to the finite part of the regular part, as it is evaluated; here "
+            "by parts from the first ones",
+            left=tuple(rf"[\delta^{{{n + 2}}}] N" for n in range(2 * d.order + 2)),
+        )
     corrections = [d.use(series, step=f"{TIMES[k]} correction") for k in range(d.order)]
     even = 1 + sum(q * lam ** -(k + 1) for k, q in enumerate(corrections))
     scene = scene_of(d.order + 1)
@@ -216,8 +240,75 @@ def saddle_start(d: Any) -> None:
         Expansion(even / 2 + sympy.sqrt(c2 / (2 * sympy.pi * lam)) * beside, gauge, lam, sympy.oo),
         f"O(lam^-{d.order + 1})",
         note="H is int e^(-lam V) to the right of the start over the Gaussian of the whole well, "
-        "lam = 2/kappa^2; to the left the odd terms have the other sign",
+        "lam = 2/kappa^2; to the left the odd terms have the other sign. N is what the start adds "
+        "to the double integral on its right, with L = (log(2 c_2 lam) + gamma)/2",
     )
+
+
+def _evaluated(ratios: list[Any], order: int, barrier: bool) -> tuple[Any, ...]:
+    """Coefficients of delta^2, delta^3, ... of the double integral beside the start."""
+    beside, found = beside_start(order + 1, None, barrier), []
+    for n in range(order + 1):
+        plain, log, half = (put_in(x[n], ratios) for x in (beside.plain, beside.log, beside.half))
+        found.append((plain + log * 2 * LOG) / c2 ** (n + 1))
+        found.append(sympy.sqrt(2 * sympy.pi) * half / c2 ** (n + sympy.Rational(3, 2)))
+    return tuple(sympy.expand(x) for x in found)
+
+
+def _first_pairs() -> list[Any]:
+    """The finite part of each, that of its Mellin transform at z = 0."""
+    z = Symbol("z")
+    half = 2 ** (z / 2) * sympy.gamma(1 + z / 2)
+    found = (
+        sympy.gamma(1 + z) * 2 ** (-z / 2 - 1) * sympy.gamma(-z / 2),
+        # int_0^1 (1 - x^2)^(-1 - z/2) dx is a beta function.
+        half * sympy.gamma(sympy.S.Half) * sympy.gamma(-z / 2) / (2 * sympy.gamma((1 - z) / 2)),
+    )
+    return [sympy.simplify(sympy.series(m, z, 0, 1).removeO().coeff(z, 0)) for m in found]
+
+
+def _pair(i: int, j: int, barrier: bool) -> Any:
+    """The finite part of the double integral of s^i t^j, t > s at a well, t < s at a barrier.
+
+    K_j = int_s^oo t^j e^((s^2 - t^2)/2) dt = s^(j - 1) + (j - 1) K_(j - 2) and K_j' = s K_j - s^j,
+    those of a barrier with other signs; powers of s have no finite part, and s^(i - 1) K_0 adds
+    its values at the ends.
+    """
+    if j > 1:
+        return (1 - j if barrier else j - 1) * _pair(i, j - 2, barrier)
+    if j == 1:
+        half = sympy.Rational(i + 1, 2)
+        return -(2 ** (half - 1)) * sympy.gamma(half) if barrier else sympy.S.Zero
+    if i == 0:
+        return LOG
+    if i == 1:
+        return sympy.S.Zero if barrier else -sympy.sqrt(sympy.pi / 2)
+    before, far = (i - 1) * _pair(i - 2, 0, barrier), 0
+    if i % 2 == 0:
+        far = sympy.factorial2(i - 3)
+    return before - far if barrier else (-1) ** (i // 2 - 1) * far - before
+
+
+def _double(rest: Any, c: tuple[Any, ...], top: int, barrier: bool) -> list[Any]:
+    """The same from both exponentials in powers of delta, term by term."""
+    ring, *_ = sympy.ring([s, t, *c[1:]], sympy.QQ)
+    rise, fall = (
+        [[ring.from_expr(x.subs(s, y)) for x in _powers(r, top)] for y in (s, t)]
+        for r in (-rest, rest)
+    )
+    outer, inner = (fall[0], rise[1]) if barrier else (rise[0], fall[1])
+    pairs: dict[tuple[int, int], Any] = {}
+    found = []
+    for n in range(top + 1):
+        terms = []
+        for (i, j, *powers), a in sum(outer[k] * inner[n - k] for k in range(n + 1)).terms():
+            if (i, j) not in pairs:
+                unit = c2 ** -sympy.Rational(i + j + 2, 2)
+                pairs[i, j] = (1 if barrier else -1) * unit * _pair(i, j, barrier)
+            known = sympy.Mul(*(x**p for x, p in zip(c[1:], powers, strict=True)))
+            terms.append(sympy.QQ.to_sympy(a) * known * pairs[i, j])
+        found.append(sympy.expand(sympy.Add(*terms)))
+    return found
 
 
 def _rest(c: tuple[Any, ...]) -> Any:

@@ -146,7 +146,7 @@ def _now(x):
     if x.made is not None:
         # What it was made of is not kept.
         made, x.made = x.made, None
-        x.value = made()
+        x.value = _now(made())
     return x.value
 ''',
     "_exprel": '''def _exprel(x):
@@ -228,7 +228,8 @@ def _by_kappa(function: Ready, body: Body) -> list[str]:
     )
     once = NUMPY.block(Body((), steady, ()))[:-1]
     at_once = set().union(*(_within(e) for _, e in rest), *(_within(e) for e in body.values))
-    inner, indent, later = [], 2 * NUMPY.deeper, set()
+    inner, indent = list[str](), 2 * NUMPY.deeper
+    later: set[Expr] = set()
     for s, value in rest:
         shown, weighs = _weighted(NUMPY.text(value)), value.has(height_exp)
         if s in at_once:
@@ -241,7 +242,8 @@ def _by_kappa(function: Ready, body: Body) -> list[str]:
             inner += NUMPY.given(str(s), shown, indent)
         if s.name == "lam":
             inner.append(f"{indent}_weight = _weights(lam)")
-    inner += NUMPY.returned(", ".join(_weighted(NUMPY.text(e)) for e in body.values), indent)
+    (shown,) = (_weighted(NUMPY.text(e)) for e in body.values)
+    inner += NUMPY.returned(f"_now({shown})" if later else shown, indent)
     others = ", ".join(["of_kappa", "kappa", *(a for a in function.arguments if a != "kappa")])
     call = wrapped("return _in_blocks", others, NUMPY.deeper, brackets="()")
     return [*once, "", "    def of_kappa(kappa):", *inner, "", *call]
