@@ -9,7 +9,7 @@ beside it.
 from __future__ import annotations
 
 from fractions import Fraction
-from functools import partial
+from functools import cache, partial
 from itertools import pairwise
 from typing import Any
 
@@ -293,21 +293,23 @@ def _double(rest: Any, c: tuple[Any, ...], top: int, barrier: bool) -> list[Any]
     """The same from both exponentials in powers of delta, term by term."""
     ring, *_ = sympy.ring([s, t, *c[1:]], sympy.QQ)
     rise, fall = (
-        [[ring.from_expr(x.subs(s, y)) for x in _powers(r, top)] for y in (s, t)]
-        for r in (-rest, rest)
+        [[ring.from_expr(x.subs(s, y)) for x in powers] for y in (s, t)]
+        for powers in (_powers(-rest, top), _powers(rest, top))
     )
     outer, inner = (fall[0], rise[1]) if barrier else (rise[0], fall[1])
-    pairs: dict[tuple[int, int], Any] = {}
-    found = []
+    pair, found = cache(_pair), []
     for n in range(top + 1):
-        terms = []
+        # Of each product of derivatives, which comes with one i + j alone.
+        sums: dict[tuple[int, ...], list[Any]] = {}
         for (i, j, *powers), a in sum(outer[k] * inner[n - k] for k in range(n + 1)).terms():
-            if (i, j) not in pairs:
-                unit = c2 ** -sympy.Rational(i + j + 2, 2)
-                pairs[i, j] = (1 if barrier else -1) * unit * _pair(i, j, barrier)
-            known = sympy.Mul(*(x**p for x, p in zip(c[1:], powers, strict=True)))
-            terms.append(sympy.QQ.to_sympy(a) * known * pairs[i, j])
-        found.append(sympy.expand(sympy.Add(*terms)))
+            own = sums.setdefault((i + j, *powers), [])
+            own.append(sympy.QQ.to_sympy(a) * pair(i, j, barrier))
+        terms = [
+            sympy.Add(*own) * sympy.Mul(*(x**p for x, p in zip(c[1:], powers, strict=True)))
+            / c2 ** sympy.Rational(degree + 2, 2)
+            for (degree, *powers), own in sums.items()
+        ]  # fmt: skip
+        found.append(sympy.expand(sympy.Add(*terms) if barrier else -sympy.Add(*terms)))
     return found
 
 
