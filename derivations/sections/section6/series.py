@@ -146,7 +146,7 @@ def saddle_series(d: Any) -> None:
     "saddle-start",
     "Laplace's method from a start on a well or a barrier",
     ("saddle-series",),
-    order=2,
+    order=1,
     orders=8,
 )
 def saddle_start(d: Any) -> None:
