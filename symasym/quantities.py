@@ -186,7 +186,7 @@ def escape_time(
     numbers = {"kappa": kappa, "r": r, "start": start}
     if drag_time is None:
         return _asked(drift, numbers, request, rtol, workers)
-    if not full:
+    if not flag("full", full):
         raise InputError(f"drag_time is {shown(drag_time)}, for a note; pass full=True with it.")
     # An infinite one is that of a drift without a well that a barrier ends.
     borne = (

@@ -23,6 +23,7 @@ from symasym.base.inputs import (
     floats,
     is_array,
     meant,
+    shown,
 )
 from symasym.base.texts import number_repr
 from symasym.drift import landscape, models
@@ -185,12 +186,7 @@ class Drift:
         """
         bound = dict(self._values)
         for name, value in values.items():
-            if name not in self.parameters:
-                known = ", ".join(self.parameters) or "none at all"
-                raise InputError(
-                    f"{name} is no parameter of this drift; its parameters are "
-                    f"{known}{meant(name, self.parameters)}."
-                )
+            self._require_parameter(name)
             if is_array(value):
                 bound[name] = floats(name, value)
                 # A drift is a value: what was asked of it stays true.
@@ -209,6 +205,15 @@ class Drift:
             ) from None
         drift._check()
         return drift
+
+    def _require_parameter(self, name: Any) -> None:
+        """Raise InputError for what is no parameter's name."""
+        if not isinstance(name, str) or name not in self.parameters:
+            known = ", ".join(self.parameters) or "none at all"
+            raise InputError(
+                f"{name if isinstance(name, str) else shown(name)} is no parameter of this drift; "
+                f"its parameters are {known}{meant(name, self.parameters)}."
+            )
 
     def _check_range(self, name: str, value: Fraction | FloatArray) -> None:
         """Raise InputError for a value outside its parameter's range."""
@@ -486,6 +491,7 @@ class Drift:
         """The derivative of A in the parameter `name` at the bound values, as a drift."""
         import sympy
 
+        self._require_parameter(name)
         values = {**self.scalars()}
         at = SympyOps().rational(values.pop(name))
         slope = sympy.diff(

@@ -7,6 +7,7 @@ from functools import lru_cache
 from itertools import count
 from typing import Any
 
+import numpy as np
 import sympy
 
 from symasym.base.call_context import own_context, step
@@ -77,7 +78,7 @@ def parse(name: str, given: sympy.Expr | Number, names: dict[str, Any] | None = 
         expression = _rational(given)
     else:
         try:
-            expression = sympy.sympify(given, strict=True)
+            expression = sympified(given)
         except (sympy.SympifyError, TypeError):
             expression = None
     # Lists, truth values and relations are read by SymPy, too.
@@ -86,6 +87,19 @@ def parse(name: str, given: sympy.Expr | Number, names: dict[str, Any] | None = 
             f"{name} is {shown(given)}; give a SymPy expression, a number or a string."
         )
     return exactly(expression, name)
+
+
+def sympified(given: Any) -> Any:
+    """What SymPy makes of a number or an object of its own; SympifyError for anything else.
+
+    SymPy runs the texts in a list or tuple, also where it is told to be strict.
+    """
+    if isinstance(given, np.ndarray) and not given.shape:
+        given = given[()]
+    own = isinstance(given, (sympy.Basic, sympy.MatrixBase))
+    if not own and (isinstance(given, (str, bytes)) or hasattr(type(given), "__iter__")):
+        raise sympy.SympifyError(type(given))
+    return sympy.sympify(given, strict=True)
 
 
 def exactly(expression: sympy.Expr, name: str = "A") -> Any:

@@ -16,7 +16,16 @@ from symasym.asymptotics.weak_noise.critical_points import zeros_and_finite_part
 from symasym.base.call_context import own_context, patient, step
 from symasym.base.errors import InputError
 from symasym.base.estimate import Answer
-from symasym.base.inputs import Number, Numbers, choice, count, exact, float_text, require_printable
+from symasym.base.inputs import (
+    Number,
+    Numbers,
+    choice,
+    count,
+    exact,
+    float_text,
+    require_printable,
+    shown,
+)
 from symasym.derivation.printing import tex
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField
@@ -158,6 +167,8 @@ class Expansion:
 
     def put_in(self, expression: Expr) -> Expr:
         """An expression with the definitions put in."""
+        if not isinstance(expression, sympy.Basic):
+            raise InputError(f"expression is {shown(expression)}; give a SymPy expression.")
         while known := expression.free_symbols & self.nested.keys():
             step()
             expression = expression.xreplace({s: self.nested[s] for s in known})

@@ -18,7 +18,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import FloatArray, Number, Numbers, exact, float_text, positive, to_float
+from symasym.base.inputs import (
+    FloatArray,
+    Number,
+    Numbers,
+    exact,
+    float_text,
+    positive,
+    shown,
+    to_float,
+)
 from symasym.drift.drift import Drift
 from symasym.drift.landscape import drag_time
 from symasym.numbers.trees import NumpyOps, evaluate_tree
@@ -129,11 +138,18 @@ class System:
         """
         import sympy
 
+        from symasym.drift.reduction import Reduction, numbers_of
+
+        if not isinstance(reduction, Reduction):
+            raise InputError(
+                f"reduction is {shown(reduction)}; give one that symasym.reduce returned."
+            )
+        values = numbers_of("at", {} if at is None else at)
         names = [str(c) for c in reduction.coordinates]
         for name, given in (("slow", slow), ("across", across)):
-            if given not in names or slow == across:
+            if not isinstance(given, str) or given not in names or slow == across:
                 raise InputError(
-                    f"{name} is {given!r}; give two different coordinates out of "
+                    f"{name} is {shown(given)}; give two different coordinates out of "
                     f"{', '.join(names)}."
                 )
         put: dict[Any, Any] = {reduction.layer: sympy.Symbol("u")}
@@ -141,9 +157,8 @@ class System:
         for symbol in set().union(*(e.free_symbols for e in expressions)) - {reduction.layer}:
             if symbol.name in (slow, across):
                 put[symbol] = sympy.Symbol("z" if symbol.name == slow else "y")
-            elif symbol.name in (at or {}):
-                value = exact(symbol.name, (at or {})[symbol.name])
-                put[symbol] = sympy.Rational(value.numerator, value.denominator)
+            elif symbol.name in values:
+                put[symbol] = values[symbol.name]
             else:
                 raise InputError(f"at has no value of {symbol.name}; give it a number there.")
         phi, velocity = (e.subs(put, simultaneous=True) for e in expressions)

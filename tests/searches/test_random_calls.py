@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+import inspect
 import random
+import sys
+from pathlib import Path
 
 import pytest
 
+import symasym as sa
+from symasym.commands.main import _parser
 from tests.searches import random_calls
-from tests.searches.random_calls import CALLS, main, outcome_of, random_call
+from tests.searches.random_calls import AFTER, CALLS, COMMANDS, main, outcome_of, random_call
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "docs"))
+from website.api import INNER
 
 
 @pytest.mark.parametrize("count", [100, pytest.param(60_000, marks=pytest.mark.slow)])
@@ -24,6 +32,33 @@ def test_every_verb_is_called() -> None:
     calls = [random_call(draw) for _ in range(600)]
     asked = {call.partition("(")[0] for call in calls}
     assert asked == {"command", *(f"sa.{verb}" for verb in CALLS)}
+
+
+def test_every_public_name_argument_and_option_is_called() -> None:
+    public = {name: getattr(sa, name) for name in sa.__all__}
+    for name, verb in public.items():
+        if inspect.isclass(verb) and name not in CALLS:
+            continue
+        parameters = inspect.signature(verb).parameters.values()
+        named = {p.name for p in parameters if p.kind not in (p.VAR_KEYWORD, p.VAR_POSITIONAL)}
+        assert named <= {*CALLS[name], "patience"}, name
+    asked = {name for answers in AFTER.values() for name in answers}
+    for name, of in public.items():
+        if not inspect.isclass(of) or issubclass(of, Exception):
+            continue
+        inner = {m for kind in of.__mro__ for m in INNER.get(kind.__name__, ())}
+        inner |= {*getattr(of, "__dataclass_fields__", ()), *dir(tuple)}
+        members = {m for m in dir(of) if not m.startswith("_")} - inner
+        # What a record of a few numbers has is no call; these two are called by their class.
+        assert members <= {*asked, "stable", "general", "name", "model", "of"}, name
+    words = {"--drift", *" ".join(COMMANDS).split()}
+    parsers = next(a for a in _parser()._actions if a.choices).choices
+    for name, parser in parsers.items():
+        inner = [a.choices for a in parser._actions if isinstance(a.choices, dict)] or [{}]
+        known = {
+            o for p in [parser, *(inner and inner[0].values())] for o in p._option_string_actions
+        }
+        assert {name, *known} <= {*words, "-h", "--help", "--out", "--scheduler"}, name
 
 
 @pytest.mark.parametrize(
