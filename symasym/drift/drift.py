@@ -78,8 +78,8 @@ class Drift:
     u : SymPy Symbol or str, optional
         The scaled position. Default: the symbol named ``u``.
     a_minus, a_plus : SymPy expression or number, optional
-        The drift outside, A(-1) and A(1) when left out. They are compared
-        exactly with A(-1) and A(1) (eq:cont).
+        The drift outside, A(-1) and A(1) when left out. They are compared with
+        A(-1) and A(1) (eq:cont), exactly if rational, else to 40 digits.
 
     Raises
     ------

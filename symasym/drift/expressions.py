@@ -16,8 +16,11 @@ from symasym.base.inputs import Number, exact, float_text, is_name, shown
 from symasym.drift import grammar, models
 from symasym.numbers.complex_balls import ComplexBallOps
 from symasym.numbers.trees import MpmathOps, evaluate_tree
+from symasym.series.coefficient_fields import sampled_parameters
 
 _DEEPEST = 120
+# Digits with which ends are compared, so that 160 may cancel.
+_COMPARED = 200
 _OVERLAP = Fraction(9, 16)  # half would let neighbouring balls touch only
 
 
@@ -46,19 +49,37 @@ def _read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
             raise InputError(
                 f"A has the symbol {shown(s.name)}; give symbols names of letters, digits and _."
             )
+    _check_functions(formula, symbol)
     for name, given, end in (("a-", a_minus, -1), ("a+", a_plus, 1)):
         if given is None:
             continue
         outside, inside = parse(name, given), formula.subs(symbol, end)
-        if sympy.simplify(inside - outside) != 0:
+        _check_functions(outside, symbol)
+        if not _equal(inside, outside):
             raise InputError(
-                f"A jumps at u = {end}: A({end}) is {inside} but {name} is {outside}; "
-                "make them equal (give decimals as strings to keep them exact)."
+                f"A jumps at u = {end}: A({end}) is {shown(inside)} but {name} is "
+                f"{shown(outside)}; make them equal (give decimals as strings to keep them exact)."
             )
-    _check_functions(formula, symbol)
     # Symbols are known by their names, whatever was assumed of them.
     plain = {s: sympy.Symbol(s.name) for s in formula.free_symbols}
     return models.Expression(formula.xreplace(plain), sympy.Symbol(symbol.name))
+
+
+def _equal(a: Any, b: Any) -> bool:
+    """Whether two expressions are the same: exactly if rational, else to 40 digits."""
+    if (a - b).is_Rational:
+        return bool(a == b)
+    with own_context(_COMPARED) as context:
+        ops = MpmathOps(context)
+        for values in sampled_parameters(a.free_symbols | b.free_symbols, 3):
+            numbers = {s: ops.rational(Fraction(int(x.p), int(x.q))) for s, x in values.items()}
+            try:
+                one, other = (evaluate_tree(e, dict(numbers), ops) for e in (a, b))
+            except (ArithmeticError, ValueError):
+                return False
+            if not abs(one - other) <= max(abs(one), abs(other)) * context.mpf(10) ** -40:
+                return False
+    return True
 
 
 def parse(name: str, given: sympy.Expr | Number, names: dict[str, Any] | None = None) -> Any:

@@ -42,6 +42,8 @@ if TYPE_CHECKING:
 __all__ = ["System", "oscillator"]
 
 _NUMPY = NumpyOps()
+# Of an expression that is multiplied out, so that equal systems are found equal.
+_TERMS = 10_000
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,7 @@ class System:
         import sympy
 
         from symasym.drift import expressions
+        from symasym.drift.grammar import multiplied_out
 
         symbols = {name: sympy.Symbol(name) for name in ("u", "z", "y")}
         object.__setattr__(self, "_symbols", symbols)
@@ -91,7 +94,9 @@ class System:
                     f"{name} has the symbol {unknown[0]}, which has no value; give an expression "
                     "in u, z and y with numbers for all else."
                 )
-            object.__setattr__(self, name, sympy.expand(read))
+            if multiplied_out(read) <= _TERMS:
+                read = sympy.expand(read)
+            object.__setattr__(self, name, read)
         if not self.noise.free_symbols <= {symbols["u"]}:
             raise InputError(f"noise is {self.noise}; give an expression in u alone.")
         factor = self.noise_at(np.linspace(-1.0, 1.0, 201))
