@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import sympy
 
-from symasym.base.call_context import own_context, step
+from symasym.base.call_context import limited, own_context, step, watched
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, exact, float_text, is_name, shown
 from symasym.drift import grammar, models
@@ -42,6 +42,12 @@ def read(
 @lru_cache(maxsize=128, typed=True)
 def _read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
     """The model; the last ones that were read are kept."""
+    with limited(), watched():
+        return _checked(A, u, a_minus, a_plus)
+
+
+def _checked(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
+    """The model, read and checked."""
     formula = parse("A", A)
     symbol = _symbol(formula, u)
     for s in formula.free_symbols:
@@ -183,7 +189,7 @@ def check_regular(model: models.Expression, values: dict[str, Fraction]) -> None
     A ball on which the range stays unbounded however small it is made holds a
     singularity (or one that cancels, which the formula should be freed of).
     """
-    with own_context(60) as context:  # for centres on balls of width 2^-120
+    with limited(), own_context(60) as context:  # for centres on balls of width 2^-120
         ops = ComplexBallOps(MpmathOps(context))
         numbers = {name: ops.rational(value) for name, value in values.items()}
 

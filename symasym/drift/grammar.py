@@ -56,6 +56,7 @@ _IRRATIONAL = 100  # a number's degree in roots, pi and values of functions
 _TERMS = 10_000  # of a number whose powers are multiplied out
 _GROWING = ("exp", "sinh", "cosh", "sech", "csch", "tanh", "coth")
 _TOWER = 10  # of an exponential of an exponential
+_NESTED = 2  # exponentials in each other
 _ARGUMENT = 10_000  # of a function whose value at a whole number is written out
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?![\w.])"
@@ -203,7 +204,7 @@ class _Reader:
             return self._powers(base.value**exponent, degree)
         # A number to a power that a value of u makes whole would be written out.
         self._small(exponent, _DEGREE)
-        return _Part(base.value**exponent, 1)
+        return self._powers(base.value**exponent, 1)
 
     def _atom(self) -> _Part:
         """The rule `atom`."""
@@ -313,6 +314,8 @@ class _Reader:
                 self._small(factor.exp, _DEGREE)
         if value.is_Rational:
             return _Part(value, 0)
+        if _exponentials(value) > _NESTED:
+            raise self._error(f"has more than {_NESTED} exponentials in each other")
         if not value.free_symbols and (degree > _IRRATIONAL or multiplied_out(value) > _TERMS):
             raise self._error(
                 f"has a power above {_IRRATIONAL} of a number that is not rational, or more than "
@@ -341,6 +344,13 @@ class _Reader:
             raise self._error(
                 f"has a number or denominator above {most:,} in an exponent or argument"
             )
+
+
+def _exponentials(value: Any) -> int:
+    """How deep exponentials lie in each other."""
+    deepest = max(map(_exponentials, value.args), default=0)
+    grows = type(value).__name__ in _GROWING or (value.is_Pow and not value.exp.is_Rational)
+    return deepest + grows
 
 
 def multiplied_out(value: Any) -> int:

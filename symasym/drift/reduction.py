@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from symasym.base.call_context import symbolic
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import exact, is_name, positive, sequence, shown
 from symasym.drift import landscape
@@ -159,6 +160,7 @@ class Reduction:
         return sorted(every | self.normal_plus.free_symbols, key=str)
 
 
+@symbolic
 def reduce(
     f_minus: Sequence[Any],
     f_plus: Sequence[Any],
@@ -307,7 +309,7 @@ def _reader(known: Mapping[str, Any]) -> Reader:
     import sympy
 
     from symasym.drift import grammar
-    from symasym.drift.expressions import sympified
+    from symasym.drift.expressions import exactly, sympified
 
     def read(name: str, given: Expr | str | float) -> Any:
         """The expression, with the symbols of `known` for their names."""
@@ -323,6 +325,7 @@ def _reader(known: Mapping[str, Any]) -> Reader:
                 f"{name} has an entry {shown(given)}, which SymPy cannot read "
                 f"({type(error).__name__}); write it like 1/2 - z."
             ) from None
+        expression = exactly(expression, name)
         # One name is one symbol, whatever assumptions it was written with.
         return expression.subs(
             {

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from symasym.base.call_context import patient
+from symasym.base.call_context import symbolic
 from symasym.base.errors import InputError
 from symasym.base.inputs import exact, is_name, require_printable, shown
 from symasym.derivation.results import latex, parts
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["emit"]
 
 
-@patient
+@symbolic
 def emit(
     what: Record | Any,
     target: str = "numpy",

@@ -13,7 +13,7 @@ import sympy
 from sympy import Expr, S, Symbol
 
 from symasym.asymptotics.weak_noise.critical_points import zeros_and_finite_parts
-from symasym.base.call_context import own_context, patient, step
+from symasym.base.call_context import own_context, step, symbolic
 from symasym.base.errors import InputError
 from symasym.base.estimate import Answer
 from symasym.base.inputs import (
@@ -193,7 +193,7 @@ class Expansion:
             )
         return pairs[0].expression
 
-    @patient
+    @symbolic
     def cases(self, *, patience: float | None = None) -> tuple[Case, ...]:
         """The cases that the drift has, each with parameters where it holds.
 
@@ -286,7 +286,7 @@ class Expansion:
                     numbers[s] = value.replace(sympy.Integral, risen)
         return numbers
 
-    @patient
+    @symbolic
     def emit(self, target: str = "numpy", name: str = "f", *, patience: float | None = None) -> Any:
         """Source code of the formula, its free symbols being the arguments (`symasym.emit`).
 
@@ -341,7 +341,7 @@ class Expansion:
 
     # -- as text ----------------------------------------------------------------------------
 
-    @patient
+    @symbolic
     def latex(self, *, patience: float | None = None) -> str:
         """The formula in LaTeX, with a line for each symbol that it is made of.
 
@@ -477,7 +477,7 @@ def _predicate(c: Any) -> str:
 # -- the verb --------------------------------------------------------------------------------------
 
 
-@patient
+@symbolic
 def expand(
     drift: Drift,
     quantity: str = "T",

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symasym.base.call_context import symbolic
 from symasym.base.errors import InputError
 from symasym.base.inputs import (
     FloatArray,
@@ -77,6 +78,7 @@ class System:
     noise: Any = "1"
     _symbols: dict[str, Any] = field(init=False, repr=False, compare=False)
 
+    @symbolic
     def __post_init__(self) -> None:
         import sympy
 
@@ -146,9 +148,7 @@ class System:
         from symasym.drift.reduction import Reduction, numbers_of
 
         if not isinstance(reduction, Reduction):
-            raise InputError(
-                f"reduction is {shown(reduction)}; give one that symasym.reduce returned."
-            )
+            raise InputError(f"reduction is {shown(reduction)}; give what sa.reduce returns.")
         values = numbers_of("at", {} if at is None else at)
         names = [str(c) for c in reduction.coordinates]
         for name, given in (("slow", slow), ("across", across)):
