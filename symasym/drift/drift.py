@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from symasym.base.call_context import step
+from symasym.base.call_context import step, symbolic
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import (
     SMALLEST,
@@ -505,6 +505,7 @@ class Drift:
 
         return expressions.phi(self.expression())
 
+    @symbolic
     def potential(self) -> Expr:
         """V(u) as a SymPy Piecewise in the real symbol ``u`` (eq:V2).
 

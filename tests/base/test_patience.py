@@ -103,6 +103,7 @@ def test_the_watch_is_of_its_own_thread() -> None:
         lambda: sa.laplace_integral("-x**2", _FRACTIONS, "x", _FRACTIONS.replace("x", "2"), 9),
         lambda: sa.reduce((_FRACTIONS, "1"), ("-1", "1"), ("-s", "1"), ((1,), (0,)), ("y", "x")),
         lambda: sa.uniform_integral("-x**2", _FRACTIONS, "x", 0, 1),
+        lambda: sa.hill(a_minus=1, a_plus=[0.1, 0.5], K=0.05, n=3).potential(),
     ],
 )
 def test_simplifying_ends_in_time(call: Callable[[], Any]) -> None:
