@@ -437,7 +437,10 @@ def _with_drag(answer: Estimate, log: bool, borne: float) -> Estimate:
     """The same, with a note where T isn't small beside the drag time."""
     import numpy as np
 
-    longest = float(np.nanmax(np.asarray(answer.value, dtype=float)))
+    values = np.asarray(answer.value, dtype=float)
+    if np.isnan(values).all():
+        return answer
+    longest = float(np.nanmax(values))
     ratio = (longest if log else np.log(longest)) - np.log(borne)
     if not ratio > np.log(0.1):
         return answer

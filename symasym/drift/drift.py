@@ -22,6 +22,7 @@ from symasym.base.inputs import (
     float_text,
     floats,
     is_array,
+    is_name,
     meant,
     shown,
 )
@@ -211,7 +212,7 @@ class Drift:
         if not isinstance(name, str) or name not in self.parameters:
             known = ", ".join(self.parameters) or "none at all"
             raise InputError(
-                f"{name if isinstance(name, str) else shown(name)} is no parameter of this drift; "
+                f"{name if is_name(name) else shown(name)} is no parameter of this drift; "
                 f"its parameters are {known}{meant(name, self.parameters)}."
             )
 

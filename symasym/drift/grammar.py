@@ -266,7 +266,8 @@ class _Reader:
         least, most = FUNCTIONS[name]
         if not least <= len(arguments) <= most:
             raise self._error(f"gives {name} {len(arguments)} arguments")
-        if name in ("gamma", "loggamma") or name.startswith("bessel"):
+        special = name in ("gamma", "loggamma") or name.startswith("bessel")
+        if special or (name.startswith(("erf", "airy")) and not arguments[0].free_symbols):
             self._small(arguments[0], _ARGUMENT)
         elif name == "exp" and arguments[0].has(sympy.log):
             self._small(arguments[0], _DEGREE)

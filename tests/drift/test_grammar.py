@@ -62,6 +62,23 @@ HUGE = [
     "sqrt(10**90000+7)", "tan(10**90000)", "2**(10**9+1/2)", "(1+sqrt(2))**(10**9)", "u" * 20_000,
     "*".join(["(u+1)**90"] * 30), "7**" * 50 + "7", "1" * 9_000,
 ]  # fmt: skip
+#: What looks like a formula and is none; how numbers grow by powers, roots and functions; names,
+#: paths and formulas of other languages.
+_SQUARES = "1+sqrt(2)"
+for _ in range(40):
+    _SQUARES = f"({_SQUARES})^2"
+CODE += [
+    "\u0435**2 + u", "\uff12*u", "1 \u2212 u", "u\u00b2", "\U0001d462 - 1", "u\u202e-1",
+    "u\u200b**2", "\u00bd - u", "\u221e", "$u$", "u$1", "\\input{/etc/passwd}",
+    "</script><script>alert(1)", "u'\n'u", "u # 1", "u /* 1 */", "%s%n", "{0.__class__}", "=cmd|' /C calc'!A0", "@SUM(1)",
+    "/dev/zero", "file:///etc/passwd", "~root/.x", "\ufeffu", "\x1b]0;x\x07u", "1 << 99999",
+]  # fmt: skip
+HUGE += [
+    _SQUARES, "sqrt(" * 50 + "2+u" + ")" * 50, "gamma(gamma(10))", "exp(exp(exp(u)))",
+    "(cosh(9)+1)**2000", "2**(exp(9)**exp(9))", "((sin(u)+1)**2000+1)**2000", "cbrt(10**1990+1)",
+    "(sqrt(2)+sqrt(3)+sqrt(5)+sqrt(7)+sqrt(11))**99", "erfc(10**1999)",
+    "1/(u+" * 61 + "1" + ")" * 61,
+]  # fmt: skip
 WRONG = ["", " ", "u +", "*", "sin", "sin()", "sin(u, u)", "(u", "u)", "1.2.3", "u == 1",
          "Max(I, 2)", "Piecewise((1, u))", "u u", "2 u", ","]  # fmt: skip
 

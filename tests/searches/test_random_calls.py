@@ -107,6 +107,8 @@ def test_every_public_name_argument_and_option_is_called() -> None:
         "sa.escape_time(sa.linear(1, 1), 0.3, 2, full=Frame(), drag_time=0.5)",
         "sa.expand(sa.linear(), order=0).put_in(expression=(1, 2))",
         "sa.friction(mu=1, alpha=1e308, z0=1).folds()",
+        "sa.escape_time(sa.tanh(3, 1, 1e9), 1e-9, 2, method='laplace', dps=30, full=True, "
+        "errors='nan', drag_time=1)",
         "sa.friction(mu=1, alpha=1e308, z0=1).beta()",
         "sa.laplace_integral('-x', '1/(1e30 + 1/3)**(0.5**(1/3))', 'x', 1, 'oo').error_kind",
         "sa.sensitivity(sa.polynomial(1e308, '3', '3', 1e-60), 2, 10, quantity='C')",

@@ -308,6 +308,8 @@ def _numeric_tops(
     tops, others = highest(pieces, x)
     if given is not None:
         for point in given:
+            if point.free_symbols:
+                raise InputError(f"maxima has {shown(point)}; give numbers, f has no parameters.")
             value = number(sympy.sympify(point))
             if not any(
                 abs(difference(number(p.point), value)) < 1e-15 * max(1, abs(value))
