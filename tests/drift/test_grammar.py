@@ -70,8 +70,9 @@ for _ in range(40):
 CODE += [
     "\u0435**2 + u", "\uff12*u", "1 \u2212 u", "u\u00b2", "\U0001d462 - 1", "u\u202e-1",
     "u\u200b**2", "\u00bd - u", "\u221e", "$u$", "u$1", "\\input{/etc/passwd}",
-    "</script><script>alert(1)", "u'\n'u", "u # 1", "u /* 1 */", "%s%n", "{0.__class__}", "=cmd|' /C calc'!A0", "@SUM(1)",
-    "/dev/zero", "file:///etc/passwd", "~root/.x", "\ufeffu", "\x1b]0;x\x07u", "1 << 99999",
+    "</script><script>alert(1)", "u'\n'u", "u # 1", "u /* 1 */", "%s%n", "{0.__class__}",
+    "=cmd|' /C calc'!A0", "@SUM(1)", "/dev/zero", "file:///etc/passwd", "~root/.x", "\ufeffu",
+    "\x1b]0;x\x07u", "1 << 99999",
 ]  # fmt: skip
 HUGE += [
     _SQUARES, "sqrt(" * 50 + "2+u" + ")" * 50, "gamma(gamma(10))", "exp(exp(exp(u)))",
