@@ -4,9 +4,9 @@ Digits are those of mpmath contexts of our own (`own_context`, `kept`): the call
 never read or changed.
 
 Time is one limit for all methods, tested between the steps of every long loop. A verb runs under
-`limited`, whose seconds are the caller's ``patience=``, and loops say `step()` at each turn. It is
-that of the processor in this thread, so that a busy machine refuses nothing, and a verb inside a
-verb has what is left of the outer one's.
+`limited`, whose seconds are the caller's ``patience=``, and loops say `step()` at each turn; what
+SymPy does is `watched`. It is that of the processor in this thread, so that a busy machine refuses
+nothing, and a verb inside a verb has what is left of the outer one's.
 """
 
 from __future__ import annotations

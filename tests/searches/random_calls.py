@@ -234,8 +234,8 @@ CALLS: dict[str, dict[str, _Place]] = {
     },
     "labels": {},
 }  # fmt: skip
-_ESTIMATE = {"__str__": {}, "__repr__": {}, "__hash__": {},
-             "terms": None, "dropped": None, "notes": None, "mask": None}  # fmt: skip
+_ESTIMATE = {"__str__": {}, "__repr__": {}, "terms": None, "dropped": None,
+             "notes": None, "mask": None}  # fmt: skip
 _LANDSCAPE = {"wells": {}, "barriers": {}, "critical_points": {}, "region": None, "plot": {},
               "phi": {}, "expression": {}, "potential": {}, "potential_at": {"u": _KAPPA},
               "ends": None, "free": None, "parameters": None, "values": None, "shape": None,
