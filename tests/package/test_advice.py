@@ -623,6 +623,17 @@ REFUSED = {
         noise="strong",
         then=[lambda: sa.escape_time(LINES, 5, 2, method="strong_noise")],
     ),
+    "reduction": Refused(
+        sa.System.of,
+        ("drift", 1),
+        "z",
+        "y",
+        then=[
+            lambda: sa.reduce(
+                ("-1 - z", "-1"), ("1 - z", "-1"), ("s - z", "-1"), (1, 0), ("y", "z")
+            )
+        ],
+    ),
     "noise of u": Refused(
         lambda method: sa.release(
             sa.System("-u - z", "-1", noise="1 + u**2"),
