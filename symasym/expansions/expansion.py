@@ -44,7 +44,15 @@ from symasym.emit.symbolic_sums import (
     number_of,
 )
 from symasym.expansions.builder import FinitePart, Rule, Symbols, U, nested
-from symasym.expansions.cases import Case, case_of, found_cases, read_case, slides, zero_at
+from symasym.expansions.cases import (
+    Case,
+    case_of,
+    contradiction,
+    found_cases,
+    read_case,
+    slides,
+    zero_at,
+)
 from symasym.expansions.composition import (
     D_MINUS,
     D_PLUS,
@@ -520,8 +528,9 @@ def expand(
     Raises
     ------
     InputError
-        For an unknown quantity or noise, an order out of range, a case that the drift
-        is not in, a double zero of A, or a parameter with a name that the formula needs.
+        For an unknown quantity or noise, an order out of range, a case that the drift is not in
+        (or, as signs show, for no parameters), a double zero of A, or a parameter with a name that
+        the formula needs.
 
     Notes
     -----
@@ -595,6 +604,12 @@ def _case(drift: Drift, start: Fraction, case: str | Case | None, quantity: str)
                 )
             return cases[0]
         own = asked or read_case("start well" if sliding and not general else "start well barrier")
+        if drift.free and not (general or drift.shape) and (no := contradiction(drift, start, own)):
+            found = "', '".join(map(str, found_cases(drift, start, sliding)))
+            raise InputError(
+                f"case is '{own}', which {drift!r} is in for no {', '.join(drift.free)}: {no}; the "
+                f"cases found are '{found}'."
+            )
     else:
         own = case_of(drift, start)
     if asked is not None and asked != own:

@@ -376,11 +376,13 @@ REFUSED = {
     ),
     "no values": Refused(
         sa.expand,
-        sa.Drift("a*u**2"),
+        sa.Drift("(u - 1/2)**2 - a**2/10**12"),
         "T",
         then=[
-            lambda: sa.expand(sa.Drift("a*u**2"), "T", case="start well barrier"),
-            lambda: sa.escape_time(sa.Drift("2*u**2"), "0.1", 2, start="1/2", method="uniform"),
+            lambda: sa.expand(
+                sa.Drift("(u - 1/2)**2 - a**2/10**12"), "T", case="start well barrier"
+            ),
+            lambda: sa.escape_time(sa.Drift("(u - 1/2)**2"), "0.1", 2, method="uniform"),
         ],
     ),
     "other case": Refused(
@@ -395,12 +397,12 @@ REFUSED = {
     ),
     "sliding case": Refused(
         sa.expand,
-        sa.friction(),
+        sa.Drift("a + b*u - c*u**3"),
         "P",
         case="barrier well",
         then=[
-            lambda: sa.expand(sa.friction(), "P", case="well"),
-            lambda: sa.expand(sa.friction(), "P", case="well barrier well"),
+            lambda: sa.expand(sa.Drift("a + b*u - c*u**3"), "P", case="well"),
+            lambda: sa.expand(sa.Drift("a + b*u - c*u**3"), "P", case="well barrier well"),
         ],
     ),
     "no pair covered": Refused(
