@@ -146,13 +146,14 @@ def common_shape(drift: Drift, shapes: dict[str, tuple[int, ...]]) -> tuple[int,
 def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
     """The numbers and the drift's parameters broadcast together, in their ranges."""
     kappa = numbers.get("kappa", 1)
-    known = is_array(kappa) or isinstance(kappa, float)
-    number = kappa if known else exact("kappa", kappa)
-    if not is_array(kappa) and 0 < number < _WEAKEST:
-        raise InputError(
-            f"kappa is {float_text(Fraction(number))}, so that 2/kappa^2 leaves the range of "
-            "float64 (1e308) in which the evaluation is planned; method='laplace' has no such limit."
-        )
+    if not is_array(kappa):
+        number = kappa if isinstance(kappa, float) else exact("kappa", kappa)
+        if 0 < number < _WEAKEST:
+            raise InputError(
+                f"kappa is {float_text(Fraction(number))}, so that 2/kappa^2 leaves the range of "
+                "float64 (1e308) in which the evaluation is planned; method='laplace' has no such "
+                "limit."
+            )
     arrays = {name: floats(name, value, copy=False) for name, value in numbers.items()}
     shape = common_shape(drift, {name: x.shape for name, x in arrays.items()})
     size = math.prod(shape)

@@ -270,7 +270,10 @@ def series_of(
 
 
 def centred(
-    coefficients: FloatArray, middle: FloatArray, half: FloatArray | float, scale: FloatArray
+    coefficients: FloatArray,
+    middle: FloatArray | float,
+    half: FloatArray | float,
+    scale: FloatArray,
 ) -> FloatArray:
     """The polynomials of these ascending coefficients, a column each, times `scale`, about the
     middles of intervals in half widths."""

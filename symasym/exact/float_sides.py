@@ -1,10 +1,11 @@
 r"""Sides of moderate scenes in float64: from -r to the start with panels of their own.
 
 On a side, lam phi is a polynomial q(t)/h on [-1, end], t from -1 to 1. With Q the sum of the moduli
-of its coefficients over k + 1, lam V moves by Q at most; where that is moderate 1/sigma and w are
-carried through the panels as they stand (`sweep.carried`), and only sigma left of u = -1 needs a
-logarithm. Panels are as long as the local |q| and its derivatives allow, all of a side alike: they
-end where an integral over equal cells passes whole numbers.
+of its coefficients over k + 1, lam V moves by Q at most; where that is moderate sigma and w sigma
+are carried through the panels as they stand: w sigma is lam times the integral of sigma, and gains
+lam (sigma int 1/e + the nested integral) on a panel (`sweep.carried`). Only sigma left of u = -1
+needs a logarithm. Panels are as long as the local |q| and its derivatives allow, all of a side
+alike: they end where an integral over equal cells passes whole numbers.
 
 Where that sigma is above e^(Q + 45), S is constant on [-1, end] to all digits, so that
 
@@ -160,68 +161,69 @@ def _nested(sides: _Sides) -> tuple[FloatArray, ...]:
     sigma, time, missed = _joined(sides, *_integrals(sides.series))
     missed[missed > RESOLUTION] = np.nan
     # Exponents lam (V(v) - V(u)) are off by `moved` at most, by as much for each of two in w.
-    log, error = np.log(sigma), sides.error + missed
     missed += sides.own
+    log, error = np.log(sigma), sides.error + missed
     missed *= 2.0
     missed += sides.moved
     time /= sigma
     return log, error + _ROUNDING * np.abs(log), np.log(time), error + missed
 
 
-def _integrals(series: FloatArray) -> tuple[FloatArray, IntArray]:
+def _integrals(series: FloatArray) -> tuple[FloatArray, list[int], IntArray]:
     """Of each panel e^{lam V} at its right end, 1 being that at its left one, the integrals of
-    `float_panels.integrals` in half widths of the side, and what the nodes miss of them; and the
-    numbers of panels of the sides, which follow each other."""
+    `float_panels.integrals` in half widths of the side, and what the nodes miss of them.
+
+    First come the first panels of all sides, then the second ones, ...: how many there are of each,
+    and the sides' order.
+    """
     count, ends = _panels(series)
-    number = len(ends) - 1
-    several = number > len(count)
-    if several:
-        # The k-th side is [2 k - 1, 2 k + 1] there.
-        half = ends[1:] - ends[:-1]
-        half *= 0.5
-        middle = ends[:-1] - np.repeat(np.arange(0.0, 2.0 * len(count), 2.0), count)
-        middle += half
-        series = np.repeat(series, count, axis=1)
+    number, most = len(ends) - 1, int(count.max())
+    order, widths = np.arange(len(count)), [number]
+    if most > 1:
+        # The sides with most panels first.
+        order = np.argsort(-count, kind="stable")
+        widths = (len(count) - np.add.accumulate(np.bincount(count))[:most]).tolist()
+        first = (np.add.accumulate(count) - count)[order]
+        side = np.concatenate([order[:n] for n in widths])
+        at = np.concatenate([first[:n] + k for k, n in enumerate(widths)])
     parts = np.empty((5, number))
     place, memory = float_panels.memory()
     for begin in range(0, number, float_panels.AT_ONCE):
         step()
         some = slice(begin, min(begin + float_panels.AT_ONCE, number))
         local = series[:, some]
-        if several:
-            local = centred(local, middle[some], half[some], half[some])
+        if most > 1:
+            row, left = side[some], at[some]
+            # The k-th side is [2 k - 1, 2 k + 1] there.
+            middle, half = ends.take(left), ends.take(left + 1)
+            half -= middle
+            half *= 0.5
+            middle -= 2.0 * row
+            middle += half
+            local = centred(series.take(row, axis=1), middle, half, half)
         (out,) = float_panels.arrays_in(place, (NODES,), (1, local.shape[1]))
         exponents, rise = float_panels.exponents_of_series(local, 1, out)
         np.exp(rise[0], out=parts[0, some])
         for part, found in zip(parts[1:], float_panels.integrals(exponents, memory), strict=True):
             part[some] = found[0]
-    if several:
-        parts[1:4] *= half
-        parts[3] *= half
-    return parts, count
+        if most > 1:
+            parts[1:4, some] *= half
+            parts[3, some] *= half
+    return parts, widths, order
 
 
-def _joined(sides: _Sides, parts: FloatArray, count: IntArray) -> FloatArray:
+def _joined(sides: _Sides, parts: FloatArray, widths: list[int], order: IntArray) -> FloatArray:
     """sigma and lam times its integral, which is w sigma, at the ends of the sides; the most that
     is missed on a panel."""
-    most = int(count.max())
-    order: IntArray | slice = slice(None)
-    widths = [len(count)]
-    if most > 1:
-        # The first panels of all sides, the second ones, ...; the sides with most panels first.
-        order = np.argsort(-count, kind="stable")
-        widths = (len(count) - np.add.accumulate(np.bincount(count))[:most]).tolist()
-        first = (np.add.accumulate(count) - count)[order]
-        at = np.concatenate([first[:n] + k for k, n in enumerate(widths)])
-        parts = parts.take(at, axis=1)
-    result = np.empty((3, len(count)))
+    result = np.empty((3, len(order)))
     # In the side's width, until the end.
     sigma, time, missed = result
-    h = sides.h[order]
-    np.exp(sides.log_sigma[order], out=sigma)
+    h = sides.h.take(order)
+    np.exp(sides.log_sigma.take(order), out=sigma)
     sigma /= h
-    rate = sides.lam[order] * h
-    np.divide(sides.w[order], rate, out=time)
+    rate = sides.lam.take(order)
+    rate *= h
+    np.divide(sides.w.take(order), rate, out=time)
     time *= sigma
     missed[:] = 0.0
     low = 0
@@ -238,8 +240,6 @@ def _joined(sides: _Sides, parts: FloatArray, count: IntArray) -> FloatArray:
     sigma *= h
     rate *= h
     time *= rate
-    if most == 1:
-        return result
     back = np.empty_like(order)
     back[order] = np.arange(len(order))
     return result.take(back, axis=1)
@@ -281,8 +281,9 @@ def _panels(series: FloatArray) -> tuple[IntArray, FloatArray]:
 @cache
 def _at_cells(terms: int) -> tuple[FloatArray, FloatArray]:
     """t^k over `REACH_DOWN` and over -`REACH` at the ends of equal cells of [-1, 1], two for each
-    term and not fewer than eight; its derivatives times `_BENT`, and of many terms the higher ones over k! and
-    `float_panels.bends`; the matrix from a row of values on the cells to running means."""
+    term and not fewer than eight; its derivatives times `_BENT`, and of many terms the higher ones
+    over k! and `float_panels.bends`; the matrix from a row of values on the cells to running means.
+    """
     cells = max(8, 2 * terms)
     t, k = np.linspace(-1.0, 1.0, cells + 1)[:, None], np.arange(terms)
     rows = [t**k / REACH_DOWN, -(t**k) / REACH, _BENT * k * t ** np.maximum(k - 1, 0)]
@@ -370,10 +371,11 @@ def _to_end(count: int, terms: int) -> tuple[FloatArray, FloatArray]:
     return powers, weights
 
 
-def _integrals_to_end(z: Any, terms: int) -> Any:
+def _integrals_to_end(z: Any, terms: int) -> FloatArray:
     """Half the real parts of the integrals of t^k from 1 to points z, a row each."""
     k = np.arange(1, terms + 1)
-    return np.ascontiguousarray(((z[:, None] ** k - 1.0) / (2 * k)).real)
+    powers: FloatArray = np.ascontiguousarray(((z[:, None] ** k - 1.0) / (2 * k)).real)
+    return powers
 
 
 @cache

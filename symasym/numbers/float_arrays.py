@@ -432,9 +432,7 @@ class LogPositive:
             return LogPositive(log, error + _ROUNDING * np.abs(log))
         # Exponential and logarithm are vectorised in NumPy, its logaddexp is not.
         log = np.maximum(self.log, term.log)
-        ratio = np.minimum(self.log, term.log)
-        ratio -= log
-        np.exp(ratio, out=ratio)
+        ratio = np.exp(np.minimum(self.log, term.log) - log)
         whole = 1.0 + ratio
         behind = np.log(whole)
         log += behind
@@ -450,11 +448,7 @@ class LogPositive:
             ahead = (x.log - log + behind + x.error for x in (self, term))
             most = np.logaddexp(*ahead) - behind
             error = np.where(known > _LINEAR, most, error)
-        rounded = np.abs(log)
-        rounded += 2.0
-        rounded *= _ROUNDING
-        error += rounded
-        return LogPositive(log, error)
+        return LogPositive(log, error + _ROUNDING * (np.abs(log) + 2.0))
 
     __radd__ = __add__
 

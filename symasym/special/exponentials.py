@@ -67,12 +67,8 @@ def _terms(eps: Number) -> int:
 def log_quotient(x: FloatArray, factor: FloatArray | float = 1.0) -> FloatArray:
     """The logarithm of `factor` times phi_1(x), also where e^x has no float64."""
     below = -np.maximum(np.abs(x), 1e-300)
-    quotient = np.expm1(below)
-    quotient /= below
-    quotient *= factor
-    np.log(quotient, out=quotient)
-    quotient += np.maximum(x, 0.0)
-    return quotient
+    log: FloatArray = np.log(np.expm1(below) / below * factor) + np.maximum(x, 0.0)
+    return log
 
 
 #: B_2k/(2 k)! of the Bernoulli numbers, k from 1: below 1/2 in size, the rest is left out.

@@ -131,3 +131,15 @@ def test_sides_alone_and_together_are_the_same(lam: float) -> None:
     for j in (0, 350, 699):
         alone = sa.escape_time(drift.bind(z0=z0[[j]]), kappa, 2.0, start=0.3, log=True, full=True)
         assert abs(alone.value[0] - together.value[j]) <= alone.error[0] + together.error[j]
+
+
+@pytest.mark.parametrize("p", [0.0, 0.5])
+def test_a_side_beyond_float64_is_left_to_logarithms(p: float) -> None:
+    """Of some, w sigma has no float64, though w and sigma have one each."""
+    lam = 14.0
+    drift, numbers = sa.Drift("p - 50*u"), (np.sqrt(2 / lam), 1.5)
+    many = drift.bind(p=np.linspace(0.0, 1.0, 41))
+    found = sa.escape_time(many, *numbers, start=0.9, log=True, full=True)
+    exact = sa.escape_time(drift.bind(p=p), *numbers, start=0.9, log=True, dps=25)
+    j = int(40 * p)
+    assert abs(found.value[j] - exact) <= found.error[j] < 1e-11
