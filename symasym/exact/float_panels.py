@@ -283,7 +283,7 @@ def integrals(exponents: FloatArray, work: FloatArray | None = None) -> tuple[Fl
         Memory to be used beside that of plain `exponents`, which are overwritten then: getting it
         anew takes as long as filling it.
     """
-    shape = len(exponents), exponents.shape[2]
+    shape = exponents.shape[0], exponents.shape[2]
     places: Any = [None] * 4
     if work is not None:
         e_place, both = arrays_in(work, (NODES, NODES + 6), shape)
