@@ -109,10 +109,8 @@ def swept(field: Field, lam: FloatArray, r: FloatArray, end: FloatArray) -> tupl
     x = w * a_minus
     log_sigma = log_quotient(x, width)
     w *= mean_place(x)
-    moved, error = _ULP * size, _ULP * np.maximum(x, 0.0)
-    error += moved
-    error += own
-    error += _ROUNDING
+    moved = _ULP * size
+    error = own + moved + _ULP * np.maximum(x, 0.0) + _ROUNDING
     sides = _Sides(lam, series, size, h, own, moved, log_sigma, error, w)
     found = np.full((4, len(index)), np.nan)
     alone = np.flatnonzero(log_sigma > FAINT + size)
@@ -165,8 +163,7 @@ def _nested(sides: _Sides) -> tuple[FloatArray, ...]:
     log, error = np.log(sigma), sides.error + missed
     missed *= 2.0
     missed += sides.moved
-    time /= sigma
-    return log, error + _ROUNDING * np.abs(log), np.log(time), error + missed
+    return log, error + _ROUNDING * np.abs(log), np.log(time / sigma), error + missed
 
 
 def _integrals(series: FloatArray) -> tuple[FloatArray, list[int], IntArray]:
@@ -313,13 +310,9 @@ def _single(sides: _Sides) -> tuple[FloatArray, ...]:
         h[long] *= half
         heights[:, long] = inside @ some
     # The mean of the exponential is e^highest/(1 + Q) or more, roughly.
-    enough = np.maximum(heights.max(axis=0), 0.0) - many
-    enough += _ENOUGH
+    enough = _ENOUGH + np.maximum(heights.max(axis=0), 0.0) - many
     most = (outside @ series).reshape(len(bounds), -1, len(h)).max(axis=1)
-    most -= enough
-    most += bounds[:, :1]
-    most *= bounds[:, 1:]
-    wanted = most.min(axis=0)
+    wanted = ((most - enough + bounds[:, :1]) * bounds[:, 1:]).min(axis=0)
     nodes = min(-int(-wanted.max() // _RULES) * _RULES, _MOST)
     enough[wanted > _MOST] = np.nan
     powers, weights = _to_end(nodes, len(series))
@@ -333,20 +326,11 @@ def _single(sides: _Sides) -> tuple[FloatArray, ...]:
         np.matmul(powers, columns, out=exponents[0])
         np.exp(exponents, out=exponents)
         np.matmul(weights, exponents[0], out=total[part])
-    before = np.exp(rise)
-    before *= sides.w
-    w = lam * h
-    w *= total
-    w += before
+    before = np.exp(rise) * sides.w
+    w = before + lam * h * total
     log = sides.log_sigma - rise
-    np.exp(enough, out=enough)
-    enough /= total
-    before *= moved
-    before /= w
-    before += enough
-    own = own + _ROUNDING
-    own *= 2.0
-    return log, sides.error + _ROUNDING * np.abs(log), np.log(w), own + before
+    of_w = 2 * (own + _ROUNDING) + np.exp(enough) / total + moved * before / w
+    return log, sides.error + _ROUNDING * np.abs(log), np.log(w), of_w
 
 
 @cache
