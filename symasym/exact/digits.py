@@ -58,9 +58,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
 
     dps = request.digits
     try:
-        # Where A is no polynomial, ball arithmetic is the faster way as well as the proved one.
-        proved = request.full or scene.drift.exact_coefficients() is None
-        if proved and balls.available():
+        if (request.full or _balls_are_faster(scene, dps)) and balls.available():
             try:
                 enclosure = _asked(vars(ball_sweep), scene, request.name, dps + 3, request.log)
                 return Answer(*balls.to_mpf(enclosure, dps), "bound", (request.name,))
@@ -79,6 +77,19 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     with own_context(15) as context:
         error = abs(context.make_mpf(value._mpf_)) * context.mpf(10) ** -dps
     return Answer(value, error, "estimate", (request.name,))
+
+
+def _balls_are_faster(scene: Scene, dps: int) -> bool:
+    """True where A is no polynomial and lam V varies little: more, and digits take few panels."""
+    if scene.drift.exact_coefficients() is not None:
+        return False
+    with own_context(dps) as context:
+        precise(context, dps)
+        lam, reach = (
+            2 / scene.numbers["kappa"] ** 2,
+            min(Fraction(1), scene.numbers.get("r", Fraction(1))),
+        )
+        return swept_scene(scene.drift, False, lam, context).varies_little(-reach, reach)
 
 
 def _asked(verbs: dict[str, Any], scene: Scene, name: str, dps: int, log: bool) -> Any:
@@ -270,13 +281,13 @@ class Partition:
 
     def _inside(self, lo: Fraction, hi: Fraction) -> Iterator[Panel]:
         """Panels of a part of the layer: Taylor panels only where lam V varies little."""
-        if self._varies_little(lo, hi):
+        if self.varies_little(lo, hi):
             yield from self._taylor(Rational(0), lo, hi)
             return
         for centre, t0, t1 in self._graded(lo, hi):
             yield from self._block(centre, t0, t1, 0)
 
-    def _varies_little(self, lo: Fraction, hi: Fraction) -> bool:
+    def varies_little(self, lo: Fraction, hi: Fraction) -> bool:
         """True where lam V changes by so little that Taylor panels are cheapest."""
         grid = np.linspace(float(lo), float(hi), 17)
         with np.errstate(over="ignore"):
@@ -286,7 +297,7 @@ class Partition:
     def expect(self, start: Fraction, end: Fraction) -> None:
         """Raise TimeLimitError where the panels from `start` to `end` take too long."""
         lo, hi = max(Rational(start), Rational(-1)), min(Rational(end), Rational(1))
-        if self.field.is_polynomial or lo >= hi or self._varies_little(lo, hi):
+        if self.field.is_polynomial or lo >= hi or self.varies_little(lo, hi):
             return
         at_ends = self.field.float_values(np.array([lo, hi], dtype=float))
         if self._zeros(lo, hi) or not at_ends.all():

@@ -93,6 +93,18 @@ def test_balls_cover_most_of_the_table() -> None:
     assert not refused
 
 
+def test_digits_at_weak_noise_take_no_balls(monkeypatch: pytest.MonkeyPatch) -> None:
+    if not balls.available():
+        pytest.skip("python-flint is not installed")
+    drift = sa.tanh(1, -1, 2)
+    proved = sa.escape_time(drift, "0.03", 5, dps=17, full=True)
+    assert proved.error_kind == "bound"
+    monkeypatch.delattr(ball_sweep, "escape_time")
+    assert relative(sa.escape_time(drift, "0.03", 5, dps=17), proved.value) <= 1e-17
+    with pytest.raises(KeyError):
+        sa.escape_time(drift, "0.3", 5, dps=17)
+
+
 @pytest.mark.parametrize("problem", tagged("quadrature"), ids=str)
 def test_plain_quadrature_agrees(problem: Problem) -> None:
     quantity = "1-P" if problem.slides else "T"

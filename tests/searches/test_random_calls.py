@@ -65,6 +65,7 @@ def test_every_public_name_argument_and_option_is_called() -> None:
     "call",
     [
         "sa.rescale(eps=[0.1, 0.5], kappa=0.05, r=0.5).drag_time(distance=0.1, velocity=0.3)",
+        "sa.escape_time(sa.Drift('0.3 - 1.5/(1 + (500*u)**2)'), 0.1, 2, method='local')",
         "sa.rescale(eps=2, kappa=1, r='1e99999').__str__()",
         "sa.rescale(eps=1, kappa=10**5000, r=10).__str__()",
         "sa.plot(quantity='p_ss', drift=sa.linear(1, -1), kappa=[0.1, 1], r=10)",

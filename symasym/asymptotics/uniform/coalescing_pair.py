@@ -261,7 +261,7 @@ def _candidates(
         if stretch.has(point):
             canonical = _canonical_pair(stretch, point, order + 1 + BEYOND, points)
             if canonical is not None and _is_own(canonical, turns, context):
-                real = zeros_of(canonical, context) if canonical.pair.zeta > 0 else ()
+                real = zeros_of(canonical, context) if canonical.pair.zeta >= 0 else ()
                 own = [p for u in real if (p := place_at(u, points)) is not None]
                 pairs.append((canonical, own))
     return pairs
@@ -295,7 +295,7 @@ def _canonical_pair(
             )
         except SymasymError:
             return None
-        zeros = zeros_of(canonical, context) if pair.zeta > 0 else ()
+        zeros = zeros_of(canonical, context) if pair.zeta >= 0 else ()
         if None not in [place_at(u, points) for u in zeros]:
             break
         # A polynomial has no more terms; another series may be short of the zeros' digits.
