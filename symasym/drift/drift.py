@@ -352,6 +352,12 @@ class Drift:
 
     def exact_coefficients(self) -> list[Fraction] | None:
         """Rational coefficients of A in ascending powers; None if A is no such polynomial."""
+        known = self._rational_coefficients
+        return None if known is None else [*known]
+
+    @cached_property
+    def _rational_coefficients(self) -> list[Fraction] | None:
+        """The coefficients, which an expression's tree gives slowly."""
         try:
             coefficients = self._model.coefficients(self.scalars(), FractionOps())
         except NotRational:

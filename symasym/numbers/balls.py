@@ -127,10 +127,8 @@ class _Polynomial:
 
     def value(self, u: Fraction) -> Any:
         """A(u), its rational value rounded once."""
-        total = Fraction(0)
-        for coefficient in reversed(self.coefficients):
-            total = total * u + coefficient
-        return exact_ball(total)
+        flint = flint_module()
+        return flint.arb(self._exact(flint.fmpq(u.numerator, u.denominator)))
 
     def bound(self, center: Fraction, radius: Fraction) -> Any:
         """Sum of |c_k| radius^k, c_k the Taylor coefficients at the centre."""

@@ -85,9 +85,11 @@ class ExactField:
             values: FloatArray = self._sign * self._drift.evaluate_float(self._sign * u)
         return np.broadcast_to(values, u.shape)
 
-    def spread(self, centre: Fraction, radius: Fraction) -> mpf:
-        """A bound on the change of A over this complex ball, maybe infinite."""
-        bits = 64 + max(0, radius.denominator.bit_length() - radius.numerator.bit_length())
+    def spread(self, centre: Fraction, radius: Fraction, finest: Fraction = Fraction(1)) -> mpf:
+        """A bound on the change of A over this complex ball, maybe infinite; its edges are told
+        from what is a part of `finest` away."""
+        least = min(radius, finest)
+        bits = 64 + max(0, least.denominator.bit_length() - least.numerator.bit_length())
         with own_context(1) as context:
             context.prec = bits
             ops = ComplexBallOps(MpmathOps(context))
