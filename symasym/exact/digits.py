@@ -313,8 +313,11 @@ class Partition:
 
     def _zeros(self, lo: Fraction, hi: Fraction) -> list[Fraction]:
         """Short dyadic approximations, finer than any layer, of the zeros of A inside."""
-        bits = 40 + max(0, places(1 / (1 + self.lam)))
-        zeros = sorted({dyadic(x, bits) for x in self.field.zeros(lo, hi)})
+        with np.errstate(over="ignore"):
+            size = np.abs(self.field.float_values(np.linspace(float(lo), float(hi), 17))).max()
+        steepest = Rational(size) if 1 <= size < math.inf else Rational(1)
+        bits = 40 + max(0, places(1 / (1 + self.lam * steepest)))
+        zeros = sorted({dyadic(x, bits) for x in self.field.zeros(lo, hi, bits)})
         return [x for x in zeros if lo < x < hi]
 
     def _block(self, centre: Fraction, t0: Fraction, t1: Fraction, depth: int) -> Iterator[Panel]:
