@@ -523,7 +523,11 @@ class Drift:
         u : float or array_like
             Scaled position, broadcast with the parameters.
         """
-        return landscape.potential_at(self, floats("u", u))
+        position = floats("u", u)
+        try:
+            return landscape.potential_at(self, position)
+        except BeyondFloat as error:
+            raise error.without_digits("V") from None
 
     def critical_points(self) -> list[landscape.CriticalPoint]:
         """Zeros of A in (-1, 1), left to right, with multiplicity and stability.

@@ -129,6 +129,9 @@ def test_both_ways_agree(
         (sa.linear(3, -1), "0.01", {"quantity": "1 - P"}),
         (sa.linear(-1, 2), "1e-3", {"r": 2, "start": "0.1"}),
         (sa.tanh(1, "-1/2", 1), "0.05", {"r": 2}),
+        # Constant to the digits asked for, though its change by b is not.
+        (sa.Drift("1 + b*exp(u)").bind(b="1e-60"), "1", {"r": 2}),
+        (sa.tanh(1, "-1/2", 1000), "1", {"r": 2, "start": "1/3"}),
     ],
 )
 def test_sweeps_that_carry_derivatives_agree_with_differences(
