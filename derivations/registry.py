@@ -70,14 +70,14 @@ def entries() -> dict[str, Entry]:
     return found
 
 
-def entry(label: str) -> Entry | None:
-    """The entry of a label, or of a series to an order, such as ``saddle-series-5``; else None."""
+def entry(label: str) -> Entry:
+    """The entry of a label, or of a series to an order (``saddle-series-5``); else KeyError."""
+    if label in entries():
+        return entries()[label]
     head, _, order = label.rpartition("-")
-    known = entries().get(label) or entries().get(head)
-    if known is None or known.label == label:
-        return known
+    known = entries()[head]
     if order not in map(str, range(1, known.orders + 1)):
-        return None
+        raise KeyError(label)
     return replace(known, label=label, title=f"{known.title}, to order {order}", order=int(order))
 
 
@@ -90,8 +90,6 @@ def closure(labels: Iterable[str]) -> list[str]:
         if label in ordered:
             return
         known = entry(label)
-        if known is None:
-            raise KeyError(label)
         if label in under_way:
             raise ValueError(f"{' -> '.join([*under_way, label])} is a circle.")
         under_way.append(label)
@@ -116,8 +114,6 @@ def assemble(label: str, known: Callable[[str], Any]) -> Any:
     from derivations.paper import PaperDerivation
 
     own = entry(label)
-    if own is None:
-        raise KeyError(label)
     derivation = PaperDerivation(label, own.title, own.rests_on, known, holds, own.order)
     getattr(importlib.import_module(own.module), own.function)(derivation)
     return derivation

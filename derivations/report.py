@@ -265,10 +265,12 @@ def derive(
     for label in chosen:
         if label in REASONS:
             raise InputError(f"{label} is not derived. {REASONS[label]}")
-        if entry(label) is None:
+        try:
+            entry(label)
+        except KeyError:
             near = [other for other in entries() if label.split(":")[-1] in other]
             hint = f"perhaps {min(near, key=len)}" if near else "sa.labels() lists them"
-            raise InputError(f"{label} is no label that is derived; {hint}.")
+            raise InputError(f"{label} is no label that is derived; {hint}.") from None
     with nullcontext(step) if step else stage("derivations", len(closure(chosen))) as report:
         records = run(chosen, out / "cache", report, fresh=fresh)
     # A run of a few labels must not shrink the index and the trace of an earlier full one.

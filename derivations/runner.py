@@ -21,7 +21,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from derivations.registry import Entry, build, closure, entries, entry
+from derivations.registry import build, closure, entries, entry
 from symasym.base.files import read_json, write_json
 
 SCHEMA = "symasym-derivation/1"
@@ -206,17 +206,10 @@ def _digest(path: Path) -> bytes:
     return hashlib.sha256(path.read_bytes()).digest()
 
 
-def _entry(label: str) -> Entry:
-    found = entry(label)
-    if found is None:
-        raise KeyError(label)
-    return found
-
-
 @cache
 def key(label: str) -> str:
     """The content key of a label."""
-    own = _entry(label)
+    own = entry(label)
     state = hashlib.sha256(f"{label} {platform.python_version()}".encode())
     for library in LIBRARIES:
         with suppress(metadata.PackageNotFoundError):
@@ -237,5 +230,5 @@ def edited_meanwhile(label: str) -> bool:
     return any(
         path.stat().st_mtime > _BEGUN
         for other in closure([label])
-        for path in sources(_entry(other).module)
+        for path in sources(entry(other).module)
     )

@@ -34,9 +34,9 @@ Floats = float | FloatArray
 Number = int | float | str | Fraction | Decimal
 Numbers = ArrayLike | Fraction | Decimal
 
-# Nobody means longer exponents and numbers, and reading them would fill the memory.
 #: The smallest number of which float64 has all its digits.
 SMALLEST = 2.0**-1022
+# Nobody means longer exponents and numbers, and reading them would fill the memory.
 _LONGEST_EXPONENT = 100_000
 _LONGEST_TEXT = 100_000
 _LONGEST_BITS = 400_000

@@ -6,6 +6,7 @@ import argparse
 import re
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import InputError
@@ -94,8 +95,8 @@ def _formula(label: str) -> Formula:
     if label not in labels() and label[-1:].isdecimal():
         from derivations import emit, registry
 
-        if registry.entry(label) is not None:
-            return Formula.read(label, emit.statement_of(label))
+        with suppress(KeyError):
+            return Formula.read(label, emit.statement_of(registry.entry(label).label))
     return formula(label)
 
 

@@ -248,9 +248,9 @@ class Derivation:
             return "".join(shown)
         # An order that is left out and not shown makes the equation an asymptotic one.
         stated = self.result if isinstance(self.result, tuple) else (self.result,)
-        told = any(isinstance(part, Expansion) for part in stated)
+        is_shown = any(isinstance(part, Expansion) for part in stated)
         ordered = re.match(r"(relative |next term )?O\(", self.error)
-        relation = r"\sim" if ordered and not told else "="
+        relation = r"\sim" if ordered and not is_shown else "="
         return statement(self.left, self.result, self.cases, self.names, relation)
 
     def verify(self) -> list[StepRecord]:

@@ -16,11 +16,10 @@ Of another A a real pair has both equations themselves, with u1 and u2 named: `_
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-import numpy as np
 import sympy
 from sympy import Expr, Rational, S, Symbol
 
@@ -436,13 +435,22 @@ def place_of(drift: Drift, case: Case, start: Fraction) -> Place:
         return Place(1 if case.before == 0 else -1, 1)
     if drift.free:
         return Place(1, 1)
-    c = [float(x) for x in drift.exact_coefficients() or ()]
-    roots = [z for z in float_zeros(c) if z.imag > 0 and abs(z.real) < 1]
-    if len(roots) != 1:
+    found = complex_pair(drift, [float(x) for x in drift.exact_coefficients() or ()])
+    if found is None:
+        raise InputError(f"{drift!r} has no pair of zeros over the layer, real or complex.")
+    side = 1 if found[0] > start else -1
+    return Place(side, 1 if side * found[1] > 0 else -1)
+
+
+def complex_pair(drift: Drift, coefficients: Sequence[float]) -> tuple[float, float] | None:
+    """The middle of the one complex pair of A's zeros over the layer and A there, if there is one.
+
+    InputError: there are more.
+    """
+    roots = [z for z in float_zeros(coefficients) if z.imag > 0 and abs(z.real) < 1]
+    if len(roots) > 1:
         raise InputError(
             f"{drift!r} has {len(roots)} complex pairs of zeros over the layer; the uniform "
             "formula is that of one."
         )
-    side = 1 if roots[0].real > start else -1
-    value = np.polynomial.polynomial.polyval(roots[0].real, c)
-    return Place(side, 1 if side * value > 0 else -1)
+    return (roots[0].real, poly(coefficients, roots[0].real)) if roots else None

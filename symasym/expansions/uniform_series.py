@@ -59,6 +59,7 @@ from symasym.expansions.uniform import (
     PairSymbols,
     Place,
     airy_functions,
+    complex_pair,
     gaussian_functions,
     place_of,
     require_pair,
@@ -576,7 +577,7 @@ def uniform_symbols(
     if powers is None:
         _require_turns(drift, quantity, case)
     if quantity == "T":
-        alone = len(case.kinds) < 2 and not _complex_pair(drift, case, start)
+        alone = len(case.kinds) < 2 and not _complex_pair(drift, case)
         if alone and (case.kinds or not drift.free or powers is None or powers.degree() < 2):
             # To order 0 no Gaussian of a well is truncated.
             plain = order == 0 and case.kinds != ("barrier",)
@@ -588,7 +589,7 @@ def uniform_symbols(
         return UniformSeries(drift, case, order, start, place, members)
     kinds = case.kinds
     if len(kinds) == 1:
-        pair = _complex_pair(drift, case, start)
+        pair = _complex_pair(drift, case)
         if pair is None:
             return Apart(drift, case, order, start)
         return UniformSeries(drift, case, order, start, pair, ())
@@ -659,21 +660,10 @@ def _numbers_of(drift: Drift, case: Case) -> list[float]:
     return [float(x) for x in bound.exact_coefficients() or ()]
 
 
-def _complex_pair(drift: Drift, case: Case, start: Fraction) -> Place | None:
-    """The complex pair of zeros over the layer, if there is one."""
-    c = _numbers_of(drift, case)
-    if len(c) < 3:
-        return None
-    roots = [z for z in float_zeros(c) if z.imag > 0 and abs(z.real) < 1]
-    if not roots:
-        return None
-    if len(roots) > 1:
-        raise InputError(
-            f"{drift!r} has {len(roots)} complex pairs of zeros over the layer; the uniform "
-            "formula is that of one."
-        )
-    value = np.polynomial.polynomial.polyval(roots[0].real, c)
-    return Place(1, 1 if value > 0 else -1)
+def _complex_pair(drift: Drift, case: Case) -> Place | None:
+    """The complex pair of zeros over the layer, if there is one; a free one's place is right."""
+    found = complex_pair(drift, _numbers_of(drift, case))
+    return None if found is None else Place(1, 1 if found[1] > 0 else -1)
 
 
 def _nearer(drift: Drift, case: Case) -> int:

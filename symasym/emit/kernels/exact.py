@@ -67,10 +67,10 @@ def _sampled(sizes: list[float], panel: list[float]) -> float:
     return 1e-3 * of_falling * of_rising / area + 3e-3 * single * single
 
 
-def _layered(sizes: list[float], noise: float, slip: float, panel: list[float]) -> float:
+def _layered(sizes: list[float], noise: float, of_sum: float, panel: list[float]) -> float:
     """The same where M follows its slow series; infinite where that does not hold.
 
-    `noise` is what rounding of the drift makes of each size, `slip` what it makes of their sum.
+    `noise` is what rounding of the drift makes of each size, `of_sum` what it makes of their sum.
     """
     low, high = math.inf, 0.0
     for j in range(16):
@@ -107,7 +107,7 @@ def _layered(sizes: list[float], noise: float, slip: float, panel: list[float]) 
     back = aft[0] - aft[15] * decay
     panel[0], panel[1], panel[2] = drop, fore[15] - fore[0] * decay, back
     panel[3] = area - fore[0] * back
-    return max(0.0, missed) + slip / low
+    return max(0.0, missed) + of_sum / low
 
 
 def _crossed(
@@ -131,31 +131,31 @@ def _crossed(
         noise = lam * h * rounding
         ending = _last_terms(sizes)
         # What it makes of their sum; where phi is resolved, the last terms are rounding.
-        slip = min(noise / 16, 8 * ending + 4e-16 * high)
+        of_sum = min(noise / 16, 8 * ending + 4e-16 * high)
         if high <= 8:
             missed = _sampled(sizes, panel) + max(0.0, ending / 16 - noise)
-            missed = missed + slip if missed <= 1e-13 else math.inf
+            missed = missed + of_sum if missed <= 1e-13 else math.inf
         else:
             known: int = ending <= max(1e-14 * high, 4 * noise)
-            missed = _layered(sizes, noise, slip, panel) if known == 1 else math.inf
+            missed = _layered(sizes, noise, of_sum, panel) if known == 1 else math.inf
         if missed == math.inf:
             step *= 0.5 if high > 80 or high <= 8 else 7.5 / high
             if u + step == u:
                 break
             continue
         decay = math.exp(-panel[0])
-        slip += 2e-16 * panel[0]
+        of_sum += 2e-16 * panel[0]
         share = h * h * panel[3] + ahead * h * panel[2]
         loose[2] += share * missed + loose[0] * h * panel[2]
         result[2] += share
         share = fallen * h * panel[2]
         loose[1] += share * (missed + result[4])
         result[1] += share
-        loose[0] = h * panel[1] * missed + decay * (loose[0] + ahead * slip)
+        loose[0] = h * panel[1] * missed + decay * (loose[0] + ahead * of_sum)
         ahead = h * panel[1] + decay * ahead
         fallen *= decay
         result[3] += panel[0]
-        result[4] += slip
+        result[4] += of_sum
         if last == 1:
             result[0] = ahead
             result[3] *= 1.0 if drift((p + q) / 2) > 0 else -1.0
@@ -193,12 +193,12 @@ def _sweep(
             drop = lam * ends[1 if p > 0 else 0] * h
             x = abs(drop)
             ahead = h * _exprel(-x)
-            back, area, slip, wrong = ahead, h * h * _exprel2(-x), 2e-16 * x, 1e-15
+            back, area, of_sum, wrong = ahead, h * h * _exprel2(-x), 2e-16 * x, 1e-15
         else:
             ahead = _crossed(drift, rounding, lam, p, q, here)
             back, area, drop, x = here[1], here[2], here[3], abs(here[3])
-            slip, wrong = here[4], here[5]
-            most[0] = max(most[0], slip)
+            of_sum, wrong = here[4], here[5]
+            most[0] = max(most[0], of_sum)
             most[1] = max(most[1], wrong)
         back = math.log(back)
         area = log_lam + math.log(area)
@@ -211,8 +211,8 @@ def _sweep(
             w = _logaddexp(first, ahead + math.log1p(-part))
             kept, share = math.exp(sigma - total), math.exp(first - w)
             known = kept * loose_sigma + (1 - kept) * wrong
-            loose = share * (loose + loose_sigma + slip - kept * wrong) + 2 * part * known + wrong
-            loose_sigma = known + slip
+            loose = share * (loose + loose_sigma + of_sum - kept * wrong) + 2 * part * known + wrong
+            loose_sigma = known + of_sum
             sigma = total + x
         else:
             # V rises.
@@ -222,8 +222,8 @@ def _sweep(
             before = _logaddexp(w, log_lam + back)
             first = before - _logaddexp(-x, ahead - sigma)
             loose = math.exp(w - before) * (loose - wrong) + wrong
-            loose += kept * slip + (1 - kept) * (loose_sigma + wrong)
-            loose_sigma = kept * (loose_sigma + slip) + (1 - kept) * wrong
+            loose += kept * of_sum + (1 - kept) * (loose_sigma + wrong)
+            loose_sigma = kept * (loose_sigma + of_sum) + (1 - kept) * wrong
             w = _logaddexp(first, area - total)
             share = math.exp(first - w)
             loose = share * loose + (1 - share) * (wrong + loose_sigma)

@@ -465,20 +465,17 @@ def stokes(
     fine = fold + np.linspace(-0.8, 1.0, _FINER * (points - 1) + 1) * width
     z0 = fine[::_FINER]
     drift, every = family.bind(z0=z0), family.bind(z0=fine[:, None])
-    noise = [float(exact("kappa", kappa)), *_MAP]
+    chosen = float(exact("kappa", kappa))
+    noise = [chosen, *_MAP]
     wanted = np.asarray(sa.escape_time(every, noise, r, log=True))
     both = np.asarray(sa.escape_time(every, noise, r, method="uniform", order=0, log=True))
 
     def log_time(method: TimeMethod, order: int | None = None) -> FloatArray:
         """log T by a method that takes one scene at a time: its error interpolated."""
-        logs = sa.escape_time(
-            drift, float(exact("kappa", kappa)), r, method=method, order=order, log=True
-        )
+        logs = sa.escape_time(drift, chosen, r, method=method, order=order, log=True)
         return wanted[:, 0] + _between(z0, np.asarray(logs) - wanted[::_FINER, 0], fine)
 
-    step = sa.escape_time(
-        family.bind(z0=fine), float(exact("kappa", kappa)), r, method="paper", log=True
-    )
+    step = sa.escape_time(family.bind(z0=fine), chosen, r, method="paper", log=True)
     curves = {
         "step (the paper)": np.asarray(step),
         "local": log_time("local"),

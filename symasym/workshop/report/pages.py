@@ -162,9 +162,9 @@ def cause(reason: str) -> str:
 
 def lies(points: list[Point]) -> list[Point]:
     """Points whose claimed error is below the true one."""
-    told = (p for p in points if not p.below_reference)
+    certain = (p for p in points if not p.below_reference)
     # log T is a float64 where it was asked in float64: its last digit is no claim.
-    return [p for p in told if p.error and p.claimed and p.error > p.claimed * (1 + 1e-9)]
+    return [p for p in certain if p.error and p.claimed and p.error > p.claimed * (1 + 1e-9)]
 
 
 def growth(grown: list[Grown]) -> str:
