@@ -29,9 +29,9 @@ UNLABELLED = tuple(
     """
     filippov noise-amplitude regions first-integral density-R backward positive-form
     positive-density constant-panel panel-step constant-drift tails L-bound C-bound first-three
-    laplace-substitution gaussian-step saddle-series pair-products endpoint-series regular-part
-    pair-primitives saddle-recurrences two-sides airy-form truncated-gaussian other-pieces
-    turning-points beta folds friction-well threshold release-time release-order
+    laplace-substitution gaussian-step saddle-series saddle-start pair-products endpoint-series
+    regular-part pair-primitives saddle-recurrences two-sides airy-form truncated-gaussian
+    other-pieces turning-points beta folds friction-well threshold release-time release-order
     release-adiabatic frozen-time fold-delay
     """.split()  # noqa: SIM905
 )
@@ -39,9 +39,9 @@ UNLABELLED = tuple(
 #: Those that the paper has not, with the entry of docs/paper.bib that has the method, if any.
 BEYOND = dict.fromkeys(
     """
-    positive-form positive-density constant-panel panel-step saddle-series endpoint-series
-    regular-part saddle-recurrences two-sides release-time release-order release-adiabatic
-    frozen-time fold-delay
+    positive-form positive-density constant-panel panel-step saddle-series saddle-start
+    endpoint-series regular-part saddle-recurrences two-sides release-time release-order
+    release-adiabatic frozen-time fold-delay
     """.split(),  # noqa: SIM905
     "",
 )

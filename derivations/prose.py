@@ -266,6 +266,7 @@ TEX_OF = {
     },
     "release-order": {"phi_y": r"\phi_y"},
     "saddle-series": {"S": "Q", "e": r"\delta"},
+    "saddle-start": {"H": "H_+", "e": r"\delta"},
     "threshold": {"ell": r"\log(1/\varepsilon)", "kappa_c": r"\kappa_{c,p}"},
     "eq:Tlarge": {"T": r"T_p"},
     "eq:TtildetoT": {"T": r"T_p", "t_s": "T"},

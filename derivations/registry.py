@@ -18,7 +18,7 @@ class Entry:
     """A label's derivation: its module, and the labels that it rests on.
 
     A series has `orders` derivations: that to its own `order` by its label, that to order 5 by
-    ``LABEL-5``.
+    ``LABEL-5``, which rests on other series to that order.
     """
 
     label: str
@@ -78,7 +78,9 @@ def entry(label: str) -> Entry:
     known = entries()[head]
     if order not in map(str, range(1, known.orders + 1)):
         raise KeyError(label)
-    return replace(known, label=label, title=f"{known.title}, to order {order}", order=int(order))
+    on = tuple(f"{on}-{order}" if entries()[on].orders else on for on in known.rests_on)
+    title = f"{known.title}, to order {order}"
+    return replace(known, label=label, title=title, rests_on=on, order=int(order))
 
 
 def closure(labels: Iterable[str]) -> list[str]:

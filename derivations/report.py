@@ -16,7 +16,7 @@ from derivations.runner import SCHEMA, known, run, slug
 from symasym.base.errors import InputError
 from symasym.base.files import versions, write_bytes, write_json
 from symasym.base.progress import stage
-from symasym.formula import Formula, formula
+from symasym.records import Record
 
 
 def markdown(record: dict[str, Any]) -> str:
@@ -341,7 +341,7 @@ def sheet() -> str:
         if number != before:
             before = number
             lines += ["", f"\\section*{{{SECTIONS[number]}}}"]
-        lines += ["", *_entry(formula(label))]
+        lines += ["", *_entry(Record.of(label))]
     return "\n".join([*lines, "\\end{document}", ""])
 
 
@@ -350,7 +350,7 @@ def section(module: str) -> str:
     return module.removeprefix("derivations.sections.section")[0]
 
 
-def _entry(found: Formula) -> Iterator[str]:
+def _entry(found: Record) -> Iterator[str]:
     label = tex_text(found.label)
     yield f"\\formula{{{tex(found.title)}}}{{{label}}}{{{tex(found.error)}}}"
     yield "\\begin{equation}"

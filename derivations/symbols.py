@@ -162,6 +162,22 @@ _BLOCK = {
     "y": Meaning("velocity of the block relative to the belt", "unscaled"),
     "z": Meaning("extension of the spring", "unscaled"),
 }
+_DERIVATIVES = {
+    "c_2": Meaning("curvature of V at the well, of -V at a barrier", _SLOPE),
+    **{
+        f"c_{j}": Meaning(
+            f"{nth} derivative of V at the well, of -V at a barrier",
+            f"scaled velocity per scaled length {power}",
+        )
+        for j, nth, power in (
+            (3, "third", "squared"),
+            (4, "fourth", "cubed"),
+            (5, "fifth", "to the fourth"),
+            (6, "sixth", "to the fifth"),
+            (7, "seventh", "to the sixth"),
+        )
+    },
+}
 LOCAL: dict[str, dict[str, Meaning]] = {
     "eq:cont": {
         "F": Meaning("field inside the layer", "unscaled", _A),
@@ -215,19 +231,13 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "S": Meaning(
             "ratio of the integral of exp(-lam V) about the well to its Gaussian", _PURE, _T
         ),
-        "c_2": Meaning("curvature of V at the well, of -V at a barrier", _SLOPE),
-        **{
-            f"c_{j}": Meaning(
-                f"{nth} derivative of V at the well, of -V at a barrier",
-                f"scaled velocity per scaled length {power}",
-            )
-            for j, nth, power in (
-                (3, "third", "squared"),
-                (4, "fourth", "cubed"),
-                (5, "fifth", "to the fourth"),
-                (6, "sixth", "to the fifth"),
-            )
-        },
+        **_DERIVATIVES,
+    },
+    "saddle-start": {
+        "H": Meaning(
+            "integral of exp(-lam V) to the right of the start, over the well's Gaussian", _PURE, _T
+        ),
+        **_DERIVATIVES,
     },
     "pair-products": {
         "Z": Meaning("lam^(2/3) zeta, of the pair's distance", _PURE, _A),

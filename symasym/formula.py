@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -61,7 +62,8 @@ def formula(label: str) -> Formula:
     Parameters
     ----------
     label : str
-        A label of the paper (``"eq:Ttilde"``, ``"fr1"``) or a name from `labels`.
+        A label of the paper (``"eq:Ttilde"``, ``"fr1"``) or a name from `labels`. That of a series
+        may have an order from 1 to 8 behind it: ``"saddle-series-5"``, which is derived then.
 
     Raises
     ------
@@ -76,4 +78,10 @@ def formula(label: str) -> Formula:
     >>> formula("folds").rests_on
     ('cubic', 'turning-points', 'beta')
     """
+    if isinstance(label, str) and label not in labels() and label[-1:].isdecimal():
+        from derivations import emit, registry
+
+        with suppress(KeyError):
+            registry.entry(label)
+            return Formula.read(label, emit.statement_of(label))
     return Formula.of(label)

@@ -18,7 +18,7 @@ import numpy as np
 from symasym.base.call_context import mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError, RegionError
 from symasym.base.estimate import ErrorKind
-from symasym.base.inputs import FloatArray, IntArray, exact, float_text, is_array
+from symasym.base.inputs import BeyondFloat, FloatArray, IntArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
 from symasym.generated import mpmath_formulas, numpy_formulas
 from symasym.numbers import balls
@@ -179,7 +179,9 @@ def _log_escape_times(scenes: Scenes) -> FloatArray:
         n: np.broadcast_to(v, own).ravel() if is_array(v) else v for n, v in drift.values.items()
     }
     field = field_of(drift, values, count)
-    for bad in np.flatnonzero(field.a_minus * field.a_plus <= 0):
+    if np.isnan(field.a_minus + field.a_plus).any():
+        raise BeyondFloat("the drift is beyond the range of float64; pass dps=… for it.")
+    for bad in np.flatnonzero(np.sign(field.a_minus) * np.sign(field.a_plus) <= 0):
         _refuse_region(field.a_minus[bad % count], field.a_plus[bad % count])
     scene = np.where(field.a_plus[:count] > 0, 0, count) + np.arange(count)
     u1, u2, number = _well_and_barrier(field, scene)

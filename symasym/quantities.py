@@ -186,7 +186,7 @@ def escape_time(
     numbers = {"kappa": kappa, "r": r, "start": start}
     if drag_time is None:
         return _asked(drift, numbers, request, rtol, workers)
-    if not full:
+    if not flag("full", full):
         raise InputError(f"drag_time is {shown(drag_time)}, for a note; pass full=True with it.")
     # An infinite one is that of a drift without a well that a barrier ends.
     borne = (
@@ -437,7 +437,10 @@ def _with_drag(answer: Estimate, log: bool, borne: float) -> Estimate:
     """The same, with a note where T isn't small beside the drag time."""
     import numpy as np
 
-    longest = float(np.nanmax(np.asarray(answer.value, dtype=float)))
+    values = np.asarray(answer.value, dtype=float)
+    if np.isnan(values).all():
+        return answer
+    longest = float(np.nanmax(values))
     ratio = (longest if log else np.log(longest)) - np.log(borne)
     if not ratio > np.log(0.1):
         return answer

@@ -253,8 +253,8 @@ def _by_floats(quantity: str, scenes: Scenes) -> list[_Slopes | None]:
     per = np.where(np.array(names)[:, None] == "kappa", size, 1.0)
     size = np.where(size == 0, 1.0, size) / per
     # What counts is the relative change of a parameter, beside that of all.
-    scale = np.maximum(1.0, (size * np.abs(logs.slopes)).max(axis=0))
     with np.errstate(over="ignore"):
+        scale = np.maximum(1.0, (size * np.abs(logs.slopes)).max(axis=0))
         fine = (errors.slopes <= _ENOUGH * np.maximum(1.0, scale / size)).all(axis=0)
         slopes = logs.slopes / per
         off = (errors.slopes + _ROUNDING * np.abs(logs.slopes)) / per

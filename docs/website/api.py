@@ -47,9 +47,10 @@ INNER = {
     "Drift": (
         *("shape_with", "scalars", "require_bound", "evaluate", "evaluate_values"),
         *("evaluate_float", "spread", "rounding", "float_values", "coefficients"),
-        *("exact_coefficients", "exact_end", "exact_value", "end", "of"),
+        *("exact_coefficients", "exact_end", "exact_value", "end", "of", "flat_values"),
     ),
-    "Formula": ("of", "values_of", "code"),
+    "Formula": ("of", "read", "values_of", "code"),
+    "System": ("phi_at", "velocity_at", "noise_at", "slope_in_y"),
     "Hypothesis": ("settle",),
     **dict.fromkeys(
         ("Bound", "Definition", "Identity", "Order", "Sampled", "Satisfies"), ("run", "how")

@@ -4,13 +4,14 @@ Digits are those of mpmath contexts of our own (`own_context`, `kept`): the call
 never read or changed.
 
 Time is one limit for all methods, tested between the steps of every long loop. A verb runs under
-`limited`, whose seconds are the caller's ``patience=``, and loops say `step()` at each turn. It is
-that of the processor in this thread, so that a busy machine refuses nothing, and a verb inside a
-verb has what is left of the outer one's.
+`limited`, whose seconds are the caller's ``patience=``, and loops say `step()` at each turn; what
+SymPy does is `watched`. It is that of the processor in this thread, so that a busy machine refuses
+nothing, and a verb inside a verb has what is left of the outer one's.
 """
 
 from __future__ import annotations
 
+import ctypes
 import functools
 import math
 import threading
@@ -33,11 +34,13 @@ if TYPE_CHECKING:
 
 __all__ = [
     "PATIENCE", "expect", "float_with_error", "kept", "left", "limited", "mpf_of", "own_context",
-    "patient", "step", "to_mpf",
+    "patient", "step", "symbolic", "to_mpf", "watched",
 ]  # fmt: skip
 
 #: Seconds that a call may take where nothing is said.
 PATIENCE = 10.0
+# Seconds after its end at which a call that says no `step()` is interrupted.
+_GRACE = 0.1
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
@@ -54,6 +57,7 @@ class _Limit:
     seconds: float
     end: float
     soonest: float = -math.inf
+    watched: bool = False
 
 
 _limit: ContextVar[_Limit | None] = ContextVar("limit", default=None)
@@ -96,6 +100,48 @@ def limited(patience: float | None = None) -> Iterator[None]:
         _limit.reset(token)
 
 
+class _Over(BaseException):
+    """Raised from outside in a thread whose time is over; no library takes it for its own."""
+
+
+@contextmanager
+def watched() -> Iterator[None]:
+    """End what runs inside when the time of this call is over, also where nothing says `step()`.
+
+    For SymPy's work, which takes milliseconds or for ever. Another thread looks at the clock.
+    """
+    limit = _limit.get()
+    unlimited = limit is None or limit.watched or limit.end == math.inf
+    if limit is None or unlimited or not hasattr(time, "pthread_getcpuclockid"):  # Windows
+        yield
+        return
+    end, thread = limit.end + _GRACE, ctypes.c_ulong(threading.get_ident())
+    clock = time.pthread_getcpuclockid(threading.get_ident())
+    done, lock = threading.Event(), threading.Lock()
+    interrupt = ctypes.pythonapi.PyThreadState_SetAsyncExc
+
+    def watch() -> None:
+        """Interrupt, again where that was swallowed, until the block is left."""
+        while not done.wait(max(_GRACE, end - time.clock_gettime(clock))):
+            with lock:
+                if not done.is_set() and time.clock_gettime(clock) > end:
+                    interrupt(thread, ctypes.py_object(_Over))
+
+    limit.watched = True
+    threading.Thread(target=watch, daemon=True).start()
+    try:
+        try:
+            yield
+        finally:
+            with lock:
+                done.set()
+                interrupt(thread, None)  # what has not arrived yet
+    except _Over:
+        raise _over(limit) from None
+    finally:
+        limit.watched = False
+
+
 def patient(verb: Callable[_P, _R]) -> Callable[_P, _R]:
     """`verb`, run under its ``patience``; numbers that defeat it are told in a sentence."""
 
@@ -116,6 +162,22 @@ def patient(verb: Callable[_P, _R]) -> Callable[_P, _R]:
     return run
 
 
+def symbolic(verb: Callable[_P, _R]) -> Callable[_P, _R]:
+    """`patient`, of a verb whose work is mostly SymPy's (see `watched`)."""
+
+    @functools.wraps(verb)
+    def run(*args: _P.args, **kwargs: _P.kwargs) -> _R:
+        from mpmath.libmp.libhyper import NoConvergence
+
+        try:
+            with watched():
+                return verb(*args, **kwargs)
+        except NoConvergence as error:
+            raise ArithmeticError from error
+
+    return patient(run)
+
+
 def step() -> None:
     """Raise TimeLimitError where the time of this call is over."""
     limit = _limit.get()
@@ -123,11 +185,16 @@ def step() -> None:
         return
     remaining = limit.end - time.thread_time()
     if remaining < 0:
-        raise TimeLimitError(
-            f"this takes longer than the {limit.seconds:g} seconds of processor time that it may; "
-            f"{_WAY_OUT}."
-        )
+        raise _over(limit)
     limit.soonest = now + remaining
+
+
+def _over(limit: _Limit) -> TimeLimitError:
+    """The error of a call whose time is over."""
+    return TimeLimitError(
+        f"this takes longer than the {limit.seconds:g} seconds of processor time that it may; "
+        f"{_WAY_OUT}."
+    )
 
 
 def expect(seconds: float, work: str) -> None:

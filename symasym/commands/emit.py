@@ -45,7 +45,7 @@ def _run(arguments: argparse.Namespace) -> None:
         shape = {name: values.pop(name) for name in named}
         drift = named_drift(arguments.drift, arguments.expr, shape)
     how = {"method": arguments.method, "order": arguments.order}
-    source = sa.emit(arguments.label, arguments.target, values, drift=drift, **how)
+    source = sa.emit(sa.formula(arguments.label), arguments.target, values, drift=drift, **how)
     if arguments.out:
         print(*source.write(arguments.out, header=arguments.header), sep="\n")
     elif arguments.header:

@@ -6,7 +6,6 @@ import argparse
 import re
 import sys
 from collections.abc import Mapping
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import InputError
@@ -52,6 +51,7 @@ def add_parser(subparsers: Commands) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """``symasym show``."""
+    from symasym.formula import formula
     from symasym.records import definition
 
     given = {name for name in _OF_EXPANSION if getattr(arguments, name) is not None}
@@ -72,7 +72,7 @@ def run(arguments: argparse.Namespace) -> None:
         if not arguments.latex:
             print(f"\n{defined['reason']}")
         return
-    shown = _formula(arguments.label)
+    shown = formula(arguments.label)
     print(shown.latex() if arguments.latex else pretty(shown))
     if not arguments.latex:
         print(f"\n{shown.title}. Error: {shown.error}.")
@@ -86,18 +86,6 @@ def run(arguments: argparse.Namespace) -> None:
             if step["reason"]:
                 print(f"   {step['reason']}")
             print(f"   {step['latex']}")
-
-
-def _formula(label: str) -> Formula:
-    """The formula of a label, or of a series to an order, such as ``saddle-series-5``."""
-    from symasym.formula import Formula, formula, labels
-
-    if label not in labels() and label[-1:].isdecimal():
-        from derivations import emit, registry
-
-        with suppress(KeyError):
-            return Formula.read(label, emit.statement_of(registry.entry(label).label))
-    return formula(label)
 
 
 def _show_expansion(arguments: argparse.Namespace, given: set[str]) -> None:

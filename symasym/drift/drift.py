@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from symasym.base.call_context import step
+from symasym.base.call_context import step, symbolic
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import (
     SMALLEST,
@@ -22,7 +22,9 @@ from symasym.base.inputs import (
     float_text,
     floats,
     is_array,
+    is_name,
     meant,
+    shown,
 )
 from symasym.base.texts import number_repr
 from symasym.drift import landscape, models
@@ -77,8 +79,8 @@ class Drift:
     u : SymPy Symbol or str, optional
         The scaled position. Default: the symbol named ``u``.
     a_minus, a_plus : SymPy expression or number, optional
-        The drift outside, A(-1) and A(1) when left out. They are compared
-        exactly with A(-1) and A(1) (eq:cont).
+        The drift outside, A(-1) and A(1) when left out. They are compared with
+        A(-1) and A(1) (eq:cont), exactly if rational, else to 40 digits.
 
     Raises
     ------
@@ -185,12 +187,7 @@ class Drift:
         """
         bound = dict(self._values)
         for name, value in values.items():
-            if name not in self.parameters:
-                known = ", ".join(self.parameters) or "none at all"
-                raise InputError(
-                    f"{name} is no parameter of this drift; its parameters are "
-                    f"{known}{meant(name, self.parameters)}."
-                )
+            self._require_parameter(name)
             if is_array(value):
                 bound[name] = floats(name, value)
                 # A drift is a value: what was asked of it stays true.
@@ -209,6 +206,15 @@ class Drift:
             ) from None
         drift._check()
         return drift
+
+    def _require_parameter(self, name: Any) -> None:
+        """Raise InputError for what is no parameter's name."""
+        if not isinstance(name, str) or name not in self.parameters:
+            known = ", ".join(self.parameters) or "none at all"
+            raise InputError(
+                f"{name if is_name(name) else shown(name)} is no parameter of this drift; "
+                f"its parameters are {known}{meant(name, self.parameters)}."
+            )
 
     def _check_range(self, name: str, value: Fraction | FloatArray) -> None:
         """Raise InputError for a value outside its parameter's range."""
@@ -492,6 +498,7 @@ class Drift:
         """The derivative of A in the parameter `name` at the bound values, as a drift."""
         import sympy
 
+        self._require_parameter(name)
         values = {**self.scalars()}
         at = SympyOps().rational(values.pop(name))
         slope = sympy.diff(
@@ -505,6 +512,7 @@ class Drift:
 
         return expressions.phi(self.expression())
 
+    @symbolic
     def potential(self) -> Expr:
         """V(u) as a SymPy Piecewise in the real symbol ``u`` (eq:V2).
 

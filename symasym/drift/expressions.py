@@ -7,16 +7,20 @@ from functools import lru_cache
 from itertools import count
 from typing import Any
 
+import numpy as np
 import sympy
 
-from symasym.base.call_context import own_context, step
+from symasym.base.call_context import limited, own_context, step, watched
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, exact, float_text, is_name, shown
 from symasym.drift import grammar, models
 from symasym.numbers.complex_balls import ComplexBallOps
 from symasym.numbers.trees import MpmathOps, evaluate_tree
+from symasym.series.coefficient_fields import sampled_parameters
 
 _DEEPEST = 120
+# Digits with which ends are compared, so that 160 may cancel.
+_COMPARED = 200
 _OVERLAP = Fraction(9, 16)  # half would let neighbouring balls touch only
 
 
@@ -38,6 +42,12 @@ def read(
 @lru_cache(maxsize=128, typed=True)
 def _read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
     """The model; the last ones that were read are kept."""
+    with limited(), watched():
+        return _checked(A, u, a_minus, a_plus)
+
+
+def _checked(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
+    """The model, read and checked."""
     formula = parse("A", A)
     symbol = _symbol(formula, u)
     for s in formula.free_symbols:
@@ -45,19 +55,37 @@ def _read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
             raise InputError(
                 f"A has the symbol {shown(s.name)}; give symbols names of letters, digits and _."
             )
+    _check_functions(formula, symbol)
     for name, given, end in (("a-", a_minus, -1), ("a+", a_plus, 1)):
         if given is None:
             continue
         outside, inside = parse(name, given), formula.subs(symbol, end)
-        if sympy.simplify(inside - outside) != 0:
+        _check_functions(outside, symbol)
+        if not _equal(inside, outside):
             raise InputError(
-                f"A jumps at u = {end}: A({end}) is {inside} but {name} is {outside}; "
-                "make them equal (give decimals as strings to keep them exact)."
+                f"A jumps at u = {end}: A({end}) is {shown(inside)} but {name} is "
+                f"{shown(outside)}; make them equal (give decimals as strings to keep them exact)."
             )
-    _check_functions(formula, symbol)
     # Symbols are known by their names, whatever was assumed of them.
     plain = {s: sympy.Symbol(s.name) for s in formula.free_symbols}
     return models.Expression(formula.xreplace(plain), sympy.Symbol(symbol.name))
+
+
+def _equal(a: Any, b: Any) -> bool:
+    """Whether two expressions are the same: exactly if rational, else to 40 digits."""
+    if (a - b).is_Rational:
+        return bool(a == b)
+    with own_context(_COMPARED) as context:
+        ops = MpmathOps(context)
+        for values in sampled_parameters(a.free_symbols | b.free_symbols, 3):
+            numbers = {s: ops.rational(Fraction(int(x.p), int(x.q))) for s, x in values.items()}
+            try:
+                one, other = (evaluate_tree(e, dict(numbers), ops) for e in (a, b))
+            except (ArithmeticError, ValueError):
+                return False
+            if not abs(one - other) <= max(abs(one), abs(other)) * context.mpf(10) ** -40:
+                return False
+    return True
 
 
 def parse(name: str, given: sympy.Expr | Number, names: dict[str, Any] | None = None) -> Any:
@@ -77,7 +105,7 @@ def parse(name: str, given: sympy.Expr | Number, names: dict[str, Any] | None = 
         expression = _rational(given)
     else:
         try:
-            expression = sympy.sympify(given, strict=True)
+            expression = sympified(given)
         except (sympy.SympifyError, TypeError):
             expression = None
     # Lists, truth values and relations are read by SymPy, too.
@@ -86,6 +114,19 @@ def parse(name: str, given: sympy.Expr | Number, names: dict[str, Any] | None = 
             f"{name} is {shown(given)}; give a SymPy expression, a number or a string."
         )
     return exactly(expression, name)
+
+
+def sympified(given: Any) -> Any:
+    """What SymPy makes of a number or an object of its own; SympifyError for anything else.
+
+    SymPy runs the texts in a list or tuple, also where it is told to be strict.
+    """
+    if isinstance(given, np.ndarray) and not given.shape:
+        given = given[()]
+    own = isinstance(given, (sympy.Basic, sympy.MatrixBase))
+    if not own and (isinstance(given, (str, bytes)) or hasattr(type(given), "__iter__")):
+        raise sympy.SympifyError(type(given))
+    return sympy.sympify(given, strict=True)
 
 
 def exactly(expression: sympy.Expr, name: str = "A") -> Any:
@@ -148,7 +189,7 @@ def check_regular(model: models.Expression, values: dict[str, Fraction]) -> None
     A ball on which the range stays unbounded however small it is made holds a
     singularity (or one that cancels, which the formula should be freed of).
     """
-    with own_context(60) as context:  # for centres on balls of width 2^-120
+    with limited(), own_context(60) as context:  # for centres on balls of width 2^-120
         ops = ComplexBallOps(MpmathOps(context))
         numbers = {name: ops.rational(value) for name, value in values.items()}
 

@@ -15,6 +15,7 @@ any text takes well under a second.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from fractions import Fraction
@@ -50,8 +51,12 @@ _DEPTH = 60
 _DIGITS = 100_000  # of one number, before or after the point
 _DEGREE = 2_000
 _ROOTED = 2_000  # digits of a number whose root or function is taken
+_FACTORED = 500  # of all of them together, without the zeros of powers of ten
+_IRRATIONAL = 100  # a number's degree in roots, pi and values of functions
+_TERMS = 10_000  # of a number whose powers are multiplied out
 _GROWING = ("exp", "sinh", "cosh", "sech", "csch", "tanh", "coth")
 _TOWER = 10  # of an exponential of an exponential
+_NESTED = 2  # exponentials in each other
 _ARGUMENT = 10_000  # of a function whose value at a whole number is written out
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?![\w.])"
@@ -61,7 +66,7 @@ _TOKEN = re.compile(
 
 
 class _Part(NamedTuple):
-    """A part of the expression, with its degree in all symbols together, at most."""
+    """A part of the expression, with its degree in all that is not rational, at most."""
 
     value: Any
     degree: int
@@ -94,7 +99,7 @@ class _Reader:
             )
         self.name, self.text, self.names = name, text, names
         self.tokens = self._tokens()
-        self.at = self.depth = 0
+        self.at = self.depth = self.factored = 0
 
     def _tokens(self) -> list[tuple[str, str]]:
         """Kind and text of each token, with an end behind the last."""
@@ -169,7 +174,7 @@ class _Reader:
             return parts[0]
         degree = sum(p.degree for p in parts)
         self._bound(sum(_bits(p.value) for p in parts), degree)
-        return _Part(sympy.Mul(*(p.value for p in parts)), degree)
+        return self._powers(sympy.Mul(*(p.value for p in parts)), degree)
 
     def _unary(self) -> _Part:
         """The rule `unary`."""
@@ -191,17 +196,15 @@ class _Reader:
         self.depth -= 1
         if exponent.is_Rational:
             size = abs(Fraction(int(exponent.p), int(exponent.q)))
-            degree = int(size) + 1 if base.degree else 0
-            self._bound(int(size * _bits(base.value)), degree=base.degree * degree)
+            degree = max(base.degree, int(exponent.q != 1)) * math.ceil(size)
+            self._bound(int(size * _bits(base.value)), degree)
             if exponent.q != 1:
                 self._rooted(base.value)
                 self._small(exponent, _DEGREE)
-            if not base.value.is_Rational and size > _DEGREE:
-                raise self._error(f"has a power above {_DEGREE:,}")
-            return _Part(base.value**exponent, base.degree * int(-(-size // 1)))
+            return self._powers(base.value**exponent, degree)
         # A number to a power that a value of u makes whole would be written out.
         self._small(exponent, _DEGREE)
-        return _Part(base.value**exponent, 0)
+        return self._powers(base.value**exponent, 1)
 
     def _atom(self) -> _Part:
         """The rule `atom`."""
@@ -238,7 +241,7 @@ class _Reader:
             value = self.names[name]
             return _Part(value, int(bool(value.free_symbols)))
         if name in CONSTANTS:
-            return _Part(CONSTANTS[name], 0)
+            return _Part(CONSTANTS[name], 1)
         if name in ("True", "False", "None"):
             raise self._error(f"has {name}, which is no number")
         if name in FUNCTIONS and name != "gamma":
@@ -263,14 +266,15 @@ class _Reader:
         least, most = FUNCTIONS[name]
         if not least <= len(arguments) <= most:
             raise self._error(f"gives {name} {len(arguments)} arguments")
-        if name in ("gamma", "loggamma") or name.startswith("bessel"):
+        special = name in ("gamma", "loggamma") or name.startswith("bessel")
+        if special or (name.startswith(("erf", "airy")) and not arguments[0].free_symbols):
             self._small(arguments[0], _ARGUMENT)
         elif name == "exp" and arguments[0].has(sympy.log):
             self._small(arguments[0], _DEGREE)
         elif name in _GROWING and not arguments[0].free_symbols:
             towers = arguments[0].has(sympy.exp, sympy.sinh, sympy.cosh)
             self._small(arguments[0], _TOWER if towers else _ARGUMENT)
-        return _Part(getattr(sympy, name)(*arguments), 0)
+        return self._powers(getattr(sympy, name)(*arguments), 1)
 
     def _piecewise(self) -> _Part:
         """The expression of `Piecewise((value, case), …)`."""
@@ -304,11 +308,35 @@ class _Reader:
         if degree > _DEGREE:
             raise self._error(f"has a degree above {_DEGREE:,}")
 
+    def _powers(self, value: Any, degree: int) -> _Part:
+        """A part, unless SymPy put powers of powers together to what takes long to work with."""
+        for factor in sympy.Mul.make_args(value):
+            if factor.is_Pow and factor.exp.is_Rational:
+                self._small(factor.exp, _DEGREE)
+        if value.is_Rational:
+            return _Part(value, 0)
+        if _exponentials(value) > _NESTED:
+            raise self._error(f"has more than {_NESTED} exponentials in each other")
+        if not value.free_symbols and (degree > _IRRATIONAL or multiplied_out(value) > _TERMS):
+            raise self._error(
+                f"has a power above {_IRRATIONAL} of a number that is not rational, or more than "
+                f"{_TERMS:,} products of such numbers"
+            )
+        return _Part(value, degree)
+
     def _rooted(self, value: Expr) -> None:
-        """Refuse numbers too long to take a root or function of."""
-        if any(_bits(x) > 4 * _ROOTED for x in value.atoms(sympy.Rational)):
+        """Refuse numbers too long to take a root or function of, which factors them."""
+        long = [x for x in value.atoms(sympy.Rational) if _bits(x) > 64]
+        if any(_bits(x) > 4 * _ROOTED for x in long):
             raise self._error(
                 f"takes a root or function of a number of more than {_ROOTED:,} digits"
+            )
+        for n in (n for x in long for n in (abs(int(x.p)), int(x.q))):
+            zeros = len(str(n)) - len(str(n).rstrip("0"))
+            self.factored += (n // 10**zeros).bit_length()
+        if self.factored > 4 * _FACTORED:
+            raise self._error(
+                f"takes roots or functions of numbers of more than {_FACTORED:,} digits together"
             )
 
     def _small(self, argument: Expr, most: int) -> None:
@@ -317,6 +345,27 @@ class _Reader:
             raise self._error(
                 f"has a number or denominator above {most:,} in an exponent or argument"
             )
+
+
+def _exponentials(value: Any) -> int:
+    """How deep exponentials lie in each other."""
+    deepest = max(map(_exponentials, value.args), default=0)
+    grows = type(value).__name__ in _GROWING or (value.is_Pow and not value.exp.is_Rational)
+    return deepest + grows
+
+
+def multiplied_out(value: Any) -> int:
+    """The number of terms of an expression without brackets, at most a billion."""
+    parts = [multiplied_out(argument) for argument in value.args]
+    count = max([1, *(n for n in parts if n > _TERMS)])
+    if value.is_Add:
+        count = sum(parts)
+    elif value.is_Mul:
+        count = math.prod(parts)
+    elif value.is_Pow and value.exp.is_Integer:
+        power = abs(int(value.exp))
+        count = math.comb(parts[0] + power - 1, power)
+    return min(count, 10**9)
 
 
 def _bits(value: Expr) -> int:

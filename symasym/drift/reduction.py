@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from symasym.base.call_context import symbolic
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import exact, is_name, positive, sequence, shown
 from symasym.drift import landscape
@@ -84,7 +85,8 @@ class Reduction:
         """
         import sympy
 
-        put = {s: v for s in self._symbols() for k, v in values.items() if str(k) == s.name}
+        numbers = numbers_of("values", values)
+        put = {s: numbers[s.name] for s in self._symbols() if s.name in numbers}
         minus, plus = (sympy.sympify(n).subs(put) for n in (self.normal_minus, self.normal_plus))
         if not (minus * plus).is_negative:
             raise RegionError(
@@ -129,7 +131,7 @@ class Reduction:
         import sympy
 
         width = float(positive("eps", exact("eps", eps)))
-        numbers = {str(k): exact(str(k), v) for k, v in (values or {}).items()}
+        numbers = numbers_of("values", {} if values is None else values)
         u = sympy.Symbol("u")
         across = sum(n * f for n, f in zip(self.normal, self.inside, strict=True))
         steepness = sum(n**2 for n in self.normal)
@@ -140,11 +142,7 @@ class Reduction:
         frozen = []
         for expression in (self.normal_inside, change):
             at = sympy.sympify(expression).subs({**self.point, self.layer: u}, simultaneous=True)
-            put = {
-                s: sympy.Rational(numbers[s.name].numerator, numbers[s.name].denominator)
-                for s in at.free_symbols
-                if s.name in numbers
-            }
+            put = {s: numbers[s.name] for s in at.free_symbols if s.name in numbers}
             frozen.append(Drift(at.subs(put), u))
             if frozen[-1].parameters:
                 raise InputError(
@@ -162,6 +160,7 @@ class Reduction:
         return sorted(every | self.normal_plus.free_symbols, key=str)
 
 
+@symbolic
 def reduce(
     f_minus: Sequence[Any],
     f_plus: Sequence[Any],
@@ -281,6 +280,19 @@ def reduce(
     )
 
 
+def numbers_of(name: str, values: Mapping[Any, Any]) -> dict[str, Any]:
+    """The numbers of coordinates and parameters, by name, as SymPy's rationals."""
+    import sympy
+
+    if not isinstance(values, Mapping):
+        raise InputError(
+            f"{name} is {shown(values)}; give a mapping from coordinates to numbers, such as "
+            "{'z': 0}."
+        )
+    numbers = {str(k): exact(str(k), v) for k, v in values.items()}
+    return {k: sympy.Rational(v.numerator, v.denominator) for k, v in numbers.items()}
+
+
 def _symbol(name: str, given: Symbol | str) -> Any:
     """A coordinate as a symbol."""
     import sympy
@@ -297,6 +309,7 @@ def _reader(known: Mapping[str, Any]) -> Reader:
     import sympy
 
     from symasym.drift import grammar
+    from symasym.drift.expressions import exactly, sympified
 
     def read(name: str, given: Expr | str | float) -> Any:
         """The expression, with the symbols of `known` for their names."""
@@ -304,7 +317,7 @@ def _reader(known: Mapping[str, Any]) -> Reader:
             if isinstance(given, str):
                 expression = grammar.read(name, given, known)
             else:
-                expression = sympy.nsimplify(sympy.sympify(given, strict=True), rational=True)
+                expression = sympy.nsimplify(sympified(given), rational=True)
             if not isinstance(expression, sympy.Expr):
                 raise TypeError
         except (sympy.SympifyError, TypeError, AttributeError) as error:
@@ -312,6 +325,7 @@ def _reader(known: Mapping[str, Any]) -> Reader:
                 f"{name} has an entry {shown(given)}, which SymPy cannot read "
                 f"({type(error).__name__}); write it like 1/2 - z."
             ) from None
+        expression = exactly(expression, name)
         # One name is one symbol, whatever assumptions it was written with.
         return expression.subs(
             {

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from symasym.base.call_context import patient
+from symasym.base.call_context import symbolic
 from symasym.base.errors import InputError
 from symasym.base.inputs import exact, is_name, require_printable, shown
 from symasym.derivation.results import latex, parts
+from symasym.drift.expressions import sympified
 from symasym.emit.forms import quotients
 from symasym.emit.program import Case, Function, Program, fold, require_closed
 from symasym.emit.source import Source, check_target, rendered
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["emit"]
 
 
-@patient
+@symbolic
 def emit(
     what: Record | Any,
     target: str = "numpy",
@@ -156,7 +157,8 @@ def _of_formula(formula: Record) -> Program:
 
 def _of_expression(what: Any, name: str) -> Program:
     try:
-        e = sympy.sympify(what, strict=True)
+        several = isinstance(what, (list, tuple))
+        e = sympy.Tuple(*map(sympified, what)) if several else sympified(what)
     except (sympy.SympifyError, TypeError, ValueError, AttributeError):
         e = None
     if not isinstance(e, (sympy.Expr, sympy.Basic, sympy.MatrixBase, list, tuple)) or isinstance(

@@ -23,7 +23,7 @@ from symasym.base.errors import InputError, SymasymError
 from symasym.drift.drift import Drift
 from symasym.numbers.polynomials import float_zeros
 
-__all__ = ["Case", "case_of", "found_cases", "read_case", "slides"]
+__all__ = ["Case", "case_of", "contradiction", "found_cases", "read_case", "slides"]
 
 _WORDS = ("well", "start", "barrier", "start=well", "start=barrier")
 # Values that are tried for each free parameter, and the least of one that is positive.
@@ -174,6 +174,59 @@ def found_cases(drift: Drift, start: Fraction, sliding: bool = False) -> tuple[C
             if case is not None and (not sliding or slides(case.kinds)):
                 found.setdefault(case)
     return tuple(sorted(found, key=_rank))
+
+
+def contradiction(drift: Drift, start: Fraction, case: Case) -> str:
+    """The reason why no parameters are in the case, as far as signs show it, or an empty text.
+
+    Where a polynomial has at most one zero besides those of the case, all its zeros are real and
+    in known intervals, so that their sum is in one, too.
+    """
+    kinds = [kind for word in case.words if (kind := word.removeprefix("start").lstrip("="))]
+    if not kinds:
+        return ""
+    u, powers, model = sympy.Symbol("u", real=True), _powers(drift), drift.model
+    known = {
+        s: sympy.Symbol(
+            s.name, real=True, positive=s.name in model.positive or None,
+            nonnegative=s.name in (*model.not_negative, *model.positive) or None,
+        )
+        for s in drift.expression().free_symbols - {u}
+    }  # fmt: skip
+    A = drift.expression().xreplace(known)
+    at = sympy.Rational(start.numerator, start.denominator)
+    ends = (-sympy.S.One, sympy.Min(sympy.Max(at, -1), 1), sympy.S.One)
+    # A rises through barriers.
+    after = kinds[-1] == "barrier"
+    for place, rising in ((ends[0], kinds[0] == "well"), (ends[2], after)):
+        value = A.subs(u, place)
+        if value.is_nonpositive if rising else value.is_nonnegative:
+            return f"A({place}) = {value} is not {'positive' if rising else 'negative'}"
+    sides = [ends[:2]] * case.before + [ends[1:]] * (len(case.kinds) - case.before)
+    for k, (low, high) in enumerate(sides, 1):
+        root = sympy.Symbol(
+            f"u{k}", real=True, positive=low >= 0 or None, negative=high <= 0 or None
+        )
+        if (value := A.subs(u, root)).is_nonzero:
+            return f"A({root}) = {value} is not 0"
+    others = len(kinds) if powers is None else powers.degree() - len(kinds)
+    if powers is None or others > 1:
+        return ""
+    lead, total = (e.xreplace(known) for e in (powers.LC(), -powers.all_coeffs()[1] / powers.LC()))
+    sides += [(at, at)] * bool(case.at_start)
+    reason = ""
+    for positive in (True, False):
+        if lead.is_nonpositive if positive else lead.is_nonnegative:
+            continue
+        if others == 0 and positive != after:
+            reason = reason or f"the leading coefficient {lead} has the other sign"
+            continue
+        beyond = [(1, sympy.oo) if positive != after else (-sympy.oo, -1)] * others
+        low, high = (sum(x) for x in zip(*sides, *beyond, strict=True))
+        if low == high or not ((low - total).is_nonnegative or (total - high).is_nonnegative):
+            return ""
+        reason = f"all zeros of A add up to {sympy.cancel(total)}, and these do not"
+    return reason
 
 
 def slides(kinds: Sequence[str]) -> bool:

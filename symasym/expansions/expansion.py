@@ -13,10 +13,19 @@ import sympy
 from sympy import Expr, S, Symbol
 
 from symasym.asymptotics.weak_noise.critical_points import zeros_and_finite_parts
-from symasym.base.call_context import own_context, patient, step
+from symasym.base.call_context import own_context, step, symbolic
 from symasym.base.errors import InputError
 from symasym.base.estimate import Answer
-from symasym.base.inputs import Number, Numbers, choice, count, exact, float_text, require_printable
+from symasym.base.inputs import (
+    Number,
+    Numbers,
+    choice,
+    count,
+    exact,
+    float_text,
+    require_printable,
+    shown,
+)
 from symasym.derivation.printing import tex
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField
@@ -35,7 +44,15 @@ from symasym.emit.symbolic_sums import (
     number_of,
 )
 from symasym.expansions.builder import FinitePart, Rule, Symbols, U, nested
-from symasym.expansions.cases import Case, case_of, found_cases, read_case, slides, zero_at
+from symasym.expansions.cases import (
+    Case,
+    case_of,
+    contradiction,
+    found_cases,
+    read_case,
+    slides,
+    zero_at,
+)
 from symasym.expansions.composition import (
     D_MINUS,
     D_PLUS,
@@ -158,6 +175,8 @@ class Expansion:
 
     def put_in(self, expression: Expr) -> Expr:
         """An expression with the definitions put in."""
+        if not isinstance(expression, sympy.Basic):
+            raise InputError(f"expression is {shown(expression)}; give a SymPy expression.")
         while known := expression.free_symbols & self.nested.keys():
             step()
             expression = expression.xreplace({s: self.nested[s] for s in known})
@@ -182,7 +201,7 @@ class Expansion:
             )
         return pairs[0].expression
 
-    @patient
+    @symbolic
     def cases(self, *, patience: float | None = None) -> tuple[Case, ...]:
         """The cases that the drift has, each with parameters where it holds.
 
@@ -275,7 +294,7 @@ class Expansion:
                     numbers[s] = value.replace(sympy.Integral, risen)
         return numbers
 
-    @patient
+    @symbolic
     def emit(self, target: str = "numpy", name: str = "f", *, patience: float | None = None) -> Any:
         """Source code of the formula, its free symbols being the arguments (`symasym.emit`).
 
@@ -330,7 +349,7 @@ class Expansion:
 
     # -- as text ----------------------------------------------------------------------------
 
-    @patient
+    @symbolic
     def latex(self, *, patience: float | None = None) -> str:
         """The formula in LaTeX, with a line for each symbol that it is made of.
 
@@ -466,7 +485,7 @@ def _predicate(c: Any) -> str:
 # -- the verb --------------------------------------------------------------------------------------
 
 
-@patient
+@symbolic
 def expand(
     drift: Drift,
     quantity: str = "T",
@@ -509,8 +528,9 @@ def expand(
     Raises
     ------
     InputError
-        For an unknown quantity or noise, an order out of range, a case that the drift
-        is not in, a double zero of A, or a parameter with a name that the formula needs.
+        For an unknown quantity or noise, an order out of range, a case that the drift is not in
+        (or, as signs show, for no parameters), a double zero of A, or a parameter with a name that
+        the formula needs.
 
     Notes
     -----
@@ -584,6 +604,12 @@ def _case(drift: Drift, start: Fraction, case: str | Case | None, quantity: str)
                 )
             return cases[0]
         own = asked or read_case("start well" if sliding and not general else "start well barrier")
+        if drift.free and not (general or drift.shape) and (no := contradiction(drift, start, own)):
+            found = "', '".join(map(str, found_cases(drift, start, sliding)))
+            raise InputError(
+                f"case is '{own}', which {drift!r} is in for no {', '.join(drift.free)}: {no}; the "
+                f"cases found are '{found}'."
+            )
     else:
         own = case_of(drift, start)
     if asked is not None and asked != own:

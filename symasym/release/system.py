@@ -17,8 +17,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symasym.base.call_context import symbolic
 from symasym.base.errors import InputError
-from symasym.base.inputs import FloatArray, Number, Numbers, exact, float_text, positive, to_float
+from symasym.base.inputs import (
+    FloatArray,
+    Number,
+    Numbers,
+    exact,
+    float_text,
+    positive,
+    shown,
+    to_float,
+)
 from symasym.drift.drift import Drift
 from symasym.drift.landscape import drag_time
 from symasym.numbers.trees import NumpyOps, evaluate_tree
@@ -33,6 +43,8 @@ if TYPE_CHECKING:
 __all__ = ["System", "oscillator"]
 
 _NUMPY = NumpyOps()
+# Of an expression that is multiplied out, so that equal systems are found equal.
+_TERMS = 10_000
 
 
 @dataclass(frozen=True)
@@ -66,10 +78,12 @@ class System:
     noise: Any = "1"
     _symbols: dict[str, Any] = field(init=False, repr=False, compare=False)
 
+    @symbolic
     def __post_init__(self) -> None:
         import sympy
 
         from symasym.drift import expressions
+        from symasym.drift.grammar import multiplied_out
 
         symbols = {name: sympy.Symbol(name) for name in ("u", "z", "y")}
         object.__setattr__(self, "_symbols", symbols)
@@ -82,7 +96,9 @@ class System:
                     f"{name} has the symbol {unknown[0]}, which has no value; give an expression "
                     "in u, z and y with numbers for all else."
                 )
-            object.__setattr__(self, name, sympy.expand(read))
+            if multiplied_out(read) <= _TERMS:
+                read = sympy.expand(read)
+            object.__setattr__(self, name, read)
         if not self.noise.free_symbols <= {symbols["u"]}:
             raise InputError(f"noise is {self.noise}; give an expression in u alone.")
         factor = self.noise_at(np.linspace(-1.0, 1.0, 201))
@@ -129,11 +145,16 @@ class System:
         """
         import sympy
 
+        from symasym.drift.reduction import Reduction, numbers_of
+
+        if not isinstance(reduction, Reduction):
+            raise InputError(f"reduction is {shown(reduction)}; give what sa.reduce returns.")
+        values = numbers_of("at", {} if at is None else at)
         names = [str(c) for c in reduction.coordinates]
         for name, given in (("slow", slow), ("across", across)):
-            if given not in names or slow == across:
+            if not isinstance(given, str) or given not in names or slow == across:
                 raise InputError(
-                    f"{name} is {given!r}; give two different coordinates out of "
+                    f"{name} is {shown(given)}; give two different coordinates out of "
                     f"{', '.join(names)}."
                 )
         put: dict[Any, Any] = {reduction.layer: sympy.Symbol("u")}
@@ -141,9 +162,8 @@ class System:
         for symbol in set().union(*(e.free_symbols for e in expressions)) - {reduction.layer}:
             if symbol.name in (slow, across):
                 put[symbol] = sympy.Symbol("z" if symbol.name == slow else "y")
-            elif symbol.name in (at or {}):
-                value = exact(symbol.name, (at or {})[symbol.name])
-                put[symbol] = sympy.Rational(value.numerator, value.denominator)
+            elif symbol.name in values:
+                put[symbol] = values[symbol.name]
             else:
                 raise InputError(f"at has no value of {symbol.name}; give it a number there.")
         phi, velocity = (e.subs(put, simultaneous=True) for e in expressions)

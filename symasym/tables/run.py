@@ -214,6 +214,8 @@ def _opened(path: Path) -> Iterator[FileIO]:
     except OSError as error:
         raise _unwritable(path, error) from None
     with file:
+        if not path.is_file():
+            raise OutputError(f"{path} is a device, which keeps no table; give the name of a file.")
         try:
             import fcntl
         except ImportError:  # Windows

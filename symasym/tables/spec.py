@@ -28,6 +28,7 @@ _KEYS = ("drift", "expr", "quantities", "dps", *_NUMBERS, "parameters")
 _RANGE = ("from", "to", "points", "step", "spacing")
 _MOST = 10_000_000
 _MOST_VALUES = 100_000
+_MOST_BYTES = 10_000_000
 _DPS = 50
 # Significant digits of the values of a logarithmic range, which no short text gives exactly.
 _LOG_DIGITS = 6
@@ -75,13 +76,17 @@ def read_spec(path: str | os.PathLike[str]) -> Spec:
         Naming the line and the key.
     """
     try:
-        text = Path(path).read_text(encoding="utf-8")
+        with Path(path).open("rb") as file:
+            data = file.read(_MOST_BYTES + 1)
+        text = data[:_MOST_BYTES].decode().replace("\r\n", "\n")
     except OSError as error:
         raise InputError(
             f"{path} cannot be read ({error.strerror}); give the path of a TOML file."
         ) from None
     except UnicodeDecodeError:
         raise InputError(f"{path} is no UTF-8 text; give a TOML file.") from None
+    if len(data) > _MOST_BYTES:
+        raise InputError(f"{path} has more than {_MOST_BYTES:,} bytes; give axes as ranges.")
     return _Reader(str(path), text).spec()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import signal
 import subprocess
@@ -15,7 +16,7 @@ import pytest
 
 import symasym as sa
 from symasym.base import call_context
-from symasym.base.call_context import limited, step
+from symasym.base.call_context import limited, step, watched
 from tests.processes import started
 
 
@@ -52,6 +53,67 @@ def test_time_is_that_of_the_thread() -> None:
         busy.start()
         busy.join()
         step()
+
+
+def _without_steps(seconds: float) -> None:
+    """Work that takes no error for its own, as SymPy's may."""
+    end = time.thread_time() + seconds
+    while time.thread_time() < end:
+        with contextlib.suppress(Exception):
+            spend(0.01)
+
+
+def test_work_without_steps_is_ended_when_it_is_watched() -> None:
+    for seconds in (0.1, 0.2):
+        begun = time.thread_time()
+        told = pytest.raises(sa.TimeLimitError, match=f"{seconds} seconds")
+        with told, limited(seconds), watched():
+            _without_steps(30)
+        assert time.thread_time() - begun < 5
+    # Nothing arrives where the work was done, or waits for others.
+    for _ in range(20):
+        with limited(0.01), watched():
+            spend(0.005)
+        with limited(0.01), watched():
+            time.sleep(0.02)
+    with limited(math.inf), watched():
+        spend(0.05)
+    spend(0.3)
+
+
+def test_the_watch_is_of_its_own_thread() -> None:
+    ended: list[bool] = []
+
+    def other() -> None:
+        with contextlib.suppress(sa.TimeLimitError), limited(0.1), watched():
+            _without_steps(30)
+            ended.append(False)
+        ended.append(True)
+
+    thread = threading.Thread(target=other)
+    thread.start()
+    _without_steps(0.5)
+    thread.join()
+    assert ended == [True]
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: sa.laplace_integral("-x**2", _FRACTIONS, "x", _FRACTIONS.replace("x", "2"), 9),
+        lambda: sa.reduce((_FRACTIONS, "1"), ("-1", "1"), ("-s", "1"), ((1,), (0,)), ("y", "x")),
+        lambda: sa.uniform_integral("-x**2", _FRACTIONS, "x", 0, 1),
+        lambda: sa.hill(a_minus=1, a_plus=[0.1, 0.5], K=0.05, n=3).potential(),
+    ],
+)
+def test_simplifying_ends_in_time(call: Callable[[], Any]) -> None:
+    begun = time.thread_time()
+    with limited(0.5), contextlib.suppress(sa.SymasymError):
+        call()
+    assert time.thread_time() - begun < 3
+
+
+_FRACTIONS = "1/(x+" * 50 + "1" + ")" * 50
 
 
 @pytest.mark.parametrize("bad", [0, -1, math.nan, "5", True, [3], 1j])

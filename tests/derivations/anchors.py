@@ -189,6 +189,7 @@ ORDERS: dict[str, tuple[Path, tuple[str, ...], Callable[[Numbers, Any], Any] | N
     "first-three": (on.strong, ("1e2", "1e3"), None),
     "eq:Ttildelarge": (on.strong, ("1e2", "1e3"), None),
     "saddle-series": (on.one_well, ("150", "300"), None),
+    "saddle-start": (on.from_well, ("150", "300"), None),
     "eq:Plarge2": (on.strong_sliding, ("1e2", "1e3"), None),
     "eq:Psmall2": (on.weak_sliding, ("0.14", "0.1"), None),
     "laplace-substitution": (on.weak, ("1e-2", "1e-3"), lambda at, _: at["kappa"] ** 3),

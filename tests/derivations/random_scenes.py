@@ -873,6 +873,26 @@ def one_well(rng: random.Random) -> Callable[[Any], Numbers]:
     return at
 
 
+def from_well(rng: random.Random) -> Callable[[Any], Numbers]:
+    """The integral of e^{-lam V} to the right of a well, over that of its parabola over the line.
+
+    It bends so that the next two terms do not cancel.
+    """
+    drift = _bowl(rng, -within(rng, "0.4", "0.6"))
+
+    def at(lam: Any) -> Numbers:
+        (low,) = roots(drift)
+        slopes = taylor(drift, low, 20)
+        whole = CTX.sqrt(CTX.pi * 2 / (lam * -slopes[1]))
+        return numbers(
+            Scene(drift, CTX.sqrt(2 / lam)),
+            H=lambda: drift.against().slope(lam, low, CTX.one, 1, 0)[1] / whole,
+            **{f"c_{j}": (lambda j=j: -slopes[j - 1]) for j in range(2, 21)},
+        )
+
+    return at
+
+
 def barely(rng: random.Random) -> Numbers:
     """r >= 4, V_max = a- r/4 and exp(3 a- r/(2 kappa^2)) a little above 4: C is largest there.
 

@@ -102,19 +102,16 @@ def test_anchor_on_more_scenes(label):
 
 
 @pytest.mark.parametrize("order", [1, 3, 5])
-def test_a_series_derived_to_an_order_is_of_that_order(order):
-    derivation = registry.build(f"saddle-series-{order}")
-    orders("saddle-series", derivation.left, derivation.result, range(4))
+@pytest.mark.parametrize("label", ["saddle-series", "saddle-start"])
+def test_a_series_derived_to_an_order_is_of_that_order(label, order):
+    derivation = registry.build(f"{label}-{order}")
+    orders(label, derivation.left, derivation.result, range(4))
     # One order more or less is none.
     for other in (order - 1, order + 1):
         gauge = derivation.result.gauge.subs(order + 1, other + 1)
+        changed = replace(derivation.result, gauge=gauge)
         with pytest.raises(AssertionError):
-            orders(
-                "saddle-series",
-                derivation.left,
-                replace(derivation.result, gauge=gauge),
-                range(4),
-            )
+            orders(label, derivation.left, changed, range(4))
 
 
 def changed(label: str, result: Any) -> Iterator[tuple[str, Any]]:

@@ -19,6 +19,7 @@ from derivations import registry, report, runner
 from derivations.labels import DEFINITIONS, PAPER, REASONS, UNLABELLED
 from symasym.base.errors import InputError
 from symasym.commands import main as cli
+from symasym.commands.show import pretty
 from symasym.derivation import DerivationError, Identity, mutation_test
 from symasym.derivation.mutation import mutants
 from symasym.formula import formula
@@ -125,9 +126,10 @@ def test_mutation_kills_every_step(every, capsys):
 @pytest.mark.parametrize(
     "order", [3, *(pytest.param(n, marks=pytest.mark.slow) for n in (1, 5, 8))]
 )
-def test_a_series_is_derived_to_the_order_asked_for(order, tmp_path):
+@pytest.mark.parametrize("series", ["saddle-series", "saddle-start"])
+def test_a_series_is_derived_to_the_order_asked_for(series, order, tmp_path):
     """Its steps pass and each dies of a change; its coefficients are those of `sa.expand`."""
-    label = f"saddle-series-{order}"
+    label = f"{series}-{order}"
     record = runner.run([label], tmp_path)[label]
     assert all(step["passed"] for step in record["steps"])
     derivation = registry.build(label)
@@ -135,6 +137,19 @@ def test_a_series_is_derived_to_the_order_asked_for(order, tmp_path):
         alive = [c for c, mutant in islice(mutants(step.result), 0, None, order**3)
                  if step.run(mutant).passed]  # fmt: skip
         assert not alive, step.name
+    if series == "saddle-start":
+        assert derivation.rests_on == (f"saddle-series-{order}",)
+        # A = b u + c u^2, -V with the derivatives b and 2 c: C ~ (B0/2 + R + Y)/(B0 + L + R).
+        e = sa.expand(sa.Drift("b*u + c*u**2"), "C", order=order, case="start=barrier")
+        of, (b, x) = {s.name: s for s in e.definitions}, sympy.symbols("b x", positive=True)
+        c = sympy.Symbol("c", real=True)
+        put = {of["V''(0)"]: -b, of["V'''(0)"]: -2 * c, of["x"]: x}
+        half = (e.definitions[of["B0"]] / 2 + e.definitions[of["Y"]]).subs(put)
+        values = {"c_2": b, "c_3": 2 * c, "lam": 1 / x}
+        want = derivation.result.leading
+        want = want.subs({s: values.get(s.name, 0) for s in want.free_symbols})
+        assert sympy.simplify(half - want * sympy.sqrt(2 * sympy.pi * x / b)) == 0
+        return
     # With a parabola for the barrier the rest is the well's.
     last = sa.expand(sa.Drift.general(), order=order).terms[0].coefficients[-1]
     own = {s.name: s for s in derivation.result.leading.free_symbols}
@@ -398,6 +413,12 @@ def test_show(capsys):
     status, out, _ = _command("show", "saddle-series-3", "--steps", capsys=capsys)
     assert "Error: O(lam^-4)" in out
     assert "7. third correction (evaluate; symbolic identity)" in out
+    # The verb knows it, too, and no other order.
+    assert pretty(sa.formula("saddle-series-3")) in out
+    assert sa.formula("saddle-series-3").trace[6]["name"] == "third correction"
+    for label in ("saddle-series-9", "folds-1", "fr3", "saddle-series-"):
+        with pytest.raises(InputError, match="is no formula"):
+            sa.formula(label)
 
 
 @pytest.mark.parametrize("label", REASONS)

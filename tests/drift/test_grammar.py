@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import random
 import re
 import signal
@@ -11,13 +12,16 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import sympy
+from sympy.parsing import sympy_parser
 
 import symasym as sa
 from symasym.commands.main import main
 from symasym.drift import grammar
 from symasym.numbers.trees import FUNCTIONS
+from tests.searches.random_calls import random_formula
 
 U, A = sympy.symbols("u a")
 
@@ -57,6 +61,24 @@ HUGE = [
     "u**(10**9)", "(((u+1)**50)**50)**50", "2**(u*10**12)", "exp(10**12*log(2))", "gamma(10**9)",
     "sqrt(10**90000+7)", "tan(10**90000)", "2**(10**9+1/2)", "(1+sqrt(2))**(10**9)", "u" * 20_000,
     "*".join(["(u+1)**90"] * 30), "7**" * 50 + "7", "1" * 9_000,
+]  # fmt: skip
+#: What looks like a formula and is none; how numbers grow by powers, roots and functions; names,
+#: paths and formulas of other languages.
+_SQUARES = "1+sqrt(2)"
+for _ in range(40):
+    _SQUARES = f"({_SQUARES})^2"
+CODE += [
+    "\u0435**2 + u", "\uff12*u", "1 \u2212 u", "u\u00b2", "\U0001d462 - 1", "u\u202e-1",
+    "u\u200b**2", "\u00bd - u", "\u221e", "$u$", "u$1", "\\input{/etc/passwd}",
+    "</script><script>alert(1)", "u'\n'u", "u # 1", "u /* 1 */", "%s%n", "{0.__class__}",
+    "=cmd|' /C calc'!A0", "@SUM(1)", "/dev/zero", "file:///etc/passwd", "~root/.x", "\ufeffu",
+    "\x1b]0;x\x07u", "1 << 99999",
+]  # fmt: skip
+HUGE += [
+    _SQUARES, "sqrt(" * 50 + "2+u" + ")" * 50, "gamma(gamma(10))", "exp(exp(exp(u)))",
+    "(cosh(9)+1)**2000", "2**(exp(9)**exp(9))", "((sin(u)+1)**2000+1)**2000", "cbrt(10**1990+1)",
+    "(sqrt(2)+sqrt(3)+sqrt(5)+sqrt(7)+sqrt(11))**99", "erfc(10**1999)",
+    "1/(u+" * 61 + "1" + ")" * 61,
 ]  # fmt: skip
 WRONG = ["", " ", "u +", "*", "sin", "sin()", "sin(u, u)", "(u", "u)", "1.2.3", "u == 1",
          "Max(I, 2)", "Piecewise((1, u))", "u u", "2 u", ","]  # fmt: skip
@@ -116,6 +138,12 @@ def _drawn(*options: str) -> None:
     _told(main(["figure", *options, "-o", "f.png"]))
 
 
+def _reduced(noise: Any = ((1,), (0,)), **options: Any) -> Any:
+    return sa.reduce(
+        ("1 - z", "-1"), ("-1 - z", "-1"), ("-s - z", "-1"), noise, ("y", "z"), **options
+    )
+
+
 ENTRIES: dict[str, Callable[[str], Any]] = {
     "Drift": lambda t: sa.Drift(t),
     "a_minus": lambda t: sa.Drift("u", a_minus=t),
@@ -149,6 +177,18 @@ ENTRIES: dict[str, Callable[[str], Any]] = {
     "integral's parameter": lambda t: sa.laplace_integral("-a*x**2", 1, "x", 0, 1).bind(a=t),
     "integral's lambda": lambda t: sa.laplace_integral("-x**2", 1, "x", 0, 1).expression_in(t),
     "integral's function": lambda t: sa.laplace_integral("-x**2", 1, "x", 0, 1).emit("c", t),
+    "integral's maxima": lambda t: sa.laplace_integral("-x**2", 1, "x", -1, 1, maxima=[t]),
+    "integral's saddles": lambda t: sa.uniform_integral("x - x**3/3", 1, "x", -2, 2).expression_in(
+        "n", saddles=[t, "1"]
+    ),
+    "reduce, point": lambda t: _reduced(at={"z": t}),
+    "reduce, noise": lambda t: _reduced(noise=((t,), (0,))),
+    "reduction, sliding": lambda t: _reduced().sliding_at({"z": t}),
+    "reduction, drag": lambda t: _reduced().drag_time(1, {"z": t}),
+    "system's point": lambda t: sa.System.of(_reduced(noise=((t,), (0,))), "z", "y"),
+    "drift's derivative": lambda t: sa.friction(3, 1, 0).derivative(t),
+    "emitted parameter": lambda t: sa.emit("fr1", "python", {"mu": t}),
+    "bound": lambda t: sa.weak_noise_bound(sa.linear(1, 1), 1, kappa0=t),
     "velocity of u": lambda t: sa.System(t, "-1"),
     "velocity of z": lambda t: sa.System("1 - z - u", t),
     "noise of u": lambda t: sa.System("1 - z - u", "-1", t),
@@ -210,11 +250,47 @@ NUMBERS = (
     "table, parameter", "table, r", "plot, number", "oscillator", "release, start",
     "integral's parameter", "uniform near", "emit command, number", "figure, number",
     "figure, points", "release, number", "release, z", "release, paths", "expand, start",
+    "reduction, sliding", "reduction, drag", "emitted parameter", "bound", "integral's maxima",
+    "integral's saddles", "reduce, point", "reduce, noise", "system's point",
 )  # fmt: skip
 
 
+@pytest.fixture
+def nothing_is_run(monkeypatch) -> Iterator[list[str]]:
+    """What SymPy's parser, which runs texts as Python, was given meanwhile."""
+    run: list[str] = []
+    importlib.import_module("sympy.physics.units")  # which names its units so
+    monkeypatch.setattr(sympy_parser, "eval_expr", lambda code, *_: run.append(code))
+    yield run
+    assert run == []
+
+
+#: Entries that take expressions, or numbers by a reader of their own.
+_TAKE_OBJECTS = [
+    "Drift", "a_minus", "laplace f", "laplace g", "laplace end", "laplace variable", "uniform f",
+    "reduce", "bind", "friction", "kappa", "emit", "coordinate", "uniform g", "uniform near",
+    "integral's parameter", "integral's lambda", "integral's maxima", "integral's saddles",
+    "reduce, point", "reduce, noise", "reduction, sliding", "reduction, drag", "system's point",
+    "drift's derivative", "emitted parameter", "bound", "velocity of u", "velocity of z",
+    "noise of u", "oscillator", "release, start", "expand", "expand, start", "plot, number",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("entry", _TAKE_OBJECTS)
+def test_no_text_inside_another_object_is_run(entry, nothing_is_run) -> None:
+    text = CODE[0]
+    for given in (
+        (text,), [text], {text: 1}, {1: text}, {text}, frozenset([text]), ((text,),),
+        np.array([text]), np.array(text, dtype=object), np.str_(text), text.encode(),
+    ):  # fmt: skip
+        with seconds(20), pytest.raises(sa.SymasymError):
+            ENTRIES[entry](given)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("entry", ENTRIES)
-def test_hostile_text_is_answered_in_a_sentence(entry, tmp_path, monkeypatch, capsys) -> None:
+def test_hostile_text_is_answered_in_a_sentence(
+    entry, tmp_path, monkeypatch, capsys, nothing_is_run
+) -> None:
     monkeypatch.chdir(tmp_path)
     texts = [*CODE, *HUGE]
     if entry == "name":
@@ -243,6 +319,8 @@ def test_the_page_describes_the_grammar() -> None:
         ("1" * 4_000, "1" * 4_001), ("2**(2000*u)", "2**(2001*u)"),
         ("gamma(u + 10000)", "gamma(u + 10001)"), ("besselj(10000, u)", "besselj(10001, u)"),
         ("10**99999", "10**120500"), ("sqrt(10**2000*u)", "sqrt(10**2500*u)"),
+        ("sqrt(10**500+u)", "sqrt(10**700+7)"), ("(1+sqrt(2))**100", "(1+sqrt(2))**101"),
+        ("(sqrt(2)+sqrt(3)+1)**99", "(sqrt(2)+sqrt(3)+1)**49*(1+pi)**49*(1+E)"),
         ("Max(1, 2, 3, 4, 5, 6, 7, u)", "Max(1, 2, 3, 4, 5, 6, 7, 8, u)"),
         ("2^3^2 - -u^2", "2 u"), (".5*u + 1.5e-3", "1_0*u"),
     ):  # fmt: skip
@@ -271,22 +349,11 @@ def _random_text(draw: random.Random) -> str:
     return "".join(draw.choice(_WORDS) for _ in range(draw.randrange(1, 30)))
 
 
-def _random_formula(draw: random.Random, depth: int) -> str:
-    """A text that is mostly a formula, with numbers of any size."""
-    if depth == 0 or draw.random() < 0.2:
-        return draw.choice(["u", "a", "2", "1/3", "10", "1e30", "1e-9", "123456789", "pi", "0.5"])
-    parts = [_random_formula(draw, depth - 1) for _ in range(2)]
-    kind = draw.randrange(6)
-    if kind == 5:
-        return f"{draw.choice(list(grammar.FUNCTIONS))}({parts[0]})"
-    return f"({parts[0]}){draw.choice(['+', '-', '*', '/', '**'])}({parts[1]})"
-
-
 @pytest.mark.parametrize("count", [600, pytest.param(10_000, marks=pytest.mark.slow)])
 def test_random_text(count: int) -> None:
     draw, read = random.Random(4), 0
     for number in range(count):
-        text = _random_formula(draw, 4) if number % 2 else _random_text(draw)
+        text = random_formula(draw, 4) if number % 2 else _random_text(draw)
         with seconds(20):
             try:
                 grammar.read("A", text)

@@ -204,6 +204,23 @@ def test_a_long_array_is_taken_in_blocks() -> None:
             assert array[at] == pytest.approx(code.log_f(**own, **known), rel=1e-14)
 
 
+def test_a_series_is_computed_once_and_only_where_its_weight_counts() -> None:
+    known = sa.expand(sa.friction(3, 1, "-0.4"), order=0).emit("numpy").load().f.__globals__
+    Later, made = known["_Later"], []
+    a, b = np.array([3.0, 5.0]), np.array([2.0, 7.0])
+    late = Later(lambda: made.append(1) or a)
+    for zero in (0.0, np.float64(0)):
+        assert [np.shape(x) for x in (late * zero, zero * late, -(b + late) * zero)] == [()] * 3
+    assert not made
+    for want, got in (
+        (a + b, late + b), (b + a, b + late), (a - b, late - b), (b - a, b - late),
+        (a * b, late * b), (b * a, b * late), (a / b, late / b), (b / a, b / late), (-a, -late),
+        (a * a / (a + 1.5), late * late / (late + 1.5)), (np.log(2 * a), np.log(2 * late)),
+    ):  # fmt: skip
+        assert np.array_equal(np.asarray(got), want)
+    assert len(made) == 1
+
+
 @pytest.mark.parametrize(
     "x",
     [
@@ -215,7 +232,11 @@ def test_a_long_array_is_taken_in_blocks() -> None:
 def test_the_exponential_that_costs_nothing_is_the_exponential(x: float | list[float]) -> None:
     """To the last bit above e^-740, also where some of an array is 1, or below the least double."""
     code = sa.expand(sa.friction(3, 1, "-0.4"), order=0).emit("numpy").load()
-    scaled = code.f.__globals__["_height_exp"]
+    weights = code.f.__globals__["_weights"]
+
+    def scaled(size: Any, h: Any) -> Any:
+        return weights(size)(h)
+
     for size, h in ((-np.array(x), -1.0), (np.array(1.0), np.array(x))):
         got, want = scaled(size, h), np.exp(np.array(x))
         want = np.where(want < 1e-321, 0, want)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import re
 from dataclasses import replace
 from fractions import Fraction
@@ -17,7 +18,7 @@ import symasym as sa
 from symasym.asymptotics.laplace.watson import moment_coefficients
 from symasym.expansions import cases as cases_of_drifts
 from symasym.expansions.builder import FinitePart
-from symasym.expansions.cases import case_of
+from symasym.expansions.cases import case_of, contradiction
 from symasym.expansions.universal import endpoint, gaussian
 from tests.latex import compiled, needs_latex
 from tests.problems import Problem
@@ -559,6 +560,46 @@ def test_cases_of_friction() -> None:
         assert case_of(sa.friction(**case.example), Fraction(0)) == case
 
 
+@pytest.mark.parametrize(
+    ("drift", "case", "words"),
+    [
+        # Zeros add up to 0: one left of -1, one before the start and one before 1 do not.
+        (sa.friction(), "well start barrier", "zeros of A add up to 0, and these do not"),
+        (sa.friction(), "barrier start well", "zeros of A add up to 0, and these do not"),
+        (sa.Drift("1 + b*u**2"), "start well barrier", "add up to 0"),
+        (sa.Drift("u**2 - b*u - 1"), "start=well barrier", "A at the start 0 is -1"),
+        (sa.friction(), "well barrier well start", "coefficient alpha.mu has the other sign"),
+        (sa.Drift("b**2 + u**2"), "start well barrier", r"A.u1. = b..2 \+ u1..2 is not 0"),
+        (sa.Drift("3 + b**2 - 2*u"), "start well", r"A.1. = b..2 \+ 1 is not negative"),
+        (sa.Drift("b*(1 + u) - 2"), "well start", r"A.-1. = -2 is not positive"),
+    ],
+)
+def test_a_case_that_no_parameters_are_in_is_refused(
+    drift: sa.Drift, case: str, words: str
+) -> None:
+    with pytest.raises(sa.InputError, match=words):
+        sa.expand(drift, order=0, case=case)
+
+
+@pytest.mark.parametrize("start", [Fraction(0), Fraction(1, 4), Fraction(-2)])
+@pytest.mark.parametrize(
+    "family", [sa.friction(), sa.Drift("a + b*u + c*u**2"), sa.Drift("b*u - c*u**3"),
+               sa.Drift("a + b*u + c*u**2 + u**3")],
+)  # fmt: skip
+def test_a_case_that_parameters_are_in_is_no_contradiction(
+    family: sa.Drift, start: Fraction
+) -> None:
+    draw, found = random.Random(f"{family!r}{start}"), set()
+    for _ in range(25):
+        values = {n: Fraction(draw.randint(1, 40), 16) for n in family.free}
+        for n in set(values) - {"mu", "alpha"}:
+            values[n] *= draw.choice([1, -1])
+        case = case_of(family.bind(**values), start)
+        assert not contradiction(family, start, case), (values, str(case))
+        found.add(case)
+    assert len(found) > 1
+
+
 @pytest.mark.parametrize("quantity", ["1-C", "1 - C", "1 -C"])
 def test_spaces_in_a_quantity_do_not_count(quantity: str) -> None:
     """Nor do they for the other verbs that take a quantity; printed is one form."""
@@ -607,7 +648,7 @@ def test_binding_one_after_the_other_keeps_exactness() -> None:
         ),
         (sa.Drift("gamma*u + u**2/3"), {"case": "start=barrier"}, "has a parameter gamma"),
         (
-            sa.Drift("eta + u - 4*u**3"),
+            sa.Drift("eta - u + 4*u**3"),
             {"noise": "uniform", "order": 1, "case": "start well barrier"},
             "has a parameter eta",
         ),
@@ -630,7 +671,7 @@ def test_bad_input(drift: sa.Drift, options: dict[str, Any], words: str) -> None
         ("{}*cos(u) - 1/3", {"order": 0}),
         ("{} - u", {"quantity": "density", "order": 0}),
         ("{} - u", {"quantity": "P", "noise": "strong", "order": 0}),
-        ("{} + u - 4*u**3", {"noise": "uniform", "order": 0, "case": "start well barrier"}),
+        ("{} - u + 4*u**3", {"noise": "uniform", "order": 0, "case": "start well barrier"}),
         ("{} - u", {"quantity": "P", "noise": "uniform", "order": 1}),
     ],
     ids=str,

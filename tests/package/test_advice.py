@@ -376,11 +376,13 @@ REFUSED = {
     ),
     "no values": Refused(
         sa.expand,
-        sa.Drift("a*u**2"),
+        sa.Drift("(u - 1/2)**2 - a**2/10**12"),
         "T",
         then=[
-            lambda: sa.expand(sa.Drift("a*u**2"), "T", case="start well barrier"),
-            lambda: sa.escape_time(sa.Drift("2*u**2"), "0.1", 2, start="1/2", method="uniform"),
+            lambda: sa.expand(
+                sa.Drift("(u - 1/2)**2 - a**2/10**12"), "T", case="start well barrier"
+            ),
+            lambda: sa.escape_time(sa.Drift("(u - 1/2)**2"), "0.1", 2, method="uniform"),
         ],
     ),
     "other case": Refused(
@@ -395,12 +397,12 @@ REFUSED = {
     ),
     "sliding case": Refused(
         sa.expand,
-        sa.friction(),
+        sa.Drift("a + b*u - c*u**3"),
         "P",
         case="barrier well",
         then=[
-            lambda: sa.expand(sa.friction(), "P", case="well"),
-            lambda: sa.expand(sa.friction(), "P", case="well barrier well"),
+            lambda: sa.expand(sa.Drift("a + b*u - c*u**3"), "P", case="well"),
+            lambda: sa.expand(sa.Drift("a + b*u - c*u**3"), "P", case="well barrier well"),
         ],
     ),
     "no pair covered": Refused(
@@ -620,6 +622,17 @@ REFUSED = {
         "T",
         noise="strong",
         then=[lambda: sa.escape_time(LINES, 5, 2, method="strong_noise")],
+    ),
+    "reduction": Refused(
+        sa.System.of,
+        ("drift", 1),
+        "z",
+        "y",
+        then=[
+            lambda: sa.reduce(
+                ("-1 - z", "-1"), ("1 - z", "-1"), ("s - z", "-1"), (1, 0), ("y", "z")
+            )
+        ],
     ),
     "noise of u": Refused(
         lambda method: sa.release(

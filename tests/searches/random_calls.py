@@ -42,8 +42,19 @@ import symasym as sa
 from symasym.base.call_context import limited
 from symasym.base.errors import SymasymError
 from symasym.commands.main import main as run_command
+from symasym.drift.grammar import FUNCTIONS
 
-__all__ = ["LATE", "Outcome", "main", "outcome_of", "random_call"]
+__all__ = [
+    "AFTER",
+    "CALLS",
+    "COMMANDS",
+    "LATE",
+    "Outcome",
+    "main",
+    "outcome_of",
+    "random_call",
+    "random_formula",
+]
 
 #: Seconds of processor time after which a call is late, and its patience.
 LATE, PATIENCE = 20.0, 1.0
@@ -108,10 +119,12 @@ _METHODS = _Place(
     ["'exact'", "'paper'", "'laplace'", "'uniform'", "'local'", "'strong_noise'", "'auto'",
      "'bound'"], 0.5
 )  # fmt: skip
+_MANY = {"errors": _Place(["'nan'", "'raise'"], 0.2), "workers": _Place(["1", "None"], 0.05)}
 _OPTIONS = {"method": _METHODS, "order": _ORDER, "dps": _DPS, "log": _FLAG, "full": _FLAG,
-            "rtol": _RTOL}  # fmt: skip
-_TEXT = _Place(["'-x**2'", "'cos(x)'", "'-tan(x)**2'", "'x - x**3/3'", "'log(x) - x'", "'a*x'"])
-_WEIGHT = _Place(["1", "'x**2'", "'1/x'", "'exp(x)'", "'x**100'", "('1', 'x')"])
+            "rtol": _RTOL, **_MANY}  # fmt: skip
+_TEXT = _Place(["'-x**2'", "'cos(x)'", "'-tan(x)**2'", "'x - x**3/3'", "'log(x) - x'", "'a*x'",
+                "FORMULA x"])  # fmt: skip
+_WEIGHT = _Place(["1", "'x**2'", "'1/x'", "'exp(x)'", "'x**100'", "('1', 'x')", "FORMULA x"])
 _ENDS = _Place(["-1", "0", "1", "'oo'", "'-oo'", "'pi'", "'1/2'"])
 
 _FREE = ["sa.friction()", "sa.friction(mu=3, alpha=1)", "sa.Drift.general()", "sa.linear()",
@@ -122,14 +135,17 @@ _NAME = _Place(["'f'", "'time'"], 0.2)
 
 #: The arguments of each verb that is called.
 CALLS: dict[str, dict[str, _Place]] = {
-    "escape_time": {"drift": _DRIFT, "kappa": _KAPPA, "r": _R, "start": _START, **_OPTIONS},
+    "escape_time": {
+        "drift": _DRIFT, "kappa": _KAPPA, "r": _R, "start": _START, **_OPTIONS,
+        "drag_time": _Place(["0.5", "'1/3'"], 0.1),
+    },
     "exit_probability": {
         "drift": _DRIFT, "kappa": _KAPPA, "r": _R, "start": _START, "complement": _FLAG, **_OPTIONS
     },
     "occupation": {"drift": _DRIFT, "kappa": _KAPPA, "complement": _FLAG, **_OPTIONS},
     "stationary_density": {
         "drift": _DRIFT, "kappa": _KAPPA, "y": _START._replace(chance=1.0), "dps": _DPS,
-        "log": _FLAG, "full": _FLAG,
+        "log": _FLAG, "full": _FLAG, **_MANY,
     },
     "sensitivity": {
         "drift": _DRIFT, "kappa": _KAPPA, "r": _R, "start": _START, "dps": _DPS,
@@ -159,7 +175,8 @@ CALLS: dict[str, dict[str, _Place]] = {
         "what": _Place(["'eq:Ttilde'", "'fr1'", "sympy.Symbol('x')**2", "'eq:S'"]),
         "target": _Place(["'python'", "'c'", "'numpy'", "'latex'"], 0.7),
         "parameters": _Place(["{'mu': 3}", "None"], 0.2), "drift": _Place(["DRIFT"], 0.2),
-        "name": _Place(["'f'"], 0.2),
+        "name": _Place(["'f'"], 0.2), "method": _METHODS._replace(chance=0.2),
+        "order": _Place(["0", "1", "3"], 0.1),
     },
     "reduce": {
         "f_minus": _Place(["('2 - z', '-z')"]), "f_plus": _Place(["('-1 - z', '-z')"]),
@@ -168,7 +185,7 @@ CALLS: dict[str, dict[str, _Place]] = {
         "layer": _Place(["'s'"], 0.1), "at": _Place(["{'z': 0}"]),
     },
     "Drift": {
-        "A": _Place(["'1/2 - u + u**3'", "'exp(-u)*cos(u)'", "'a*u'"]),
+        "A": _Place(["'1/2 - u + u**3'", "'exp(-u)*cos(u)'", "'a*u'", "FORMULA u"]),
         "u": _Place(["'u'"], 0.2), "a_minus": _Place(["-1/2", "None"], 0.1),
         "a_plus": _Place(["1/2", "None"], 0.1),
     },
@@ -176,6 +193,7 @@ CALLS: dict[str, dict[str, _Place]] = {
     "tanh": {"a_minus": _KAPPA, "a_plus": _KAPPA, "steepness": _KAPPA},
     "sine": {"a_minus": _KAPPA, "a_plus": _KAPPA, "b": _KAPPA, "waves": _Place(["2"], 0.5)},
     "hill": {"a_minus": _KAPPA, "a_plus": _KAPPA, "K": _KAPPA, "n": _Place(["3"], 0.5)},
+    "linear": {"a_minus": _KAPPA, "a_plus": _KAPPA},
     "polynomial": {"c0": _KAPPA, "c3": _KAPPA},
     "expand": {
         "drift": _Place(["DRIFT", *_FREE]), "quantity": _QUANTITY._replace(chance=0.8),
@@ -192,13 +210,19 @@ CALLS: dict[str, dict[str, _Place]] = {
         "method": _Place(["'march'", "'frozen'", "'first_order'", "'adiabatic'", "'simulate'"],
                          0.7),
         "rtol": _RTOL, "full": _FLAG, "paths": _Place(["100"]), "seed": _Place(["3"], 0.2),
+        "workers": _MANY["workers"],
         "step": _Place(["0.01", "None"], 0.2), "tau": _Place(["0", "0.1"], 0.2),
     },
     "oscillator": {"mu": _KAPPA, "alpha": _KAPPA},
+    "System.of": {
+        "reduction": _Place(["sa.reduce(('1 - z', '-z'), ('-1 - z', '-z'), ('-s - z', '-z'), "
+                             "((3,), (0,)), ('y', 'z'))"]),
+        "slow": _Place(["'z'"]), "across": _Place(["'y'"]), "at": _Place(["None", "{}"], 0.5),
+    },
     "System": {
-        "phi": _Place(["'1 - z - u'", "'u - u**3 - z*y'", "'exp(-u) - z'"]),
-        "velocity": _Place(["'y - 1'", "'-1'", "'1/(1 + z**2)'"]),
-        "noise": _Place(["'1'", "'1 + u**2'", "'2 - u'"], 0.4),
+        "phi": _Place(["'1 - z - u'", "'u - u**3 - z*y'", "'exp(-u) - z'", "FORMULA u z y"]),
+        "velocity": _Place(["'y - 1'", "'-1'", "'1/(1 + z**2)'", "FORMULA y z"]),
+        "noise": _Place(["'1'", "'1 + u**2'", "'2 - u'", "FORMULA u"], 0.4),
     },
     "plot": {
         "quantity": _Place(["'T'", "'C'", "'1 - C'", "'P'", "'1 - P'", "'p_ss'"]),
@@ -210,39 +234,49 @@ CALLS: dict[str, dict[str, _Place]] = {
     },
     "labels": {},
 }  # fmt: skip
+_ESTIMATE = {"__str__": {}, "__repr__": {}, "terms": None, "dropped": None,
+             "notes": None, "mask": None}  # fmt: skip
+_LANDSCAPE = {"wells": {}, "barriers": {}, "critical_points": {}, "region": None, "plot": {},
+              "phi": {}, "expression": {}, "potential": {}, "potential_at": {"u": _KAPPA},
+              "ends": None, "free": None, "parameters": None, "values": None, "shape": None,
+              "__repr__": {}, "__str__": {}, "_repr_latex_": {}, "__hash__": {}}  # fmt: skip
 _SYMBOLIC = {"latex": {}, "cases": {}, "__str__": {}, "emit": {"target": _TARGET, "name": _NAME},
              "bind": {"mu": _KAPPA, "alpha": _KAPPA, "z0": _KAPPA},
-             "expression": None, "terms": None, "leading": None, "conditions": None}  # fmt: skip
+             "expression": None, "terms": None, "leading": None, "conditions": None,
+             "nested": None, "error": None,
+             "put_in": {"expression": _Place(["sympy.Symbol('kappa')**2"])}}  # fmt: skip
 _INTEGRAL = {
     "evaluate": {"lam": _Place(["10", "'1e3'", "50"]), "dps": _DPS,
                  "full": _FLAG},
     "latex": {}, "__str__": {}, "emit": {"target": _TARGET, "name": _NAME},
     "expression": None, "terms": None, "conditions": None, "error": None,
     "expression_in": {"lam": _Place(["sympy.Symbol('n')", "'n'"])},
-    "bind": {"a": _Place(["2", "'1/2'"])},
+    "bind": {"a": _Place(["2", "'1/2'"])}, "error_kind": None, "parameters": None,
 }  # fmt: skip
 #: What an answer may be asked for: its methods with their arguments, None for attributes.
 AFTER: dict[str, dict[str, dict[str, _Place] | None]] = {
+    **dict.fromkeys(list(CALLS)[:4], _ESTIMATE),
     "expand": {**_SYMBOLIC, "evaluate": {"kappa": _KAPPA, "r": _R, "dps": _DPS, "log": _FLAG,
                                          "full": _FLAG}},
-    "laplace_integral": _INTEGRAL,
-    "uniform_integral": _INTEGRAL,
-    "formula": {"latex": {}, "__str__": {}, "emit": {"target": _TARGET, "drift": _DRIFT}},
+    "laplace_integral": {**_INTEGRAL, "bound": None, "omitted": None, "height": None},
+    "uniform_integral": {**_INTEGRAL, "coefficients": {"dps": _DPS}},
+    "formula": {"latex": {}, "__str__": {}, "emit": {"target": _TARGET, "drift": _DRIFT},
+                "cases": None, "expression": None, "left": None, "limit": None,
+                "remainder": None, "names": None},
     "rescale": {"__str__": {}, "drag_time": {"distance": _KAPPA, "velocity": _KAPPA}},
-    "reduce": {"__str__": {}, "drift": None, "amplitude": None},
-    "release": {"__str__": {}, "time": None, "z": None},
+    "reduce": {"__str__": {}, "drift": None, "amplitude": None,
+               "drag_time": {"eps": _KAPPA, "values": _Place(["{'z': 0}", "None"])},
+               "sliding_at": {"values": _Place(["{'z': 0}", "{}"])}},
+    "release": {"__str__": {}, "time": None, "z": None, "notes": None, "__float__": {}},
     "oscillator": {"frozen": {"z": _KAPPA}, "drag_time": {"z": _KAPPA, "eps": _KAPPA},
-                   "__str__": {}},
-    "plan": {"__str__": {}},
+                   "__str__": {}, "drift": None},
+    "System": {"frozen": {"z": _KAPPA}, "drift": None, "__str__": {}},
+    "plan": {"__str__": {}, "singulants": None},
     "sensitivity": {"__str__": {}},
     "weak_noise_bound": {"__str__": {}, "error": {"kappa": _KAPPA}},
-    "Drift": {"__str__": {}, "_repr_latex_": {}, "wells": {}, "barriers": {}, "potential": {},
-              "critical_points": {}, "potential_at": {"u": _KAPPA}, "region": None, "plot": {},
-              "bind": {"a": _KAPPA}},
-    "friction": {"wells": {}, "barriers": {}, "region": None, "plot": {}, "phi": {},
-                 "potential_at": {"u": _KAPPA}, "__str__": {}},
-    "tanh": {"wells": {}, "barriers": {}, "region": None, "plot": {},
-             "potential_at": {"u": _KAPPA}},
+    "Drift": {**_LANDSCAPE, "bind": {"a": _KAPPA}, "derivative": {"name": _Place(["'a'"])}},
+    "friction": {**_LANDSCAPE, "folds": {}, "turning_points": {}, "beta": {}},
+    **dict.fromkeys(("tanh", "sine", "hill", "linear", "polynomial"), _LANDSCAPE),
 }  # fmt: skip
 #: Verbs with an argument ``patience``.
 _PATIENT = {
@@ -254,25 +288,29 @@ _PATIENT = {
 
 #: Command lines: the words of each, those in capitals replaced by a number, a drift's name and
 #: parameters, an expression or a spec's path.
-_COMMANDS = [
+COMMANDS = [
     "value escape-time DRIFT --kappa X --r X",
     "value escape-time DRIFT --kappa X --r X --start X --method METHOD --json",
-    "value escape-time --expr TEXT --set b=X --kappa X --r X --dps N --log",
+    "value escape-time --expr TEXT --set b=X --kappa X --r X --dps N --log --patience X",
     "value exit-probability DRIFT --kappa X --r X --complement --order N --method METHOD",
     "value occupation DRIFT --kappa X --json --rtol X --method auto",
     "value stationary-density DRIFT --kappa X --y X --dps N",
     "show LABEL", "show LABEL --latex", "show LABEL --steps", "show --all",
     "show expansion:T DRIFT --order N", "show expansion:T --expr TEXT --noise WORD --latex",
-    "show expansion:WORD DRIFT --start X --case WORD",
+    "show expansion:WORD DRIFT --start X --case WORD --patience X",
     "emit LABEL --target WORD", "emit eq:Ttilde --target WORD DRIFT --method METHOD --order N",
-    "emit LABEL --target WORD -o OUT --header",
+    "emit LABEL --target WORD -o OUT --header --patience X",
+    "emit eq:V --target WORD --expr TEXT --set b=X",
     "figure", "figure FIGURE --set points=N -o OUT", "figure FIGURE --set mu=X -o OUT",
-    "figure FIGURE --set kappa=X --set alpha=X -o OUT", "figure FIGURE --set z0=X,X -o OUT",
+    "figure FIGURE --set kappa=X --set alpha=X -o OUT --patience X",
+    "figure FIGURE --set z0=X,X -o OUT",
     "table SPEC -o OUT --workers 1", "table SPEC -o OUT --workers 1 --force",
     "release --phi TEXT --velocity TEXT --kappa X --r X --eps X --z X --method WORD --json",
     "release --set mu=X --set alpha=X --kappa X --r X --eps X --z X --start X --quantiles",
-    "release --kappa X --r X --eps X --z X --method simulate --paths N",
-    "derive WORD -o OUT", "derive --errata", "verify --level WORD -o OUT", "value", "--version",
+    "release --kappa X --r X --eps X --z X --method simulate --paths N --seed N --patience X",
+    "derive WORD -o OUT --fresh", "derive --errata", "verify --level WORD --seed N -o OUT",
+    "reproduce --only WORD --dps N -o OUT", "report --scene X --quick -o OUT",
+    "report --scene X --stability", "value", "--version",
 ]  # fmt: skip
 _WORDS: dict[str, list[str]] = {
     "X": ["0.1", "0.3", "1", "10", "-0.4", "1/3", "2", "0.5", "0.02"],
@@ -367,7 +405,7 @@ _OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
 
 
 #: How an answer is shown.
-_SHOWN = {"__str__", "_repr_latex_"}
+_SHOWN = {"__str__", "_repr_latex_", "__repr__", "__float__", "__hash__"}
 
 
 def value_of(node: ast.expr) -> Any:
@@ -431,8 +469,11 @@ def random_call(draw: random.Random, verbs: Sequence[str] = ()) -> str:
         given["drift"] = _random_drift(draw, sliding=True)
     if verb in _PATIENT:
         given["patience"] = draw.choice(_WRONG) if draw.random() < 0.01 else str(PATIENCE)
+    asked = verb in AFTER and draw.random() < (0.2 if AFTER[verb] is _ESTIMATE else 0.7)
+    if asked and AFTER[verb] is _ESTIMATE:
+        given["full"] = "True"
     call = f"sa.{verb}({_joined(given)})"
-    if verb in AFTER and draw.random() < 0.7:
+    if asked:
         name = draw.choice(list(AFTER[verb]))
         call += f".{name}"
         if (places := AFTER[verb][name]) is not None:
@@ -454,20 +495,36 @@ def _arguments(draw: random.Random, places: dict[str, _Place], spoiled: float) -
         text = draw.choice(place.sensible)
         if text == "DRIFT":
             text = _random_drift(draw)
+        elif text.startswith("FORMULA"):
+            text = repr(random_formula(draw, 3, text.split()[1:]))
         if draw.random() < spoiled:
             text = draw.choice(_EXTREME if draw.random() < 0.5 else _WRONG)
         given[name] = text
     return given
 
 
+def random_formula(draw: random.Random, depth: int, names: Sequence[str] = ("u", "a")) -> str:
+    """A text that is mostly a formula, with numbers of any size."""
+    if depth == 0 or draw.random() < 0.2:
+        numbers = ["2", "1/3", "10", "1e30", "1e-9", "123456789", "pi", "0.5"]
+        return draw.choice([*names, *numbers])
+    parts = [random_formula(draw, depth - 1, names) for _ in range(2)]
+    kind = draw.randrange(6)
+    if kind == 5:
+        return f"{draw.choice(list(FUNCTIONS))}({parts[0]})"
+    return f"({parts[0]}){draw.choice(['+', '-', '*', '/', '**'])}({parts[1]})"
+
+
 def _random_command(draw: random.Random, spoiled: float) -> list[str]:
     """The words of a command line, a share of which is `spoiled`."""
     words = []
-    for part in draw.choice(_COMMANDS).split():
+    for part in draw.choice(COMMANDS).split():
         if part == "SPEC":
             words.append(f"spec:{_random_spec(draw, spoiled)}")
             continue
         text = part
+        if "TEXT" in part and draw.random() < 0.2:
+            text = part.replace("TEXT", random_formula(draw, 3).replace(" ", ""))
         for kind in (*list(_WORDS)[2:], "X", "N"):
             chosen = draw.choice(_WORDS[kind])
             text = re.sub(rf"(?<![A-Z]){kind}(?![A-Z])", lambda _, x=chosen: x, text)
@@ -574,7 +631,7 @@ def main(
         outcome = outcome_of(call)
         counts[outcome.kind] += 1
         longest = max(longest, outcome.seconds)
-        slow = outcome.seconds > 3 * PATIENCE
+        slow = outcome.seconds > 3 * PATIENCE and f"patience={PATIENCE}" in call
         counts["slow"] += slow
         if report and (outcome.kind in ("bare", "late") or slow):
             place = outcome.where.rpartition(" at ")[2] or outcome.kind

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+import inspect
 import random
+import sys
+from pathlib import Path
 
 import pytest
 
+import symasym as sa
+from symasym.commands.main import _parser
 from tests.searches import random_calls
-from tests.searches.random_calls import CALLS, main, outcome_of, random_call
+from tests.searches.random_calls import AFTER, CALLS, COMMANDS, main, outcome_of, random_call
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "docs"))
+from website.api import INNER
 
 
 @pytest.mark.parametrize("count", [100, pytest.param(60_000, marks=pytest.mark.slow)])
@@ -24,6 +32,33 @@ def test_every_verb_is_called() -> None:
     calls = [random_call(draw) for _ in range(600)]
     asked = {call.partition("(")[0] for call in calls}
     assert asked == {"command", *(f"sa.{verb}" for verb in CALLS)}
+
+
+def test_every_public_name_argument_and_option_is_called() -> None:
+    public = {name: getattr(sa, name) for name in sa.__all__}
+    for name, verb in public.items():
+        if inspect.isclass(verb) and name not in CALLS:
+            continue
+        parameters = inspect.signature(verb).parameters.values()
+        named = {p.name for p in parameters if p.kind not in (p.VAR_KEYWORD, p.VAR_POSITIONAL)}
+        assert named <= {*CALLS[name], "patience"}, name
+    asked = {name for answers in AFTER.values() for name in answers}
+    for name, of in public.items():
+        if not inspect.isclass(of) or issubclass(of, Exception):
+            continue
+        inner = {m for kind in of.__mro__ for m in INNER.get(kind.__name__, ())}
+        inner |= {*getattr(of, "__dataclass_fields__", ()), *dir(tuple)}
+        members = {m for m in dir(of) if not m.startswith("_")} - inner
+        # What a record of a few numbers has is no call; these two are called by their class.
+        assert members <= {*asked, "stable", "general", "name", "model", "of"}, name
+    words = {"--drift", *" ".join(COMMANDS).split()}
+    parsers = next(a for a in _parser()._actions if a.choices).choices
+    for name, parser in parsers.items():
+        inner = [a.choices for a in parser._actions if isinstance(a.choices, dict)] or [{}]
+        known = {
+            o for p in [parser, *(inner and inner[0].values())] for o in p._option_string_actions
+        }
+        assert {name, *known} <= {*words, "-h", "--help", "--out", "--scheduler"}, name
 
 
 @pytest.mark.parametrize(
@@ -65,6 +100,18 @@ def test_every_verb_is_called() -> None:
         "sa.exit_probability(sa.sine(0.7, 10, 10**400, waves=1), 1, 10, method='paper')",
         "sa.release(sa.oscillator('1/2', 2), 1e-300, 2, eps='0.01', method='first_order')",
         "sa.reduce(('2', '0'), ('-1', '0'), ('1/2', '0'), np.array([True, False]), ('y', 'z'))",
+        "sa.escape_time(sa.friction('0.3', 1e308, '5'), [0.1, 0.5], 0.5, method='paper')",
+        "sa.Drift('exp(-u)*cos(u)', a_minus='1e-500')",
+        "sa.Drift('1/2 - u + u**3').derivative(name='a')",
+        "sa.System.of(reduction='auto', slow='z', across='y', at={})",
+        "sa.escape_time(sa.linear(1, 1), 0.3, 2, full=Frame(), drag_time=0.5)",
+        "sa.expand(sa.linear(), order=0).put_in(expression=(1, 2))",
+        "sa.friction(mu=1, alpha=1e308, z0=1).folds()",
+        "sa.escape_time(sa.tanh(3, 1, 1e9), 1e-9, 2, method='laplace', dps=30, full=True, "
+        "errors='nan', drag_time=1)",
+        "sa.friction(mu=1, alpha=1e308, z0=1).beta()",
+        "sa.laplace_integral('-x', '1/(1e30 + 1/3)**(0.5**(1/3))', 'x', 1, 'oo').error_kind",
+        "sa.sensitivity(sa.polynomial(1e308, '3', '3', 1e-60), 2, 10, quantity='C')",
         "command('figure', 'stokes', '--set', 'kappa=1/3', '--set', 'alpha=abc')",
         "command('figure', 'fric2', '--set', 'points=1000000000')",
         "command('value', 'escape-time', '--drift', 'linear', '--kappa', '1e-99999')",

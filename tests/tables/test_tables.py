@@ -468,6 +468,16 @@ def test_other_bad_input(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert main(["table", str(spec), "-o", out, "--workers", "0"]) == 2
     assert "workers is 0" in capsys.readouterr().err
     assert not Path(out).exists()
+    # Files without an end, and a link to what is no table.
+    assert main(["table", "/dev/zero", "-o", out]) == 2
+    assert "has more than 10,000,000 bytes" in capsys.readouterr().err
+    assert main(["table", str(spec), "-o", "/dev/zero"]) == 2
+    assert "/dev/zero is a device" in capsys.readouterr().err
+    (tmp_path / "letter").write_text("Dear")
+    Path(out).symlink_to(tmp_path / "letter")
+    for options in ([], ["--force"]):
+        assert main(["table", str(spec), "-o", out, "--workers", "1", *options]) == 2
+    assert (tmp_path / "letter").read_text() == "Dear"
 
 
 def test_progress_tells_rate_and_time_left(capsys: pytest.CaptureFixture[str]) -> None:

@@ -366,7 +366,17 @@ def _gaussians(curvature: Any) -> Any:
 def _saddle() -> list[Plot]:
     well = float(sa.friction(3, 1, "-0.4").wells()[0].u)
     bottom, curvature = float(pieces.friction_potential(np.float64(well))), 4 - 9 * well**2
-    place = value("laplace-substitution")
+    place, from_start = value("laplace-substitution"), value("saddle-start")
+
+    def half(lam: Any) -> Any:
+        # V = u²/2 + u³/6.
+        return np.log(from_start(lam=lam, c_2=1, c_3=1, c_4=0, c_5=0, c_6=0, c_7=0))
+
+    def to_the_right(lam: Any) -> Any:
+        def V(u: Any) -> Any:
+            return u**2 / 2 + u**3 / 6
+
+        return np.log([pieces.single(V, -x, 0, 6) / np.sqrt(2 * np.pi / x) for x in lam])
 
     def series(lam: Any) -> Any:
         # V = u²/2 + u⁴/8: the fourth derivative is 3.
@@ -418,6 +428,9 @@ def _saddle() -> list[Plot]:
              False, False),
         Plot("saddle-series", "∫ e^(-λV), scaled", "V = u²/2 + u⁴/8; over the leading term",
              np.logspace(0.7, 3, 40), ratio, series, "λ"),
+        Plot("saddle-start", "∫ e^(-λV) from u₁ on, scaled",
+             "V = u²/2 + u³/6; over the leading term of the whole well",
+             np.logspace(0.7, 3, 40), to_the_right, half, "λ"),
         Plot("laplace-substitution", "V at u₁ + κ", "friction, μ = 3, α = 1, z₀ = -0.4: the well",
              np.logspace(-3, -0.4, 40), lambda k: pieces.friction_potential(well + k),
              lambda k: place(V_u1=bottom, c2=curvature, kappa=k, uhat=1.0), logs=False),

@@ -27,7 +27,7 @@ from symasym.asymptotics.coalescence.result import UniformExpansion
 from symasym.asymptotics.laplace.integral import require_known
 from symasym.asymptotics.laplace.kinks import WORK, Piece, at, cut, number
 from symasym.asymptotics.laplace.maxima import peaks, vanishes_identically
-from symasym.base.call_context import own_context, patient
+from symasym.base.call_context import own_context, symbolic
 from symasym.base.errors import InputError
 from symasym.base.inputs import count, exact
 
@@ -45,7 +45,7 @@ _MOST = 40
 _FLAT = 1e-45
 
 
-@patient
+@symbolic
 def uniform_integral(
     f: Number,
     g: Number | tuple[Number, Number],

@@ -20,7 +20,7 @@ from symasym.asymptotics.laplace.result import IntegralExpansion
 from symasym.base.call_context import mpf_of, own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import Estimate
-from symasym.base.inputs import digits, float_text
+from symasym.base.inputs import digits, float_text, sequence
 
 if TYPE_CHECKING:
     from mpmath import mpc, mpf
@@ -126,6 +126,7 @@ class UniformExpansion(IntegralExpansion):
             iterated_formula,
             pair_formula,
         )
+        from symasym.drift.expressions import parse
 
         if self.order > MOST_TERMS:
             raise InputError(
@@ -133,6 +134,9 @@ class UniformExpansion(IntegralExpansion):
                 "they fill pages."
             )
         symbol = self._lam(lam)
+        if saddles is not None:
+            names = {s.name: s for s in self.f.free_symbols}
+            saddles = [parse("saddles", p, names) for p in sequence("saddles", saddles)]
         if self.kind == "products":
             g, h = (part.as_independent(self.x, as_Add=False)[1] for part in self.g)
             ends = self.a, self.b

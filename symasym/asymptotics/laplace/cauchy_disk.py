@@ -272,7 +272,7 @@ class _Surroundings:
 
 class _ComplexOps(NumpyOps):
     def power(self, base: ComplexArray, exponent: Fraction) -> Any:
-        return np.power(base.astype(complex), float(exponent))
+        return np.power(np.asarray(base, dtype=complex), float(exponent))
 
     def erf(self, x: ComplexArray) -> Any:
         raise NotProved

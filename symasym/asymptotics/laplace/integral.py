@@ -25,7 +25,7 @@ from symasym.asymptotics.laplace.expansion import Contribution, expand, irration
 from symasym.asymptotics.laplace.kinks import Piece, cut, difference, number
 from symasym.asymptotics.laplace.maxima import Peak, highest, symbolic_peak
 from symasym.asymptotics.laplace.result import LaplaceExpansion, short
-from symasym.base.call_context import patient
+from symasym.base.call_context import symbolic
 from symasym.base.errors import InputError
 from symasym.base.inputs import count, digits, flag, is_name, sequence, shown
 from symasym.drift.expressions import parse
@@ -47,7 +47,7 @@ _EXACT_ORDERS = 12
 _NUMERIC = 40
 
 
-@patient
+@symbolic
 def laplace_integral(
     f: Number,
     g: Number,
@@ -308,6 +308,8 @@ def _numeric_tops(
     tops, others = highest(pieces, x)
     if given is not None:
         for point in given:
+            if point.free_symbols:
+                raise InputError(f"maxima has {shown(point)}; give numbers, f has no parameters.")
             value = number(sympy.sympify(point))
             if not any(
                 abs(difference(number(p.point), value)) < 1e-15 * max(1, abs(value))

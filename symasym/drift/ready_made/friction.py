@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import Floats, Numbers, is_array
+from symasym.base.inputs import BeyondFloat, Floats, Numbers, is_array
 from symasym.drift import models
 from symasym.drift.drift import Drift
 from symasym.generated import numpy_formulas as formulas
@@ -63,8 +63,9 @@ class Friction(Drift):
         """
         u = self.turning_points()
         mu, alpha = self._mu_alpha()
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             z0 = [np.where(np.isnan(u), np.nan, z) for z in formulas.friction_folds(mu, alpha)]
+        _require_finite("z0 of a fold", z0)
         return Folds((_plain(u), _plain(-np.asarray(u))), (_plain(z0[0]), _plain(z0[1])))
 
     def beta(self) -> Any:
@@ -79,8 +80,16 @@ class Friction(Drift):
         1.7777777777777777
         """
         mu, alpha = self._mu_alpha()
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return _plain(np.where(mu > 0.5, formulas.friction_breakaway(mu, alpha), alpha))
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            force = np.where(mu > 0.5, formulas.friction_breakaway(mu, alpha), alpha)
+        _require_finite("the breakaway force", force)
+        return _plain(force)
+
+
+def _require_finite(name: str, values: Any) -> None:
+    """Refuse what overflows, on the way at least."""
+    if np.isinf(values).any():
+        raise BeyondFloat(f"{name} is beyond the range of float64; rescale the problem.")
 
 
 def friction(

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import sympy
 
 from symasym.derivation.code import LOCAL
+from symasym.emit.forms import height_exp
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
 from symasym.emit.targets.to_python import first_passage, floats
@@ -17,6 +20,9 @@ from symasym.emit.writing import (
     signature_doc,
     wrapped,
 )
+
+if TYPE_CHECKING:
+    from sympy import Expr
 
 NUMPY = Language("numpy")
 
@@ -90,16 +96,58 @@ HELPERS: dict[str, Written] = {
         value[k : k + 8000] = function(rows[k : k + 8000])
     return value.reshape(np.shape(x))
 ''',
+    "_weights": '''def _weights(x):
+    """e^(x h) as a function of h: a number where h is one and all of it is 1, or below 1e-321."""
+    least, most = np.min(x, initial=np.inf), np.max(x, initial=0)
+
+    def weight(h):
+        if np.ndim(h) == 0:
+            if h == 0 or h * least < -740:
+                return np.float64(h == 0)
+            if h * most > -740:
+                return np.exp(x * h)
+        # exp is slow where it is 0.
+        power = np.maximum(x * h, -740)
+        return np.exp(power) * (power > -740)
+
+    return weight
+''',
     "_height_exp": '''def _height_exp(x, h):
-    """e^(x h), a number where h is one and all of it is 1, or below 1e-321."""
-    if np.ndim(h) == 0:
-        if h == 0 or h * np.min(x, initial=np.inf) < -740:
-            return np.float64(h == 0)
-        if h * np.max(x, initial=0) > -740:
-            return np.exp(x * h)
-    # exp is slow where it is 0.
-    x = np.maximum(x * h, -740)
-    return np.exp(x) * (x > -740)
+    return _weights(x)(h)
+''',
+    "_Later": '''class _Later:
+    """An array that is computed once it is needed, and not where its factor is the number 0."""
+
+    __array_priority__ = 1.0
+
+    def __init__(self, made):
+        self.made, self.value = made, None
+
+    def __array__(self, *_, **__):
+        return np.asarray(_now(self))
+
+    def __mul__(self, other):
+        if np.isscalar(other) and other == 0:
+            return 0.0
+        return _Later(lambda: _now(self) * _now(other))
+
+    __rmul__ = __mul__
+    __neg__ = lambda self: _Later(lambda: -_now(self))
+    __add__ = __radd__ = lambda self, other: _Later(lambda: _now(self) + _now(other))
+    __sub__ = lambda self, other: _Later(lambda: _now(self) - _now(other))
+    __rsub__ = lambda self, other: _Later(lambda: _now(other) - _now(self))
+    __truediv__ = lambda self, other: _Later(lambda: _now(self) / _now(other))
+    __rtruediv__ = lambda self, other: _Later(lambda: _now(other) / _now(self))
+
+
+def _now(x):
+    if not isinstance(x, _Later):
+        return x
+    if x.made is not None:
+        # What it was made of is not kept.
+        made, x.made = x.made, None
+        x.value = _now(made())
+    return x.value
 ''',
     "_exprel": '''def _exprel(x):
     safe = np.where(x == 0, 1.0, x)
@@ -179,10 +227,39 @@ def _by_kappa(function: Ready, body: Body) -> list[str]:
         for kind in (False, True)
     )
     once = NUMPY.block(Body((), steady, ()))[:-1]
-    inner = replace(NUMPY, deeper=2 * NUMPY.deeper).block(Body((), rest, body.values))
+    at_once = set().union(*(_within(e) for _, e in rest), *(_within(e) for e in body.values))
+    inner, indent = list[str](), 2 * NUMPY.deeper
+    later: set[Expr] = set()
+    for s, value in rest:
+        shown, weighs = _weighted(NUMPY.text(value)), value.has(height_exp)
+        if s in at_once:
+            shown = f"_now({shown})" if later & value.free_symbols else shown
+        elif not weighs or later & value.free_symbols:
+            later.add(s)
+        if s in later and not weighs:
+            inner += wrapped(f"{s} = _Later", f"lambda: {shown}", indent, brackets="()")
+        else:
+            inner += NUMPY.given(str(s), shown, indent)
+        if s.name == "lam":
+            inner.append(f"{indent}_weight = _weights(lam)")
+    (shown,) = (_weighted(NUMPY.text(e)) for e in body.values)
+    inner += NUMPY.returned(f"_now({shown})" if later else shown, indent)
     others = ", ".join(["of_kappa", "kappa", *(a for a in function.arguments if a != "kappa")])
     call = wrapped("return _in_blocks", others, NUMPY.deeper, brackets="()")
     return [*once, "", "    def of_kappa(kappa):", *inner, "", *call]
+
+
+def _weighted(text: str) -> str:
+    """The text with e^(lam h) as a function of h, which knows the range of lam."""
+    return text.replace("_height_exp(lam, ", "_weight(")
+
+
+def _within(e: Expr) -> set[Expr]:
+    """The symbols of an expression that are in it otherwise than by + - * / and log."""
+    if e.is_Symbol:
+        return set()
+    plain = e.is_Add or e.is_Mul or e.is_Pow and e.exp == -1 or e.func is sympy.log
+    return set().union(*map(_within, e.args)) if plain else e.free_symbols
 
 
 def _in_cases(function: Ready, head: list[str], names: str) -> str:
