@@ -7,6 +7,7 @@ rationals, scenes that broadcast have float64.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 _KAPPA_RANGE = (1e-145, 1e145)
 _R_RANGE = (1e-150, 1e152)
 # No number of digits helps an exact evaluation below it.
-_WEAKEST = Fraction(1, 10**154)
+_WEAKEST = 1e-154
 # Of any number: exponents, and digits of exponentials, stay such that work is short.
 _MOST_BITS = 3_330
 
@@ -145,15 +146,24 @@ def common_shape(drift: Drift, shapes: dict[str, tuple[int, ...]]) -> tuple[int,
 def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
     """The numbers and the drift's parameters broadcast together, in their ranges."""
     kappa = numbers.get("kappa", 1)
-    if not is_array(kappa) and 0 < (number := exact("kappa", kappa)) < _WEAKEST:
-        raise InputError(
-            f"kappa is {float_text(number)}, so that 2/kappa^2 leaves the range of float64 (1e308) "
-            "in which the evaluation is planned; method='laplace' has no such limit."
-        )
+    if not is_array(kappa):
+        number = kappa if isinstance(kappa, float) else exact("kappa", kappa)
+        if 0 < number < _WEAKEST:
+            raise InputError(
+                f"kappa is {float_text(Fraction(number))}, so that 2/kappa^2 leaves the range of "
+                "float64 (1e308) in which the evaluation is planned; method='laplace' has no such "
+                "limit."
+            )
     arrays = {name: floats(name, value, copy=False) for name, value in numbers.items()}
     shape = common_shape(drift, {name: x.shape for name, x in arrays.items()})
+    size = math.prod(shape)
     # A number that all scenes share is not copied for each of them.
-    flat = {name: np.broadcast_to(x, shape).reshape(-1) for name, x in arrays.items()}
+    flat: dict[str, FloatArray] = {
+        name: np.broadcast_to(x, shape).reshape(-1)
+        if x.ndim
+        else np.ndarray(size, float, x, strides=(0,))
+        for name, x in arrays.items()
+    }
     for name, (low, high) in (("kappa", _KAPPA_RANGE), ("r", _R_RANGE)):
         if name not in flat:
             continue

@@ -281,8 +281,9 @@ def floats(name: str, value: Numbers, copy: bool = True) -> FloatArray:
     """
     if isinstance(value, np.ma.MaskedArray):
         raise InputError(f"{name} is a masked array; give its unmasked values alone.")
-    if isinstance(value, float) and math.isfinite(value):
-        return np.asarray(value)
+    # Of other whole numbers not all are floats.
+    if (isinstance(value, float) or type(value) is int) and abs(value) < 1e300:
+        return np.asarray(float(value))
     if not is_array(value):
         return np.asarray(to_float(name, exact(name, value)))
     try:

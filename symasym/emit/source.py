@@ -151,12 +151,19 @@ class Source(str):
         return SimpleNamespace(**{name: space[name] for name in self.functions})
 
 
+#: What an emitted mpmath module calls itself, beside the function `name` and its body `_name`.
+_BESIDE = {
+    *("digits", "number", "Fraction", "MPContext", "MOST"),
+    *("all", "hasattr", "isinstance", "len", "tuple", "zip"),
+}
+
+
 def rendered(program: Program, target: str) -> Source:
     """The source code of a program."""
     check_target(target)
     # What is written into code is a name, and nothing that ends a line.
     for name in (f.name for f in program.functions):
-        if not is_name(name) or name in TAKEN:
+        if not is_name(name) or name in TAKEN or (target == "mpmath" and name in _BESIDE):
             raise InputError(
                 f"name is {shown(name)}; give a name made of letters, digits and _ that no "
                 "language has taken."

@@ -266,23 +266,26 @@ def series_of(
             known = about
     if known is None:
         return None
-    return centred(known, blocks.t0, blocks.t1, lam_h)
+    return centred(known, (blocks.t0 + blocks.t1) / 2, (blocks.t1 - blocks.t0) / 2, lam_h)
 
 
 def centred(
-    coefficients: FloatArray, low: FloatArray | float, high: FloatArray | float, scale: FloatArray
+    coefficients: FloatArray,
+    middle: FloatArray | float,
+    half: FloatArray | float,
+    scale: FloatArray,
 ) -> FloatArray:
     """The polynomials of these ascending coefficients, a column each, times `scale`, about the
-    middles of [low, high] in half widths."""
-    by, half = (low + high) / 2, (high - low) / 2
+    middles of intervals in half widths."""
     c = np.array(coefficients)
     # `symasym.numbers.polynomials.shifted`, without new arrays.
     for lowest in range(len(c) - 1):
         for k in range(len(c) - 2, lowest - 1, -1):
-            c[k] += c[k + 1] * by
-    for row in c:
-        row *= scale
+            c[k] += c[k + 1] * middle
+    c[0] *= scale
+    for row in c[1:]:
         scale = scale * half
+        row *= scale
     return c
 
 

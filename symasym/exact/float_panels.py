@@ -283,25 +283,28 @@ def integrals(exponents: FloatArray, work: FloatArray | None = None) -> tuple[Fl
         Memory to be used beside that of plain `exponents`, which are overwritten then: getting it
         anew takes as long as filling it.
     """
+    shape = exponents.shape[0], exponents.shape[2]
     places: Any = [None] * 4
     if work is not None:
-        shape = len(exponents), exponents.shape[2]
-        places = [exponents, *arrays_in(work, (NODES, NODES + 3, 3), shape)]
+        e_place, both = arrays_in(work, (NODES, NODES + 6), shape)
+        places = [exponents, e_place, both[:, : NODES + 3], both[:, NODES + 3 :]]
     inverse_e: Any = np.exp(exponents, out=places[0])  # 1/e at the nodes
     e = np.divide(1.0, inverse_e, out=places[1])  # costs less than a second exponential
     # One product of matrices for each: the running integral, the mean, the last coefficients.
     inner: Any = np.matmul(_running_and_last(), e, out=places[2])
     last: Any = np.matmul(last_coefficients(), inverse_e, out=places[3])
     int_e, int_inverse = inner[:, NODES], last[:, 0]
-    of_e, of_inverse = (
-        np.abs(value_of(x[:, k])) + np.abs(value_of(x[:, k + 1]))
-        for x, k in ((inner, NODES + 1), (last, 1))
-    )
+    if work is None:
+        both = np.concatenate((value_of(inner), value_of(last)), axis=1)
+    # Of e and of 1/e: the mean, and the moduli of the last coefficients.
+    ends = both[:, NODES:].reshape(shape[0], 2, 3, shape[1])
+    off = np.abs(ends[:, :, 1:])
+    off = off[:, :, 0] + off[:, :, 1]
+    single = (off / ends[:, :, 0]).max(axis=1)
     inner = inner[:, :NODES]
     inner *= inverse_e
     nested = gauss().weights @ inner
-    single = np.maximum(of_e / value_of(int_e), of_inverse / value_of(int_inverse))
-    missed = 2e-4 * of_e * of_inverse / value_of(nested) + 6e-4 * single * single
+    missed = 2e-4 * off[:, 0] * off[:, 1] / value_of(nested) + 6e-4 * single * single
     return int_e, int_inverse, nested, missed
 
 

@@ -1,10 +1,11 @@
 r"""Sides of moderate scenes in float64: from -r to the start with panels of their own.
 
 On a side, lam phi is a polynomial q(t)/h on [-1, end], t from -1 to 1. With Q the sum of the moduli
-of its coefficients over k + 1, lam V moves by Q at most; where that is moderate 1/sigma and w are
-carried through the panels as they stand (`sweep.carried`), and only sigma left of u = -1 needs a
-logarithm. Panels are as long as the local |q| and its derivatives allow, all of a side alike: they
-end where an integral over equal cells passes whole numbers.
+of its coefficients over k + 1, lam V moves by Q at most; where that is moderate sigma and w sigma
+are carried through the panels as they stand: w sigma is lam times the integral of sigma, and gains
+lam (sigma int 1/e + the nested integral) on a panel (`sweep.carried`). Only sigma left of u = -1
+needs a logarithm. Panels are as long as the local |q| and its derivatives allow, all of a side
+alike: they end where an integral over equal cells passes whole numbers.
 
 Where that sigma is above e^(Q + 45), S is constant on [-1, end] to all digits, so that
 
@@ -18,25 +19,25 @@ Trefethen, Approximation Theory and Approximation Practice, theorem 19.3).
 
 from __future__ import annotations
 
-from functools import cache
-from typing import NamedTuple
+from functools import cache, lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from symasym.base.call_context import own_context, step
 from symasym.base.inputs import FloatArray
 from symasym.drift.field.float_field import Field, IntArray
-from symasym.exact import float_panels, sweep
+from symasym.exact import float_panels
 from symasym.exact.float_blocks import FAINT, MODERATE, centred
 from symasym.exact.float_panels import NODES, REACH, REACH_DOWN, RESOLUTION
-from symasym.exact.sweep import Record, Swept
+from symasym.exact.sweep import Swept
 from symasym.numbers.float_arrays import LogPositive
+from symasym.special.exponentials import log_quotient, mean_place
 
 _ULP = 2e-16  # of an exponent, its sum included
 _ROUNDING = 2e-15  # of fewer than 15 operations; and what is left out, below e^-36
 #: Largest Q of a side that is taken: the errors are proportional to it.
 _HIGHEST = 1000.0
-_LOWEST = 1e-290  # of 1/sigma, below which floats have fewer digits
 #: q' that take a panel of their own, or |q| = REACH; the squares of both are added.
 _BENT = 3 / 16
 #: Exponents of a single integral that change none of its digits, beside log(1 + Q).
@@ -53,14 +54,15 @@ _FEW = 32  # sides, of which more take a rule of their own
 
 
 class _Sides(NamedTuple):
-    """Some sides: lam, the coefficients of q, Q, the width h, the relative error of a panel; log
-    sigma, its error, and w at u = -1."""
+    """Some sides: lam, the coefficients of q, Q, the width h, the relative error of a panel, that
+    of an exponential; log sigma at u = -1, its error with those of a side, and w there."""
 
     lam: FloatArray
     series: FloatArray
     size: FloatArray
     h: FloatArray
     own: FloatArray
+    moved: FloatArray
     log_sigma: FloatArray
     error: FloatArray
     w: FloatArray
@@ -93,28 +95,48 @@ def swept(field: Field, lam: FloatArray, r: FloatArray, end: FloatArray) -> tupl
         return index[:0], _logs(np.empty((4, 0)))
     lam, r, end, rate, a_minus = (x[some] for x in (lam, r, end, rate, field.a_minus))
     h = end + 1.0
-    series = centred(coefficients, -1.0, end, lam * h)
+    if end.min() == end.max():
+        series = _shift(len(coefficients), float(end[0])) @ coefficients
+        series *= lam * h
+    else:
+        series = centred(coefficients, (end - 1.0) / 2, h / 2, lam * h)
     size = (1.0 / np.arange(1.0, len(series) + 1)) @ np.abs(series)
     # The error of a panel is that of others which are not graded (`symasym.exact.floats`).
     own = 5e-15 + 8e-18 * rate
-    tail = float_panels.constant(lam * a_minus, r - 1.0)
-    sigma, w = sweep.first(Record(tail.int_e, None, tail.nested, 1.0, None), lam)
-    fall = np.maximum(-tail.rise, 0.0)
-    log_sigma, error = np.log(sigma) + fall, own + _ULP * fall
-    sides = _Sides(lam, series, size, h, own, log_sigma, error, w)
+    # Left of u = -1 sigma and w are those of a constant drift.
+    width = r - 1.0
+    w = lam * width
+    x = w * a_minus
+    log_sigma = log_quotient(x, width)
+    w *= mean_place(x)
+    moved = _ULP * size
+    error = own + moved + _ULP * np.maximum(x, 0.0) + _ROUNDING
+    sides = _Sides(lam, series, size, h, own, moved, log_sigma, error, w)
     found = np.full((4, len(index)), np.nan)
     alone = np.flatnonzero(log_sigma > FAINT + size)
     if alone.size > _FEW:
         some = _run(alone)
-        found[:, some] = _single(sides.take(some))
+        _put(found, some, _single(sides.take(some)))
     rest = np.flatnonzero(np.isnan(found[3]) & (size < _HIGHEST))
     if rest.size:
         some = _run(rest)
-        found[:, some] = _nested(sides.take(some))
-    done = np.isfinite(found.sum(axis=0))
+        _put(found, some, _nested(sides.take(some)))
+    done = np.isfinite(found[1] + found[2] + found[3])
     if not done.all():
         index, found = index[done], found[:, done]
     return index, _logs(found)
+
+
+def _put(found: FloatArray, some: slice | IntArray, values: tuple[FloatArray, ...]) -> None:
+    """Put these rows into some columns."""
+    for row, x in zip(found, values, strict=True):
+        row[some] = x
+
+
+@lru_cache
+def _shift(terms: int, end: float) -> FloatArray:
+    """The matrix that `centred` multiplies polynomials by for [-1, end]."""
+    return centred(np.eye(terms), (end - 1.0) / 2, (end + 1.0) / 2, np.ones(terms))
 
 
 def _run(index: IntArray) -> slice | IntArray:
@@ -132,90 +154,92 @@ def _logs(found: FloatArray) -> Swept:
 # -- panels ----------------------------------------------------------------------------------------
 
 
-def _nested(sides: _Sides) -> FloatArray:
+def _nested(sides: _Sides) -> tuple[FloatArray, ...]:
     """log sigma, its error, log w and its error, nan where the panels do not resolve e^{lam V}."""
-    size, h, own = sides[2:5]
-    rate, w, missed, least = _joined(sides, *_integrals(sides.series, h))
-    missed[(missed > RESOLUTION) | (least < _LOWEST)] = np.nan
+    sigma, time, missed = _joined(sides, *_integrals(sides.series))
+    missed[missed > RESOLUTION] = np.nan
     # Exponents lam (V(v) - V(u)) are off by `moved` at most, by as much for each of two in w.
-    moved, own, log = _ULP * size, own + missed, -np.log(rate)
-    error = own + moved + sides.error + _ROUNDING
-    return np.array((log, error + _ROUNDING * np.abs(log), np.log(w), error + 2 * own + moved))
+    missed += sides.own
+    log, error = np.log(sigma), sides.error + missed
+    missed *= 2.0
+    missed += sides.moved
+    return log, error + _ROUNDING * np.abs(log), np.log(time / sigma), error + missed
 
 
-def _integrals(series: FloatArray, h: FloatArray) -> tuple[FloatArray, list[int], IntArray | slice]:
+def _integrals(series: FloatArray) -> tuple[FloatArray, list[int], IntArray]:
     """Of each panel e^{lam V} at its right end, 1 being that at its left one, the integrals of
-    `float_panels.integrals`, and what the nodes miss of them.
+    `float_panels.integrals` in half widths of the side, and what the nodes miss of them.
 
     First come the first panels of all sides, then the second ones, ...: how many there are of each,
     and the sides' order.
     """
     count, ends = _panels(series)
     number, most = len(ends) - 1, int(count.max())
-    order: IntArray | slice = slice(None)
-    widths = [number]
+    order, widths = np.arange(len(count)), [number]
     if most > 1:
         # The sides with most panels first.
         order = np.argsort(-count, kind="stable")
-        widths = np.searchsorted(-count[order], -np.arange(most), side="left").tolist()
+        widths = (len(count) - np.add.accumulate(np.bincount(count))[:most]).tolist()
+        first = (np.add.accumulate(count) - count)[order]
         side = np.concatenate([order[:n] for n in widths])
-        first = np.add.accumulate(count) - count
-        at = first[side] + np.repeat(np.arange(most), widths)
+        at = np.concatenate([first[:n] + k for k, n in enumerate(widths)])
     parts = np.empty((5, number))
     place, memory = float_panels.memory()
     for begin in range(0, number, float_panels.AT_ONCE):
         step()
         some = slice(begin, min(begin + float_panels.AT_ONCE, number))
-        local, half = series[:, some], h[some]
+        local = series[:, some]
         if most > 1:
             row, left = side[some], at[some]
-            low, high = ends[left] - 2.0 * row, ends[left + 1] - 2.0 * row
-            half = (high - low) / 2
-            local = centred(series.take(row, axis=1), low, high, half)
-            half *= h[row]
-        (out,) = float_panels.arrays_in(place, (NODES,), (1, len(half)))
+            # The k-th side is [2 k - 1, 2 k + 1] there.
+            middle, half = ends.take(left), ends.take(left + 1)
+            half -= middle
+            half *= 0.5
+            middle -= 2.0 * row
+            middle += half
+            local = centred(series.take(row, axis=1), middle, half, half)
+        (out,) = float_panels.arrays_in(place, (NODES,), (1, local.shape[1]))
         exponents, rise = float_panels.exponents_of_series(local, 1, out)
         np.exp(rise[0], out=parts[0, some])
-        parts[1:, some] = [x[0] for x in float_panels.integrals(exponents, memory)]
-        parts[1:4, some] *= half
-        parts[3, some] *= half
+        for part, found in zip(parts[1:], float_panels.integrals(exponents, memory), strict=True):
+            part[some] = found[0]
+        if most > 1:
+            parts[1:4, some] *= half
+            parts[3, some] *= half
     return parts, widths, order
 
 
-def _joined(
-    sides: _Sides, parts: FloatArray, widths: list[int], order: IntArray | slice
-) -> FloatArray:
-    """1/sigma and w at the ends of the sides, the most that is missed on a panel, and the least
-    1/sigma on the way."""
-    lam = sides.lam[order]
-    result = np.empty((4, len(lam)))
-    rates, ws, most, least = result
-    np.exp(-sides.log_sigma[order], out=rates)
-    ws[:] = sides.w[order]
-    most[:] = 0.0
-    least[:] = rates
+def _joined(sides: _Sides, parts: FloatArray, widths: list[int], order: IntArray) -> FloatArray:
+    """sigma and lam times its integral, which is w sigma, at the ends of the sides; the most that
+    is missed on a panel."""
+    result = np.empty((3, len(order)))
+    # In the side's width, until the end.
+    sigma, time, missed = result
+    h = sides.h.take(order)
+    np.exp(sides.log_sigma.take(order), out=sigma)
+    sigma /= h
+    rate = sides.lam.take(order)
+    rate *= h
+    np.divide(sides.w.take(order), rate, out=time)
+    time *= sigma
+    missed[:] = 0.0
     low = 0
     for n in widths:
-        end, int_e, int_inverse, nested, missed = parts[:, low : low + n]
-        rate, w = rates[:n], ws[:n]
-        # `sweep.carried`, of 1/sigma.
-        nested *= rate
+        end, int_e, int_inverse, nested, lost = parts[:, low : low + n]
+        here = sigma[:n]
+        int_inverse *= here
         nested += int_inverse
-        nested *= lam[:n]
-        w += nested
-        int_e *= rate
-        int_e += 1.0
-        end /= int_e
-        w *= end
-        rate *= end
-        np.maximum(most[:n], missed, out=most[:n])
-        np.minimum(least[:n], rate, out=least[:n])
+        time[:n] += nested
+        here += int_e
+        here /= end
+        np.maximum(missed[:n], lost, out=missed[:n])
         low += n
-    if isinstance(order, slice):
-        return result
-    back = np.empty_like(result)
-    back[:, order] = result
-    return back
+    sigma *= h
+    rate *= h
+    time *= rate
+    back = np.empty_like(order)
+    back[order] = np.arange(len(order))
+    return result.take(back, axis=1)
 
 
 def _panels(series: FloatArray) -> tuple[IntArray, FloatArray]:
@@ -225,18 +249,18 @@ def _panels(series: FloatArray) -> tuple[IntArray, FloatArray]:
     Taylor coefficient of many is above `float_panels.bends`.
     """
     at_cells, up_to = _at_cells(len(series))
-    values, bent, *others = (at_cells @ series).reshape(-1, len(up_to) + 1, series.shape[1])
+    down, up, bent, *others = (at_cells @ series).reshape(-1, len(up_to) + 1, series.shape[1])
     # |q| in panels, squared.
-    values *= np.where(values < 0.0, -1.0 / REACH, 1.0 / REACH_DOWN)
+    values = np.maximum(down, up, out=down)
     values *= values
     values += np.abs(bent, out=bent)
-    values += 1e-9
     for k, other in enumerate(others, 3):
         values += np.abs(other, out=other) ** (2 / k)
     steep = np.maximum(values[1:], values[:-1])
     np.sqrt(steep, out=steep)
     known = np.zeros(steep.size + 1)
     reached = np.matmul(steep.T, up_to, out=known[1:].reshape(steep.T.shape))
+    reached[:, -1] += 1e-9
     whole = np.ceil(reached[:, -1])
     count: IntArray = whole.astype(np.intp)
     number = int(count.sum())
@@ -253,12 +277,13 @@ def _panels(series: FloatArray) -> tuple[IntArray, FloatArray]:
 
 @cache
 def _at_cells(terms: int) -> tuple[FloatArray, FloatArray]:
-    """t^k at the ends of equal cells of [-1, 1], two for each term and not fewer than eight;
-    its derivatives times `_BENT`, and of many terms the higher ones over k! and
-    `float_panels.bends`; the matrix from a row of values on the cells to running means."""
+    """t^k over `REACH_DOWN` and over -`REACH` at the ends of equal cells of [-1, 1], two for each
+    term and not fewer than eight; its derivatives times `_BENT`, and of many terms the higher ones
+    over k! and `float_panels.bends`; the matrix from a row of values on the cells to running means.
+    """
     cells = max(8, 2 * terms)
     t, k = np.linspace(-1.0, 1.0, cells + 1)[:, None], np.arange(terms)
-    rows = [t**k, _BENT * k * t ** np.maximum(k - 1, 0)]
+    rows = [t**k / REACH_DOWN, -(t**k) / REACH, _BENT * k * t ** np.maximum(k - 1, 0)]
     if terms > float_panels.PLAIN:
         weights = float_panels.binomials(terms) / float_panels.bends(terms)[:, None]
         rows += [w * t ** np.maximum(k - n, 0) for n, w in enumerate(weights, 2)]
@@ -268,47 +293,50 @@ def _at_cells(terms: int) -> tuple[FloatArray, FloatArray]:
 # -- a single integral -----------------------------------------------------------------------------
 
 
-def _single(sides: _Sides) -> FloatArray:
+def _single(sides: _Sides) -> tuple[FloatArray, ...]:
     """The same where S is constant, by one rule for all; nan where it misses too much."""
-    lam, series, size, h, own = sides[:5]
-    # lam (V(end) - V) is the sum of these times t^k - 1, k from 1.
-    twice = 2.0 * np.arange(1, len(series) + 1)[:, None]
-    heights = series / twice
-    rise = -2.0 * (np.arange(1, len(series) + 1) % 2 @ heights)
-    moved = _ULP * size
+    lam, series, size, h, own, moved = sides[:6]
+    outside, inside, bounds = _ellipses(len(series))
+    heights = inside @ series
+    rise = heights[0].copy()
+    many = np.log(1.0 + len(series) * size)
     long = np.flatnonzero(size > _LONG)
     if long.size:
         some = series.take(long, axis=1)
-        start = _start(some, size[long])
+        start = _start(some, many[long])
         half = (1.0 - start) / 2
-        heights[:, long] = centred(some, start, 1.0, half) / twice
-        h = h.copy()
+        series, h = series.copy(), h.copy()
+        series[:, long] = some = centred(some, (1.0 + start) / 2, half, half)
         h[long] *= half
-    outside, inside, bounds = _ellipses(len(series))
+        heights[:, long] = inside @ some
     # The mean of the exponential is e^highest/(1 + Q) or more, roughly.
-    highest = np.maximum((inside @ heights).max(axis=0), 0.0)
-    enough = _ENOUGH + highest - np.log1p(len(series) * size)
-    most = (outside @ heights).reshape(len(bounds), -1, len(h)).max(axis=1)
+    enough = _ENOUGH + np.maximum(heights.max(axis=0), 0.0) - many
+    most = (outside @ series).reshape(len(bounds), -1, len(h)).max(axis=1)
     wanted = ((most - enough + bounds[:, :1]) * bounds[:, 1:]).min(axis=0)
     nodes = min(-int(-wanted.max() // _RULES) * _RULES, _MOST)
     enough[wanted > _MOST] = np.nan
     powers, weights = _to_end(nodes, len(series))
     total = np.empty(len(h))
+    place = float_panels.memory()[0]
     for low in range(0, len(h), float_panels.COLUMNS):
         step()
         part = slice(low, low + float_panels.COLUMNS)
-        exponents = powers @ heights[:, part]
-        total[part] = weights @ np.exp(exponents, out=exponents)
+        columns = series[:, part]
+        (exponents,) = float_panels.arrays_in(place, (nodes,), (1, columns.shape[1]))
+        np.matmul(powers, columns, out=exponents[0])
+        np.exp(exponents, out=exponents)
+        np.matmul(weights, exponents[0], out=total[part])
     before = np.exp(rise) * sides.w
     w = before + lam * h * total
     log = sides.log_sigma - rise
-    error = 2 * (own + _ROUNDING) + np.exp(enough) / total + moved * before / w
-    return np.array((log, sides.error + moved + _ROUNDING * (1.0 + np.abs(log)), np.log(w), error))
+    of_w = 2 * (own + _ROUNDING) + np.exp(enough) / total + moved * before / w
+    return log, sides.error + _ROUNDING * np.abs(log), np.log(w), of_w
 
 
 @cache
 def _to_end(count: int, terms: int) -> tuple[FloatArray, FloatArray]:
-    """t^k - 1 at the nodes of Gauss's rule, k from 1, and half its weights, rounded once.
+    """Half the integrals of t^k from 1 to the nodes of Gauss's rule, and half its weights, rounded
+    once.
 
     Of NumPy's rules the weights are right to 1e-13 only.
     """
@@ -322,40 +350,44 @@ def _to_end(count: int, terms: int) -> tuple[FloatArray, FloatArray]:
                     before, value = value, ((2 * j - 1) * t * value - (j - 1) * before) / j
                 slope = count * (t * value - before) / (t * t - 1)
                 t -= value / slope
-            powers[i] = [float(t**k - 1) for k in range(1, terms + 1)]
+            powers[i] = [float((t**k - 1) / (2 * k)) for k in range(1, terms + 1)]
             weights[i] = float(1 / ((1 - t * t) * slope * slope))
     return powers, weights
 
 
+def _integrals_to_end(z: Any, terms: int) -> FloatArray:
+    """Half the real parts of the integrals of t^k from 1 to points z, a row each."""
+    k = np.arange(1, terms + 1)
+    powers: FloatArray = np.ascontiguousarray(((z[:, None] ** k - 1.0) / (2 * k)).real)
+    return powers
+
+
 @cache
 def _ellipses(terms: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Re z^k - 1 at points z of each ellipse, and on [-1, 1]; for each ellipse a number to add to
-    log M and one to multiply by, for the nodes with which half an integral misses 1 at most."""
+    """`_integrals_to_end` at points of each ellipse, and on [-1, 1]; for each ellipse a number to
+    add to log M and one to multiply by, for the nodes with which half an integral misses 1 at
+    most."""
     angle = np.linspace(0.0, np.pi, terms + 4)
     z = (_AXES[:, None] * np.exp(1j * angle) + np.exp(-1j * angle) / _AXES[:, None]) / 2
-    k = np.arange(1, terms + 1)
-    inside = np.linspace(-1.0, 0.5, 4)[:, None] ** k
     bounds = np.log(32 / 15 / (1.0 - _AXES**-2.0)), 0.5 / np.log(_AXES)
-    outside = np.ascontiguousarray((z.reshape(-1, 1) ** k).real)
-    return outside - 1.0, inside - 1.0, np.array(bounds).T
+    inside = _integrals_to_end(np.linspace(-1.0, 0.5, 4), terms)
+    return _integrals_to_end(z.ravel(), terms), inside, np.array(bounds).T
 
 
 @cache
 def _to_cells(terms: int) -> FloatArray:
-    """Half the integrals of t^k from 1 to the left ends of `_CELLS` equal cells of [-1, 1]."""
-    t, k = np.linspace(-1.0, 1.0, _CELLS + 1)[:-1, None], np.arange(1, terms + 1)
-    powers: FloatArray = (t**k - 1.0) / (2 * k)
-    return powers
+    """`_integrals_to_end` at the left ends of `_CELLS` equal cells of [-1, 1]."""
+    return _integrals_to_end(np.linspace(-1.0, 1.0, _CELLS + 1)[:-1], terms)
 
 
-def _start(series: FloatArray, size: FloatArray) -> FloatArray:
-    """t up to which lam (V(end) - V) is too low to count in the single integral."""
+def _start(series: FloatArray, many: FloatArray) -> FloatArray:
+    """t up to which lam (V(end) - V) is too low to count in the single integral, at `_BELOW` and
+    `many` below its largest value."""
     terms = np.arange(len(series))
     # Between the ends of a cell a function is above the smaller by its width^2/8 times the second
     # derivative, which is half of q'.
     above = (2.0 / _CELLS) ** 2 / 16 * (terms @ np.abs(series))
-    exponents = _to_cells(len(series)) @ series
-    highest = np.maximum.accumulate(exponents, axis=0) + above
-    below = (highest < -(_BELOW + np.log1p(len(series) * size))).sum(axis=0)
+    highest = np.maximum.accumulate(_to_cells(len(series)) @ series, axis=0)
+    below = (highest < -(_BELOW + many + above)).sum(axis=0)
     start: FloatArray = 2.0 / _CELLS * np.maximum(below - 1, 0) - 1.0
     return start

@@ -86,8 +86,8 @@ def _right_logs(scenes: Scenes, name: str) -> tuple[FloatArray, FloatArray]:
 
     logs, errors = float_logs(scenes, name)
     closer = Request(name, "exact", None, _FLOAT_DIGITS, log=True, full=False)
-    doubtful = ~(errors <= TOLERANCE * np.maximum(1.0, np.abs(logs)))
-    for row in np.flatnonzero(doubtful):
+    rows = np.flatnonzero(~(errors <= TOLERANCE))
+    for row in rows[~(errors[rows] <= TOLERANCE * np.abs(logs[rows]))]:
         logs[row] = float(of_scene(scene_at(scenes, row), closer).value)
         errors[row] = ROUNDING * abs(logs[row])
     return logs, errors
@@ -160,7 +160,7 @@ def occupation(field: Field, lam: FloatArray, complement: bool) -> Logs:
 
 def _logs(quantity: LogPositive) -> Logs:
     """Logarithms and their errors, infinite where they are unknown."""
-    bad = np.isnan(quantity.log) | np.isnan(quantity.error)
+    bad = np.isnan(quantity.log + quantity.error)
     error = np.where(bad, np.inf, quantity.error)
     if not isinstance(quantity, LogSlopes):
         return Logs(np.asarray(quantity.log), error)

@@ -430,22 +430,22 @@ class LogPositive:
                 most = np.logaddexp(self.log + self.error, term.log) - log
                 error = np.where(self.error > _LINEAR, most, error)
             return LogPositive(log, error + _ROUNDING * np.abs(log))
-        apart = self.log - term.log
         # Exponential and logarithm are vectorised in NumPy, its logaddexp is not.
-        ratio = np.exp(-np.abs(apart))
+        log = np.maximum(self.log, term.log)
+        ratio = np.exp(np.minimum(self.log, term.log) - log)
         whole = 1.0 + ratio
         behind = np.log(whole)
-        log = np.maximum(self.log, term.log) + behind
+        log += behind
         # The shares are 1/whole of the larger one and ratio/whole: one may be 0 beside an error of
         # 1e284, so neither is found as a difference.
-        first, known = apart > 0, self.error + term.error
+        first, known = self.log > term.log, self.error + term.error
         error = np.where(first, term.error, self.error)
         error *= ratio
         error += np.where(first, self.error, term.error)
         error /= whole
         if np.fmax.reduce(known, axis=None) > _LINEAR:
             # log of the sum of both shares, each times e to its error: convex, so no less below.
-            ahead = np.minimum(apart, 0.0) + self.error, np.minimum(-apart, 0.0) + term.error
+            ahead = (x.log - log + behind + x.error for x in (self, term))
             most = np.logaddexp(*ahead) - behind
             error = np.where(known > _LINEAR, most, error)
         return LogPositive(log, error + _ROUNDING * (np.abs(log) + 2.0))

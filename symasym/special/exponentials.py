@@ -64,20 +64,26 @@ def _terms(eps: Number) -> int:
     return count
 
 
-def log_quotient(x: FloatArray) -> FloatArray:
-    """log phi_1(x), also where e^x has no float64."""
-    size = np.abs(x)
-    safe = np.where(size == 0, 1.0, size)
-    return np.maximum(x, 0.0) + np.where(size == 0, 0.0, np.log(-np.expm1(-safe) / safe))
+def log_quotient(x: FloatArray, factor: FloatArray | float = 1.0) -> FloatArray:
+    """The logarithm of `factor` times phi_1(x), also where e^x has no float64."""
+    below = -np.maximum(np.abs(x), 1e-300)
+    log: FloatArray = np.log(np.expm1(below) / below * factor) + np.maximum(x, 0.0)
+    return log
+
+
+#: B_2k/(2 k)! of the Bernoulli numbers, k from 1: below 1/2 in size, the rest is left out.
+_BERNOULLI = [1 / 12, -1 / 720, 1 / 30240, -1 / 1209600, 1 / 47900160, -691 / 1307674368000,
+              1 / 74724249600]  # fmt: skip
 
 
 def mean_place(x: FloatArray) -> FloatArray:
     """phi_2(x)/phi_1(x) = 1/x - 1/(e^x - 1): the mean of 1 - t with the weight e^(x t)."""
     small = np.abs(x) < 0.5
-    first, second = quotients(np.where(small, x, 0.0), FLOATS)
     z = np.where(small, 1.0, x)
-    beyond = 1 / z - 1 / np.expm1(np.clip(z, -800.0, 700.0))
-    share: FloatArray = np.where(small, second / first, beyond)
+    share: FloatArray = 1.0 / z - 1.0 / np.expm1(np.minimum(z, 700.0))
+    if small.any():
+        y = x[small]
+        share[small] = 0.5 - y * poly(_BERNOULLI, y * y)
     return share
 
 

@@ -348,6 +348,17 @@ def test_constants_are_rounded_once():
             assert away < abs(sympy.N(constant, 40) - sympy.Float(other, 40))
 
 
+@pytest.mark.parametrize("target", ["mpmath", "numpy", "python"])
+def test_a_function_takes_no_name_that_its_module_uses(target):
+    written = sympy.sqrt(X) + sympy.Rational(1, 3)
+    for name in sorted(set(re.findall(r"\b[A-Za-z]\w*", str(sa.emit(written, target))))):
+        try:
+            source = sa.emit(written, target, name=name)
+        except sa.InputError:
+            continue
+        assert float(getattr(source.load(), name)(4)) == pytest.approx(7 / 3), name
+
+
 def test_names_that_a_language_has_taken():
     names = sympy.symbols("lambda double out y0 ctx np gamma t0", positive=True)
     total = sympy.Add(*(k * sympy.exp(-s) for k, s in enumerate(names, 1)))

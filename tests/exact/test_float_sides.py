@@ -11,6 +11,7 @@ import symasym as sa
 from symasym.base.call_context import own_context
 from symasym.drift.field.float_field import field_of
 from symasym.exact import float_panels, float_sides
+from symasym.special.exponentials import log_quotient, mean_place
 
 
 def _chebyshev(*c: float) -> list[float]:
@@ -131,3 +132,28 @@ def test_sides_alone_and_together_are_the_same(lam: float) -> None:
     for j in (0, 350, 699):
         alone = sa.escape_time(drift.bind(z0=z0[[j]]), kappa, 2.0, start=0.3, log=True, full=True)
         assert abs(alone.value[0] - together.value[j]) <= alone.error[0] + together.error[j]
+
+
+@pytest.mark.parametrize("p", [0.0, 0.5])
+def test_a_side_beyond_float64_is_left_to_logarithms(p: float) -> None:
+    """Of some, w sigma has no float64, though w and sigma have one each."""
+    lam = 14.0
+    drift, numbers = sa.Drift("p - 50*u"), (np.sqrt(2 / lam), 1.5)
+    many = drift.bind(p=np.linspace(0.0, 1.0, 41))
+    found = sa.escape_time(many, *numbers, start=0.9, log=True, full=True)
+    exact = sa.escape_time(drift.bind(p=p), *numbers, start=0.9, log=True, dps=25)
+    j = int(40 * p)
+    assert abs(found.value[j] - exact) <= found.error[j] < 1e-11
+
+
+def test_quotients_left_of_the_interval() -> None:
+    """sigma and w of a constant drift, by their definitions, to a few units of rounding."""
+    sizes = [1e-310, 1e-9, 0.03, 0.2, 0.499, 0.5, 0.7, 3.0, 30.0, 800.0]
+    x = np.array([sign * size for size in sizes for sign in (1, -1)] + [0.0])
+    found = log_quotient(x, 3.0), mean_place(x)
+    with own_context(400) as mp:
+        for at, log, place in zip(x.tolist(), *found, strict=True):
+            rise = mp.expm1(mp.mpf(at))
+            wanted = (mp.log(3 * rise / at), 1 / mp.mpf(at) - 1 / rise) if at else (mp.log(3), 0.5)
+            assert abs(log - wanted[0]) <= 4e-16 * max(1, abs(wanted[0]))
+            assert abs(place - wanted[1]) <= 1e-15 * wanted[1]
