@@ -171,6 +171,7 @@ def reduce(
     switch: Expr | str | None = None,
     layer: Symbol | str = "s",
     at: Mapping[Any, Any] | None = None,
+    patience: float | None = None,
 ) -> Reduction:
     """The scalar drift, noise amplitude and sliding field of a smoothed n-dimensional switch.
 
@@ -199,6 +200,8 @@ def reduce(
         Coordinate -> number or expression: the point of the surface at which
         the coefficients are frozen. Coordinates left out become parameters of
         the drift, except one for which h = 0 is solved.
+    patience : float, optional
+        Seconds of processor time that it may take, 10 if left out.
 
     Returns
     -------

@@ -156,6 +156,9 @@ LONG: dict[str, Callable[[float], Any]] = {
     ),
     "LaTeX": lambda p: sa.expand(sa.friction(), order=5, start="0.17").latex(patience=p),
     "emitted expansion": lambda p: sa.expand(sa.friction(mu=3), order=5).emit("c", patience=p),
+    "reduce": lambda p: sa.reduce(
+        (_FRACTIONS, "1"), ("-1", "1"), ("-s", "1"), (1, 0), ("y", "x"), patience=p
+    ),
     "emit": lambda p: sa.emit(
         "eq:Ttilde", "c", drift=sa.sine(3, -1, 7, waves=3), method="laplace", order=20, patience=p
     ),

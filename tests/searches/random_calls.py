@@ -282,7 +282,7 @@ AFTER: dict[str, dict[str, dict[str, _Place] | None]] = {
 _PATIENT = {
     "escape_time", "exit_probability", "occupation", "stationary_density", "sensitivity", "plan",
     "stokes_multiplier", "weak_noise_bound", "laplace_integral", "uniform_integral", "release",
-    "plot", "expand", "emit",
+    "plot", "expand", "emit", "reduce",
 }  # fmt: skip
 
 
