@@ -315,6 +315,11 @@ def floats(name: str, value: Numbers, copy: bool = True) -> FloatArray:
 class BeyondFloat(InputError, OverflowError):
     """A number that float64 cannot hold, though more digits could."""
 
+    def without_digits(self, what: str) -> BeyondFloat:
+        """The same where `what` is found in float64 alone."""
+        fact = str(self).partition(";")[0]
+        return BeyondFloat(f"{fact}, in which {what} is found; choose another value.")
+
 
 def to_float(name: str, value: Fraction | int) -> float:
     """The nearest float64; an error beyond its range, or where it has fewer digits than 53 bits."""

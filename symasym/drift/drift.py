@@ -358,6 +358,12 @@ class Drift:
 
     def exact_coefficients(self) -> list[Fraction] | None:
         """Rational coefficients of A in ascending powers; None if A is no such polynomial."""
+        known = self._rational_coefficients
+        return None if known is None else [*known]
+
+    @cached_property
+    def _rational_coefficients(self) -> list[Fraction] | None:
+        """The coefficients, which an expression's tree gives slowly."""
         try:
             coefficients = self._model.coefficients(self.scalars(), FractionOps())
         except NotRational:
@@ -525,7 +531,11 @@ class Drift:
         u : float or array_like
             Scaled position, broadcast with the parameters.
         """
-        return landscape.potential_at(self, floats("u", u))
+        position = floats("u", u)
+        try:
+            return landscape.potential_at(self, position)
+        except BeyondFloat as error:
+            raise error.without_digits("V") from None
 
     def critical_points(self) -> list[landscape.CriticalPoint]:
         """Zeros of A in (-1, 1), left to right, with multiplicity and stability.

@@ -16,6 +16,7 @@ from symasym.base.inputs import FloatArray
 from symasym.generated.numpy_formulas import potential_left, potential_right
 from symasym.numbers.complex_balls import ComplexBall, resolved
 from symasym.numbers.polynomials import bracketed_zero
+from symasym.numbers.trees import MpmathOps
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -217,6 +218,14 @@ def _of_analytic(drift: Switch) -> list[CriticalPoint]:
             low, high = values[k - 1], values[k]
             if abs(low) > small and abs(high) > small and low * high < 0:
                 root = bracketed_zero(lambda x: taylor(x)[:2], edges[k - 1], edges[k], context)
+                root = _beside_0(lambda x: taylor(x)[:2], root, context)
+                # Beside a slope of many digits a series has none left for its value.
+                allowed = max(small, abs(taylor(root)[1] * root) * 1e-17)
+                if abs(drift.evaluate(root, MpmathOps(context))) > allowed:
+                    raise AccuracyError(
+                        f"A is too steep near u = {float(root):.6g} for a digit of its zero there; "
+                        "take a less steep A."
+                    )
                 zeros.append(CriticalPoint(mpmath.mp.make_mpf(root._mpf_), 1, _kind(1, high > 0)))
             if k < len(edges) - 1 and abs(high) <= small:
                 series = taylor(edges[k], order)
@@ -241,6 +250,21 @@ def _of_analytic(drift: Switch) -> list[CriticalPoint]:
                     )
                 )
         return zeros
+
+
+def _beside_0(pair: Callable[[Any], list[Any]], x: mpf, context: MPContext) -> mpf:
+    """A zero of f found near x to so many places, to as many digits where x is nearly 0."""
+    if abs(x) > _NARROWEST:
+        return x
+    if pair(context.zero)[0] == 0:
+        return context.zero
+    for _ in range(12):
+        value, slope = pair(x)
+        step = value / slope if slope else context.zero
+        x -= step
+        if abs(step) <= abs(x) * context.mpf(10) ** -_DIGITS:
+            break
+    return x
 
 
 def _distinct(points: list[Any], context: MPContext) -> list[Any]:

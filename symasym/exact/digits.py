@@ -45,6 +45,8 @@ if TYPE_CHECKING:
 _GUARD = 64
 _MODERATE_PANELS = 48
 _MOST_PIECES = 12
+# Widths in a row that are too large, after which no wider one is looked for.
+_FAILS = 3
 _PANEL_COST = 700  # of a Taylor panel, in coefficients of the slow series of a layer
 _DEEPEST = 400
 # Least seconds for the blocks towards a zero of an analytic A, for each halving of the layer about
@@ -240,6 +242,8 @@ class Partition:
         self.field, self.lam = field, lam
         self.numbers = Numbers(lam, context)
         self.bits = context.prec
+        #: Drifts that it changes by, where derivatives are asked for.
+        self.changes: list[ExactField] = []
         self._lam_float = float(lam)
         # Where the Taylor recurrences are cheapest: terms per unit of exponent fall with
         # the reach, but guard bits grow with it.
@@ -320,8 +324,11 @@ class Partition:
 
     def _zeros(self, lo: Fraction, hi: Fraction) -> list[Fraction]:
         """Short dyadic approximations, finer than any layer, of the zeros of A inside."""
-        bits = 40 + max(0, places(1 / (1 + self.lam)))
-        zeros = sorted({dyadic(x, bits) for x in self.field.zeros(lo, hi)})
+        with np.errstate(over="ignore"):
+            size = np.abs(self.field.float_values(np.linspace(float(lo), float(hi), 17))).max()
+        steepest = Rational(size) if 1 <= size < math.inf else Rational(1)
+        bits = 40 + max(0, places(1 / (1 + self.lam * steepest)))
+        zeros = sorted({dyadic(x, bits) for x in self.field.zeros(lo, hi, bits)})
         return [x for x in zeros if lo < x < hi]
 
     def _block(self, centre: Fraction, t0: Fraction, t1: Fraction, depth: int) -> Iterator[Panel]:
@@ -422,6 +429,13 @@ class Partition:
                 unit = most = self._resolved_width(here, min(4 * unit, t1 - t))
             about = self.field.taylor(here, unit, 24)
             scale = self.lam * unit
+            flat = not self.field.is_polynomial and self._beneath(
+                scale, self.numbers.mpf(max(map(abs, about[1:])))
+            )
+            if flat and (wide := self._constant_width(here, t1 - t, unit)):
+                yield Constant(self.numbers, self.field.value(here), wide, here)
+                t, unit = t + wide, wide
+                continue
             w = self._width([abs(float(scale * c)) for c in about], most / unit)
             h = w * unit
             if self.field.is_polynomial:
@@ -430,6 +444,37 @@ class Partition:
                 c, h = self._complete(here, h)
             yield Taylor(self.numbers, c, h, here)
             t += h
+
+    def _beneath(self, scale: Fraction, change: mpf) -> bool:
+        """True where `scale` times a change of A is below the last digit of an exponent."""
+        last = self.numbers.context.ldexp(1, -self.bits - 16)
+        return bool(self.numbers.mpf(scale) * change < last)
+
+    def _constant_width(self, here: Fraction, most: Fraction, finest: Fraction) -> Fraction:
+        """About the largest width, 0 for none, on which A and its changes are constant to the last
+        digit, as a sigmoid is beside its steep part; some more than `finest`."""
+
+        def constant(width: Fraction) -> bool:
+            disk = here + width / 2, width / 2, finest
+            spreads = (f.spread(*disk) for f in (self.field, *self.changes))
+            return all(self._beneath(self.lam * width, s) for s in spreads)
+
+        if constant(most):
+            return most
+        width, fails = finest, 0
+        if not constant(width):
+            return Rational(0)
+        while constant(above := min(2 * width, most)):
+            width = above
+        # The bounds have 64 bits, so that edges nearer to a steep part are not told from it.
+        while fails < _FAILS and (above - width) * 2**32 > above:
+            step()
+            middle = (width + above) / 2
+            if constant(middle):
+                width, fails = middle, 0
+            else:
+                above, fails = middle, fails + 1
+        return width
 
     def _resolved_width(self, here: Fraction, most: Fraction) -> Fraction:
         """`most`, halved until the Taylor series of A is known to converge fast enough.

@@ -127,10 +127,8 @@ class _Polynomial:
 
     def value(self, u: Fraction) -> Any:
         """A(u), its rational value rounded once."""
-        total = Fraction(0)
-        for coefficient in reversed(self.coefficients):
-            total = total * u + coefficient
-        return exact_ball(total)
+        flint = flint_module()
+        return flint.arb(self._exact(flint.fmpq(u.numerator, u.denominator)))
 
     def bound(self, center: Fraction, radius: Fraction) -> Any:
         """Sum of |c_k| radius^k, c_k the Taylor coefficients at the centre."""
@@ -157,8 +155,7 @@ class _Polynomial:
     def _shifted(self, center: Fraction, half: Fraction) -> Any:
         """The coefficients of A(center + half t) in t."""
         flint = flint_module()
-        line = flint.arb_poly([exact_ball(center), exact_ball(half)])
-        return flint.arb_poly(self._exact)(line)
+        return flint.arb_poly(self._exact)(_linear(center, half, flint.ctx.prec))
 
 
 class _Analytic:
@@ -205,6 +202,12 @@ def profile_of(drift: Drift) -> Profile:
     """A(u) of a drift as the panels need it."""
     coefficients = drift.exact_coefficients()
     return _Analytic(drift) if coefficients is None else _Polynomial(list(coefficients))
+
+
+@lru_cache(maxsize=4)
+def _linear(center: Fraction, half: Fraction, bits: int) -> Any:
+    """The polynomial center + half t, on which the changes of a drift are asked for in turn."""
+    return flint_module().arb_poly([exact_ball(center), exact_ball(half)])
 
 
 @lru_cache(maxsize=4)

@@ -210,9 +210,12 @@ class ComplexBallOps:
         z = self._lift(x)
         # tanh(c + d) - tanh(c) = sinh(d)/(cosh(c) cosh(c + d)), and |cosh|^2 is sinh^2 of the
         # real part plus cos^2 of the imaginary one.
-        if self._too_large(z.radius):
-            return self.ball(z.centre, self.real.context.inf)
         size, real = abs(z.centre), self.real
+        if self._too_large(z.radius):
+            gap = size - z.radius
+            # Of these functions the exponentials alone.
+            change = 2.4 * real.exp(-2 * min(gap, 2**20)) if gap > 1 else real.context.inf
+            return self.ball(real.tanh(z.centre), change)
         inner = real.sinh((size - z.radius + abs(size - z.radius)) / 2)
         wide = z.radius >= 1.5
         least = inner * inner + (1 - wide) * real.cos(z.radius * (1 - wide)) ** 2

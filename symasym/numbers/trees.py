@@ -198,7 +198,7 @@ def evaluate_tree(expression: Expr, values: dict[Any, Any], ops: Operations) -> 
             factor, rest = node.as_coeff_Mul()
             if shared is not None and factor != 1:
                 return ops.rational(Fraction(int(factor.p), int(factor.q))) * walk(rest)
-            if parts := _quotient(node):
+            if shared is None and (parts := _quotient(node)):
                 return walk(parts[0]) / walk(parts[1])
             return _accumulate(map(walk, node.args), lambda a, b: a * b)
         if node.is_Pow:
@@ -217,6 +217,9 @@ def evaluate_tree(expression: Expr, values: dict[Any, Any], ops: Operations) -> 
         if base is sympy.E:
             return call(ops, "exp", walk(exponent))
         if exponent.is_Integer:
+            if shared is not None and exponent < -1:
+                # Of a box without 0 the square may hold it.
+                return integer_power(walk(1 / base), -int(exponent))
             positive = integer_power(walk(base), abs(int(exponent)))
             return positive if exponent > 0 else ops.rational(Fraction(1)) / positive
         if exponent == sympy.Rational(1, 2):

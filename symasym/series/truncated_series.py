@@ -31,7 +31,7 @@ class TruncatedSeries:
     __slots__ = ("c", "e", "ops")
 
     def __init__(self, c: list[int], e: int, ops: SeriesOps) -> None:
-        excess = max(abs(x) for x in c).bit_length() - ops.bits - 16
+        excess = max(map(abs, c)).bit_length() - ops.bits - 16
         if excess > 0:
             c, e = [x >> excess for x in c], e + excess
         self.c, self.e, self.ops = c, e, ops
@@ -66,9 +66,13 @@ class TruncatedSeries:
         if not isinstance(other, TruncatedSeries):
             mantissa, exponent = _parts(self.ops.context.mpf(other))
             return TruncatedSeries([x * mantissa for x in self.c], self.e + exponent, self.ops)
-        a, backwards = self.c, other.c[::-1]
-        n = len(a)
-        c = [_dot(a, backwards[n - 1 - k :]) for k in range(n)]
+        order = range(len(self.c))
+        if other is self:
+            c = [_square_at(self.c, k) for k in order]
+        else:
+            short, long = sorted((_short(self.c), _short(other.c)), key=len)
+            backwards, end = short[::-1], len(short) - 1
+            c = [_dot(backwards[max(end - k, 0) :], long[max(k - end, 0) :]) for k in order]
         return TruncatedSeries(c, self.e + other.e, self.ops)
 
     __rmul__ = __mul__
@@ -79,7 +83,7 @@ class TruncatedSeries:
         b, lead = _short(other.c[1:]), other.c[0]
         if not lead:
             raise InputError("A divides by 0 on [-1, 1]; give an A that is smooth there.")
-        largest = max(abs(x) for x in self.c).bit_length()
+        largest = max(map(abs, self.c)).bit_length()
         shift = max(0, self.ops.bits + 16 + lead.bit_length() - largest)
         recent: list[int] = []
         for x in self.c:
@@ -127,6 +131,12 @@ def _dot(a: Sequence[int], b: Sequence[int]) -> int:
     if len(b) > _LONG:
         step()
     return sum(map(mul, a, b))
+
+
+def _square_at(c: list[int], k: int) -> int:
+    """The coefficient k of a square, whose products are equal in pairs."""
+    half, odd = divmod(k + 1, 2)
+    return 2 * _dot(c[:half], c[k : k - half : -1]) + odd * c[half] ** 2
 
 
 def _short(c: list[int]) -> list[int]:
@@ -286,10 +296,7 @@ def _tanh(x: TruncatedSeries, ops: SeriesOps) -> TruncatedSeries:
     complement = [ops.fixed(context.sech(x.head()) ** 2, e) if inside else 0]
     for n in range(1, ops.order):
         y.insert(0, _scaled(_dot(slopes, complement), x.e) // n)
-        # y^2, whose products are equal in pairs.
-        half, odd = divmod(n + 1, 2)
-        square = 2 * _dot(y[:half], y[::-1]) + odd * y[half] ** 2
-        complement.insert(0, -_scaled(square, e))
+        complement.insert(0, -_scaled(_square_at(y, n), e))
     return TruncatedSeries(y[::-1], e, ops)
 
 

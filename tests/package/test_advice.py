@@ -693,6 +693,14 @@ REFUSED = {
     ),
     "weakest noise": Refused(sa.escape_time, CROSSING, "1e-200", 2),
     "weakest noise, digits": Refused(sa.escape_time, CROSSING, "1e-200", 2, dps=20),
+    "multiple zero near the start": Refused(
+        sa.escape_time,
+        sa.Drift("(u - 1/5)**2*(u + 2)"),
+        "0.01",
+        2,
+        start="0.2000000000001",
+        method="uniform",
+    ),
     "multiple zero, but for rounding": Refused(
         sa.escape_time, sa.Drift("(u - 1/5)**2"), "0.1", 2, start=0.2, method="uniform"
     ),

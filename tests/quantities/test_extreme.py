@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from decimal import Decimal
 from fractions import Fraction as F
+from functools import partial
 from typing import Any
 
 import mpmath
@@ -16,6 +17,7 @@ import numpy as np
 import pytest
 
 import symasym as sa
+from symasym.exact import digits
 from tests.problems import FOLD, constant_drift, distance, logarithm, relative, tagged
 from tests.strategies import WHOLE
 
@@ -478,3 +480,63 @@ def test_long_work_is_refused_before_it_is_begun(ask: Callable[[], Any]) -> None
     with pytest.raises(sa.TimeLimitError, match=r"would take .* seconds or more; pass patience="):
         ask()
     assert time.thread_time() - begun < 8
+
+
+def test_a_sigmoid_is_constant_panels_beside_its_steep_part(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    panels = list[Any]()
+
+    def counted(*arguments: Any) -> Iterator[Any]:
+        for panel in taylor(*arguments):
+            panels.append(panel)
+            yield panel
+
+    taylor = digits.Partition._taylor
+    monkeypatch.setattr(digits.Partition, "_taylor", counted)
+    # In the limit phi = -sign(u), by elementary integration from 0: T = (e^{lam r} - 1)/lam - r.
+    time = sa.escape_time(sa.tanh(1, -1, "1e30"), "0.1", 2, dps=25)
+    with mpmath.workdps(40):
+        assert relative(time, mpmath.expm1(400) / 200 - 2) < 1e-24
+    inside = sa.occupation(sa.tanh(1, -1, "1e30"), 2, dps=25)
+    with mpmath.workdps(40):
+        assert relative(inside, -mpmath.expm1(-mpmath.mpf(1) / 2)) < 1e-24
+    # Four sides; 700 for each of the times before.
+    assert len(panels) < 300
+
+
+def test_zeros_are_as_fine_as_the_layers_of_a_large_drift() -> None:
+    # Both of drift and squared noise times c: all is c times as fast.
+    large, c = sa.friction(3, 1e100, -1e100), F(10) ** 100
+    small = sa.polynomial(*(x / c for x in large.exact_coefficients()))
+    slow = sa.escape_time(small, F(1, 10**50), 10, log=True, dps=30)
+    fast = sa.escape_time(large, 1, 10, log=True, dps=30, patience=10)
+    with mpmath.workdps(40):
+        assert relative(fast, slow - 100 * mpmath.log(10)) < 1e-29
+
+
+def test_the_zero_of_a_steep_sigmoid() -> None:
+    # tanh(s u) = 3/7 where both ends are saturated.
+    (well,) = sa.tanh(1, "-0.4", 10**30).wells()
+    with mpmath.workdps(40):
+        assert relative(well.u, mpmath.atanh(mpmath.mpf(3) / 7) / mpmath.mpf(10) ** 30) < 1e-15
+    assert [float(x.u) for x in sa.tanh(1, -1, 10**400).wells()] == [0.0]
+    with pytest.raises(sa.AccuracyError, match="too steep near u = 0 for a digit of its zero"):
+        sa.tanh(1, "-0.4", 10**400).wells()
+
+
+def test_advice_is_of_use() -> None:
+    for ask in (
+        lambda: sa.escape_time(sa.linear(1e5, -1e5), "0.01", 2, method="strong_noise"),
+        lambda: sa.escape_time(
+            sa.linear("1e155", "-1e155"), "1e-78", 2, method="strong_noise", log=True, dps=20
+        ),
+    ):
+        with pytest.raises(sa.AccuracyError, match="no order helps; use method='exact'"):
+            ask()
+    double = sa.Drift("(u - 1/5)**2*(u + 2)")
+    with pytest.raises(sa.AccuracyError, match="multiple zero at u = 0.2, beside the start"):
+        sa.escape_time(double, "0.01", 2, start="0.2000000000001", method="uniform")
+    for ask in (sa.tanh(0.3, 2, 5e-324).plot, partial(sa.hill(1, -1, "1e-400").potential_at, 0.5)):
+        with pytest.raises(sa.InputError, match="in which V is found; choose another value"):
+            ask()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import random
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,11 @@ from mpmath import mp, mpf
 import symasym as sa
 from symasym.base.errors import AccuracyError, InputError
 from symasym.exact import digit_derivatives
+from symasym.exact.balls import derivatives
+from symasym.exact.balls import sweep as ball_sweep
+from symasym.exact.balls.panels import cut
 from symasym.numbers import balls
+from symasym.series.truncated_series import SeriesOps, TruncatedSeries
 from symasym.workshop import reference_quadrature
 from symasym.workshop.problems import BY_NAME, Problem, tagged
 
@@ -124,6 +129,9 @@ def test_both_ways_agree(
         (sa.linear(3, -1), "0.01", {"quantity": "1 - P"}),
         (sa.linear(-1, 2), "1e-3", {"r": 2, "start": "0.1"}),
         (sa.tanh(1, "-1/2", 1), "0.05", {"r": 2}),
+        # Constant to the digits asked for, though its change by b is not.
+        (sa.Drift("1 + b*exp(u)").bind(b="1e-60"), "1", {"r": 2}),
+        (sa.tanh(1, "-1/2", 1000), "1", {"r": 2, "start": "1/3"}),
     ],
 )
 def test_sweeps_that_carry_derivatives_agree_with_differences(
@@ -153,6 +161,44 @@ def test_stiff_sigmoids_need_no_differences(name: str, monkeypatch: pytest.Monke
     with mp.workdps(60):
         total, error = sum_of(found, weights | {"kappa": Fraction(problem.kappa) / 2})
         assert abs(total + 1) <= error
+
+
+@pytest.mark.parametrize(
+    ("name", "quantity"), [("hill", "C"), ("hill n=12", "1 - P"), ("sine sliding", "1 - P")]
+)
+def test_proved_derivatives_need_the_panels_of_the_value(
+    name: str, quantity: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor a finer cut, because a derivative's divisor is a square."""
+    problem, panels = BY_NAME[name], list[int]()
+    numbers = {"kappa": problem.kappa} | ({"r": problem.r} if quantity == "C" else {})
+
+    def counted(*arguments: Any) -> list[Any]:
+        found = cut(*arguments)
+        panels.append(len(found))
+        return found
+
+    for module in (ball_sweep, derivatives):
+        monkeypatch.setattr(module, "cut", counted)
+    verb = sa.exit_probability if quantity == "C" else partial(sa.occupation, complement=True)
+    verb(problem.make(), **numbers, dps=30, full=True)
+    of_value = panels[:]
+    panels.clear()
+    assert sa.sensitivity(problem.make(), **numbers, quantity=quantity, dps=30)
+    assert 0 < sum(panels) <= sum(of_value)
+
+
+def test_products_of_truncated_series() -> None:
+    draw, context = random.Random(3), mp.clone()
+    for order in (1, 2, 3, 8, 13):
+        ops = SeriesOps(order, context)
+        zeros = draw.randint(0, order)
+        a = [draw.randint(-9, 9) for _ in range(order)]
+        b = [*a[zeros:], *[0] * zeros]
+        for x, y in ((a, b), (b, a), (a, a)):
+            one = TruncatedSeries(x, 0, ops)
+            product = one * (one if x is y else TruncatedSeries(y, 0, ops))
+            assert product.c == list(np.convolve(x, y)[:order])
 
 
 def test_products_of_series_by_one_of_numbers() -> None:

@@ -12,6 +12,7 @@ is proved.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -57,7 +58,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
 
     value, errors, size = logs(scenes, request.name[-1], request.complement, request.order)
     errors = errors + input_rounding(scenes, size)
-    _require_small(scenes.numbers["kappa"], errors, request.order)
+    _require_small(scenes.numbers["kappa"], errors, request.order, scenes.lam * size)
     return Answers(value, errors, "estimate", *_terms(request.order))
 
 
@@ -67,22 +68,28 @@ def _terms(order: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
     return terms, (f"lam^{order + 1} of the layer and beyond, bounded by the error",)
 
 
-def _require_small(kappa: FloatArray, errors: FloatArray, order: int) -> None:
+def _require_small(kappa: FloatArray, errors: FloatArray, order: int, exponent: FloatArray) -> None:
     """Refuse where the bound is as large as the value, which is an error of log 2."""
     bad = np.flatnonzero(~(errors < np.log(2)))
     if bad.size:
-        raise _too_weak(f"{kappa[bad[0]]:.6g}", order)
+        raise _too_weak(f"{kappa[bad[0]]:.6g}", order, exponent[bad[0]])
 
 
 #: The mean of lam |A| over the layer, over the number of terms, from which on they are of no use.
 _HOPELESS = 1e6
 
 
-def _too_weak(kappa: str, order: int) -> AccuracyError:
-    """The refusal of noise so weak that the error is as large as the value."""
+#: Size of lam A from which on no order that may be asked for is of use.
+_MOST_EXPONENT = 1000
+
+
+def _too_weak(kappa: str, order: int, exponent: float) -> AccuracyError:
+    """The refusal of noise so weak that the error is as large as the value, `exponent` being the
+    size of lam A."""
+    advice = "give a larger order, or" if exponent < _MOST_EXPONENT else "no order helps;"
     return AccuracyError(
         f"kappa is {kappa}, where the noise is so weak that {order + 1} terms in 2/kappa^2 leave "
-        "an error as large as the value; give a larger order, or use method='exact'."
+        f"an error as large as the value; {advice} use method='exact'."
     )
 
 
@@ -177,8 +184,9 @@ def _enclosed(scene: Scene, request: Request) -> tuple[Any, Any]:
     digits, order, log = request.digits, request.order, request.log
     with np.errstate(all="ignore"):
         size = np.mean(np.abs(scene.drift.evaluate_float(np.linspace(-0.9, 0.9, 7))))
-    if scene.lam > 10**300 or not float(scene.lam) * float(size) < _HOPELESS * (order + 1):
-        raise _too_weak(scene.noise, order)
+    exponent_size = float(scene.lam) * float(size) if scene.lam < 10**300 else math.inf
+    if not exponent_size < _HOPELESS * (order + 1):
+        raise _too_weak(scene.noise, order, exponent_size)
     exponent = scene.lam * (1 + scene.numbers.get("r", Fraction(0))) * 64
     bits = int(digits * 3.33) + 64 + int(exponent).bit_length()
     for _ in range(_ATTEMPTS):
@@ -209,4 +217,4 @@ def _enclosed(scene: Scene, request: Request) -> tuple[Any, Any]:
             if not error < (context.log(2) if log else abs(value)):
                 break
             return value, error
-    raise _too_weak(scene.noise, order)
+    raise _too_weak(scene.noise, order, exponent_size)

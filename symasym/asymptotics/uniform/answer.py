@@ -128,7 +128,11 @@ def _times(
                 continue
             if scene is None:
                 scene = _analysed(drift, r, x, lam, order, request.digits, local)
-            value, size = _estimate(scene, 2 / kappa**2, order, float_text(kappa))
+            try:
+                value, size = _estimate(scene, 2 / kappa**2, order, float_text(kappa))
+            except AccuracyError:
+                _refuse_multiple(drift, x)
+                raise
             yield value, size, _names(scene.sides, scene.context), scene.context
 
 
@@ -286,6 +290,20 @@ def _zeros_at(drift: Drift, x: Fraction) -> int:
     if known is None or abs(x) > 1 or sum((c * x**k for k, c in enumerate(known)), Fraction(0)):
         return 0
     return 1 if sum((k * c * x ** (k - 1) for k, c in enumerate(known) if k), Fraction(0)) else 2
+
+
+#: Distance of the start from a multiple zero that makes it the cause of a refusal.
+_NEAR = 1e-2
+
+
+def _refuse_multiple(drift: Drift, x: Fraction) -> None:
+    """Raise AccuracyError where a multiple zero of A lies beside the start."""
+    for zero in drift.critical_points():
+        if zero.multiplicity > 1 and abs(float(zero.u) - float(x)) < _NEAR:
+            raise AccuracyError(
+                f"A has a multiple zero at u = {float(zero.u):.6g}, beside the start, where the "
+                "uniform series does not hold; use method='exact'."
+            )
 
 
 def _estimate(scene: _TwoSides, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:

@@ -85,9 +85,11 @@ class ExactField:
             values: FloatArray = self._sign * self._drift.evaluate_float(self._sign * u)
         return np.broadcast_to(values, u.shape)
 
-    def spread(self, centre: Fraction, radius: Fraction) -> mpf:
-        """A bound on the change of A over this complex ball, maybe infinite."""
-        bits = 64 + max(0, radius.denominator.bit_length() - radius.numerator.bit_length())
+    def spread(self, centre: Fraction, radius: Fraction, finest: Fraction = Fraction(1)) -> mpf:
+        """A bound on the change of A over this complex ball, maybe infinite; its edges are told
+        from what is a part of `finest` away."""
+        least = min(radius, finest)
+        bits = 64 + max(0, least.denominator.bit_length() - least.numerator.bit_length())
         with own_context(1) as context:
             context.prec = bits
             ops = ComplexBallOps(MpmathOps(context))
@@ -241,8 +243,9 @@ class ExactField:
                 waiting += [((a + b) / 2, b), (a, (a + b) / 2)]
         return edges
 
-    def zeros(self, lo: Fraction, hi: Fraction) -> list[Fraction]:
-        """Zeros of A in (lo, hi), and real parts of zeros close to it, refined by Newton."""
+    def zeros(self, lo: Fraction, hi: Fraction, bits: int = 0) -> list[Fraction]:
+        """Zeros of A in (lo, hi), and real parts of zeros close to it, refined by Newton to `bits`
+        or working precision."""
         if self._polynomial is not None:
             rough = [float(x.real) for x in float_zeros(self._polynomial) if abs(x.imag) < 0.25]
         else:
@@ -250,7 +253,8 @@ class ExactField:
 
             drift = self._drift
             rough = [self._sign * u for u in float_marks(drift.evaluate_float, drift.spread)]
-        return [self._refined(Rational(x)) for x in rough if lo < x < hi]
+        bits = max(bits, self._context.prec)
+        return [self._refined(Rational(x), bits) for x in rough if lo < x < hi]
 
     def monotone_marks(self) -> list[float]:
         """Points in float64 between which A is monotone."""
@@ -263,9 +267,8 @@ class ExactField:
             marks = [self._sign * x for x in roots.real.tolist()]
         return [self._sign * x for x in marks]
 
-    def _refined(self, x: Fraction) -> Fraction:
+    def _refined(self, x: Fraction, bits: int) -> Fraction:
         """The zero of A near x by Newton's method, or x where A' is too small for it."""
-        bits = self._context.prec
         for _ in range(12):
             value, slope = self.taylor(x, Rational(1), 2)[:2]
             if slope == 0 or abs(value) > abs(slope) / 1000:

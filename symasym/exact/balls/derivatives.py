@@ -168,7 +168,8 @@ def _refined(compute: Callable[[], Any], dps: int, scale: Fraction) -> dict[str,
         places = {LOG: 2 * dps}
         return max(excess_bits(x, dps, places.get(n, dps)) for n, x in slopes.items())
 
-    slopes: dict[str, Any] = refined(compute, dps, scale, missing_bits)
+    # The digits that the value is found with, and so its panels.
+    slopes: dict[str, Any] = refined(compute, dps + 3, scale, missing_bits)
     return slopes
 
 

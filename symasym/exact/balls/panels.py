@@ -160,10 +160,18 @@ class Panel(Piece):
     def _exponent(self) -> Any:
         """lam (V - V(centre)), a series in t."""
         step()
-        flint = flint_module()
-        flint.ctx.cap = self.terms
-        series = self.profile.series(self.center, self.half, self.terms)
-        return (-exact_ball(self.lam * self.half)) * series.integral()
+        return self.exponent_of(self.profile)[1]
+
+    @cached_property
+    def scale(self) -> Any:
+        """lam h"""
+        return exact_ball(self.lam * self.half)
+
+    def exponent_of(self, profile: Profile) -> tuple[Any, Any]:
+        """A drift as a series in t, and the exponent that it makes."""
+        flint_module().ctx.cap = self.terms
+        series = profile.series(self.center, self.half, self.terms)
+        return series, -self.scale * series.integral()
 
     def _complete(self, series: arb_series) -> arb_series:
         """`series`, unless coefficients are missing, which would be read as 0."""
@@ -358,7 +366,7 @@ class EndSlope:
 
 
 class PanelSlope:
-    """The same of a `Panel` whose drift changes by `rate` times the one of `profile`, or its own.
+    """The same of a `Panel` whose drift changes by the one of `profile`, or `rate` times its own.
 
     In t, the exponent E changes by q. On the panel's circle of radius RATIO, q' is bounded by
     `steep`, and on paths from -1 into it q by RATIO + 1 times that.
@@ -375,17 +383,15 @@ class PanelSlope:
             q = [factor * x for x in panel._exponent.coeffs()]
             left, right = (factor * x for x in panel._ends)
         else:
-            flint, scale = flint_module(), exact_ball(panel.lam * panel.half * rate)
-            flint.ctx.cap = panel.terms
-            series = panel._complete(profile.series(panel.center, panel.half, panel.terms))
+            series, exponent = panel.exponent_of(profile)
+            q = panel._complete(exponent).coeffs()
             if self._whole:
-                bound = flint.arb(0)
+                bound = flint_module().arb(0)
                 for c in reversed(series.coeffs()):
                     bound = bound * RATIO + abs(c)
             else:
                 bound = profile.bound(panel.center, RATIO * panel.half)
-            self.steep = abs(scale) * bound
-            q = (-scale * series.integral()).coeffs()
+            self.steep = panel.scale * bound
             cut = 0 if self._whole else panel._tail(self.steep * RATIO)
             left, right = (x + cut for x in _at_ends(q))
         self.growth = right - left
