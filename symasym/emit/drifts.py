@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
+from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -255,12 +256,14 @@ def _method_of(what: Record, method: str | None, order: int | str | None) -> str
         return "exact"
     if what.label != "eq:Ttilde":
         raise InputError(f"{what.label} has no method or order; eq:Ttilde has.")
-    if method not in (None, "exact", "laplace", "uniform"):
+    known = isinstance(method, str) and method in ("exact", "laplace", "uniform")
+    if method is not None and not known:
         raise InputError(
             f"method is {shown(method)}; emitted are 'exact', 'laplace' and 'uniform'."
         )
     if method == "uniform":
-        if order not in (None, 0) or isinstance(order, bool):
+        whole = isinstance(order, Integral) and not isinstance(order, bool)
+        if order is not None and not (whole and order == 0):
             raise InputError(
                 f"order is {shown(order)}; with method='uniform' order 0 is emitted, call "
                 "sa.escape_time for more."

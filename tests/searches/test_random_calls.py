@@ -113,6 +113,8 @@ def test_every_public_name_argument_and_option_is_called() -> None:
         "sa.friction(mu=1, alpha=1e308, z0=1).beta()",
         "sa.laplace_integral('-x', '1/(1e30 + 1/3)**(0.5**(1/3))', 'x', 1, 'oo').error_kind",
         "sa.sensitivity(sa.polynomial(1e308, '3', '3', 1e-60), 2, 10, quantity='C')",
+        "sa.emit('eq:Ttilde', drift=sa.linear(1, 1), method=np.array([]))",
+        "sa.emit('eq:Ttilde', drift=sa.linear(1, 1), method='uniform', order=np.array([1, 2]))",
         "command('figure', 'stokes', '--set', 'kappa=1/3', '--set', 'alpha=abc')",
         "command('figure', 'fric2', '--set', 'points=1000000000')",
         "command('value', 'escape-time', '--drift', 'linear', '--kappa', '1e-99999')",
