@@ -140,7 +140,9 @@ def test_a_series_is_derived_to_the_order_asked_for(series, order, tmp_path):
     if series == "saddle-start":
         assert derivation.rests_on == (f"saddle-series-{order}",)
         # A = b u + c u^2, -V with the derivatives b and 2 c: C ~ (B0/2 + R + Y)/(B0 + L + R).
-        e = sa.expand(sa.Drift("b*u + c*u**2"), "C", order=order, case="start=barrier")
+        e = sa.expand(
+            sa.Drift("b*u + c*u**2"), "C", order=order, case="start=barrier", patience=120
+        )
         of, (b, x) = {s.name: s for s in e.definitions}, sympy.symbols("b x", positive=True)
         c = sympy.Symbol("c", real=True)
         put = {of["V''(0)"]: -b, of["V'''(0)"]: -2 * c, of["x"]: x}
@@ -151,7 +153,7 @@ def test_a_series_is_derived_to_the_order_asked_for(series, order, tmp_path):
         assert sympy.simplify(half - want * sympy.sqrt(2 * sympy.pi * x / b)) == 0
         return
     # With a parabola for the barrier the rest is the well's.
-    last = sa.expand(sa.Drift.general(), order=order).terms[0].coefficients[-1]
+    last = sa.expand(sa.Drift.general(), order=order, patience=120).terms[0].coefficients[-1]
     own = {s.name: s for s in derivation.result.leading.free_symbols}
     put = {}
     for s in last.free_symbols:
