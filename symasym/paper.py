@@ -22,6 +22,7 @@ from symasym.base.inputs import BeyondFloat, FloatArray, IntArray, exact, float_
 from symasym.drift.drift import Drift
 from symasym.generated import mpmath_formulas, numpy_formulas
 from symasym.numbers import balls
+from symasym.numbers.polynomials import bracketed_zero
 from symasym.scenes import Answer, Answers, Request, Scene, Scenes, by_drift, scene_at
 
 if TYPE_CHECKING:
@@ -427,10 +428,11 @@ def _stays_below(drift: Drift, field: ExactField, context: MPContext) -> mpf:
             "known; rescale the problem."
         )
     # V falls from its highest point left of 1 to this well, and crosses V(1) once.
-    for _ in range(int(context.prec) + 8):
-        middle = (low + high) / 2
-        if field.potential_rise(middle, one) < 0:
-            high = middle
-        else:
-            low = middle
-    return one - low
+    if field.potential_rise(high, one) >= 0:
+        return one - high
+
+    def fall(u: mpf) -> tuple[mpf, mpf]:
+        """V(1) - V(u) and its slope."""
+        return field.potential_rise(u, one), field.number(u)
+
+    return one - bracketed_zero(fall, high, low, context)

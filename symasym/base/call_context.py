@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import inspect
 import math
 import threading
 import time
@@ -33,14 +34,17 @@ if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext
 
 __all__ = [
-    "PATIENCE", "expect", "float_with_error", "kept", "left", "limited", "mpf_of", "own_context",
-    "patient", "step", "symbolic", "to_mpf", "watched",
+    "PATIENCE", "SIMPLER", "expect", "float_with_error", "kept", "left", "limited", "mpf_of",
+    "own_context", "patient", "step", "symbolic", "to_mpf", "watched",
 ]  # fmt: skip
 
 #: Seconds that a call may take where nothing is said.
 PATIENCE = 10.0
 # Seconds after its end at which a call that says no `step()` is interrupted.
 _GRACE = 0.1
+_WAY_OUT = "pass patience=… (seconds, or inf), or ask for fewer digits, more noise or a lower order"
+#: What to do where a call has no ``patience``.
+SIMPLER = "give a simpler expression"
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
@@ -56,6 +60,7 @@ class _Limit:
 
     seconds: float
     end: float
+    way_out: str
     soonest: float = -math.inf
     watched: bool = False
 
@@ -64,13 +69,15 @@ _limit: ContextVar[_Limit | None] = ContextVar("limit", default=None)
 
 
 @contextmanager
-def limited(patience: float | None = None) -> Iterator[None]:
+def limited(patience: float | None = None, way_out: str = _WAY_OUT) -> Iterator[None]:
     """Allow what runs inside so many seconds.
 
     Parameters
     ----------
     patience : float, optional
         Seconds, `math.inf` for no limit. None: those of the call around, else `PATIENCE`.
+    way_out : str
+        What the error tells the caller to do.
 
     Raises
     ------
@@ -90,7 +97,7 @@ def limited(patience: float | None = None) -> Iterator[None]:
     """
     outer = _limit.get()
     seconds = PATIENCE if patience is None else _seconds(patience)
-    limit = _Limit(seconds, time.thread_time() + seconds)
+    limit = _Limit(seconds, time.thread_time() + seconds, way_out)
     if outer is not None and (patience is None or outer.end < limit.end):
         limit = outer
     token = _limit.set(limit)
@@ -153,12 +160,13 @@ def _clock() -> Callable[[], float]:
 
 def patient(verb: Callable[_P, _R]) -> Callable[_P, _R]:
     """`verb`, run under its ``patience``; numbers that defeat it are told in a sentence."""
+    way_out = _WAY_OUT if "patience" in inspect.signature(verb).parameters else SIMPLER
 
     @functools.wraps(verb)
     def run(*args: _P.args, **kwargs: _P.kwargs) -> _R:
         seconds: Any = kwargs.get("patience")
         try:
-            with limited(seconds):
+            with limited(seconds, way_out):
                 return verb(*args, **kwargs)
         except SymasymError:
             raise
@@ -202,7 +210,7 @@ def _over(limit: _Limit) -> TimeLimitError:
     """The error of a call whose time is over."""
     return TimeLimitError(
         f"this takes longer than the {limit.seconds:g} seconds of processor time that it may; "
-        f"{_WAY_OUT}."
+        f"{limit.way_out}."
     )
 
 
@@ -219,17 +227,15 @@ def expect(seconds: float, work: str) -> None:
     ...     print(str(error).partition(";")[0])
     the sum of all terms would take 60 seconds or more
     """
-    if seconds > left():
-        raise TimeLimitError(f"{work} would take {seconds:.2g} seconds or more; {_WAY_OUT}.")
+    limit = _limit.get()
+    if limit is not None and seconds > left():
+        raise TimeLimitError(f"{work} would take {seconds:.2g} seconds or more; {limit.way_out}.")
 
 
 def left() -> float:
     """Seconds that this call has left."""
     limit = _limit.get()
     return math.inf if limit is None else max(limit.end - time.thread_time(), 1e-3)
-
-
-_WAY_OUT = "pass patience=… (seconds, or inf), or ask for fewer digits, more noise or a lower order"
 
 
 def _seconds(patience: object) -> float:

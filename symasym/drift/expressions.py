@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import sympy
 
-from symasym.base.call_context import limited, own_context, step, watched
+from symasym.base.call_context import SIMPLER, limited, own_context, step, watched
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, exact, float_text, is_name, shown
 from symasym.drift import grammar, models
@@ -42,7 +42,7 @@ def read(
 @lru_cache(maxsize=128, typed=True)
 def _read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
     """The model; the last ones that were read are kept."""
-    with limited(), watched():
+    with limited(way_out=SIMPLER), watched():
         return _checked(A, u, a_minus, a_plus)
 
 
@@ -189,7 +189,8 @@ def check_regular(model: models.Expression, values: dict[str, Fraction]) -> None
     A ball on which the range stays unbounded however small it is made holds a
     singularity (or one that cancels, which the formula should be freed of).
     """
-    with limited(), own_context(60) as context:  # for centres on balls of width 2^-120
+    # 60 digits for centres on balls of width 2^-120.
+    with limited(way_out=SIMPLER), own_context(60) as context:
         ops = ComplexBallOps(MpmathOps(context))
         numbers = {name: ops.rational(value) for name, value in values.items()}
 

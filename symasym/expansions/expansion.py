@@ -13,7 +13,7 @@ import sympy
 from sympy import Expr, S, Symbol
 
 from symasym.asymptotics.weak_noise.critical_points import zeros_and_finite_parts
-from symasym.base.call_context import own_context, step, symbolic
+from symasym.base.call_context import limited, own_context, step, symbolic, watched
 from symasym.base.errors import InputError
 from symasym.base.estimate import Answer
 from symasym.base.inputs import (
@@ -164,7 +164,14 @@ class Expansion:
 
     @cached_property
     def expression(self) -> Expr:
-        """The formula in kappa, r, the parameters, and u1, u2, ... where these are not solved."""
+        """The formula in kappa, r, the parameters, and u1, u2, ... where these are not solved.
+
+        Raises
+        ------
+        TimeLimitError
+            It is not written in 10 seconds, as T through a coalescence to order 1 is not, whose
+            expression has millions of terms: `formula` and `definitions` are the same on a page.
+        """
         return self.put_in(self.formula)
 
     @cached_property
@@ -177,10 +184,10 @@ class Expansion:
         """An expression with the definitions put in."""
         if not isinstance(expression, sympy.Basic):
             raise InputError(f"expression is {shown(expression)}; give a SymPy expression.")
-        while known := expression.free_symbols & self.nested.keys():
-            step()
-            expression = expression.xreplace({s: self.nested[s] for s in known})
-        return expression
+        with limited(way_out="use formula and definitions, which are shorter"), watched():
+            while known := expression.free_symbols & self.nested.keys():
+                expression = expression.xreplace({s: self.nested[s] for s in known})
+            return expression
 
     @property
     def leading(self) -> Expr:

@@ -173,6 +173,32 @@ def test_every_verb_keeps_to_its_time(name: str) -> None:
     assert time.thread_time() - begun < 4
 
 
+@pytest.mark.parametrize(
+    ("asked", "way_out"),
+    [
+        (lambda: sa.Drift("1 - u + exp(sin(3*u))*u^7*cos(u)").potential(), "give a simpler"),
+        (lambda: sa.expand(sa.friction(), "T", noise="uniform", order=1).expression, "use formula"),
+    ],
+)
+def test_what_takes_no_patience_does_not_advise_it(
+    asked: Callable[[], Any], way_out: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sa.expand(sa.friction(), "T", noise="uniform", order=1)  # kept
+    monkeypatch.setattr(call_context, "PATIENCE", 0.01)
+    told: list[BaseException] = []
+
+    def asking() -> None:
+        try:
+            asked()
+        except sa.TimeLimitError as error:
+            told.append(error)
+
+    thread = threading.Thread(target=asking)
+    thread.start()
+    thread.join()
+    assert f"may; {way_out}" in str(told)
+
+
 def test_the_default_is_ten_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
     assert call_context.PATIENCE == 10
     monkeypatch.setattr(call_context, "PATIENCE", 0.2)
