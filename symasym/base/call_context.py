@@ -136,16 +136,18 @@ def watched() -> Iterator[None]:
     limit.watched = True
     threading.Thread(target=watch, daemon=True).start()
     try:
-        try:
-            yield
-        finally:
-            with lock:
-                done.set()
-                interrupt(thread, None)  # what has not arrived yet
+        yield
     except _Over:
         raise _over(limit) from None
     finally:
         limit.watched = False
+        try:
+            with lock:
+                done.set()
+            for _ in range(9):
+                pass  # what was sent arrives here at the latest
+        except _Over:
+            done.set()
 
 
 def _clock() -> Callable[[], float]:

@@ -199,6 +199,18 @@ def test_what_takes_no_patience_does_not_advise_it(
     assert f"may; {way_out}" in str(told)
 
 
+def test_a_watched_call_leaves_nothing_behind() -> None:
+    # A profiler never ended where an interrupt was taken back that had not been sent.
+    script = (
+        "import sys, symasym as sa\n"
+        "from symasym.base.call_context import limited, watched\n"
+        "with limited(5), watched():\n    pass\n"
+        "sys.setprofile(lambda *_: None)\n"
+        "sa.escape_time(sa.linear(1, -1), 0.5, 2)\n"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=60)
+
+
 def test_the_default_is_ten_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
     assert call_context.PATIENCE == 10
     monkeypatch.setattr(call_context, "PATIENCE", 0.2)

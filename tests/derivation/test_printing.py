@@ -235,6 +235,8 @@ class Reader:
             return +mpmath.e
         if token == r"\pi":
             return +mpmath.pi
+        if token == r"\gamma":
+            return +mpmath.euler
         if token == r"\frac":
             return self.group() / self.group()
         if token == r"\sqrt":

@@ -215,7 +215,7 @@ def test_what_laplace_answers_has_a_formula(problem: Problem) -> None:
         ("1/5 - u + u**3/3", "-1", "2/5", "start well"),
         ("1/5 - u + u**3/3", "-9/8", "2/5", "start well"),
         ("1/5 - u + u**3/3", "11/10", "2/5", "well start"),
-        ("sin(2*u)", "0", "2/5", "start=barrier"),
+        pytest.param("sin(2*u)", "0", "2/5", "start=barrier", marks=pytest.mark.slow),
     ],
 )
 def test_a_start_on_a_zero_or_outside(
