@@ -97,8 +97,13 @@ class ComplexBallOps:
         Relative rounding of one operation; a function is allowed two of them.
     """
 
-    def __init__(self, real: NumpyOps | MpmathOps, ulp: float = 0.0) -> None:
-        self.real, self.ulp = real, ulp
+    def __init__(
+        self,
+        real: NumpyOps | MpmathOps,
+        ulp: float = 0.0,
+        known: dict[Any, Any] | None = None,
+    ) -> None:
+        self.real, self.ulp, self.known = real, ulp, known
         self._arrays = isinstance(real, NumpyOps)
 
     def ball(self, centre: Number, radius: Number) -> ComplexBall:

@@ -438,10 +438,11 @@ class LogPositive:
         log += behind
         # The shares are 1/whole of the larger one and ratio/whole: one may be 0 beside an error of
         # 1e284, so neither is found as a difference.
-        first, known = self.log > term.log, self.error + term.error
-        error = np.where(first, term.error, self.error)
+        known = self.error + term.error
+        larger = np.where(self.log > term.log, self.error, term.error)
+        error = known - larger
         error *= ratio
-        error += np.where(first, self.error, term.error)
+        error += larger
         error /= whole
         if np.fmax.reduce(known, axis=None) > _LINEAR:
             # log of the sum of both shares, each times e to its error: convex, so no less below.

@@ -7,8 +7,9 @@ ask of them is + and *. Factors of degree two are in `symasym.series.quadratic_f
 All zeros of many polynomials of one degree at once are found in float64: degree 2 by the formula
 that does not cancel, 3 by Viete's cosines or Cardano's sum, higher ones as eigenvalues of the
 companion matrix; then Newton's steps (W. H. Press et al., Numerical Recipes, sections 5.6 and
-9.5). One zero is found to any digits, of any function between two points by Newton's steps kept in
-a bracket.
+9.5), or Ehrlich and Aberth's where zeros of very different sizes are lost (O. Aberth, Math. Comp.
+27 (1973) 339). One zero is found to any digits, of any function between two points by Newton's
+steps kept in a bracket.
 
 A series is c[0] + c[1] t + ... + c[n - 1] t^(n - 1) + O(t^n). Powers, exponentials and what follows
 from them solve a differential equation of first order, y' a = b y, coefficient by coefficient
@@ -39,6 +40,10 @@ if TYPE_CHECKING:
 _CLUSTER = 1e-3
 # A leading coefficient below this, beside the largest, moves no zero near the layer.
 _NOTHING = 1e-150
+# Newton's last step, relative to a zero above 1; a polynomial's value, to the sum of its terms.
+_CONVERGED, _ROUNDED = 1e-6, 1e-12
+# Steps of Ehrlich and Aberth's method, each of third order where zeros are simple.
+_ABERTH = 30
 # An imaginary part below this, after Newton's steps, is rounding.
 _REAL = 1e-9
 
@@ -121,11 +126,10 @@ def zeros_of(c: FloatArray) -> Zeros:
         return Zeros(np.empty((0, count)), np.zeros(count, int), [], every, every)
     with np.errstate(all="ignore"):
         z = _cubic(c) if degree == 3 else _quadratic(c) if degree == 2 else _companion(c)
-        for _ in range(3):
-            z = _newton(c, z)
+        z, converged = _polished(c, z)
     size = np.maximum(1.0, np.abs(z))
     is_real = np.abs(z.imag) < _REAL * (1 + np.abs(z))
-    complete = np.isfinite(z).all(axis=0)
+    complete = converged.all(axis=0)
     apart = complete
     for k in range(degree):
         for j in range(k):
@@ -204,8 +208,7 @@ def real_parts(c: FloatArray) -> FloatArray:
     """Real parts of all zeros of the columns of `c`, the last not 0, be it ever so small."""
     with np.errstate(all="ignore"):
         zeros = _companion(c, 1e150)
-        for _ in range(3):
-            zeros = _newton(c, zeros)
+        zeros, _converged = _polished(c, zeros)
     return np.real(zeros)
 
 
@@ -222,20 +225,53 @@ def float_zeros(c: Sequence[Any]) -> np.ndarray[Any, Any]:
         return np.zeros(0, dtype=complex)
     with np.errstate(all="ignore"):
         zeros = _companion(used)
-        for _ in range(3):
-            zeros = _newton(used, zeros)
+        zeros, _converged = _polished(used, zeros)
     return np.sort(zeros[:, 0] + 0j)
 
 
-def _newton(c: FloatArray, z: np.ndarray[Any, Any]) -> Any:
-    """One step of Newton's method for every zero; none where it would be large."""
+def _polished(c: FloatArray, z: np.ndarray[Any, Any]) -> tuple[Any, Any]:
+    """Zeros of the columns by Newton's method from near ones, and which of them have converged.
+
+    Those beside a zero that is very much larger may begin anywhere: then by Ehrlich and Aberth's.
+    """
+    z, converged = _newton(c, z, 3)
+    left = np.flatnonzero(~converged.all(axis=0) & np.isfinite(z).all(axis=0))
+    if left.size:
+        # No two alike, and none real if its partner is not.
+        apart = 1e-3 * np.exp(1j * np.arange(1, len(z) + 1))[:, None]
+        found = z[:, left] + apart * (1 + np.abs(z[:, left]))
+        for _ in range(_ABERTH):
+            ratio = _slope_ratio(c[:, left], found)
+            between = found[:, None] - found
+            between[np.arange(len(z)), np.arange(len(z))] = np.inf
+            found = found - ratio / (1 - ratio * (1 / between).sum(axis=1))
+        z = z + 0j
+        z[:, left], converged[:, left] = _newton(c[:, left], found, 3)
+    return z, converged
+
+
+def _newton(c: FloatArray, z: np.ndarray[Any, Any], count: int) -> tuple[Any, Any]:
+    """As many steps of Newton's method, none where it would be large; which have converged."""
+    for _ in range(count):
+        step = _slope_ratio(c, z)
+        error = np.abs(step)
+        z = z - np.where(error < 1e-3 * (1 + np.abs(z)), step, 0.0)
+    # Within `degree` of Newton's steps there is a zero, so that those far apart are all of them.
+    # Of close ones the values tell, which are as small as rounding.
+    converged = error < _CONVERGED * np.maximum(1.0, np.abs(z))
+    if not converged.all():
+        sizes = poly(list(np.abs(c)[:, None]), np.abs(z))
+        converged |= (np.abs(poly(list(c[:, None]), z)) < _ROUNDED * sizes) & (sizes < np.inf)
+    return z, converged
+
+
+def _slope_ratio(c: FloatArray, z: np.ndarray[Any, Any]) -> Any:
+    """p/p'."""
     value, slope = c[-1] + 0 * z, 0 * z
     for row in c[-2::-1]:
         slope = slope * z + value
         value = value * z + row
-    step = value / slope
-    good = np.abs(step) < 1e-3 * (1 + np.abs(z))
-    return z - np.where(good, step, 0.0)
+    return value / slope
 
 
 def _companion(c: FloatArray, most: float = np.inf) -> Any:

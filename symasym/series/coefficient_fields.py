@@ -204,6 +204,11 @@ class RealField:
 
 def vanishes(expression: sympy.Expr) -> bool:
     """True if an expression is zero: by numbers where it is not, by SymPy where it is."""
+    return seems_zero(expression) and bool(sympy.simplify(expression) == 0)
+
+
+def seems_zero(expression: sympy.Expr) -> bool:
+    """False if some numbers show that an expression is not zero."""
     expression = sympy.sympify(expression)
     if expression.is_Rational:
         return bool(expression == 0)
@@ -211,7 +216,7 @@ def vanishes(expression: sympy.Expr) -> bool:
         value = sympy.N(expression.xreplace(values), 30, maxn=200)
         if value.is_number and value.is_finite and abs(value) > sympy.Float("1e-20"):
             return False
-    return bool(sympy.simplify(expression) == 0)
+    return True
 
 
 def sampled_parameters(

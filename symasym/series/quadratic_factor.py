@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext
 
 __all__ = [
-    "Pair", "mean_of_psi", "mean_of_values", "not_alone", "numbers", "pairs_of", "poly",
-    "seen_from", "shifted", "split_pair", "tiny",
+    "Pair", "mean_of_psi", "mean_of_values", "mirrored", "not_alone", "numbers", "pairs_of",
+    "poly", "shifted", "split_pair", "tiny",
 ]  # fmt: skip
 
 _STEPS = 40
@@ -105,8 +105,8 @@ def pairs_of(taylor: Sequence[Any]) -> tuple[Pair, Any]:
         return _split(list(taylor), None)
 
 
-def seen_from(c: list[Any], side: int) -> list[Any]:
-    """Taylor coefficients of phi in the mirror for side = -1."""
+def mirrored(c: list[Any], side: int) -> list[Any]:
+    """Taylor coefficients of phi(u), or of -phi(-u) for side = -1."""
     return [x * side if j % 2 == 0 else x for j, x in enumerate(c)] if side < 0 else list(c)
 
 

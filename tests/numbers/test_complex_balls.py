@@ -95,6 +95,17 @@ def test_a_needle_is_not_resolved_and_what_is_left_of_it_is() -> None:
     assert resolved(drift.spread(centre, radius).radius, 1.0).tolist() == [False, True, True]
 
 
+def test_a_tanh_saturated_on_all_of_a_huge_disc() -> None:
+    with (context := mpmath.MPContext()).workdps(400):
+        found = ComplexBallOps(MpmathOps(context)).tanh(
+            ComplexBallOps(MpmathOps(context)).ball(
+                context.mpf(2) ** 1001 + 1.5, context.mpf(2) ** 1001
+            )
+        )
+        # z = 1.5 is on the disc.
+        assert 1 - context.tanh(1.5) <= found.radius < 1
+
+
 def test_huge_exponents_come_to_an_end() -> None:
     z = NUMBERS.ball(mpmath.mpf(0), mpmath.mpf(10) ** 9)
     assert not NUMBERS.exp(NUMBERS.exp(z)).radius < math.inf

@@ -6,6 +6,7 @@ import itertools
 from fractions import Fraction
 from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import given
@@ -217,6 +218,29 @@ def test_zeros(degree: int) -> None:
         for z in known:
             assert np.abs(np.array(mine) - z).min() < 1e-6 * (1 + abs(z))
     assert found.apart.mean() > 0.97
+
+
+@pytest.mark.parametrize("degree", [3, 5])
+def test_zeros_of_all_sizes(degree: int) -> None:
+    """Zeros that are called all and apart are, though formulas lose small ones beside large."""
+    random, seen = np.random.default_rng(degree), 0
+    c = 10 ** random.uniform(-12, 12, (degree + 1, 60)) * random.choice([-1, 1], (degree + 1, 60))
+    found = zeros_of(c)
+    for k in np.flatnonzero(found.apart):
+        with mpmath.workdps(60):
+            known = mpmath.polyroots([*c[::-1, k]], maxsteps=500, extraprec=2000)
+            real = sorted(float(z.real) for z in known if abs(z.imag) < 1e-40 * max(1, abs(z)))
+        assert found.values[: found.real[k], k] == pytest.approx(real, rel=1e-10, abs=1e-10)
+        seen += 1
+    assert seen > 30
+
+
+@pytest.mark.parametrize("method", ["laplace", "uniform"])
+@pytest.mark.parametrize("c", [1e-12, 1e-14, 1e-25])
+def test_a_zero_far_from_the_layer_changes_nothing(method: str, c: float) -> None:
+    near, far = (sa.polynomial([-0.25, -0.25], [0, 0.05], [1], [x]) for x in (0, c))
+    found, known = (sa.escape_time(drift, 0.1, 3, method=method, order=1) for drift in (far, near))
+    assert found == pytest.approx(known, rel=1e-10)
 
 
 def test_optimal_order_where_powers_overflow() -> None:
