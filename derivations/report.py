@@ -15,6 +15,7 @@ from derivations.registry import closure, entries, entry
 from derivations.runner import SCHEMA, known, run, slug
 from symasym.base.errors import InputError
 from symasym.base.files import versions, write_bytes, write_json
+from symasym.base.inputs import meant
 from symasym.base.progress import stage
 from symasym.records import Record
 
@@ -268,9 +269,8 @@ def derive(
         try:
             entry(label)
         except KeyError:
-            near = [other for other in entries() if label.split(":")[-1] in other]
-            hint = f"perhaps {min(near, key=len)}" if near else "sa.labels() lists them"
-            raise InputError(f"{label} is no label that is derived; {hint}.") from None
+            near = meant(label, entries()) or "; sa.labels() lists them"
+            raise InputError(f"{label} is no label that is derived{near}.") from None
     with nullcontext(step) if step else stage("derivations", len(closure(chosen))) as report:
         records = run(chosen, out / "cache", report, fresh=fresh)
     # A run of a few labels must not shrink the index and the trace of an earlier full one.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from fractions import Fraction
 from functools import cache
 from typing import Any
@@ -18,6 +19,7 @@ from mpmath import mp, mpf
 import symasym as sa
 from symasym.asymptotics.laplace import errors as laplace_errors
 from symasym.asymptotics.laplace import integral as laplace
+from symasym.base.call_context import limited
 from tests.integrals import DIGITS, INTEGRALS, NAMED, Integral, scaled, truth
 
 x, nu = sympy.Symbol("x"), sympy.Symbol("nu", positive=True)
@@ -248,6 +250,22 @@ def test_tail_is_bounded(f: str, g: str, lam: int) -> None:
     assert bound < 100 * exact
 
 
+@pytest.mark.parametrize("power", ["-1/3", "-9/10"])
+def test_a_weight_singular_at_an_end_has_a_bounded_integral(power: str) -> None:
+    from symasym.asymptotics.laplace.kinks import Piece
+    from symasym.asymptotics.laplace.remainder import _weight
+
+    def exact(t: Any) -> Any:
+        """The integral of s^power e^s over (0, 1/2), where s = t^10."""
+        return 10 * t ** (10 * mp.convert(Fraction(power)) + 9) * mp.exp(t**10)
+
+    value, s = mp.quad(exact, [0, mpf(0.5) ** mpf(0.1)]), sympy.Rational(power)
+    f, low, high = -((x - 1) ** 2), sympy.Integer(0), sympy.Integer(2)
+    for g, a in ((x**s * sympy.exp(x), 0.0), ((2 - x) ** s * sympy.exp(2 - x), 1.5)):
+        bound = _weight(Piece(low, high, f, g), x, a, a + 0.5)
+        assert value <= bound < 2 * value
+
+
 def test_a_polygon_around_another_zero_proves_nothing() -> None:
     from symasym.asymptotics.laplace.cauchy_disk import _proved, _Surroundings
     from symasym.numbers.balls import flint_module, precision
@@ -405,3 +423,25 @@ def test_the_verbs_of_expansions(target: str) -> None:
     assert float(code.integral(1 / 3, 37.0)) == pytest.approx(want, rel=1e-13)
     (lam,) = bound.expression.free_symbols
     assert float(bound.expression.subs(lam, 37)) == pytest.approx(want, rel=1e-13)
+
+
+def test_a_product_of_many_polynomials_is_proved_in_time() -> None:
+    """SymPy would multiply it out term by term, for a quarter of a minute, as it is printed."""
+    weight = "*".join(f"(1 + x**{k})" for k in range(1, 40))
+    found = sa.laplace_integral("-x**2", weight, "x", -1, 1, patience=3)
+    with limited(3):
+        assert "(bound)" in str(found)
+
+
+@pytest.mark.parametrize(
+    ("f", "g"),
+    [
+        ("log(" * 10 + "x" + ")" * 10, "1"),
+        ("-x**2", "+".join(f"1/(x - {k} - 1/2)" for k in range(1, 400))),
+    ],
+)
+def test_work_that_would_take_too_long_is_not_begun(f: str, g: str) -> None:
+    begun = time.thread_time()
+    with pytest.raises(sa.TimeLimitError, match="SymPy's work on .* would take"):
+        sa.laplace_integral(f, g, "x", -1, 1, patience=10)
+    assert time.thread_time() - begun < 4

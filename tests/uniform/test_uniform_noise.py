@@ -229,6 +229,24 @@ def test_local_is_good_at_the_fold_alone() -> None:
         assert error <= most
 
 
+@pytest.mark.parametrize("r", [1, 1.1])
+@pytest.mark.parametrize("kappa", [0.5, 0.79, 1.0])
+def test_an_end_whose_series_is_of_no_use_counts_in_the_error(r: float, kappa: float) -> None:
+    """At -1 phi' is 7,000 and phi 1.6; leaving there is e^{-2 lam} of leaving over the barrier."""
+    drift = sa.friction(5800.85, 0.59, 0.00017)
+    found = sa.escape_time(drift, kappa, r, method="uniform", order=1, log=True, full=True)
+    exact = sa.escape_time(drift, kappa, r, log=True)
+    assert abs(found.value - exact) <= found.error < 20 * abs(found.value - exact)
+
+
+def test_local_has_no_time_that_is_not_positive() -> None:
+    drift, options = sa.polynomial(-0.1, 1.6, 3.44, -0.316), {"start": 0.3, "method": "local"}
+    with pytest.raises(sa.AccuracyError, match="gives T no sign; use method='uniform'"):
+        sa.escape_time(drift, 0.016, 1.5, **options)
+    found = sa.escape_time(drift, [0.016, 0.1], 1.5, errors="nan", log=True, **options)
+    assert np.isnan(found).tolist() == [True, False]
+
+
 def test_bad_input() -> None:
     drift = sa.friction(3, 1, "-0.5")
     with pytest.raises(sa.InputError, match="order is 7"):

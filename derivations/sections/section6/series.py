@@ -55,14 +55,7 @@ def scene_of(order: int) -> Scene:
 def saddle_series(d: Any) -> None:
     c = (c2, *(Symbol(f"c_{j}", real=True) for j in range(3, 2 * d.order + 3)))
     d.suppose("V' = 0 and V'' > 0 at the well; at a barrier -V takes the place of V")
-    rest = d.step(
-        "beyond the Gaussian",
-        "substitute",
-        sum(x * s**j * e ** (j - 2) / sympy.factorial(j) for j, x in enumerate(c[1:], 3)),
-        Identity(lambda: _rest(c)),
-        "u = u1 + delta s with delta = lam^(-1/2), c_j = V^(j)(u1)",
-        left=r"\lambda (V(u) - V(u_1)) - \tfrac{1}{2} c_2 s^2 \sim",
-    )
+    rest = _beyond_gaussian(d, c)
     even = d.step(
         "even powers of delta",
         "expand",
@@ -121,9 +114,7 @@ def saddle_series(d: Any) -> None:
             left=f"Q_{k}",
         )
     scene = scene_of(d.order)
-    values: dict[Any, Any] = {
-        x: lambda _, ctx, j=j: -scene.phi(ctx, ctx.mpf(1) / 10, j) for j, x in enumerate(c, start=1)
-    }
+    values = _values(scene, c)
     # Of the textbooks' each, else the last.
     for k in range(1 if d.order == 2 else d.order, d.order + 1):
         kept = sum((series.coeff(lam, -j) * lam**-j for j in range(k + 1)), sympy.S.Zero)
@@ -153,14 +144,7 @@ def saddle_start(d: Any) -> None:
     (series,) = d.rests_on
     c = (c2, *(Symbol(f"c_{j}", real=True) for j in range(3, 2 * d.order + 4)))
     d.suppose("V' = 0 and V'' > 0 at the start; at a barrier -V takes the place of V")
-    rest = d.step(
-        "beyond the Gaussian",
-        "substitute",
-        sum(x * s**j * e ** (j - 2) / sympy.factorial(j) for j, x in enumerate(c[1:], 3)),
-        Identity(lambda: _rest(c)),
-        "u = u1 + delta s with delta = lam^(-1/2), c_j = V^(j)(u1)",
-        left=r"\lambda (V(u) - V(u_1)) - \tfrac{1}{2} c_2 s^2 \sim",
-    )
+    rest = _beyond_gaussian(d, c)
     odd = d.step(
         "odd powers of delta",
         "expand",
@@ -221,9 +205,7 @@ def saddle_start(d: Any) -> None:
     corrections = [d.use(series, step=f"{TIMES[k]} correction") for k in range(d.order)]
     even = 1 + sum(q * lam ** -(k + 1) for k, q in enumerate(corrections))
     scene = scene_of(d.order + 1)
-    values: dict[Any, Any] = {
-        x: lambda _, ctx, j=j: -scene.phi(ctx, ctx.mpf(1) / 10, j) for j, x in enumerate(c, start=1)
-    }
+    values = _values(scene, c)
     gauge = lam ** -(d.order + 1)
     for side, name in ((1, "right"), (-1, "left")):
         half = even / 2 + side * sympy.sqrt(c2 / (2 * sympy.pi * lam)) * beside
@@ -243,6 +225,25 @@ def saddle_start(d: Any) -> None:
         "lam = 2/kappa^2; to the left the odd terms have the other sign. N is what the start adds "
         "to the double integral on its right, with L = (log(2 c_2 lam) + gamma)/2",
     )
+
+
+def _beyond_gaussian(d: Any, c: tuple[Any, ...]) -> Any:
+    """The exponent beyond its Gaussian, in powers of delta, as a step."""
+    return d.step(
+        "beyond the Gaussian",
+        "substitute",
+        sum(x * s**j * e ** (j - 2) / sympy.factorial(j) for j, x in enumerate(c[1:], 3)),
+        Identity(lambda: _rest(c)),
+        "u = u1 + delta s with delta = lam^(-1/2), c_j = V^(j)(u1)",
+        left=r"\lambda (V(u) - V(u_1)) - \tfrac{1}{2} c_2 s^2 \sim",
+    )
+
+
+def _values(scene: Scene, c: tuple[Any, ...]) -> dict[Any, Any]:
+    """The derivatives of V at the scene's well."""
+    return {
+        x: lambda _, ctx, j=j: -scene.phi(ctx, ctx.mpf(1) / 10, j) for j, x in enumerate(c, start=1)
+    }
 
 
 def _evaluated(ratios: list[Any], order: int, barrier: bool) -> tuple[Any, ...]:

@@ -81,8 +81,8 @@ def _pair_of(f: Expr, x: Symbol, given: Sequence[Expr] | None) -> tuple[Expr, Ex
     saddles = [sympy.sympify(point) for point in saddles]
     if len(saddles) != 2:
         raise InputError(
-            f"f' of {f} has {len(saddles)} real zeros by SymPy; give saddles=(first, second) for a "
-            "formula, or numbers by bind(…)."
+            f"f' of {f} has {len(saddles)} real zeros by SymPy; ask for "
+            "expression_in(saddles=(first, second)), or for numbers by bind(…)."
         )
     curved = sympy.diff(f, x, 2)
     signs = set()
@@ -216,8 +216,8 @@ def _maximum(f: Expr, x: Symbol, given: Sequence[Expr] | None) -> Expr:
             maxima.append(point)
     if len(maxima) != 1:
         raise InputError(
-            f"f = {f} has {len(maxima)} maxima by SymPy; give saddles=(point,) for a formula, or "
-            "numbers by bind(…)."
+            f"f = {f} has {len(maxima)} maxima by SymPy; ask for "
+            "expression_in(saddles=(point,)), or for numbers by bind(…)."
         )
     return maxima[0]
 

@@ -26,7 +26,7 @@ from symasym.asymptotics.coalescence.reading import (
 from symasym.asymptotics.coalescence.result import UniformExpansion
 from symasym.asymptotics.laplace.integral import require_known
 from symasym.asymptotics.laplace.kinks import WORK, Piece, at, cut, number
-from symasym.asymptotics.laplace.maxima import peaks, vanishes_identically
+from symasym.asymptotics.laplace.maxima import local_maxima, vanishes_identically
 from symasym.base.call_context import own_context, symbolic
 from symasym.base.errors import InputError
 from symasym.base.inputs import count, exact
@@ -243,7 +243,7 @@ def _real_parts(f: Expr, g: Expr, x: Symbol, lo: Expr, hi: Expr) -> list[SumPart
         require_known("f", piece.f, x)
         require_known("g", piece.g, x)
     # Divergent integrals are refused there.
-    tops = peaks(pieces, x)
+    tops = local_maxima(pieces, x)
     parts: list[SumPart] = []
     for piece in pieces:
         require_no_pole(piece, x)
@@ -267,7 +267,7 @@ def _piece_parts(piece: Piece, slope: Expr, x: Symbol, inside: list[Real]) -> li
     # Ways to take an end without the maximum it belongs to.
     apart: dict[int, list[SumPart]] = {}
     for end, side in ((piece.lo, 1), (piece.hi, -1)):
-        # Where f tends to -oo (`peaks` has seen to that), an end adds nothing.
+        # Where f tends to -oo (`local_maxima` has seen to that), an end adds nothing.
         if end.is_infinite or not _finite(at(piece.f, x, end)):
             continue
         name = "lower" if side == 1 else "upper"

@@ -42,13 +42,14 @@ def read_integral(
 
     The kind is ``"real"``, ``"oscillating"`` (f imaginary) or ``"contour"`` (complex ends).
     """
-    from symasym.drift.expressions import parse
+    from symasym.drift.expressions import expect_algebra, parse
 
     symbol = variable(x)
     names = {symbol.name: symbol}
     formula, weight, lo, hi = (
         parse(name, value, names) for name, value in (("f", f), (name, g), ("a", a), ("b", b))
     )
+    expect_algebra(formula, weight)
     kind = "real"
     if formula.has(sympy.I):
         kind, formula = "oscillating", sympy.expand(formula / sympy.I)

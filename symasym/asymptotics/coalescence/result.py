@@ -17,7 +17,7 @@ from symasym.asymptotics.coalescence.iterated import IteratedPart
 from symasym.asymptotics.coalescence.parts import BEYOND, PairPart, SumPart
 from symasym.asymptotics.laplace.kinks import number
 from symasym.asymptotics.laplace.result import IntegralExpansion
-from symasym.base.call_context import mpf_of, own_context, to_mpf
+from symasym.base.call_context import mpf_of, own_context, symbolic, to_mpf
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import Estimate
 from symasym.base.inputs import digits, float_text, sequence
@@ -98,6 +98,7 @@ class UniformExpansion(IntegralExpansion):
                 rows = list(zip(a, b, strict=True))
             return to_mpf(zeta, dps), [tuple(to_mpf(y, dps) for y in row) for row in rows]
 
+    @symbolic
     def expression_in(
         self, lam: Symbol | str = "lam", *, saddles: Sequence[Expr] | None = None
     ) -> Expr:

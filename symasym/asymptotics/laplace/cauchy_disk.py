@@ -29,6 +29,7 @@ from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.call_context import step
 from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, exact
+from symasym.drift.expressions import polynomial_of
 from symasym.numbers.balls import BallOps, NotProved, exact_ball, flint_module
 from symasym.numbers.trees import NumpyOps, evaluate_tree
 
@@ -217,7 +218,7 @@ class _Surroundings:
         for expression in (self.f, self.smooth):
             if not expression.is_polynomial(self.x):
                 continue
-            rows = sympy.Poly(expression, self.x).all_coeffs()[::-1]
+            rows = polynomial_of(expression, self.x).all_coeffs()[::-1]
             if all(c.is_Rational for c in rows):
                 rational = flint.fmpq_poly([flint.fmpq(int(c.p), int(c.q)) for c in rows])
                 shifted[expression] = flint.arb_poly(rational)(line)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from symasym.asymptotics.laplace.expansion import Contribution, expand
 from symasym.asymptotics.laplace.kinks import Piece
-from symasym.asymptotics.laplace.maxima import Peak
+from symasym.asymptotics.laplace.maxima import Maximum
 from symasym.base.call_context import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
@@ -38,7 +38,7 @@ class ErrorModel:
     x: Symbol
     contributions: tuple[Contribution, ...]
     origins: tuple[tuple[Piece, Real, str], ...]
-    smaller: tuple[Peak, ...]
+    smaller: tuple[Maximum, ...]
     digits: int
 
     @property
@@ -114,9 +114,9 @@ class ErrorModel:
             for end, side in ((piece.lo, "right"), (piece.hi, "left")):
                 if not end.is_infinite and (side, piece, str(end)) not in tops:
                     points.append((piece, end, side))
-        for peak in self.smaller:
-            if peak.smooth and peak.left is not None:
-                points += [(peak.left, peak.point, side) for side in ("left", "right")]
+        for maximum in self.smaller:
+            if maximum.smooth and maximum.left is not None:
+                points += [(maximum.left, maximum.point, side) for side in ("left", "right")]
         return [c for piece, point, side in points for c in _leading(piece, self.x, point, side)]
 
 

@@ -23,12 +23,13 @@ from symasym.asymptotics.laplace.borel import (
 from symasym.asymptotics.laplace.errors import ErrorModel
 from symasym.asymptotics.laplace.expansion import Contribution, expand, irrational_constants
 from symasym.asymptotics.laplace.kinks import Piece, cut, difference, number
-from symasym.asymptotics.laplace.maxima import Peak, highest, symbolic_peak
+from symasym.asymptotics.laplace.maxima import Maximum, highest, symbolic_maximum
 from symasym.asymptotics.laplace.result import LaplaceExpansion, short
 from symasym.base.call_context import symbolic
 from symasym.base.errors import InputError
 from symasym.base.inputs import count, digits, flag, is_name, sequence, shown
-from symasym.drift.expressions import parse
+from symasym.drift.expressions import expect_algebra, parse
+from symasym.drift.grammar import functions_inside
 from symasym.numbers.trees import FUNCTIONS
 
 if TYPE_CHECKING:
@@ -45,6 +46,8 @@ _MOST = 400
 # Irrational constants swell exact coefficients beyond use at higher orders.
 _EXACT_ORDERS = 12
 _NUMERIC = 40
+# Functions of an integrand, and how many in each other, beyond which they do so in any order.
+_FUNCTIONS, _NESTED = 8, 2
 
 
 @symbolic
@@ -85,7 +88,8 @@ def laplace_integral(
         Where f is largest, if parameters leave it open. It is compared with f all the same.
     dps : int, optional
         Digits of numerical coefficients. None: exact ones, except at a maximum that has no closed
-        form, or beyond 12 terms with irrational constants: then 40 digits.
+        form, of many functions or functions in each other, or beyond 12 terms with irrational
+        constants: then 40 digits.
     keep : bool
         Keep the terms of smaller maxima too; otherwise they are listed in `dropped`.
     check : bool
@@ -156,7 +160,7 @@ def laplace_integral(
     free = set().union(*(e.free_symbols for e in (formula, weight, lo, hi))) - {symbol}
     if free:
         tops, conditions = _symbolic_tops(pieces, symbol, maxima)
-        others: list[Peak] = []
+        others: list[Maximum] = []
         if dps is not None:
             raise InputError(
                 f"dps is {dps}, but {', '.join(sorted(map(str, free)))} have no value; leave dps "
@@ -171,16 +175,20 @@ def laplace_integral(
         wanted = _NUMERIC
     contributions: list[Contribution] = []
     origins: list[tuple[Piece, Any, str]] = []
-    for peak in kept:
-        for piece, side in _sides(peak):
+    for maximum in kept:
+        for piece, side in _sides(maximum):
             used = wanted
-            if used is None and not free and terms > _EXACT_ORDERS:
-                used = _NUMERIC if irrational_constants(piece, symbol, peak.point, side) else None
+            if used is None and not free:
+                numeric = _is_long(piece) or (
+                    terms > _EXACT_ORDERS
+                    and irrational_constants(piece, symbol, maximum.point, side)
+                )
+                used = _NUMERIC if numeric else None
             expanded, more = expand(
-                piece, symbol, peak.point, side, terms, digits=used, check=check
+                piece, symbol, maximum.point, side, terms, digits=used, check=check
             )
             contributions += expanded
-            origins += [(piece, peak.point, side)] * len(expanded)
+            origins += [(piece, maximum.point, side)] * len(expanded)
             conditions += [line for line in more if line not in conditions]
     if order == "borel":
         for contribution in contributions:
@@ -234,6 +242,7 @@ def _read(
                 "(Laplace's method is for real f; oscillating integrals need stationary phase)."
             )
         expressions.append(expression)
+    expect_algebra(*expressions)
     formula, weight, lo, hi = expressions
     require_free_ends(lo, hi, symbol)
     require_exponent(formula, symbol)
@@ -248,6 +257,13 @@ def _read(
     if weight == 0:
         raise InputError("g is 0, so the integral is; give a g that is not.")
     return formula, weight, symbol, lo, hi
+
+
+def _is_long(piece: Piece) -> bool:
+    """True if exact coefficients would fill pages: many functions, or in each other."""
+    functions = sum(len(e.atoms(sympy.Function)) for e in (piece.f, piece.g))
+    deepest = max(functions_inside(e) for e in (piece.f, piece.g))
+    return functions > _FUNCTIONS or deepest > _NESTED
 
 
 def variable(x: Symbol | str) -> Symbol:
@@ -303,7 +319,7 @@ def _order(order: int | str) -> int:
 
 def _numeric_tops(
     pieces: list[Piece], x: Symbol, given: Sequence[Real] | None
-) -> tuple[list[Peak], list[Peak]]:
+) -> tuple[list[Maximum], list[Maximum]]:
     """The highest maxima of f and the others; refused if `given` has a point that is none."""
     tops, others = highest(pieces, x)
     if given is not None:
@@ -324,9 +340,9 @@ def _numeric_tops(
 
 def _symbolic_tops(
     pieces: list[Piece], x: Symbol, given: Sequence[Real] | None
-) -> tuple[list[Peak], list[str]]:
+) -> tuple[list[Maximum], list[str]]:
     """The highest maxima with parameters free, and what was assumed of them."""
-    points, was_given = symbolic_peak(pieces, x, None if given is None else list(given))
+    points, was_given = symbolic_maximum(pieces, x, None if given is None else list(given))
     conditions = []
     tops = []
     for point in points:
@@ -338,7 +354,7 @@ def _symbolic_tops(
                 left = piece
             elif left is None and right is None and _within(point, piece):
                 left = right = piece
-        tops.append(Peak(point, None, left, right))
+        tops.append(Maximum(point, None, left, right))
         origin = "given" if was_given else "found"
         conditions.append(
             f"f is largest at {x} = {point} ({origin}; compared at sampled parameters)"
@@ -357,11 +373,11 @@ def _within(point: Real, piece: Piece) -> bool:
     )
 
 
-def _sides(peak: Peak) -> list[tuple[Piece, str]]:
+def _sides(maximum: Maximum) -> list[tuple[Piece, str]]:
     """The pieces in which a maximum is expanded, each with its side."""
-    if peak.smooth:
+    if maximum.smooth:
         # g may be singular there: then the two sides differ.
-        assert peak.right is not None
-        return [(peak.right, "both")]
-    sides = [(peak.left, "left"), (peak.right, "right")]
+        assert maximum.right is not None
+        return [(maximum.right, "both")]
+    sides = [(maximum.left, "left"), (maximum.right, "right")]
     return [(piece, side) for piece, side in sides if piece is not None]

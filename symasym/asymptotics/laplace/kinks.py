@@ -15,6 +15,7 @@ import sympy
 
 from symasym.base.call_context import own_context, step
 from symasym.base.errors import InputError
+from symasym.drift.expressions import expect_algebra
 from symasym.numbers.trees import MpmathOps, evaluate_tree
 from symasym.series.coefficient_fields import sampled_parameters
 
@@ -141,6 +142,7 @@ def _zeros(expression: Expr, x: Symbol) -> set[Expr]:
     """The zeros of an argument that are not known to be complex."""
     if not expression.has(x):
         return set()
+    expect_algebra(expression, searched=True)
     try:
         roots = sympy.solve(expression, x)
     except NotImplementedError:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from symasym.asymptotics.laplace.kinks import WORK, Piece, at, number
 from symasym.base.call_context import mpf_of, own_context
 from symasym.base.errors import InputError
 from symasym.base.inputs import exact
+from symasym.drift.expressions import expect_algebra, polynomial_of
 from symasym.numbers.trees import MpmathOps, NumpyOps, evaluate_tree
 from symasym.series.coefficient_fields import sampled_parameters, vanishes
 
@@ -42,7 +44,7 @@ _FAR = (10**2, 10**4, 10**6)
 
 
 @dataclass(frozen=True)
-class Peak:
+class Maximum:
     """A local maximum of f on the closed interval.
 
     Attributes
@@ -66,22 +68,22 @@ class Peak:
         return self.left is not None and self.left is self.right
 
 
-def peaks(pieces: list[Piece], x: Symbol) -> list[Peak]:
+def local_maxima(pieces: list[Piece], x: Symbol) -> list[Maximum]:
     """All local maxima of f (numbers only, no free parameters), the highest first."""
-    maxima: list[Peak] = []
+    maxima: list[Maximum] = []
     for index, piece in enumerate(pieces):
         slope = sympy.diff(piece.f, x)
         if vanishes_identically(slope, x):
             continue
         for point in interior_maxima(piece, slope, x):
-            maxima.append(Peak(point, at(piece.f, x, point), piece, piece))
+            maxima.append(Maximum(point, at(piece.f, x, point), piece, piece))
         neighbour = pieces[index + 1] if index + 1 < len(pieces) else None
         if index == 0 and not piece.lo.is_infinite:
             maxima += _at_end(piece.lo, None, piece, x)
         if not piece.hi.is_infinite:
             maxima += _at_end(piece.hi, piece, neighbour, x)
     _require_decay(pieces, x, max((p.height for p in maxima), default=None))
-    return sorted(maxima, key=lambda peak: -peak.height)
+    return sorted(maxima, key=lambda maximum: -maximum.height)
 
 
 def vanishes_identically(slope: Expr, x: Symbol) -> bool:
@@ -99,20 +101,20 @@ def agree(first: mpf, second: mpf, tolerance: Fraction = _EQUAL) -> bool:
         return bool(abs(a - b) <= mpf_of(tolerance, context) * max(1, abs(a)))
 
 
-def highest(pieces: list[Piece], x: Symbol) -> tuple[list[Peak], list[Peak]]:
-    """The peaks that share the largest height, and the others; an error if there is none."""
-    maxima = peaks(pieces, x)
+def highest(pieces: list[Piece], x: Symbol) -> tuple[list[Maximum], list[Maximum]]:
+    """The maxima that share the largest height, and the others; an error if there is none."""
+    maxima = local_maxima(pieces, x)
     if not maxima:
         raise InputError(
             f"f = {pieces[0].f} has no isolated maximum for {x} in [{pieces[0].lo}, "
             f"{pieces[-1].hi}]; give an f that is not constant, and an interval on which it is "
             "largest somewhere."
         )
-    equal = [peak for peak in maxima if agree(peak.height, maxima[0].height)]
-    return equal, [peak for peak in maxima if peak not in equal]
+    equal = [maximum for maximum in maxima if agree(maximum.height, maxima[0].height)]
+    return equal, [maximum for maximum in maxima if maximum not in equal]
 
 
-def symbolic_peak(
+def symbolic_maximum(
     pieces: list[Piece], x: Symbol, given: list[Real] | None
 ) -> tuple[list[Real], bool]:
     """Points where f is largest when parameters are free, and whether they were given.
@@ -196,7 +198,7 @@ def _highest_of_all(
         matched = [
             c
             for c in candidates
-            if any(agree(number(c, values), number(peak.point), _SAME_POINT) for peak in top)
+            if any(agree(number(c, values), number(maximum.point), _SAME_POINT) for maximum in top)
         ]
         if len(matched) < len(top) or (chosen is not None and matched != chosen):
             shown = ", ".join(f"{s} = {v}" for s, v in values.items())
@@ -234,10 +236,13 @@ def interior_maxima(piece: Piece, slope: Expr, x: Symbol) -> list[Real]:
 
 def _polynomial_roots(piece: Piece, slope: Expr, x: Symbol) -> list[Real] | None:
     """The interior maxima where f' is a polynomial or a quotient of two; None where it is not."""
-    top, bottom = sympy.fraction(sympy.together(slope))
+    if not slope.is_rational_function(x):
+        return None
+    whole = slope.is_polynomial(x)
+    top, bottom = (slope, sympy.Integer(1)) if whole else sympy.fraction(sympy.together(slope))
     try:
-        polynomial = sympy.Poly(top, x)
-        sympy.Poly(bottom, x)
+        polynomial = polynomial_of(top, x)
+        polynomial_of(bottom, x)
     except sympy.PolynomialError:
         return None
     if not polynomial.domain.is_ZZ and not polynomial.domain.is_QQ:
@@ -260,6 +265,7 @@ def _polynomial_roots(piece: Piece, slope: Expr, x: Symbol) -> list[Real] | None
     ]
 
 
+@lru_cache(maxsize=256)
 def number_of_root(root: Expr) -> mpf:
     """A real root, isolated exactly, as an mpf."""
     if isinstance(root, sympy.CRootOf):
@@ -353,8 +359,8 @@ def _nearest(value: mpf, context: MPContext) -> Fraction | None:
     return near if abs(near - rational) < Fraction(1, 10**30) else None
 
 
-def _at_end(end: Expr, left: Piece | None, right: Piece | None, x: Symbol) -> list[Peak]:
-    """The peak at a finite end of the interval or at a kink, if it is one."""
+def _at_end(end: Expr, left: Piece | None, right: Piece | None, x: Symbol) -> list[Maximum]:
+    """The maximum at a finite end of the interval or at a kink, if it is one."""
     heights = {}
     for name, piece, sign in (("left", left, -1), ("right", right, 1)):
         if piece is None:
@@ -372,7 +378,7 @@ def _at_end(end: Expr, left: Piece | None, right: Piece | None, x: Symbol) -> li
         if not _falls(piece, x, end, sign):
             return []
         sides[name] = piece
-    return [Peak(end, top, sides["left"], sides["right"])]
+    return [Maximum(end, top, sides["left"], sides["right"])]
 
 
 def _limit(piece: Piece, x: Symbol, end: Expr, side: int) -> mpf | None:
@@ -381,6 +387,7 @@ def _limit(piece: Piece, x: Symbol, end: Expr, side: int) -> mpf | None:
     with own_context(WORK) as context:
         if not context.isnan(value) and not context.isinf(value):
             return value
+    expect_algebra(piece.f, searched=True)
     limit = sympy.limit(piece.f, x, end, "+" if side > 0 else "-")
     if limit == -sympy.oo:
         return None

@@ -21,7 +21,7 @@ from symasym.asymptotics.laplace.borel import left_out, median_sums, pairs_beyon
 from symasym.asymptotics.laplace.errors import ErrorModel
 from symasym.asymptotics.laplace.expansion import Contribution
 from symasym.asymptotics.laplace.kinks import difference, number
-from symasym.base.call_context import mpf_of, own_context, patient, to_mpf
+from symasym.base.call_context import mpf_of, own_context, patient, symbolic, to_mpf
 from symasym.base.errors import AccuracyError, InputError, RangeError, SymasymError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import (
@@ -241,6 +241,7 @@ class IntegralExpansion:
         """The expressions that add up to `expression`."""
         return tuple(sympy.Add.make_args(self.expression))
 
+    @symbolic
     def latex(self, lam: str = "lambda") -> str:
         """The sum in LaTeX."""
         return tex(self.expression_in(lam))
@@ -306,6 +307,7 @@ class LaplaceExpansion(IntegralExpansion):
         return sympy.Min(*powers)
 
     @property
+    @symbolic
     def error_kind(self) -> str:
         """``"bound"`` if the error is proved, ``"estimate"``; ``"none"`` with parameters free."""
         if self._errors is None or self.order == "borel":
@@ -313,6 +315,7 @@ class LaplaceExpansion(IntegralExpansion):
         return self._errors.kind
 
     @property
+    @symbolic
     def bound(self) -> tuple[mpf, Expr, mpf] | None:
         """(K, sigma, lam_0), or None where nothing is proved.
 
@@ -442,11 +445,13 @@ class LaplaceExpansion(IntegralExpansion):
         return f"{super().latex(lam)} + O\\left({tex(size)}\\right)"
 
     @property
+    @symbolic
     def error(self) -> str:
         """The order of the terms left out, and what is claimed of them."""
         size = f"e^(lam ({short(self.height)})) lam^(-{_bare(self.omitted)})"
         return f"O({size}); error: {self._error_text()}"
 
+    @symbolic
     def __str__(self) -> str:
         lines = []
         for c in self.contributions:

@@ -229,7 +229,8 @@ def _moments(
             unit = unit * np.where(after.spread > 0, after.spread, 1.0) / (k + 1)
         if not np.isfinite(error).all():
             raise AccuracyError(
-                "A is not finite on [-1, 1]; give an A that is real and smooth there."
+                "2 |A|/kappa^2 is beyond float64 (1e308) on [-1, 1], noise that is weak; use "
+                "method='laplace' with dps=…, or an A that is finite there."
             )
         if (error < _SETTLED * (order + 1)).all() or panels >= _MOST_PANELS:
             return after, error

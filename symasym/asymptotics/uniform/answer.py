@@ -14,7 +14,7 @@ At one lam critical points, pairs, truncations and the regular part are added up
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -60,7 +60,7 @@ from symasym.asymptotics.weak_noise.compose import (
     scale_contributions,
 )
 from symasym.asymptotics.weak_noise.critical_points import barriers, whole
-from symasym.asymptotics.weak_noise.one_sided import CriticalPoint
+from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.asymptotics.weak_noise.regular_part import require_resolved
 from symasym.asymptotics.weak_noise.series import BEYOND, Point, terms
 from symasym.base.call_context import kept, mpf_of, own_context
@@ -292,6 +292,8 @@ def _zeros_at(drift: Drift, x: Fraction) -> int:
     return 1 if sum((k * c * x ** (k - 1) for k, c in enumerate(known) if k), Fraction(0)) else 2
 
 
+#: Of lam V, between a well and an end that has nothing of it.
+_FAR = 30
 #: Distance of the start from a multiple zero that makes it the cause of a refusal.
 _NEAR = 1e-2
 
@@ -321,16 +323,50 @@ def _estimate(scene: _TwoSides, lam: Fraction, order: int, kappa: str) -> tuple[
         return allowed(both, scene.radius, number, n, T, context)
 
     value, size = _with_error(scene.time, number, order, kappa, context, allowed_of)
-    size += 10 * max(costs) * value
+    size += (10 * max(costs) + _beyond_far_ends(both, scene.radius, number, context)) * value
     if not size < value:
         raise _too_strong(kappa, order)
     if scene.local:
         # phi taken as a parabola about each pair: Airy's argument is linear in its height there.
         sides = [s._replace(pairs=[parabola(p, context) for p in s.pairs]) for s in scene.sides]
         local = scene._replace(sides=sides).time(number, 0)
+        if not local > 0:
+            raise AccuracyError(
+                f"kappa is {kappa}, where A is not a parabola about its coalescing zeros, so that "
+                "method='local' gives T no sign; use method='uniform' or 'exact'."
+            )
         # Away from the fold that may be off by more than itself.
         return local, size + abs(local - value)
     return value, size
+
+
+def _beyond_far_ends(both: Sequence[OneSided], r: Any, lam: Any, context: Any) -> Any:
+    """The relative share of leaving over ends whose own series are of no use at this noise.
+
+    Where the other way out is the likelier one, no difference of orders tells of them. Such an end
+    counts as a Gaussian of width (lam |phi'|)^(-1/2).
+    """
+    share = context.zero
+    # A well beside an end is taken together with it.
+    wells = [-p.height for one in both for p in one.speed_points if p.kind == "well"]
+    for one, other in zip(both, reversed(both), strict=True):
+        points = one.scale_points, other.scale_points
+        if len(points[0]) != 1 or not points[1]:
+            continue
+        end, top = points[0][0], max(points[1], key=lambda p: p.height)
+        if not (end.series.parts and top.series.parts):  # of a constant A
+            continue
+        first, highest = (p.series.parts[0] for p in (end, top))
+        value, slope = (abs(c) for c in (*first.coefficients, 0, 0)[:2])
+        height = end.height
+        if one.beyond is not None and one.beyond[2]:
+            value = 1 / abs(one.beyond[2])
+            height += (r - 1) / value
+        if slope > lam * value > 0 and all(lam * abs(end.height - V) > _FAR for V in wells):
+            width = value * context.sqrt(value / (lam * slope))
+            size = abs(highest.coefficients[0]) * lam**-highest.offset
+            share += 2 * size / width * context.exp(lam * min(top.height - height, 0))
+    return share
 
 
 def _apart(
@@ -552,7 +588,8 @@ def _meet(
     order: int,
     context: MPContext,
 ) -> list[Member]:
-    """Take the pair, seen from side k, together; returns its members."""
+    """Replace the product of the pair's contributions, in the orientation of side k, by its
+    canonical form; returns its members."""
     height, own = context.exp(lam * canonical.height), sums[k]
     for n, share in enumerate(canonical.share[: order + 1]):
         own.nested -= share * lam ** -(n + 1)
@@ -578,7 +615,7 @@ def _meet(
 
 
 def _found(u: mpf, k: int, sums: list[_SideSum]) -> tuple[int, _Contribution]:
-    """The share of the well or barrier at `u` seen from side k, and the side where it is."""
+    """The side of the well or barrier at `u` (in the orientation of side k), and its share."""
     for side, at in ((k, u), (1 - k, -u)):
         point = place_at(at, [x.point for x in sums[side].all() if x.point is not None])
         if point is not None:

@@ -197,7 +197,7 @@ def _log10(x: Fraction) -> float:
 
 
 class LayerPart(NamedTuple):
-    """The part of the layer that is looked at, seen from the start x to the right.
+    """The part of the layer to the right of the start x.
 
     `cuts` are the points in it where the line ends that Airy functions take to be infinite.
     """

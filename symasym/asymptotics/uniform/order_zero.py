@@ -39,8 +39,8 @@ from symasym.asymptotics.weak_noise.compose import Composed
 from symasym.asymptotics.weak_noise.one_sided import (
     Builder,
     CriticalPoint,
-    Joint,
     OneSided,
+    PairContribution,
     first,
 )
 from symasym.asymptotics.weak_noise.series import BEYOND, Point, Series
@@ -49,7 +49,7 @@ from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.numbers.arithmetic import Digits
 from symasym.numbers.polynomials import divided, poly, refined, shifted
-from symasym.series.quadratic_factor import Pair, seen_from, split_pair
+from symasym.series.quadratic_factor import Pair, mirrored, split_pair
 
 _EPS = 2.3e-16
 # The error of the composite where pair and end come together is in no next term.
@@ -74,7 +74,7 @@ class Together(NamedTuple):
         Where phi was expanded, in the orientation of the side.
     side : int
     onward : bool
-        Whether the well comes first, seen from the start.
+        Whether the well is nearer to the start than the barrier.
     members : tuple
         Their numbers among the real zeros; empty for a complex pair.
     height : number
@@ -225,7 +225,7 @@ class OrderZero(Builder):
         height = pair.height - self.base
         well, barrier = (low, high) if pair.onward else (high, low)
         both = AiryIntegral(pair.form, "both") if pair.onward else None
-        self.joint.append(Joint(well, barrier, 2 * rise, both))
+        self.coalescing.append(PairContribution(well, barrier, 2 * rise, both))
         scale_points.append(
             CriticalPoint(barrier, height + rise, AiryIntegral(pair.form, "scale"), None)
         )
@@ -245,9 +245,9 @@ class OrderZero(Builder):
         return before + place, before + place
 
     def side(self, sign: int) -> OneSided:
-        self.joint: list[Joint] = []
+        self.coalescing: list[PairContribution] = []
         one_sided = super().side(sign)
-        return one_sided._replace(joint=self.joint, exponential_gap=self.exponential_gap)
+        return one_sided._replace(coalescing=self.coalescing, exponential_gap=self.exponential_gap)
 
     # -- the end ------------------------------------------------------------------------------
 
@@ -267,7 +267,7 @@ class OrderZero(Builder):
         gaussian = before.gaussian
         height = barrier.height - gaussian.t**2 / 2
         onward = TruncatedIntegral(gaussian, "onward")
-        self.joint.append(Joint(-1, -1, 0.0, TruncatedIntegral(gaussian, "both")))
+        self.coalescing.append(PairContribution(-1, -1, 0.0, TruncatedIntegral(gaussian, "both")))
         scale_points.append(
             CriticalPoint(rank, height, TruncatedIntegral(gaussian, "scale"), onward)
         )
@@ -297,7 +297,7 @@ class OrderZero(Builder):
             slope = self.a_plus if sign > 0 else -self.a_minus
         # All that is singular in the gap is a function of this one number, and cancels as such.
         gap = abs(self.edges[1 + sign]) - place
-        psi = shifted(seen_from(self.c, sign), place)[1:]
+        psi = shifted(mirrored(self.c, sign), place)[1:]
         ratio = c.zero
         if pair is None or c.any(pair.drop > _NO_DROP):
             row = self.next_orders(last).parts[0].coefficients
@@ -506,7 +506,7 @@ def _of_drift(
         if row[9] > 0:
             # About its middle in float64, from where two steps have all digits.
             point, side = arithmetic.number(row[6] + row[7] * row[0]), int(row[7])
-            taylor = seen_from(shifted(one.c, point), side)
+            taylor = mirrored(shifted(one.c, point), side)
             pair = split_pair(taylor, context, square=row[1])
             pairs.append((k, pair, point, side))
             if row[8] >= 0:

@@ -156,7 +156,7 @@ class AiryForm(NamedTuple):
 
 
 class Truncated(NamedTuple):
-    """A barrier before an end, seen from it.
+    """A barrier near an end, u = 0 at the barrier and the end to its right.
 
     Attributes
     ----------

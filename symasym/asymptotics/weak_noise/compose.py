@@ -281,7 +281,7 @@ def pairs_of(
     one: OneSided, scale: list[tuple[CriticalPoint, Any]], sums: ExponentialSums
 ) -> Iterator[tuple[CriticalPoint, CriticalPoint, Any]]:
     """Products of each critical point of e^{-lam V} with those of e^{lam V} from it on."""
-    together = {(joint.speed, joint.scale) for joint in one.joint}
+    together = {(pair.speed, pair.scale) for pair in one.coalescing}
     kinks = [p for p, _ in scale if terms(p.onward)]
     onward = {p.rank: sums.exponential(p.height, p.onward, one.height_rounding) for p in kinks}
     for low in one.speed_points:
@@ -304,7 +304,7 @@ def side_of(one: OneSided, r: Numbers, sums: ExponentialSums) -> Side:
     """One side composed, with the end at `r` where that is beyond the layer."""
     scale = scale_contributions(one, r, sums)
     nested = [pair for _, _, pair in pairs_of(one, scale, sums)]
-    nested += [sums.exponential(j.height, j.local) for j in one.joint if j.local is not None]
+    nested += [sums.exponential(p.height, p.local) for p in one.coalescing if p.local is not None]
     return Side(
         sums.total([share for _, share in scale]),
         sums.total([*nested, regular_part(one, r, sums)]),

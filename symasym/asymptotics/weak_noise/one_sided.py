@@ -70,7 +70,7 @@ class CriticalPoint(NamedTuple):
     u: Any = None
 
 
-class Joint(NamedTuple):
+class PairContribution(NamedTuple):
     """Replaces the product of the contributions at two ranks, `speed` and `scale`."""
 
     speed: Any
@@ -80,7 +80,7 @@ class Joint(NamedTuple):
 
 
 class OneSided(NamedTuple):
-    """What lies on one side of the start, seen from it to the right; the end is left out if r > 1.
+    """Series of one side of the start, in the direction away from it; without the end if r > 1.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ class OneSided(NamedTuple):
     beyond : tuple or None
         (u, V(u), phi) where the straight part beyond the layer begins, which ends at r.
     height_rounding : rounding of every height, 0 where digits are to spare
-    joint : pairs of critical points that coalesce
+    coalescing : contributions of pairs of critical points that may coalesce
     exponential_gap : what that costs, e^{-lam exponential_gap} of the value
     """
 
@@ -108,7 +108,7 @@ class OneSided(NamedTuple):
     regular_part: Series
     beyond: tuple[Any, Any, Any] | None
     height_rounding: Numbers = 0.0
-    joint: list[Joint] = []
+    coalescing: list[PairContribution] = []
     exponential_gap: Numbers = np.inf
 
     def all_series(self) -> list[Series]:
