@@ -149,11 +149,7 @@ def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
     if not is_array(kappa):
         number = kappa if isinstance(kappa, float) else exact("kappa", kappa)
         if 0 < number < _WEAKEST:
-            raise InputError(
-                f"kappa is {float_text(Fraction(number))}, so that 2/kappa^2 leaves the range of "
-                "float64 (1e308) in which the evaluation is planned; method='laplace' has no such "
-                "limit."
-            )
+            raise _too_weak(number, "method='laplace'")
     arrays = {name: floats(name, value, copy=False) for name, value in numbers.items()}
     shape = common_shape(drift, {name: x.shape for name, x in arrays.items()})
     size = math.prod(shape)
@@ -168,10 +164,12 @@ def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
         if name not in flat:
             continue
         given = arrays[name]
-        least = given.min()
+        least, most = (given.min(), given.max()) if given.ndim else 2 * (given.item(),)
         if not least > 0:
             raise InputError(f"{name} is {least:.6g}; it must be greater than 0.")
-        if least < low or given.max() > high:
+        if least < low or most > high:
+            if name == "kappa" and least < _WEAKEST:
+                raise _too_weak(float(least), "method='laplace' with dps=…")
             beyond = (given < low) | (given > high)
             raise InputError(
                 f"{name} is {given[beyond][0]:.6g}, so that its square is near the end of "
@@ -194,6 +192,14 @@ def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
     lam = flat["kappa"] ** 2
     np.divide(2.0, lam, out=lam)
     return Scenes(shape, lam, flat, parameters, moved, drift, numbers)
+
+
+def _too_weak(kappa: Fraction | float, other: str) -> InputError:
+    """The refusal of a noise too weak for any method but that `other` one."""
+    return InputError(
+        f"kappa is {float_text(Fraction(kappa))}, so that 2/kappa^2 leaves the range of float64 "
+        f"(1e308) in which the evaluation is planned; {other} has no such limit."
+    )
 
 
 def read_scene(drift: Drift, numbers: dict[str, Any], dps: int | None) -> Scene:
@@ -242,13 +248,13 @@ def rows_of(scenes: Scenes, rows: slice | IntArray | tuple[slice | IntArray, ...
     )
 
 
-def input_rounding(scenes: Scenes, size: FloatArray) -> FloatArray:
+def input_rounding(scenes: Scenes, size: FloatArray) -> FloatArray | float:
     """A bound on the change of a logarithm where exact numbers are read as floats."""
     # A logarithm changes with a position no faster than lam |phi|, or as one comes close to an
     # absorbing end. The rounding of kappa is counted with that of lam.
     gap = sum(gap for name, gap in scenes.moved.items() if name != "kappa")
     if not gap:
-        return np.zeros_like(scenes.lam)
+        return 0.0
     room: Any = np.inf
     if "r" in scenes.numbers:
         room = scenes.numbers["r"] - np.abs(scenes.numbers["start"])

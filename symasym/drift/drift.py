@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
@@ -24,6 +25,7 @@ from symasym.base.inputs import (
     is_array,
     is_name,
     meant,
+    require_printable,
     shown,
 )
 from symasym.base.texts import number_repr
@@ -135,7 +137,7 @@ class Drift:
         """Names of all parameters, bound or free."""
         return self._model.parameters
 
-    @property
+    @cached_property
     def free(self) -> tuple[str, ...]:
         """Names of the parameters that have no value yet."""
         return tuple(name for name in self.parameters if name not in self._values)
@@ -331,14 +333,14 @@ class Drift:
         return result
 
     def flat_values(self, shape: tuple[int, ...]) -> FlatValues:
-        """The parameters of scenes of this shape; for arrays, the same object when asked again."""
+        """The parameters of scenes of this shape, the same object when asked again."""
         flat = self._flat.get(shape)
         if flat is None:
             flat = FlatValues(
                 (name, np.broadcast_to(x, shape).ravel() if is_array(x) else x)
                 for name, x in self._values.items()
             )
-            if shape and math.prod(shape) <= _MOST_KEPT:
+            if math.prod(shape) <= _MOST_KEPT:
                 self._flat.clear()
                 self._flat[shape] = flat
         return flat
@@ -498,13 +500,20 @@ class Drift:
         """The derivative of A in the parameter `name` at the bound values, as a drift."""
         import sympy
 
+        from symasym.drift import expressions
+
         self._require_parameter(name)
         values = {**self.scalars()}
         at = SympyOps().rational(values.pop(name))
         slope = sympy.diff(
             Drift.of(self._model, **values).expression(), sympy.Symbol(name, real=True)
         )
-        return Drift(slope.subs(sympy.Symbol(name, real=True), at), sympy.Symbol("u", real=True))
+        slope = slope.subs(sympy.Symbol(name, real=True), at)
+        model = expressions.read(slope, sympy.Symbol("u", real=True), None, None)
+        if "a_minus" in self._model.parameters:
+            ends = (Fraction(name == "a_minus"), Fraction(name == "a_plus"))
+            model = replace(model, ends=ends)
+        return Drift.of(model)
 
     def phi(self) -> Expr:
         """phi(u) as a SymPy Piecewise in the real symbol ``u`` (eq:phi)."""
@@ -521,6 +530,7 @@ class Drift:
         """
         from symasym.drift import expressions
 
+        require_printable(self.values)
         return expressions.potential(self.expression())
 
     def potential_at(self, u: Numbers) -> Any:
@@ -535,7 +545,7 @@ class Drift:
         try:
             return landscape.potential_at(self, position)
         except BeyondFloat as error:
-            raise error.without_digits("V") from None
+            raise error.without_digits("V is found") from None
 
     def critical_points(self) -> list[landscape.CriticalPoint]:
         """Zeros of A in (-1, 1), left to right, with multiplicity and stability.

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import sympy
 
-from symasym.base.call_context import SIMPLER, limited, own_context, step, watched
+from symasym.base.call_context import SIMPLER, expect, limited, own_context, step, watched
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, exact, float_text, is_name, shown
 from symasym.drift import grammar, models
@@ -19,6 +19,9 @@ from symasym.numbers.trees import MpmathOps, evaluate_tree
 from symasym.series.coefficient_fields import sampled_parameters
 
 _DEEPEST = 120
+# Seconds that SymPy takes for a squared operation at least, of those far from a sum of powers; and
+# functions in each other, each of which more makes it take three times as long.
+_SECONDS, _INSIDE = 2e-5, 2
 # Digits with which ends are compared, so that 160 may cancel.
 _COMPARED = 200
 _OVERLAP = Fraction(9, 16)  # half would let neighbouring balls touch only
@@ -116,6 +119,32 @@ def parse(name: str, given: sympy.Expr | Number, names: dict[str, Any] | None = 
     return exactly(expression, name)
 
 
+def expect_algebra(*expressions: sympy.Expr, searched: bool = False) -> None:
+    """Raise TimeLimitError where SymPy would surely take longer than is left: for the operations of
+    the expressions or, where a limit or zeros are `searched`, for functions in each other."""
+    operations = sum(map(sympy.count_ops, expressions))
+    expect(operations**2 * _SECONDS, f"SymPy's work on {operations:,} operations")
+    inside = max(map(grammar.functions_inside, expressions))
+    if searched and inside > _INSIDE:
+        expect(3.0 ** (inside - _INSIDE), f"SymPy's work on {inside} functions in each other")
+
+
+def polynomial_of(expression: sympy.Expr, x: sympy.Symbol) -> Any:
+    """The expression as a polynomial in x over its coefficients; PolynomialError where it is none.
+
+    Products and powers are those of polynomials: SymPy would multiply out term by term.
+    """
+    if expression.is_Mul or expression.is_Add:
+        parts = [polynomial_of(e, x) for e in expression.args]
+        total = parts[0]
+        for part in parts[1:]:
+            total = total * part if expression.is_Mul else total + part
+        return total
+    if expression.is_Pow and expression.exp.is_Integer and expression.exp > 0:
+        return polynomial_of(expression.base, x) ** int(expression.exp)
+    return sympy.Poly(expression, x)
+
+
 def sympified(given: Any) -> Any:
     """What SymPy makes of a number or an object of its own; SympifyError for anything else.
 
@@ -211,7 +240,8 @@ def check_regular(model: models.Expression, values: dict[str, Fraction]) -> None
                 continue
             if depth == _DEEPEST or (depth > 6 and len(pending) > 400):
                 raise InputError(
-                    f"A = {model.formula} is singular or complex near u = {float(lo):.6g}; "
+                    f"A = {model.formula} is singular, complex or too steep to tell near u = "
+                    f"{float(lo):.6g}; "
                     "give an A that is real and smooth on [-1, 1]."
                 )
             middle = (lo + hi) / 2

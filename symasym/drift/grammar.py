@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import sympy
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import shown
+from symasym.base.inputs import meant, shown
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -57,6 +57,7 @@ _TERMS = 10_000  # of a number whose powers are multiplied out
 _GROWING = ("exp", "sinh", "cosh", "sech", "csch", "tanh", "coth")
 _TOWER = 10  # of an exponential of an exponential
 _NESTED = 2  # exponentials in each other
+_INSIDE = 6  # functions of a number in each other
 _ARGUMENT = 10_000  # of a function whose value at a whole number is written out
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?![\w.])"
@@ -252,9 +253,10 @@ class _Reader:
         """A function of its arguments."""
         if name == "Piecewise":
             return self._piecewise()
-        if name not in FUNCTIONS:
+        known = {*FUNCTIONS, "Piecewise"}
+        if name not in known:
             raise self._error(
-                f"calls {name!r}, which is none of {', '.join(sorted({*FUNCTIONS, 'Piecewise'}))}"
+                f"calls {name!r}, which is none of {', '.join(sorted(known))}{meant(name, known)}"
             )
         self._need("(")
         arguments = [self._sum().value]
@@ -274,6 +276,8 @@ class _Reader:
         elif name in _GROWING and not arguments[0].free_symbols:
             towers = arguments[0].has(sympy.exp, sympy.sinh, sympy.cosh)
             self._small(arguments[0], _TOWER if towers else _ARGUMENT)
+        if any(not a.free_symbols and functions_inside(a) >= _INSIDE for a in arguments):
+            raise self._error(f"has more than {_INSIDE} functions of a number in each other")
         return self._powers(getattr(sympy, name)(*arguments), 1)
 
     def _piecewise(self) -> _Part:
@@ -352,6 +356,12 @@ def _exponentials(value: Any) -> int:
     deepest = max(map(_exponentials, value.args), default=0)
     grows = type(value).__name__ in _GROWING or (value.is_Pow and not value.exp.is_Rational)
     return deepest + grows
+
+
+def functions_inside(value: Any) -> int:
+    """How deep functions and roots lie in each other."""
+    deepest = max(map(functions_inside, value.args), default=0)
+    return deepest + bool(value.is_Function or (value.is_Pow and not value.exp.is_Integer))
 
 
 def multiplied_out(value: Any) -> int:

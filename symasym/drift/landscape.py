@@ -218,7 +218,6 @@ def _of_analytic(drift: Switch) -> list[CriticalPoint]:
             low, high = values[k - 1], values[k]
             if abs(low) > small and abs(high) > small and low * high < 0:
                 root = bracketed_zero(lambda x: taylor(x)[:2], edges[k - 1], edges[k], context)
-                root = _beside_0(lambda x: taylor(x)[:2], root, context)
                 # Beside a slope of many digits a series has none left for its value.
                 allowed = max(small, abs(taylor(root)[1] * root) * 1e-17)
                 if abs(drift.evaluate(root, MpmathOps(context))) > allowed:
@@ -250,21 +249,6 @@ def _of_analytic(drift: Switch) -> list[CriticalPoint]:
                     )
                 )
         return zeros
-
-
-def _beside_0(pair: Callable[[Any], list[Any]], x: mpf, context: MPContext) -> mpf:
-    """A zero of f found near x to so many places, to as many digits where x is nearly 0."""
-    if abs(x) > _NARROWEST:
-        return x
-    if pair(context.zero)[0] == 0:
-        return context.zero
-    for _ in range(12):
-        value, slope = pair(x)
-        step = value / slope if slope else context.zero
-        x -= step
-        if abs(step) <= abs(x) * context.mpf(10) ** -_DIGITS:
-            break
-    return x
 
 
 def _distinct(points: list[Any], context: MPContext) -> list[Any]:
@@ -332,8 +316,9 @@ def _proxies(
             values = np.broadcast_to(np.asarray(function(x), dtype=np.float64), x.shape)
         if not (np.abs(values) < _HUGE).all():
             raise AccuracyError(
-                f"A is not finite, or beyond float64, between u = {lo:.6g} and {hi:.6g}; "
-                "give an A that is real and smooth on [-1, 1]."
+                f"A is not finite, or above {_HUGE:g}, between u = {lo:.6g} and {hi:.6g}; give an "
+                "A that is real and smooth on [-1, 1], or A/c and kappa/sqrt(c), T being c times "
+                "as long."
             )
         series = np.polynomial.chebyshev.chebfit(nodes, values, degree)
         change = spread(np.array([(lo + hi) / 2]), np.array([hi - lo])).radius[0]
@@ -370,8 +355,14 @@ def potential_at(drift: Switch, u: FloatArray) -> float | FloatArray:
     inside = np.clip(position, -1.0, 1.0)
     with np.errstate(over="ignore", invalid="ignore"):
         total, panels = _minus_integral(drift, inside, values, 32), 32
-    if not np.isfinite(total).all():
-        raise RangeError(f"V of {drift!r} leaves the range of float64 (1e308); rescale the drift.")
+        a_minus, a_plus = (drift.evaluate_float(np.asarray(x), values) for x in (-1.0, 1.0))
+        outside = potential_right(np.maximum(position, 1.0), a_plus, total)
+        outside = outside + potential_left(np.minimum(position, -1.0), a_minus)
+    if not np.isfinite(outside).all():
+        raise RangeError(
+            f"V of {drift!r} or its numbers leave the range of float64 (1e-308 to 1e308); rescale "
+            "the drift, or give u nearer to 0."
+        )
     while panels < 8192:
         step()
         panels *= 4
@@ -380,8 +371,6 @@ def potential_at(drift: Switch, u: FloatArray) -> float | FloatArray:
         total = finer
         if settled:
             break
-    a_minus = drift.evaluate_float(np.asarray(-1.0), values)
-    a_plus = drift.evaluate_float(np.asarray(1.0), values)
     total = total + potential_left(np.minimum(position, -1.0), a_minus)
     total = potential_right(np.maximum(position, 1.0), a_plus, total)
     return float(total) if total.ndim == 0 else total

@@ -8,11 +8,12 @@ gives its coefficients, which is what makes the fast engines fast.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, ClassVar
 
+from symasym.base.call_context import SIMPLER, limited, watched
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, count, exact
 from symasym.generated.formulas import friction_coefficients
@@ -175,10 +176,14 @@ class Hill(Model):
 
 @dataclass(frozen=True)
 class Expression(Model):
-    """A SymPy expression `formula` in the symbol `u`; its other symbols are parameters."""
+    """A SymPy expression `formula` in the symbol `u`; its other symbols are parameters.
+
+    `ends` are its values at -1 and 1 where they are known.
+    """
 
     formula: Any
     u: Any
+    ends: tuple[Fraction, Fraction] | None = field(default=None, compare=False, repr=False)
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -217,6 +222,8 @@ class Expression(Model):
 
     def end(self, p: Values, side: int) -> Any:
         """A(side) where it is rational, by SymPy; else None."""
+        if self.ends is not None:
+            return self.ends[side > 0]
         import sympy
 
         values = self._values(p)
@@ -236,8 +243,9 @@ class Expression(Model):
         """Coefficients of A in ascending powers of u, by SymPy; None where A is no polynomial."""
         import sympy
 
-        poly = self.formula.as_poly(self.u)
-        return None if poly is None else [sympy.sympify(c) for c in poly.all_coeffs()[::-1]]
+        with limited(way_out=SIMPLER), watched():
+            poly = self.formula.as_poly(self.u)
+            return None if poly is None else [sympy.sympify(c) for c in poly.all_coeffs()[::-1]]
 
     def coefficients(self, p: Values, ops: Operations) -> list[Any] | None:
         """Coefficients in powers of u where SymPy finds A a polynomial, else None."""

@@ -10,9 +10,20 @@ import numpy as np
 
 from symasym.base.call_context import symbolic
 from symasym.base.errors import InputError, RegionError
-from symasym.base.inputs import exact, is_name, positive, sequence, shown
+from symasym.base.inputs import (
+    BeyondFloat,
+    exact,
+    is_name,
+    meant,
+    positive,
+    sequence,
+    shown,
+    to_float,
+)
 from symasym.drift import landscape
 from symasym.drift.drift import Drift
+from symasym.drift.grammar import functions_inside
+from symasym.series.coefficient_fields import seems_zero, vanishes
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -20,6 +31,10 @@ if TYPE_CHECKING:
     from symasym.base.inputs import Number
 
 __all__ = ["Reduction", "reduce"]
+
+# What SymPy simplifies in well under a second: operations, in each other, functions, in each other,
+# and the whole numbers that are powers or multiply angles.
+_OPERATIONS, _HEIGHT, _FUNCTIONS, _NESTED, _MULTIPLE = 120, 14, 8, 3, 20
 
 #: Reads an expression, given how messages call it.
 Reader: TypeAlias = "Callable[[str, Expr | str | float], Expr]"
@@ -93,7 +108,7 @@ class Reduction:
                 f"the normal components are {minus} and {plus} there, which is no sliding; "
                 "choose a point where they have opposite signs."
             )
-        return tuple(sympy.simplify(component.subs(put)) for component in self.sliding)
+        return tuple(_tidy(component.subs(put)) for component in self.sliding)
 
     def drag_time(self, eps: Number, values: Mapping[Any, Any] | None = None) -> float:
         """Scaled time in which the motion of the frozen coordinates changes a well by its depth.
@@ -130,7 +145,10 @@ class Reduction:
         """
         import sympy
 
-        width = float(positive("eps", exact("eps", eps)))
+        try:
+            width = to_float("eps", positive("eps", exact("eps", eps)))
+        except BeyondFloat as error:
+            raise error.without_digits("the time is found") from None
         numbers = numbers_of("values", {} if values is None else values)
         u = sympy.Symbol("u")
         across = sum(n * f for n, f in zip(self.normal, self.inside, strict=True))
@@ -236,6 +254,8 @@ def reduce(
     """
     import sympy
 
+    from symasym.drift.expressions import expect_algebra
+
     symbols = [_symbol("coordinates", c) for c in sequence("coordinates", coordinates)]
     known = {s.name: s for s in symbols}
     inside = _symbol("layer", layer)
@@ -250,27 +270,28 @@ def reduce(
         for name, f in (("f_minus", f_minus), ("f_plus", f_plus), ("F", F))
     ]
     h = x[0] if switch is None else read("switch", switch)
+    expect_algebra(h, *sum(fields, []))
     gradient = sympy.Matrix([[sympy.diff(h, c) for c in x]])
     point = _point(h, x, {} if at is None else at, read)
     on = _on_surface(h, x, point)
     normal = gradient.subs(on)
-    if all(sympy.simplify(g) == 0 for g in normal):
+    if all(map(_vanishes, normal)):
         raise InputError(
             f"grad h is 0 at the point, h = {h}; choose an h whose zero set has a normal there."
         )
     _check_continuity(fields, inside)
-    minus, plus, middle = [sympy.simplify((gradient * sympy.Matrix(f))[0]) for f in fields]
-    frozen = sympy.simplify(middle.subs(on))
+    minus, plus, middle = [_tidy((gradient * sympy.Matrix(f))[0]) for f in fields]
+    frozen = _tidy(middle.subs(on))
     drift = _drift(frozen, inside)
     row = normal * _matrix(D, x, read).subs(on)
-    amplitude = sympy.sqrt(sympy.simplify(sum(entry**2 for entry in row)))
+    amplitude = sympy.sqrt(_tidy(sum(entry**2 for entry in row)))
     sliding = tuple(
-        sympy.simplify((minus * p - plus * m) / (minus - plus)) if minus != plus else sympy.nan
+        _tidy((minus * p - plus * m) / (minus - plus)) if minus != plus else sympy.nan
         for m, p in zip(fields[0], fields[1], strict=True)
     )
     return Reduction(
         drift,
-        sympy.simplify(amplitude),
+        _tidy(amplitude),
         tuple(x),
         minus,
         plus,
@@ -280,6 +301,42 @@ def reduce(
         inside,
         tuple(gradient),
         on,
+    )
+
+
+def _tidy(expression: Any) -> Any:
+    """The expression, simplified where that is quick."""
+    import sympy
+
+    return sympy.simplify(expression) if _is_short(expression) else expression
+
+
+def _vanishes(expression: Any) -> bool:
+    """True if it is zero; by numbers alone where SymPy would take long, or does not find it."""
+    if not seems_zero(expression):
+        return False
+    return not _is_short(expression) or vanishes(expression) or expression.equals(0) is True
+
+
+def _is_short(expression: Any) -> bool:
+    """True if SymPy simplifies it quickly: few operations, brackets and functions, small powers."""
+    import sympy
+
+    if sympy.count_ops(expression) > _OPERATIONS:
+        return False
+
+    def height(node: Any) -> int:
+        """Operations in each other."""
+        return 1 + max(map(height, node.args), default=0)
+
+    functions = expression.atoms(sympy.Function)
+    numbers = set().union(*(f.atoms(sympy.Integer) for f in functions))
+    numbers |= {p.exp for p in expression.atoms(sympy.Pow) if p.exp.is_Integer}
+    return (
+        len(functions) <= _FUNCTIONS
+        and all(abs(n) <= _MULTIPLE for n in numbers)
+        and functions_inside(expression) <= _NESTED
+        and height(expression) <= _HEIGHT
     )
 
 
@@ -375,7 +432,8 @@ def _point(h: Expr, x: list[Any], at: Mapping[Any, Any], read: Reader) -> dict[A
     unknown = [str(k) for k in at if str(k) not in names]
     if unknown:
         raise InputError(
-            f"at names {unknown[0]}, which is no coordinate; they are {', '.join(names)}."
+            f"at names {unknown[0]}, which is no coordinate; they are {', '.join(names)}"
+            f"{meant(unknown[0], names)}."
         )
     return {names[str(k)]: read("at", value) for k, value in at.items()}
 
@@ -385,12 +443,14 @@ def _on_surface(h: Expr, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:
     import sympy
 
     level = h.subs(point)
-    if sympy.simplify(level) == 0:
+    if _vanishes(level):
         return point
     for c in x:
         if c in point or not level.has(c):
             continue
-        solutions = sympy.solve(level, c)
+        slope = sympy.diff(level, c)
+        # SymPy's way may take minutes for what is linear in c and long.
+        solutions = sympy.solve(level, c) if slope.has(c) else [_tidy(-level.subs(c, 0) / slope)]
         if len(solutions) == 1:
             return {
                 **{k: sympy.sympify(v).subs(c, solutions[0]) for k, v in point.items()},
@@ -406,14 +466,11 @@ def _on_surface(h: Expr, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:
 
 def _check_continuity(fields: list[list[Any]], inside: Symbol) -> None:
     """eq:cont: F at layer = ±1 equals f±, identically in x (the edge moves with eps)."""
-    import sympy
 
     minus, plus, middle = fields
     for side, outer, name in ((1, plus, "f_plus"), (-1, minus, "f_minus")):
         for k, (a, b) in enumerate(zip(middle, outer, strict=True)):
-            gap = sympy.simplify(a.subs(inside, side) - b)
-            # equals() also decides by numbers, for what simplify leaves standing.
-            if gap != 0 and gap.equals(0) is not True:
+            if not _vanishes(a.subs(inside, side) - b):
                 raise InputError(
                     f"F jumps at {inside} = {side}: component {k + 1} is {a.subs(inside, side)} "
                     f"but {name} has {b} (eq:cont); make them equal."

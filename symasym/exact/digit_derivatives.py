@@ -63,6 +63,8 @@ _GUARD = 10
 _MOST_TERMS = 4
 # Rounds of the slow series beyond those of its value; bits of which both have fewer in common.
 _MORE_ROUNDS, _AGREED = 8, 24
+# Radii of disks about a Taylor panel, in units of four times its width.
+_MORE = (4, 1)
 # Radii of disks about a slow panel: powers of that of its value.
 _POWERS = (0.95, 0.85, 0.7)
 
@@ -290,11 +292,16 @@ class _Changed:
 
     def _taylor(self, field: ExactField, panel: Taylor) -> list[Any]:
         """Taylor coefficients of a change at the panel's left end, in units of its width."""
-        scene = self.side.scene
-        # More terms than of A, as a change may be larger.
-        terms = (len(panel.q) if not scene.field.is_polynomial else scene.order()) + MORE_TERMS
-        self._require_resolved(field, panel.left, panel.width, terms, (4,))
-        return field.taylor(panel.left, panel.width, terms)
+        if field.is_polynomial:
+            return field.taylor(panel.left, panel.width, 0)
+        step()
+        h, scene = panel.width, self.side.scene
+        most = scene.order() + MORE_TERMS
+        for more in _MORE:
+            terms = scene.terms(h, field.spread(panel.left, 4 * more * h), more)
+            if terms <= most:
+                return field.taylor(panel.left, h, int(terms))
+        raise _slow_convergence()
 
     def _require_resolved(
         self, field: ExactField, centre: Fraction, size: Fraction, terms: int, ratios: Sequence[Any]

@@ -49,6 +49,7 @@ _MOST_PIECES = 12
 _FAILS = 3
 _PANEL_COST = 700  # of a Taylor panel, in coefficients of the slow series of a layer
 _DEEPEST = 400
+_LAST = 8  # Taylor coefficients of A that must be below the last digit
 # Least seconds for the blocks towards a zero of an analytic A, for each halving of the layer about
 # it and each squared bit of the answer (measured: 4e-8 at 60 digits, 1e-7 at 300 and 1,000).
 _SECONDS = 3e-8
@@ -87,11 +88,9 @@ def _balls_are_faster(scene: Scene, dps: int) -> bool:
         return False
     with own_context(dps) as context:
         precise(context, dps)
-        lam, reach = (
-            2 / scene.numbers["kappa"] ** 2,
-            min(Fraction(1), scene.numbers.get("r", Fraction(1))),
-        )
-        return swept_scene(scene.drift, False, lam, context).varies_little(-reach, reach)
+        whole = swept_scene(scene.drift, False, 2 / scene.numbers["kappa"] ** 2, context)
+        reach = min(Fraction(1), scene.numbers.get("r", Fraction(1)))
+        return whole.varies_little(-reach, reach)
 
 
 def _asked(verbs: dict[str, Any], scene: Scene, name: str, dps: int, log: bool) -> Any:
@@ -424,9 +423,10 @@ class Partition:
         t, unit = t0, Rational(1)
         while t < t1:
             step()
-            here, most = centre + t, t1 - t
+            here, most, bound = centre + t, t1 - t, None
             if not self.field.is_polynomial:
-                unit = most = self._resolved_width(here, min(4 * unit, t1 - t))
+                unit, bound = self._resolved_width(here, min(4 * unit, t1 - t))
+                most = unit
             about = self.field.taylor(here, unit, 24)
             scale = self.lam * unit
             flat = not self.field.is_polynomial and self._beneath(
@@ -438,10 +438,10 @@ class Partition:
                 continue
             w = self._width([abs(float(scale * c)) for c in about], most / unit)
             h = w * unit
-            if self.field.is_polynomial:
+            if bound is None:
                 c = [x * w**k for k, x in enumerate(about)]
             else:
-                c, h = self._complete(here, h)
+                c, h = self._complete(here, h, self.terms(h, bound, unit / h))
             yield Taylor(self.numbers, c, h, here)
             t += h
 
@@ -476,34 +476,44 @@ class Partition:
                 above, fails = middle, fails + 1
         return width
 
-    def _resolved_width(self, here: Fraction, most: Fraction) -> Fraction:
-        """`most`, halved until the Taylor series of A is known to converge fast enough.
-
-        By Cauchy's bound on a disk of radius 4 h, which A maps into one of radius M,
-        n terms leave less than M 4^-n.
-        """
+    def _resolved_width(self, here: Fraction, most: Fraction) -> tuple[Fraction, mpf]:
+        """`most`, halved until few enough Taylor terms of A suffice, and how much A changes on a
+        disk of four times that radius."""
         h = most
-        terms = self.order()
-        while not self.numbers.mpf(self.lam * h) * self.field.spread(here, 4 * h) < (
-            self.numbers.context.ldexp(1, 2 * terms - self.bits - 16)
-        ):
+        while True:
+            bound = self.field.spread(here, 4 * h)
+            if self.terms(h, bound) <= self.order():
+                return h, bound
             h /= 2
             self._require_width(h)
-        return h
+
+    def terms(self, h: Fraction, bound: mpf, more: Fraction | int = 1) -> int | float:
+        """Taylor terms of a drift on a panel of width `h`, which changes by at most `bound` on a
+        disk of radius 4 `more` h.
+
+        By Cauchy's bound n terms leave less than `bound` (4 more)^-n, at most a third of it more.
+        """
+        missing = self.numbers.mpf(self.lam * h) * bound
+        if not missing < self.numbers.context.inf:
+            return math.inf
+        bits = self.bits + 17 + (self.numbers.context.mag(missing) if missing else -self.bits)
+        return max(int(bits / math.log2(4 * more)), 0) + 1
 
     def order(self) -> int:
-        """Taylor terms of A on a panel: two bits a term, on a quarter of their disk."""
+        """The most Taylor terms of A on a panel."""
         bits: int = self.bits + guard_bits(self.reach)
         return bits // 2 + 32
 
-    def _complete(self, here: Fraction, h: Fraction) -> tuple[list[Fraction], Fraction]:
+    def _complete(
+        self, here: Fraction, h: Fraction, terms: int | float
+    ) -> tuple[list[Fraction], Fraction]:
         """Taylor coefficients of phi in units of `h`, halved until what is missing of their
         series is below the last digit."""
-        order = self.order()
+        order = min(int(terms) + _LAST, self.order())
         before = Rational(0)
         while True:
             c = self.field.taylor(here, h, order)
-            last = max(abs(x) for x in c[-8:])
+            last = max(abs(x) for x in c[-_LAST:])
             if self.lam * h * last * (1 << (self.bits + 16)) < 1:
                 return c, h
             # Were it truncation, halving would shrink it by 2^order; rounding it does not.

@@ -276,8 +276,8 @@ def centred(
     scale: FloatArray,
 ) -> FloatArray:
     """The polynomials of these ascending coefficients, a column each, times `scale`, about the
-    middles of intervals in half widths."""
-    c = np.array(coefficients)
+    middles of intervals in half widths; put in their place."""
+    c = coefficients
     # `symasym.numbers.polynomials.shifted`, without new arrays.
     for lowest in range(len(c) - 1):
         for k in range(len(c) - 2, lowest - 1, -1):

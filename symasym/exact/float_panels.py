@@ -300,7 +300,8 @@ def integrals(exponents: FloatArray, work: FloatArray | None = None) -> tuple[Fl
     ends = both[:, NODES:].reshape(shape[0], 2, 3, shape[1])
     off = np.abs(ends[:, :, 1:])
     off = off[:, :, 0] + off[:, :, 1]
-    single = (off / ends[:, :, 0]).max(axis=1)
+    shares = off / ends[:, :, 0]
+    single = np.maximum(shares[:, 0], shares[:, 1])
     inner = inner[:, :NODES]
     inner *= inverse_e
     nested = gauss().weights @ inner

@@ -19,6 +19,7 @@ Trefethen, Approximation Theory and Approximation Practice, theorem 19.3).
 
 from __future__ import annotations
 
+import math
 from functools import cache, lru_cache
 from typing import Any, NamedTuple
 
@@ -46,9 +47,9 @@ _BELOW = 36.0
 _LONG = 60.0
 _CELLS = 16  # of [-1, 1], in which they are
 #: Nodes of the single integral: multiples of a number, up to another.
-_RULES, _MOST = 4, 40
-#: Sums of half axes of the ellipses.
-_AXES = np.array([3.0, 4.0, 5.5, 8.0])
+_RULES, _MOST = 4, 48
+#: The sum of the half axes of the ellipse.
+_AXES = 4.0
 _ENOUGH = -34.5  # of log(what a rule misses times Q)
 _FEW = 32  # sides, of which more take a rule of their own
 
@@ -88,18 +89,18 @@ def swept(field: Field, lam: FloatArray, r: FloatArray, end: FloatArray) -> tupl
     moderate = rate < MODERATE
     for inside in (r > 1.0, end > -1.0, end <= 1.0):
         moderate &= inside
-    index = np.flatnonzero(moderate)
+    index = moderate.nonzero()[0]
     some = _run(index)
     coefficients = None if field.directions else field.series(some)
     if coefficients is None or not index.size:
         return index[:0], _logs(np.empty((4, 0)))
     lam, r, end, rate, a_minus = (x[some] for x in (lam, r, end, rate, field.a_minus))
     h = end + 1.0
-    if end.min() == end.max():
+    if (end == end[0]).all():
         series = _shift(len(coefficients), float(end[0])) @ coefficients
         series *= lam * h
     else:
-        series = centred(coefficients, (end - 1.0) / 2, h / 2, lam * h)
+        series = centred(coefficients.copy(), (end - 1.0) / 2, h / 2, lam * h)
     size = (1.0 / np.arange(1.0, len(series) + 1)) @ np.abs(series)
     # The error of a panel is that of others which are not graded (`symasym.exact.floats`).
     own = 5e-15 + 8e-18 * rate
@@ -112,25 +113,21 @@ def swept(field: Field, lam: FloatArray, r: FloatArray, end: FloatArray) -> tupl
     moved = _ULP * size
     error = own + moved + _ULP * np.maximum(x, 0.0) + _ROUNDING
     sides = _Sides(lam, series, size, h, own, moved, log_sigma, error, w)
-    found = np.full((4, len(index)), np.nan)
-    alone = np.flatnonzero(log_sigma > FAINT + size)
+    found = np.empty((4, len(index)))
+    found[3] = np.nan
+    alone = (log_sigma > FAINT + size).nonzero()[0]
     if alone.size > _FEW:
         some = _run(alone)
-        _put(found, some, _single(sides.take(some)))
-    rest = np.flatnonzero(np.isnan(found[3]) & (size < _HIGHEST))
+        found[:, some] = _single(sides.take(some))
+    rest = (np.isnan(found[3]) & (size < _HIGHEST)).nonzero()[0]
     if rest.size:
         some = _run(rest)
-        _put(found, some, _nested(sides.take(some)))
-    done = np.isfinite(found[1] + found[2] + found[3])
-    if not done.all():
+        found[:, some] = _nested(sides.take(some))
+    done = found[1] + found[2] + found[3]
+    if not math.isfinite(done.sum()):
+        done = np.isfinite(done)
         index, found = index[done], found[:, done]
     return index, _logs(found)
-
-
-def _put(found: FloatArray, some: slice | IntArray, values: tuple[FloatArray, ...]) -> None:
-    """Put these rows into some columns."""
-    for row, x in zip(found, values, strict=True):
-        row[some] = x
 
 
 @lru_cache
@@ -160,10 +157,12 @@ def _nested(sides: _Sides) -> tuple[FloatArray, ...]:
     missed[missed > RESOLUTION] = np.nan
     # Exponents lam (V(v) - V(u)) are off by `moved` at most, by as much for each of two in w.
     missed += sides.own
-    log, error = np.log(sigma), sides.error + missed
+    log, error = np.log(sigma * sides.h), sides.error + missed
+    time /= sigma
+    time *= sides.lam * sides.h
     missed *= 2.0
     missed += sides.moved
-    return log, error + _ROUNDING * np.abs(log), np.log(time / sigma), error + missed
+    return log, error + _ROUNDING * np.abs(log), np.log(time), error + missed
 
 
 def _integrals(series: FloatArray) -> tuple[FloatArray, list[int], IntArray]:
@@ -174,12 +173,12 @@ def _integrals(series: FloatArray) -> tuple[FloatArray, list[int], IntArray]:
     and the sides' order.
     """
     count, ends = _panels(series)
-    number, most = len(ends) - 1, int(count.max())
-    order, widths = np.arange(len(count)), [number]
-    if most > 1:
+    number, sides = len(ends) - 1, len(count)
+    order, widths = np.arange(sides), [sides]
+    if number > sides:
         # The sides with most panels first.
-        order = np.argsort(-count, kind="stable")
-        widths = (len(count) - np.add.accumulate(np.bincount(count))[:most]).tolist()
+        order = (-count).argsort(kind="stable")
+        widths = (sides - np.add.accumulate(np.bincount(count))[:-1]).tolist()
         first = (np.add.accumulate(count) - count)[order]
         side = np.concatenate([order[:n] for n in widths])
         at = np.concatenate([first[:n] + k for k, n in enumerate(widths)])
@@ -189,7 +188,7 @@ def _integrals(series: FloatArray) -> tuple[FloatArray, list[int], IntArray]:
         step()
         some = slice(begin, min(begin + float_panels.AT_ONCE, number))
         local = series[:, some]
-        if most > 1:
+        if number > sides:
             row, left = side[some], at[some]
             # The k-th side is [2 k - 1, 2 k + 1] there.
             middle, half = ends.take(left), ends.take(left + 1)
@@ -203,43 +202,36 @@ def _integrals(series: FloatArray) -> tuple[FloatArray, list[int], IntArray]:
         np.exp(rise[0], out=parts[0, some])
         for part, found in zip(parts[1:], float_panels.integrals(exponents, memory), strict=True):
             part[some] = found[0]
-        if most > 1:
+        if number > sides:
             parts[1:4, some] *= half
             parts[3, some] *= half
     return parts, widths, order
 
 
 def _joined(sides: _Sides, parts: FloatArray, widths: list[int], order: IntArray) -> FloatArray:
-    """sigma and lam times its integral, which is w sigma, at the ends of the sides; the most that
-    is missed on a panel."""
-    result = np.empty((3, len(order)))
-    # In the side's width, until the end.
-    sigma, time, missed = result
-    h = sides.h.take(order)
-    np.exp(sides.log_sigma.take(order), out=sigma)
-    sigma /= h
-    rate = sides.lam.take(order)
-    rate *= h
-    np.divide(sides.w.take(order), rate, out=time)
+    """sigma in widths of the side and its integral in their squares, w sigma over lam, at the ends
+    of the sides; the most that is missed on a panel."""
+    state = np.zeros((3, len(order)))
+    sigma, time, _ = state
+    np.exp(sides.log_sigma, out=sigma)
+    sigma /= sides.h
+    np.divide(sides.w, sides.lam * sides.h, out=time)
     time *= sigma
-    missed[:] = 0.0
+    state = state.take(order, axis=1)
     low = 0
     for n in widths:
         end, int_e, int_inverse, nested, lost = parts[:, low : low + n]
-        here = sigma[:n]
-        int_inverse *= here
+        sigma, time, missed = state[:, :n]
+        int_inverse *= sigma
         nested += int_inverse
-        time[:n] += nested
-        here += int_e
-        here /= end
-        np.maximum(missed[:n], lost, out=missed[:n])
+        time += nested
+        sigma += int_e
+        sigma /= end
+        np.maximum(missed, lost, out=missed)
         low += n
-    sigma *= h
-    rate *= h
-    time *= rate
     back = np.empty_like(order)
     back[order] = np.arange(len(order))
-    return result.take(back, axis=1)
+    return state.take(back, axis=1)
 
 
 def _panels(series: FloatArray) -> tuple[IntArray, FloatArray]:
@@ -249,28 +241,33 @@ def _panels(series: FloatArray) -> tuple[IntArray, FloatArray]:
     Taylor coefficient of many is above `float_panels.bends`.
     """
     at_cells, up_to = _at_cells(len(series))
-    down, up, bent, *others = (at_cells @ series).reshape(-1, len(up_to) + 1, series.shape[1])
+    down, up, bent, *others = (at_cells @ series).reshape(-1, len(up_to), series.shape[1])
     # |q| in panels, squared.
     values = np.maximum(down, up, out=down)
     values *= values
     values += np.abs(bent, out=bent)
     for k, other in enumerate(others, 3):
         values += np.abs(other, out=other) ** (2 / k)
-    steep = np.maximum(values[1:], values[:-1])
+    steep = np.maximum(values[1:], values[:-1], out=values[:-1])
     np.sqrt(steep, out=steep)
-    known = np.zeros(steep.size + 1)
-    reached = np.matmul(steep.T, up_to, out=known[1:].reshape(steep.T.shape))
-    reached[:, -1] += 1e-9
-    whole = np.ceil(reached[:, -1])
-    count: IntArray = whole.astype(np.intp)
-    number = int(count.sum())
+    wanted = up_to[:-1, -1] @ steep
+    wanted += 1e-9
+    whole = np.ceil(wanted)
+    # Small integers are sorted in a third of the time.
+    count: IntArray = whole.astype(np.int16)
+    until = np.add.accumulate(whole)
+    number = int(until[-1])
     ends: FloatArray = np.arange(number + 1.0)
     if number == len(count):
         return count, ends * 2.0 - 1.0
-    reached *= (whole / reached[:, -1])[:, None]
-    reached += (np.add.accumulate(whole) - whole)[:, None]
+    # In whole numbers of panels of each side, after those of the sides before it.
+    steep *= whole / wanted
+    np.subtract(until, whole, out=values[-1])
+    known = np.zeros(steep.size + 1)
+    reached = np.matmul(values.T, up_to, out=known[1:].reshape(steep.T.shape))
+    reached[:, -1] = until
     ends = np.interp(ends, known, np.arange(float(len(known))))
-    ends *= 2.0 / len(up_to)
+    ends *= 2.0 / len(steep)
     ends -= 1.0
     return count, ends
 
@@ -287,50 +284,59 @@ def _at_cells(terms: int) -> tuple[FloatArray, FloatArray]:
     if terms > float_panels.PLAIN:
         weights = float_panels.binomials(terms) / float_panels.bends(terms)[:, None]
         rows += [w * t ** np.maximum(k - n, 0) for n, w in enumerate(weights, 2)]
-    return np.vstack(rows), np.tri(cells).T / cells
+    return np.vstack(rows), np.vstack((np.tri(cells).T / cells, np.ones(cells)))
 
 
 # -- a single integral -----------------------------------------------------------------------------
 
 
 def _single(sides: _Sides) -> tuple[FloatArray, ...]:
-    """The same where S is constant, by one rule for all; nan where it misses too much."""
+    """The same where S is constant, by a rule for many at once; nan where it misses too much."""
     lam, series, size, h, own, moved = sides[:6]
-    outside, inside, bounds = _ellipses(len(series))
-    heights = inside @ series
-    rise = heights[0].copy()
-    many = np.log(1.0 + len(series) * size)
-    long = np.flatnonzero(size > _LONG)
-    if long.size:
+    rise = _to_ellipse(len(series))[-1] @ series
+    largest = size.max()
+    many = math.log(1.0 + len(series) * largest)
+    if largest > _LONG:
+        long = np.flatnonzero(size > _LONG)
         some = series.take(long, axis=1)
-        start = _start(some, many[long])
+        start = _start(some, many)
         half = (1.0 - start) / 2
         series, h = series.copy(), h.copy()
-        series[:, long] = some = centred(some, (1.0 + start) / 2, half, half)
+        series[:, long] = centred(some, (1.0 + start) / 2, half, half)
         h[long] *= half
-        heights[:, long] = inside @ some
-    # The mean of the exponential is e^highest/(1 + Q) or more, roughly.
-    enough = _ENOUGH + np.maximum(heights.max(axis=0), 0.0) - many
-    most = (outside @ series).reshape(len(bounds), -1, len(h)).max(axis=1)
-    wanted = ((most - enough + bounds[:, :1]) * bounds[:, 1:]).min(axis=0)
-    nodes = min(-int(-wanted.max() // _RULES) * _RULES, _MOST)
-    enough[wanted > _MOST] = np.nan
-    powers, weights = _to_end(nodes, len(series))
-    total = np.empty(len(h))
-    place = float_panels.memory()[0]
+    total, missed = np.empty((2, len(h)))
     for low in range(0, len(h), float_panels.COLUMNS):
         step()
         part = slice(low, low + float_panels.COLUMNS)
-        columns = series[:, part]
-        (exponents,) = float_panels.arrays_in(place, (nodes,), (1, columns.shape[1]))
-        np.matmul(powers, columns, out=exponents[0])
-        np.exp(exponents, out=exponents)
-        np.matmul(weights, exponents[0], out=total[part])
+        total[part], missed[part] = _by_rule(series[:, part], many)
     before = np.exp(rise) * sides.w
     w = before + lam * h * total
     log = sides.log_sigma - rise
-    of_w = 2 * (own + _ROUNDING) + np.exp(enough) / total + moved * before / w
+    of_w = 2 * (own + _ROUNDING) + missed / total + moved * before / w
     return log, sides.error + _ROUNDING * np.abs(log), np.log(w), of_w
+
+
+def _by_rule(series: FloatArray, many: float) -> tuple[FloatArray, FloatArray]:
+    """Half the integrals of e^{lam (V(end) - V)} over [-1, 1], and what a rule of all may miss of
+    them; `many` is log(1 + Q) or more."""
+    count = series.shape[1]
+    points = _to_ellipse(len(series))
+    place, memory = float_panels.memory()
+    (heights,) = float_panels.arrays_in(place, (len(points),), (1, count))
+    np.matmul(points, series, out=heights[0])
+    outside, inside = heights[0].reshape(2, -1, count).max(axis=1)
+    # The mean of the exponential is e^inside/(1 + Q) or more, roughly.
+    enough = np.maximum(inside, 0.0)
+    enough += _ENOUGH - many
+    excess = outside - enough
+    known, each = math.log(15 / 32 * (1.0 - _AXES**-2)), 2.0 * math.log(_AXES)
+    nodes = min(-int((known - excess.max()) / each // _RULES) * _RULES, _MOST)
+    enough[excess > each * _MOST + known] = np.nan
+    powers, weights = _to_end(nodes, len(series))
+    (exponents,) = float_panels.arrays_in(memory, (nodes,), (1, count))
+    np.matmul(powers, series, out=exponents[0])
+    np.exp(exponents, out=exponents)
+    return weights @ exponents[0], np.exp(enough)
 
 
 @cache
@@ -363,15 +369,11 @@ def _integrals_to_end(z: Any, terms: int) -> FloatArray:
 
 
 @cache
-def _ellipses(terms: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """`_integrals_to_end` at points of each ellipse, and on [-1, 1]; for each ellipse a number to
-    add to log M and one to multiply by, for the nodes with which half an integral misses 1 at
-    most."""
-    angle = np.linspace(0.0, np.pi, terms + 4)
-    z = (_AXES[:, None] * np.exp(1j * angle) + np.exp(-1j * angle) / _AXES[:, None]) / 2
-    bounds = np.log(32 / 15 / (1.0 - _AXES**-2.0)), 0.5 / np.log(_AXES)
-    inside = _integrals_to_end(np.linspace(-1.0, 0.5, 4), terms)
-    return _integrals_to_end(z.ravel(), terms), inside, np.array(bounds).T
+def _to_ellipse(terms: int) -> FloatArray:
+    """`_integrals_to_end` at points of the ellipse, and at as many of [-1, 1], the last at -1."""
+    z = _AXES * np.exp(1j * np.linspace(0.0, np.pi, terms + 4))
+    points = np.append((z + 1.0 / z) / 2, np.linspace(0.5, -1.0, terms + 4))
+    return _integrals_to_end(points, terms)
 
 
 @cache
@@ -380,7 +382,7 @@ def _to_cells(terms: int) -> FloatArray:
     return _integrals_to_end(np.linspace(-1.0, 1.0, _CELLS + 1)[:-1], terms)
 
 
-def _start(series: FloatArray, many: FloatArray) -> FloatArray:
+def _start(series: FloatArray, many: float) -> FloatArray:
     """t up to which lam (V(end) - V) is too low to count in the single integral, at `_BELOW` and
     `many` below its largest value."""
     terms = np.arange(len(series))

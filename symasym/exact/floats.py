@@ -77,17 +77,19 @@ def float_logs(scenes: Scenes, name: str, directions: Directions | None = None) 
     with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
         field = field_of(scenes.drift, scenes.parameters, count, directions)
         logs, errors = globals()[quantity.verb](field, scenes.lam, **numbers)
-        return logs, errors + input_rounding(scenes, field.size()[:count])
+        errors += input_rounding(scenes, field.size()[:count])
+        return logs, errors
 
 
 def _right_logs(scenes: Scenes, name: str) -> tuple[FloatArray, FloatArray]:
     """Logarithms in float64 and their errors; what is in doubt is evaluated with more digits."""
+    logs, errors = float_logs(scenes, name)
+    if (errors <= TOLERANCE).all():
+        return logs, errors
     from symasym.exact.digits import of_scene
 
-    logs, errors = float_logs(scenes, name)
     closer = Request(name, "exact", None, _FLOAT_DIGITS, log=True, full=False)
-    rows = np.flatnonzero(~(errors <= TOLERANCE))
-    for row in rows[~(errors[rows] <= TOLERANCE * np.abs(logs[rows]))]:
+    for row in np.flatnonzero(~(errors <= TOLERANCE * np.maximum(1.0, np.abs(logs)))):
         logs[row] = float(of_scene(scene_at(scenes, row), closer).value)
         errors[row] = ROUNDING * abs(logs[row])
     return logs, errors

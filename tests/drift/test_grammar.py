@@ -61,6 +61,7 @@ HUGE = [
     "u**(10**9)", "(((u+1)**50)**50)**50", "2**(u*10**12)", "exp(10**12*log(2))", "gamma(10**9)",
     "sqrt(10**90000+7)", "tan(10**90000)", "2**(10**9+1/2)", "(1+sqrt(2))**(10**9)", "u" * 20_000,
     "*".join(["(u+1)**90"] * 30), "7**" * 50 + "7", "1" * 9_000,
+    "log(" * 12 + "2" + ")" * 12,
 ]  # fmt: skip
 #: What looks like a formula and is none; how numbers grow by powers, roots and functions; names,
 #: paths and formulas of other languages.

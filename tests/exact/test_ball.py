@@ -17,6 +17,7 @@ import pytest
 from symasym.base.errors import AccuracyError, RegionError
 from symasym.drift.drift import Drift
 from symasym.drift.ready_made import smoothings
+from symasym.exact import digits
 from symasym.exact.balls import panels as ball_panels
 from symasym.exact.balls import sweep as ball_sweep
 from symasym.numbers import balls
@@ -177,6 +178,12 @@ def test_constant_drift_closed_form() -> None:
         drift = smoothings.polynomial(a)
         assert_meets(ball_sweep.escape_time(drift, kappa, r, start, 40), time_, 40)
         assert_meets(ball_sweep.exit_probability(drift, kappa, r, start, 40), probability, 40)
+
+
+def test_digits_where_a_sigmoid_is_nearly_constant() -> None:
+    drift, kappa, r = smoothings.tanh(1, "-0.4", 100), F(1, 50), F(4, 5)
+    proved = ball_sweep.escape_time(drift, kappa, r, F(0), 55)
+    assert_meets(proved, digits.escape_time(drift, kappa, r, F(0), 50), 50)
 
 
 def test_no_drift_is_brownian_motion() -> None:

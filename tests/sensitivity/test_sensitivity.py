@@ -132,6 +132,8 @@ def test_both_ways_agree(
         # Constant to the digits asked for, though its change by b is not.
         (sa.Drift("1 + b*exp(u)").bind(b="1e-60"), "1", {"r": 2}),
         (sa.tanh(1, "-1/2", 1000), "1", {"r": 2, "start": "1/3"}),
+        # dA/dK divides by a square, whose disk holds 0 before that of the divisor does.
+        (sa.hill("1/50", "-1.9", "0.65", n=7), "0.02", {"r": 2, "start": "1/3"}),
     ],
 )
 def test_sweeps_that_carry_derivatives_agree_with_differences(
@@ -387,3 +389,14 @@ def test_noise_so_weak_that_T_is_the_time_without_it(kappa: str) -> None:
 def test_a_derivative_beyond_float64() -> None:
     with pytest.raises(sa.RangeError, match=r"d log\(T\)/d\(kappa\) is outside .* pass dps="):
         sa.sensitivity(sa.linear(3, -1), "1e-139", 2)
+
+
+@pytest.mark.parametrize("drift", [sa.tanh(3, 1, "1e30"), sa.hill(3, 1, "1/7", n=3)])
+def test_ends_of_a_change_take_no_simplification(
+    drift: sa.Drift, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Which takes seconds where the sigmoid is steep; a- and a+ alone move the ends."""
+    monkeypatch.setattr("sympy.simplify", None)
+    for name in drift.parameters:
+        change = drift.derivative(name)
+        assert [change.end(side) for side in (-1, 1)] == [name == "a_minus", name == "a_plus"]

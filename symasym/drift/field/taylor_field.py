@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.base.call_context import mpf_of, own_context, step
+from symasym.base.call_context import mpf_of, step
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
-from symasym.numbers.complex_balls import ComplexBallOps, resolved
+from symasym.numbers.complex_balls import ComplexBall, ComplexBallOps, resolved
 from symasym.numbers.polynomials import float_zeros, poly, shifted
 from symasym.numbers.rationals import Rational
 from symasym.numbers.trees import MpmathOps
@@ -90,10 +90,9 @@ class ExactField:
         from what is a part of `finest` away."""
         least = min(radius, finest)
         bits = 64 + max(0, least.denominator.bit_length() - least.numerator.bit_length())
-        with own_context(1) as context:
-            context.prec = bits
-            ops = ComplexBallOps(MpmathOps(context))
-            ball = ops.ball(ops.rational(self._sign * centre), ops.rational(radius))
+        context = self._context
+        with context.workprec(bits):
+            ball, ops = _disk(self._sign * centre, radius, context, bits)
             try:
                 bound = (self._drift.evaluate(ball, ops) + 0 * ball).radius
             except (ArithmeticError, ValueError):  # mpmath's words for infinity
@@ -278,6 +277,15 @@ class ExactField:
                 break
             x -= step
         return x
+
+
+@lru_cache(maxsize=4)
+def _disk(
+    centre: Fraction, radius: Fraction, context: MPContext, bits: int
+) -> tuple[ComplexBall, ComplexBallOps]:
+    """This complex ball, and the arithmetic in which drifts share what they have in common."""
+    ops = ComplexBallOps(MpmathOps(context), known={})
+    return ops.ball(ops.rational(centre), ops.rational(radius)), ops
 
 
 @lru_cache(maxsize=4)

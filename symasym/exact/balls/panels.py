@@ -472,25 +472,32 @@ def cut(
     most_panels = max(16, _MOST_WORK // (slowness * terms * (bits // 64 + 1)))
     most_panels = most_panels if most is None else min(most_panels, most)
     _refuse_hopeless(profile, lam, a, b, most_panels * most_growth)
-    waiting, panels = [(a, b)], list[Panel]()
-    narrowest = (b - a) * _NARROWEST
-    while waiting:
-        step()
-        left, right = waiting.pop()
-        center, half = (left + right) / 2, (right - left) / 2
-        disk = center, RATIO * half
-        slope_bound = exact_ball(lam * half) * profile.bound(*disk)
-        if slope_bound * RATIO < most_growth and all(c.bound(*disk).is_finite() for c in changes):
-            panels.append(Panel(profile, lam, center, half, slope_bound, terms))
-            continue
-        if half < narrowest:
-            raise AccuracyError(
-                f"no proved bound of A was found near u = {float(center):.6g}, where it may not "
-                "be analytic; ask for dps without a ball."
-            )
-        if len(panels) + len(waiting) >= most_panels:
-            raise _too_much_work(lam)
-        waiting += [(center, right), (left, center)]
+    stretches, narrowest = [(a, b)], (b - a) * _NARROWEST
+    # By A alone first: where that takes too many panels, its changes are never asked for.
+    for bounded in (changes[:0], changes):
+        waiting, panels, stretches = stretches[::-1], list[Panel](), []
+        while waiting:
+            step()
+            left, right = waiting.pop()
+            center, half = (left + right) / 2, (right - left) / 2
+            disk = center, RATIO * half
+            slope_bound = exact_ball(lam * half) * profile.bound(*disk)
+            if slope_bound * RATIO < most_growth and all(
+                c.bound(*disk).is_finite() for c in bounded
+            ):
+                panels.append(Panel(profile, lam, center, half, slope_bound, terms))
+                stretches.append((left, right))
+                continue
+            if half < narrowest:
+                raise AccuracyError(
+                    f"no proved bound of A was found near u = {float(center):.6g}, where it may "
+                    "not be analytic; ask for dps without a ball."
+                )
+            if len(panels) + len(waiting) >= most_panels:
+                raise _too_much_work(lam)
+            waiting += [(center, right), (left, center)]
+        if not changes:
+            break
     return panels
 
 
@@ -499,7 +506,8 @@ def _refuse_hopeless(
 ) -> None:
     """Raise early where counting panels would take seconds: from the variation of lam V."""
     samples = 32
-    if lam * samples < most_growth:
+    rough = sum(abs(profile.value(x)) for x in (a, (a + b) / 2, b))
+    if exact_ball(lam * samples) * (1 + rough) < most_growth:
         return
     step = (b - a) / samples
     size = sum(abs(profile.value(a + step * (k + Fraction(1, 2)))) for k in range(samples))
