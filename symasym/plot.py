@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symasym.base.call_context import patient
 from symasym.base.errors import InputError
-from symasym.base.inputs import FloatArray, Numbers, axes, choice, floats, is_array
+from symasym.base.estimate import Estimate
+from symasym.base.inputs import (
+    BeyondFloat,
+    FloatArray,
+    Numbers,
+    axes,
+    choice,
+    floats,
+    is_array,
+    meant,
+)
 from symasym.drift.drift import Drift
 from symasym.quantities import call_named, stationary_density
 from symasym.scenes import QUANTITIES, require_drift
@@ -70,13 +82,13 @@ def plot(
     patience : float, optional
         Seconds of processor time that it may take, 10 if left out.
     **options
-        Of the function: `method`, `order`, `rtol`.
+        Of the function: `method`, `order`, `rtol`, `dps`, `errors`, `workers`.
 
     Returns
     -------
     matplotlib Axes
         With a line and, where an error is stated, the band of it; elements that are refused
-        leave a gap.
+        leave a gap, unless all are.
 
     Raises
     ------
@@ -108,20 +120,25 @@ def plot(
     known = ("dps", "errors", "workers", *(() if quantity == "p_ss" else _OF_METHODS))
     if unknown := [n for n in options if n not in known]:
         raise InputError(
-            f"{unknown[0]} is no option of {quantity}; the options are {', '.join(known)}."
+            f"{unknown[0]} is no option of {quantity}; the options are {', '.join(known)}"
+            f"{meant(unknown[0], known)}."
         )
     name, abscissa = _abscissa(drift, numbers)
     options = {"errors": "nan", **options, "log": True, "full": True}
+    ask: Callable[..., Estimate] = partial(call_named, quantity, drift, numbers)
     if quantity == "p_ss":
-        estimate = stationary_density(drift, **numbers, **options)
-    else:
-        estimate = call_named(quantity, drift, numbers, **options)
+        ask = partial(stationary_density, drift, **numbers)
+    estimate = ask(**options)
+    if np.all(estimate.mask):
+        ask(**options | {"errors": "raise"})
     if ax is None:
         from matplotlib import pyplot
 
         ax = pyplot.subplots(layout="constrained")[1]
     shown = label if label is not None else estimate.method.replace("_", " ")
-    _draw(ax, abscissa, estimate.value, estimate.error, shown, _LABELS[quantity])
+    logs = np.asarray(estimate.value, dtype=float)
+    errors = None if estimate.error is None else np.asarray(estimate.error, dtype=float)
+    _draw(ax, abscissa, logs, errors, shown, _LABELS[quantity])
     ax.set_xlabel(_NUMBERS.get(name, name))
     return ax
 
@@ -140,7 +157,10 @@ def _abscissa(drift: Drift, numbers: dict[str, Any]) -> tuple[str, FloatArray]:
             f"{arrays_given}; give one argument or parameter, what to plot against, as an array."
         )
     ((name, given),) = arrays.items()
-    values = floats(name, given)
+    try:
+        values = floats(name, given)
+    except BeyondFloat as error:
+        raise error.without_digits("the axis is drawn") from None
     if values.ndim != 1:
         raise InputError(f"{name} has shape {values.shape}; give an array of one axis.")
     return name, values

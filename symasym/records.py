@@ -11,7 +11,7 @@ from functools import cache, cached_property
 from typing import Any, Self
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import shown
+from symasym.base.inputs import meant, shown
 
 __all__ = ["Record", "definition", "labels"]
 
@@ -49,9 +49,8 @@ class Record:
             defined = data["definitions"][label]
             raise InputError(f"{label} is not derived: {defined['reason']} {defined['text']}")
         if label not in data["formulas"]:
-            near = [other for other in data["formulas"] if label.split(":")[-1] in other]
-            hint = f"perhaps {near[0]}" if near else "sa.labels() lists them"
-            raise InputError(f"{shown(label)} is no formula; {hint}.")
+            near = meant(label, [*data["formulas"], *data["definitions"]])
+            raise InputError(f"{shown(label)} is no formula{near or '; sa.labels() lists them'}.")
         return cls.read(label, data["formulas"][label])
 
     @classmethod

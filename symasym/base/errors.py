@@ -6,6 +6,8 @@ what to do about it.
 
 import re
 
+_LONGEST = 1000
+
 
 class SymasymError(Exception):
     """Base of every error that symasym raises on purpose."""
@@ -13,7 +15,9 @@ class SymasymError(Exception):
     def __init__(self, message: str) -> None:
         # Values are quoted as they were given, which may be many lines or digits.
         one_line = re.sub(r"\s+", " ", message)
-        super().__init__(re.sub(r"(\w{20})\w{60,}", r"\1...", one_line))
+        text = re.sub(r"(\w{20})\w{60,}", r"\1...", one_line)
+        # What is wrong stands first, and what to do last.
+        super().__init__(text if len(text) <= _LONGEST else f"{text[:400]} ... {text[-400:]}")
 
 
 class InputError(SymasymError, ValueError):

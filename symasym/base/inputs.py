@@ -74,6 +74,8 @@ def flag(name: str, value: object) -> bool:
 def meant(given: object, known: Iterable[str]) -> str:
     """The end of a sentence about an unknown name: which known one is close to it, if any.
 
+    A label's ``eq:`` may be missing.
+
     Examples
     --------
     >>> meant("frictoin", ["friction", "linear"]), meant("x", ["friction"])
@@ -81,11 +83,14 @@ def meant(given: object, known: Iterable[str]) -> str:
     """
     from difflib import get_close_matches
 
-    plain = {name.lower().replace("_", "-"): name for name in known}
+    def plain(name: str) -> str:
+        return name.lower().replace("_", "-").rpartition(":")[2]
+
     if not isinstance(given, str):
         return ""
-    near = get_close_matches(given[:100].lower().replace("_", "-"), plain, 1)
-    return f"; perhaps you mean {plain[near[0]]!r}" if near else ""
+    names = {plain(name): name for name in known}
+    near = get_close_matches(plain(given[:100]), names, 1)
+    return f"; perhaps you mean {names[near[0]]!r}" if near else ""
 
 
 def choice(name: str, value: object, known: Iterable[str]) -> str:
@@ -316,9 +321,9 @@ class BeyondFloat(InputError, OverflowError):
     """A number that float64 cannot hold, though more digits could."""
 
     def without_digits(self, what: str) -> BeyondFloat:
-        """The same where `what` is found in float64 alone."""
+        """The same where `what` happens in float64 alone."""
         fact = str(self).partition(";")[0]
-        return BeyondFloat(f"{fact}, in which {what} is found; choose another value.")
+        return BeyondFloat(f"{fact}, in which {what}; choose another value.")
 
 
 def to_float(name: str, value: Fraction | int) -> float:

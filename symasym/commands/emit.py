@@ -46,7 +46,7 @@ def _run(arguments: argparse.Namespace) -> None:
         drift = named_drift(arguments.drift, arguments.expr, shape)
     how = {"method": arguments.method, "order": arguments.order}
     source = sa.emit(sa.formula(arguments.label), arguments.target, values, drift=drift, **how)
-    if arguments.out:
+    if arguments.out is not None:
         print(*source.write(arguments.out, header=arguments.header), sep="\n")
     elif arguments.header:
         raise InputError("--header writes a file beside another; say where to with -o FILE.c.")

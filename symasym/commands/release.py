@@ -6,7 +6,7 @@ import argparse
 import json
 from typing import Any
 
-from symasym.base.inputs import whole
+from symasym.base.inputs import meant, whole
 from symasym.commands.settings import (
     Commands,
     command,
@@ -63,8 +63,12 @@ def run(arguments: argparse.Namespace) -> None:
     from symasym.base.errors import InputError
 
     given = settings(arguments.set)
-    if unknown := set(given) - {"mu", "alpha"}:
-        raise InputError(f"{min(unknown)} is no parameter of the oscillator; they are mu, alpha.")
+    known = ("mu", "alpha")
+    if unknown := min(set(given) - {*known}, default=""):
+        raise InputError(
+            f"{unknown} is no parameter of the oscillator; its parameters are "
+            f"{', '.join(known)}{meant(unknown, known)}."
+        )
     if (arguments.phi is None) != (arguments.velocity is None):
         raise InputError("one of --phi and --velocity is missing; give both or neither.")
     if arguments.phi is None:

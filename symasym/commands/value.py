@@ -9,6 +9,7 @@ import time
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from symasym.base.inputs import meant
 from symasym.commands.settings import (
     Commands,
     document,
@@ -90,7 +91,11 @@ def add_parser(commands: Commands) -> None:
 
 def _order(text: str) -> int | str:
     """An order as a number, or ``"optimal"``."""
-    return text if text == "optimal" else int(text)
+    try:
+        return text if text == "optimal" else int(text)
+    except ValueError:
+        known = f"{text!r}; give a whole number or optimal{meant(text, ['optimal'])}"
+        raise argparse.ArgumentTypeError(known) from None
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -91,15 +91,15 @@ def _write(name: str, values: dict[str, str], out: list[str] | None) -> None:
     """Draw a figure, write its files, and print their names and its caption."""
     from symasym.workshop.figures import FIGURES, KINDS, encode
 
-    files = [Path(file) for file in out or (f"{name}.png", f"{name}.svg")]
+    files = out or [f"{name}.png", f"{name}.svg"]
     for file in files:
-        if file.suffix[1:] not in KINDS:
-            raise InputError(f"{file} has no ending that is drawn; end it in .png, .svg or .pdf.")
+        if Path(file).suffix[1:] not in KINDS:
+            raise InputError(f"{file!r} has no ending that is drawn; end it in .png, .svg or .pdf.")
     arguments = _read(name, values)
     figure = FIGURES[name](**arguments)
     for file in files:
-        write_bytes(file, encode(figure, file.suffix[1:]))
-        print(file)
+        write_bytes(file, encode(figure, Path(file).suffix[1:]))
+        print(Path(file))
     print(textwrap.fill(str(figure.get_label()), 100))
 
 

@@ -161,9 +161,7 @@ def _of_expression(what: Any, name: str) -> Program:
         e = sympy.Tuple(*map(sympified, what)) if several else sympified(what)
     except (sympy.SympifyError, TypeError, ValueError, AttributeError):
         e = None
-    if not isinstance(e, (sympy.Expr, sympy.Basic, sympy.MatrixBase, list, tuple)) or isinstance(
-        e, (sympy.Set, Mapping, sympy.Dict)
-    ):
+    if not isinstance(e, (sympy.Basic, sympy.MatrixBase)) or isinstance(e, (sympy.Set, sympy.Dict)):
         raise InputError(
             f"{shown(what)} is no formula, label or SymPy expression; give one of these."
         )

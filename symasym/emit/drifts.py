@@ -12,7 +12,7 @@ import numpy as np
 import sympy
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import is_array, shown
+from symasym.base.inputs import choice, is_array, shown
 from symasym.drift.drift import Drift
 from symasym.emit.asymptotic_time import uniform_time, weak_noise_time
 from symasym.emit.forms import (
@@ -256,11 +256,8 @@ def _method_of(what: Record, method: str | None, order: int | str | None) -> str
         return "exact"
     if what.label != "eq:Ttilde":
         raise InputError(f"{what.label} has no method or order; eq:Ttilde has.")
-    known = isinstance(method, str) and method in ("exact", "laplace", "uniform")
-    if method is not None and not known:
-        raise InputError(
-            f"method is {shown(method)}; emitted are 'exact', 'laplace' and 'uniform'."
-        )
+    if method is not None:
+        choice("method", method, ("exact", "laplace", "uniform"))
     if method == "uniform":
         whole = isinstance(order, Integral) and not isinstance(order, bool)
         if order is not None and not (whole and order == 0):

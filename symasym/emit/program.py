@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Self
 import sympy
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import exact, float_text
+from symasym.base.inputs import exact, float_text, meant
 from symasym.emit.forms import as_printed, log_form, removable, rounded, stable
 
 if TYPE_CHECKING:
@@ -462,7 +462,7 @@ def fold(program: Program, parameters: Mapping[str, Any]) -> Program:
         if name not in known:
             raise InputError(
                 f"{name} is no parameter of {program.label}; its parameters are "
-                f"{', '.join(known) or 'none at all'}."
+                f"{', '.join(known) or 'none at all'}{meant(name, known)}."
             )
         for s in symbols:
             if s.name == name and ((s.is_positive and value < 0) or (s.is_negative and value > 0)):

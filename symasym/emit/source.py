@@ -107,9 +107,9 @@ class Source(str):
         """
         place = Path(path)
         if self.target == "c" and place.suffix != ".c":
-            raise InputError(f"{place} is to hold C; let its name end in .c.")
+            raise InputError(f"{shown(str(path))} is to hold C; let its name end in .c.")
         if not header:
-            write_bytes(place, str(self).encode())
+            write_bytes(path, str(self).encode())
             return [place]
         if self.target != "c":
             raise InputError(f"{self.target} has no header; leave header out.")

@@ -33,7 +33,7 @@ from symasym.emit import emit
 from symasym.emit.asymptotic_time import RIGHT
 from symasym.emit.forms import as_printed
 from symasym.emit.program import Program
-from symasym.emit.source import rendered
+from symasym.emit.source import check_target, rendered
 from symasym.emit.symbolic_sums import (
     BEYOND_1,
     DIGITS,
@@ -316,6 +316,7 @@ class Expansion:
         InputError
             Where critical points may be complex, or A is no polynomial and has free parameters.
         """
+        check_target(target)
         if target == "latex":
             formula = Program("expression", f"{self.quantity} to order {self.order}", (),
                               latex=self.latex())  # fmt: skip

@@ -32,7 +32,7 @@ from symasym.asymptotics.uniform.order_zero_forms import (
     blended,
     regular_share,
 )
-from symasym.asymptotics.weak_noise.one_sided import Builder, CriticalPoint, Joint
+from symasym.asymptotics.weak_noise.one_sided import Builder, CriticalPoint, PairContribution
 from symasym.asymptotics.weak_noise.series import Series
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
@@ -42,7 +42,7 @@ from symasym.expansions.builder import Symbols, U
 from symasym.expansions.cases import Case
 from symasym.generated.formulas import canonical, over_end, pair_norm
 from symasym.numbers.polynomials import float_zeros, poly
-from symasym.series.quadratic_factor import Pair, seen_from
+from symasym.series.quadratic_factor import Pair, mirrored
 from symasym.special.airy import AiryProducts
 from symasym.special.dawson import gaussians
 from symasym.special.exponentials import quotients
@@ -110,7 +110,7 @@ class Locals(Symbolic):
 
 
 class Place(NamedTuple):
-    """Where the pair is: right (1) or left (-1) of the start, and the sign of psi seen from it."""
+    """Where the pair is: right (1) or left (-1) of the start, and the sign of psi there."""
 
     side: int
     sign: int
@@ -170,7 +170,7 @@ class PairSymbols(Symbols):
         return zeros
 
     def _factor(self) -> list[Symbol]:
-        """psi_0, psi_1, ..., seen from the start; m and D in closed form or their equations."""
+        """psi_0, psi_1, ... away from the start; m and D in closed form or their equations."""
         assert self.powers is not None
         assert self.kept is not None
         c = [sympy.diff(self.A, U, j).subs(U, M) / sympy.factorial(j) for j in range(self.kept + 1)]
@@ -179,7 +179,7 @@ class PairSymbols(Symbols):
             psi[j - 2] = sympy.expand(c[j] + self.square * psi[j])
         side, sign = self.place
         names = [Symbol(f"psi{j}", real=True) for j in range(self.kept - 1)]
-        for name, value in zip(names, seen_from(psi, side), strict=False):
+        for name, value in zip(names, mirrored(psi, side), strict=False):
             self.values[name] = sign * value
             self.tex[name] = rf"\psi_{{{name.name[3:]}}}"
         a = self.powers.all_coeffs()
@@ -343,7 +343,7 @@ class Coalescing(PairSymbols, OrderZero):
         return Truncated(sign, t, peak, rest, S.Zero, S.Zero, slope)
 
     def _slope(self, sign: int) -> Expr:
-        """phi beyond the end, seen from the start."""
+        """phi beyond the end, positive away from the start."""
         return self.a_plus if sign > 0 else -self.a_minus
 
     def end(
@@ -358,7 +358,7 @@ class Coalescing(PairSymbols, OrderZero):
             return Builder.end(self, sign, rank, scale_points, speed_points)
         height, edge = self.heights[self.edges[1 + sign]], self.edges[1 + sign]
         parts = {part: TruncatedIntegral(gaussian, part) for part in _PARTS}
-        self.joint.append(Joint(-1, -1, S.Zero, parts["both"]))
+        self.coalescing.append(PairContribution(-1, -1, S.Zero, parts["both"]))
         scale_points.append(
             CriticalPoint(rank, height, parts["scale"], parts["onward"], "kink", edge)
         )

@@ -152,7 +152,8 @@ class System:
         values = numbers_of("at", {} if at is None else at)
         names = [str(c) for c in reduction.coordinates]
         for name, given in (("slow", slow), ("across", across)):
-            if not isinstance(given, str) or given not in names or slow == across:
+            alike = isinstance(across, str) and slow == across
+            if not isinstance(given, str) or given not in names or alike:
                 raise InputError(
                     f"{name} is {shown(given)}; give two different coordinates out of "
                     f"{', '.join(names)}."

@@ -11,6 +11,7 @@ import itertools
 import json
 import math
 import os
+import re
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import BrokenExecutor, Executor
@@ -45,6 +46,7 @@ _MOST_IN_BATCH = 16
 AHEAD = 64
 _LIBRARIES = ("mpmath", "gmpy2", "python-flint")
 _SECONDS_BETWEEN_LINES = 10.0
+_NUMBER = re.compile(r"\d+(\.\d*)?(e[+-]?\d{1,30})?", re.ASCII)
 _BEGINNING = b'{"drift": '
 
 
@@ -301,9 +303,14 @@ def _check_line(
     """Refuse a line that is not the value expected there."""
     try:
         record = json.loads(line)
-        known = (record["quantity"], record["x"]) == expected and "versions" in record
+        known = (record["quantity"], record["x"]) == expected
         known &= all(record[key] == getattr(spec, key) for key in ("drift", "expr", "dps"))
-    except (ValueError, KeyError, TypeError):
+        known &= isinstance(record["versions"], dict)
+        texts = [record["mid"], record["rad"]]
+        known &= texts == [None, None] or all(
+            len(x) < spec.dps + 99 and _NUMBER.fullmatch(x) for x in texts
+        )
+    except (ValueError, KeyError, TypeError, RecursionError):
         known = False
     if not known:
         raise InputError(

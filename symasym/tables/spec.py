@@ -13,9 +13,9 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, NoReturn
 
-from symasym.base.call_context import mpf_of, own_context
+from symasym.base.call_context import limited, mpf_of, own_context, watched
 from symasym.base.errors import InputError, SymasymError
-from symasym.base.inputs import choice, digits, exact, positive
+from symasym.base.inputs import choice, digits, exact, float_text, meant, positive
 from symasym.base.texts import number_text
 from symasym.drift.ready_made.named import named_drift
 from symasym.scenes import QUANTITIES
@@ -28,7 +28,10 @@ _KEYS = ("drift", "expr", "quantities", "dps", *_NUMBERS, "parameters")
 _RANGE = ("from", "to", "points", "step", "spacing")
 _MOST = 10_000_000
 _MOST_VALUES = 100_000
+_MOST_PARAMETERS = 1_000
 _MOST_BYTES = 10_000_000
+# Seconds of processor time to parse it in.
+_PATIENCE = 2
 _DPS = 50
 # Significant digits of the values of a logarithmic range, which no short text gives exactly.
 _LOG_DIGITS = 6
@@ -115,7 +118,8 @@ class _Reader:
         """The TOML as a dict, decimals as they were written."""
         try:
             # A decimal stands for what it says, not for the nearest binary number.
-            return tomllib.loads(self._text, parse_float=str)
+            with limited(_PATIENCE, f"give {self._path} fewer keys and values"), watched():
+                return tomllib.loads(self._text, parse_float=str)
         except RecursionError:
             raise InputError(
                 f"{self._path} has lists or tables too deep in each other; write it as TOML, "
@@ -141,7 +145,8 @@ class _Reader:
         data = self._data
         for key in data:
             if key not in _KEYS:
-                raise _Refused(key, f"there is no such key; the keys are {', '.join(_KEYS)}.")
+                near = meant(key, _KEYS)
+                raise _Refused(key, f"there is no such key; the keys are {', '.join(_KEYS)}{near}.")
         quantities = self._quantities()
         axes = tuple(self._axes(quantities))
         spec = Spec(self._name("drift"), self._name("expr"), quantities, self._digits(), axes)
@@ -149,7 +154,9 @@ class _Reader:
         self._check_starts(dict(axes))
         if spec.scenes * len(quantities) > _MOST:
             raise _Refused(
-                axes[-1][0], f"the grid has {spec.scenes} points; make tables of at most {_MOST}."
+                axes[-1][0],
+                f"the grid has {float_text(Fraction(spec.scenes))} points; make tables of at most "
+                f"{_MOST}.",
             )
         return spec
 
@@ -201,6 +208,10 @@ class _Reader:
             elif key == "parameters":
                 if not isinstance(value, dict):
                     raise _Refused(key, f"it is {value!r}; give a table, [parameters].")
+                if len(value) > _MOST_PARAMETERS:
+                    raise _Refused(
+                        key, f"it has {len(value)} parameters; give at most {_MOST_PARAMETERS}."
+                    )
                 for name, inner in value.items():
                     if name in _NUMBERS:
                         raise _Refused(
@@ -270,7 +281,8 @@ class _Reader:
         for text in axes.get("start", ()):
             if abs(exact("start", text)) >= least:
                 raise _Refused(
-                    "start", f"{text} is not inside (-r, r) for r = {least}; make it smaller."
+                    "start",
+                    f"{text} is not inside (-r, r) for r = {float_text(least)}; make it smaller.",
                 )
 
 
@@ -304,7 +316,9 @@ def _range(key: str, given: dict[str, Any]) -> Iterator[str]:
             step = (high - low) / (count - 1)
     if count > _MOST_VALUES:
         raise _Refused(
-            key, f"the range has {count} values; give at most {_MOST_VALUES} on an axis."
+            key,
+            f"the range has {float_text(Fraction(count))} values; give at most {_MOST_VALUES} on "
+            "an axis.",
         )
     spacing = given.get("spacing", "linear")
     if spacing == "log" and "step" not in given:
@@ -341,11 +355,12 @@ def _line_of(text: str, wanted: str) -> int:
     """The line of the key with this path; of what it would stand in, where it is missing."""
     table, nearest = "", 1
     for number, line in enumerate(text.splitlines(), 1):
-        if header := re.match(r"\s*\[\s*([^\[\]]+?)\s*\]", line):
-            table = _plain(header[1])
-            here = table
-        elif key := re.match(r"\s*([\w.\"'\s-]+?)\s*=", line):
-            here = f"{table}.{_plain(key[1])}" if table else _plain(key[1])
+        # No pattern here: a stranger's line may be long.
+        key, equals, _ = line.partition("=")
+        if line.lstrip().startswith("["):
+            here = table = _plain(line.partition("]")[0])
+        elif equals:
+            here = f"{table}.{_plain(key)}" if table else _plain(key)
         else:
             continue
         if here == wanted or here.startswith(f"{wanted}."):
@@ -356,5 +371,5 @@ def _line_of(text: str, wanted: str) -> int:
 
 
 def _plain(key: str) -> str:
-    """A key without quotes and spaces."""
-    return re.sub(r"[\"'\s]", "", key)
+    """A key without quotes, spaces and the brackets of a table."""
+    return re.sub(r"[\"'\s\[]", "", key)

@@ -107,6 +107,7 @@ def test_the_watch_is_of_its_own_thread() -> None:
         lambda: sa.reduce((_FRACTIONS, "1"), ("-1", "1"), ("-s", "1"), ((1,), (0,)), ("y", "x")),
         lambda: sa.uniform_integral("-x**2", _FRACTIONS, "x", 0, 1),
         lambda: sa.hill(a_minus=1, a_plus=[0.1, 0.5], K=0.05, n=3).potential(),
+        lambda: sa.escape_time(sa.Drift("(u**2 + u + 1)**1000"), "0.5", 2),
     ],
 )
 def test_simplifying_ends_in_time(call: Callable[[], Any]) -> None:
@@ -117,6 +118,7 @@ def test_simplifying_ends_in_time(call: Callable[[], Any]) -> None:
 
 
 _FRACTIONS = "1/(x+" * 50 + "1" + ")" * 50
+_JOINED = f"({_FRACTIONS})*(1 + s)/2 - (1 - s)/2"
 
 
 @pytest.mark.parametrize("bad", [0, -1, math.nan, "5", True, [3], 1j])
@@ -157,7 +159,7 @@ LONG: dict[str, Callable[[float], Any]] = {
     "LaTeX": lambda p: sa.expand(sa.friction(), order=5, start="0.17").latex(patience=p),
     "emitted expansion": lambda p: sa.expand(sa.friction(mu=3), order=5).emit("c", patience=p),
     "reduce": lambda p: sa.reduce(
-        (_FRACTIONS, "1"), ("-1", "1"), ("-s", "1"), (1, 0), ("y", "x"), patience=p
+        (_FRACTIONS, "1"), ("-1", "1"), (_JOINED, "1"), (1, 0), ("y", "x"), patience=p
     ),
     "emit": lambda p: sa.emit(
         "eq:Ttilde", "c", drift=sa.sine(3, -1, 7, waves=3), method="laplace", order=20, patience=p

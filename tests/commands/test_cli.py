@@ -22,6 +22,7 @@ from symasym.scenes import quantity_of
 from tests.processes import PROGRAM
 
 FRICTION = ["--drift", "friction", "--set", "mu=3", "--set", "alpha=1", "--set", "z0=-0.4"]
+RELEASE = ["release", "--kappa", "1", "--r", "5", "--eps", "0.1", "--z", "0"]
 ESCAPE = ["value", "escape-time", *FRICTION, "--kappa", "0.1", "--r", "10"]
 
 T_50 = "239803837121.03777001127804867950918476256220208411"
@@ -130,14 +131,17 @@ def test_options_reach_the_verb(capsys: pytest.CaptureFixture[str]) -> None:
         (["reproduce", "--only", "phaze"], "phase"),
         (["verify", "--level", "fulll"], "full"),
         (["report", "--scene", "weka"], "weak"),
-        (
-            [
-                "release",
-                *["--kappa", "1", "--r", "5", "--eps", "0.1", "--z", "0", "--method", "marhc"],
-            ],
-            "march",
-        ),
-        (["show", "eq:Ttild"], "eq:Ttilde"),
+        ([*RELEASE, "--method", "marhc"], "march"),
+        (["show", "eq:Ttidle"], "eq:Ttilde"),
+        (["show", "ttilde"], "eq:Ttilde"),
+        (["show", "osc11"], "eq:osc1"),
+        (["show", "V"], "eq:V"),
+        (["emit", "fold", "--target", "c"], "folds"),
+        (["emit", "folds", "--target", "c", "--set", "alfa=1"], "alpha"),
+        (["emit", "eq:Ttilde", "--target", "c", *FRICTION, "--method", "laplac"], "laplace"),
+        (["derive", "eq:Ttidle"], "eq:Ttilde"),
+        ([*ESCAPE, "--order", "optmal"], "optimal"),
+        ([*RELEASE, "--set", "muu=1"], "mu"),
     ],
 )
 def test_what_may_have_been_meant(
@@ -270,6 +274,10 @@ def test_json_in_float64(capsys: pytest.CaptureFixture[str]) -> None:
         (["value", "occupation", *FRICTION, "--kappa", "1"], "no sliding region"),
         (["value", "occupation", "--drift", "linear", "--kappa", "1"], "a_minus"),
         (["value", "escape-time", "--expr", "u +", "--kappa", "1", "--r", "2"], "u +"),
+        (
+            ["value", "escape-time", "--expr", "arctan(u)", "--kappa", "1", "--r", "2"],
+            "perhaps you mean 'atan'",
+        ),
         (["value", "escape-time", "--expr", "1/u", "--kappa", "1", "--r", "2"], "u"),
         (
             ["value", "escape-time", "--drift", "sine", "--set", "waves=1.5"]
@@ -354,7 +362,12 @@ def test_a_terminal_without_unicode() -> None:
         "PYTHONPATH": str(Path(sa.__file__).parent.parent), "PATH": "",
     }  # fmt: skip
     script = "import sys; from symasym.commands.main import main; sys.exit(main())"
-    for arguments in (["show", "fr1"], ["show", "eq:Ttilde"], ["value", "occupation", "--help"]):
+    for arguments in (
+        ["show", "fr1"],
+        ["show", "eq:Ttilde"],
+        ["value", "occupation", "--help"],
+        ["derive", "--errata"],  # the one that prints more than ASCII elsewhere
+    ):
         done = subprocess.run(
             [sys.executable, "-c", script, *arguments], capture_output=True, env=environment
         )
@@ -383,8 +396,11 @@ def test_places_that_are_no_files(
         ("table", "t.toml", "-o", "."),
         ("figure", "phase", "-o", "dir.png"),
         ("figure", "phase", "-o", ""),
+        ("emit", "fr1", "--target", "c", "-o", ""),
+        ("emit", "fr1", "--target", "python", "-o", ""),
+        ("emit", "fr1", "--target", "python", "-o", "dir.png"),
     ):
-        refused(capsys, *arguments)
+        assert (arguments[-1] or "''") in refused(capsys, *arguments)
     assert {p.name for p in tmp_path.iterdir()} == {"dir.png", "dir.jsonl", "t.toml"}
 
 

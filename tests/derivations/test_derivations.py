@@ -452,7 +452,7 @@ def test_derive_command(capsys, tmp_path):
     assert "eq:nothing is no label that is derived; symasym show --all lists them." in err
     status, _, err = _command("derive", "Ttilde", "--out", str(tmp_path), capsys=capsys)
     assert status == 2
-    assert "perhaps eq:Ttilde." in err
+    assert "perhaps you mean 'eq:Ttilde'." in err
     (tmp_path / "file").write_text("mine")
     status, _, err = _command("derive", "fr1", "--out", str(tmp_path / "file"), capsys=capsys)
     assert status == 2

@@ -424,7 +424,7 @@ def test_latex_is_typeset(tmp_path):
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: sa.emit("Ttilde"), "is no formula; perhaps eq:Ttilde"),
+        (lambda: sa.emit("Ttilde"), "is no formula; perhaps you mean .eq:Ttilde."),
         (lambda: sa.formula("fr1").emit("fortran"), "target is 'fortran'; give one of numpy"),
         (lambda: sa.emit("eq:V"), "has no closed form; give drift="),
         (lambda: sa.emit("eq:Ttilde", "c"), "has no closed form"),

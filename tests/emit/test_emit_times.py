@@ -359,7 +359,7 @@ def test_what_an_expansion_leaves_out_is_told():
         (lambda: _weak(order="optimal"), "which depends on kappa; give a number"),
         (lambda: _weak(drift=sa.friction(3)), "have no closed form in alpha, z0; bind them"),
         (lambda: _weak(drift=sa.friction(3, 1, 0)), "a tangency, where"),
-        (lambda: _weak(method="local"), "emitted are 'exact', 'laplace' and 'uniform'"),
+        (lambda: _weak(method="local"), "give one of 'exact', 'laplace', 'uniform'"),
         (lambda: _weak(method=None, order=1), "order is for method='laplace'"),
         (lambda: sa.emit("eq:Ttilde", method="exact"), "give drift="),
         (lambda: sa.emit("eq:C", drift=sa.sine(), order=1), "eq:C has no method or order"),

@@ -209,7 +209,7 @@ def test_formula():
 
 
 def test_formula_refusals():
-    with pytest.raises(InputError, match="is no formula; perhaps eq:Ttilde"):
+    with pytest.raises(InputError, match="is no formula; perhaps you mean .eq:Ttilde."):
         formula("Ttilde")
     with pytest.raises(InputError, match="is not derived. Definition"):
         formula("eq:genSDE")

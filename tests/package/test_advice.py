@@ -142,7 +142,8 @@ class Refused:
         for words in re.findall(r"method=((?:'\w+'(?:, | or )?)+)", self.message):
             for method in re.findall(r"\w+", words):
                 if method != "or":
-                    yield self._with({"method": method}, {"order", "rtol"})
+                    digits = {"dps": 20} if f"'{method}' with dps=…" in self.message else {}
+                    yield self._with({"method": method} | digits, {"order", "rtol"})
         if "log=True with dps=…" in self.message:
             yield self._with({"log": True, "dps": 20})
         elif "log=True, or dps=…" in self.message:
@@ -151,6 +152,10 @@ class Refused:
             yield self._with({"dps": 20})
         if re.search(r"pass log=True or", self.message):
             yield self._with({"log": True})
+        if words := re.search(r"^(\w+) is .*; give one of ([\w', -]+)", self.message):
+            yield from (self._with({words[1]: x.strip("'")}) for x in words[2].split(", "))
+        if ends := re.search(r"^(\w+) is .*; give .* from (\d+) to (\d+)", self.message):
+            yield from (self._with({ends[1]: int(x)}) for x in ends.groups()[1:])
         for option, value in (("rtol", 1e-3), ("drift", FRICTION), ("full", True)):
             if f"{option}=…" in self.message or f"{option}=True" in self.message:
                 yield self._with({option: value})
@@ -253,6 +258,9 @@ REFUSED = {
     "uniform": Refused(sa.escape_time, FRICTION, 3, 10, method="uniform"),
     "law": Refused(_quantile),
     "weak noise": Refused(sa.escape_time, FRICTION, "0.5", 10, method="strong_noise"),
+    "large drift": Refused(
+        sa.escape_time, sa.linear("1e300", "-1e300"), "1e-5", 2, method="strong_noise"
+    ),
     "emit uniform": Refused(
         _emitted,
         sa.Drift("cos(2*u)"),
@@ -692,6 +700,7 @@ REFUSED = {
         sa.escape_time, sa.Drift("(u - 1/5)**2"), "0.1", 2, start="1/5", method="laplace"
     ),
     "weakest noise": Refused(sa.escape_time, CROSSING, "1e-200", 2),
+    "weakest noise in an array": Refused(sa.escape_time, CROSSING, [0.1, 1e-200], 2),
     "weakest noise, digits": Refused(sa.escape_time, CROSSING, "1e-200", 2, dps=20),
     "multiple zero near the start": Refused(
         sa.escape_time,
@@ -721,6 +730,14 @@ REFUSED = {
             )
         ],
     ),
+    "noise": Refused(sa.expand, FRICTION, "T", noise="wek"),
+    "errors": Refused(sa.escape_time, FRICTION, [0.1, 1], 10, errors="ignore"),
+    "target": Refused(sa.emit, "fr1", target="matlab"),
+    "whole number": Refused(sa.sine, 1, 1, 1, waves=0),
+    "order of strong noise": Refused(
+        sa.escape_time, SLIDING, 10, 2, method="strong_noise", order="optimal"
+    ),
+    "emitted method": Refused(_emitted, FRICTION, method="exakt"),
     # Command line.
     "--set": Refused(
         command,
@@ -784,7 +801,7 @@ REFUSED = {
 ADVICE = re.compile(
     r"\bsa\.\w+|\b[a-z_]\w*=(?:…|n\b|True|False|'|\"|–)|\bbind\(–|\b\w+\((?:\)|…|\w+=)|(?<![\w-])--[a-z]"
     r"|\bsymasym [a-z]|\bpip install|\buse (?!of)|\bpass |\btry |\btake (?:method|numbers)"
-    r"|ask for (?:escape_time|T)"
+    r"|ask for (?:escape_time|T)|give one of (?!these)|give .* from (?:–|\d+) to (?:–|\d)"
 )
 
 #: Messages with advice that is not followed here: their beginnings, and why.

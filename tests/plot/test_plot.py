@@ -69,15 +69,32 @@ def test_axes_in_axes_out_and_values_beyond_floats() -> None:
     assert ax.lines[1].get_label() == "more"
 
 
+def test_digits_and_what_float64_does_not_hold() -> None:
+    for numbers in (([0.1, 0.2], 10), ([1e-152, 0.2], 10)):
+        ax = sa.plot("T", FRICTION, *numbers, dps=20)
+        exact = sa.escape_time(FRICTION, *numbers, dps=20, log=True)
+        drawn = np.array(ax.lines[0].get_ydata(), dtype=float)
+        if not ax.get_ylabel().startswith("log₁₀"):
+            drawn = np.log10(drawn)
+        np.testing.assert_allclose(drawn * np.log(10), exact.astype(float))
+
+
 def test_bad_input() -> None:
     for wrong, call in (
+        ("method='laplace' with dps", lambda: sa.plot("T", FRICTION, [1e-200, 1e-201], 10)),
+        ("use method='exact'", lambda: sa.plot("T", FRICTION, [5, 6], 10, method="laplace")),
+        ("which the axis is drawn", lambda: sa.plot("T", FRICTION, ["1e-400", 1], 10, dps=20)),
+        (
+            "mean 'method'",
+            lambda: sa.plot("T", FRICTION, KAPPA, 10, mehtod="exact"),  # type: ignore[arg-type]
+        ),
         ("perhaps you mean 'T'|give one of", lambda: sa.plot("t", FRICTION, KAPPA, 10)),
         ("no argument is an array; give", lambda: sa.plot("T", FRICTION, 1, 10)),
         ("kappa, r are arrays; give", lambda: sa.plot("T", FRICTION, KAPPA, KAPPA)),
         ("one axis", lambda: sa.plot("T", FRICTION, [[1, 2]], 10)),
         ("give a Drift", lambda: sa.plot("T", "friction", KAPPA, 10)),  # type: ignore[arg-type]
     ):
-        with pytest.raises(sa.InputError, match=wrong):
+        with pytest.raises(sa.SymasymError, match=wrong):
             call()
 
 

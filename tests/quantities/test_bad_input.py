@@ -79,6 +79,11 @@ CASES: dict[str, tuple[Callable[[], Any], type[Exception], str]] = {
     "kink": (lambda: sa.Drift(sympy.Abs(U)), sa.InputError, "Abs"),
     "unreadable": (lambda: sa.Drift("1+"), sa.InputError, r"1\+"),
     "jump": (lambda: sa.Drift(1 - U, U, a_minus=2, a_plus=1), sa.InputError, "is 0 but a. is 1"),
+    "a jump of 1e-35 between irrational ends": (
+        lambda: sa.Drift("exp(u)", a_minus="exp(-1)*(1 + 10**-35)"),
+        sa.InputError,
+        "A jumps at u = -1",
+    ),
     "no u": (lambda: sa.Drift("x+1"), sa.InputError, "no symbol u"),
     "not sliding": (lambda: sa.occupation(FRICTION, 1), sa.RegionError, "2.4"),
     "density, not sliding": (
@@ -219,7 +224,11 @@ CASES: dict[str, tuple[Callable[[], Any], type[Exception], str]] = {
     "A and a number for u": (lambda: sa.Drift("1 - u", 5), sa.InputError, "5"),
     "jump, nan": (lambda: sa.Drift("1 - u", a_minus=float("nan")), sa.InputError, "nan"),
     "complex power": (lambda: sa.Drift("(u - 2)**(1/3)"), sa.InputError, "complex"),
-    "log of a negative": (lambda: sa.Drift("log(u/2)"), sa.InputError, "singular or complex"),
+    "log of a negative": (
+        lambda: sa.Drift("log(u/2)"),
+        sa.InputError,
+        "singular, complex or too steep",
+    ),
     "a corner": (lambda: sa.Drift("sqrt(u**2)"), sa.InputError, "u = "),
     "a corner elsewhere": (lambda: sa.Drift("sqrt((u - 1/3)**2)"), sa.InputError, "u = 0.333"),
     "huge coefficients": (
@@ -273,6 +282,18 @@ def test_long_numbers_are_not_printed_in_full(digits: int) -> None:
         with pytest.raises(sa.InputError, match="kappa") as caught:
             sa.escape_time(FRICTION, bad, 1, dps=20)
         assert len(str(caught.value)) < 400
+
+
+def test_a_long_expression_is_quoted_in_part() -> None:
+    names = [f"a{i}" for i in range(900)]
+    for call in (
+        lambda: sa.laplace_integral(" + ".join(names), 1, "x", -1, 1),
+        lambda: sa.escape_time(sa.Drift("u*(" + " + ".join(names) + ")"), 1, 10),
+    ):
+        with pytest.raises(sa.InputError, match=r"a1 \+|a0, a1") as caught:
+            call()
+        assert re.search(r" \.\.\. .*; (give an f that|set them with)", str(caught.value))
+        assert len(str(caught.value)) < 1000
 
 
 def test_a_refusal_in_one_thread_leaves_the_next_call_alone() -> None:

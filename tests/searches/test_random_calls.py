@@ -66,6 +66,16 @@ def test_every_public_name_argument_and_option_is_called() -> None:
     [
         "sa.rescale(eps=[0.1, 0.5], kappa=0.05, r=0.5).drag_time(distance=0.1, velocity=0.3)",
         "sa.escape_time(sa.Drift('0.3 - 1.5/(1 + (500*u)**2)'), 0.1, 2, method='local')",
+        "sa.hill(a_minus=0.1, a_plus=0.1, K=1e-145, n=3).potential_at(u=2)",
+        "sa.tanh(a_minus=2, a_plus=10**5000, steepness=2).potential()",
+        "sa.polynomial(c0=0.1, c3=2).potential_at(u=1e308)",
+        "sa.escape_time(sa.hill(0.02, 0.02, 0.02), 0.1, 0.3, start=0.1, method='local')",
+        "sa.reduce(('1 - z', '-z'), ('-1 - z', '-z'), ('-s - z', '-z'), ((3,), (0,)), ('y', 'z'))"
+        ".drag_time(eps='1e99999', values={'z': 0})",
+        "sa.expand(sa.friction(3, 1), noise='strong', order=1).emit(target=np.array([1.0, 2.0]))",
+        "sa.escape_time(sa.linear(1, 2), 0.3, 1, full=True, drag_time=np.array([1.0, 2.0]))",
+        "sa.System.of(sa.reduce(('1 - z', '-z'), ('-1 - z', '-z'), ('-s - z', '-z'), ((3,), (0,)), "
+        "('y', 'z')), slow='z', across=np.array([True, False]))",
         "sa.rescale(eps=2, kappa=1, r='1e99999').__str__()",
         "sa.rescale(eps=1, kappa=10**5000, r=10).__str__()",
         "sa.plot(quantity='p_ss', drift=sa.linear(1, -1), kappa=[0.1, 1], r=10)",

@@ -6,6 +6,7 @@ import csv
 import errno
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -323,6 +324,13 @@ def test_a_full_disk_leaves_whole_lines(
     assert path.read_bytes() == lines
 
 
+#: What stands in a stranger's table for a value.
+SPOILED = [
+    b"null", b"1", b'["x"]', b'"nan"', b'"-1"', b'"1.2.3"', b'"=cmd"', b'"1%s"' % (b"0" * 9_000),
+    b'"1e%s"' % (b"9" * 99), b'"__import__(1)"', '"\u0661"'.encode(),
+]  # fmt: skip
+
+
 # -- what is in the way ----------------------------------------------------------------------
 
 
@@ -338,6 +346,16 @@ def test_a_file_of_something_else_is_not_touched(
         (first.replace(b'"dps": 20', b'"dps": 19'), "line 1, is not the value"),
         (first + third, "line 2, is not the value"),
         (first + second + b"{}\n", "line 3, is not the value"),
+        *(
+            (first + spoiled, "line 2, is not the value")
+            for spoiled in (
+                *(re.sub(rb'"mid": "[^"]*"', b'"mid": ' + mid, second) for mid in SPOILED),
+                re.sub(rb'"rad": "', b'"rad": "-', second),
+                re.sub(rb'"versions": {.*}', b'"versions": ["mpmath"]}', second),
+                b"[" * 100_000 + b"\n",
+                b"1" * 5_000 + b"\n",
+            )
+        ),
         (lines + second, "line 17, is not the value"),
         (first + second.replace(b'"mpmath": "', b'"mpmath": "0.'), "with mpmath 0.1"),
     ):
@@ -432,6 +450,12 @@ def test_a_malformed_spec_is_told_with_line_and_key(
         ("r = 3", f"r = [{'3, ' * 100_001}]", "it has 100001 values; give at most 100000"),
         ("r = 3", "r = { from = 1, to = 2, points = 9999999 }", "give at most 100000 on an axis"),
         ("r = 3", f'r = "{"1" * 1_000_000}"', "r has 1,000,000 characters"),
+        ("r = 3", "r = { from = 1, to = 2, step = '1e-99999' }", "the range has 1e99999 values"),
+        ("r = 3", "r = '1e-99999'\nstart = 1", "start: 1 is not inside (-r, r) for r = 1e-99999"),
+        ("r = 3", f"r = 3\n{'.'.join('a' * 200_000)} = 1", "spec.toml fewer keys and values"),
+        ("r = 3", f"r = 3\n{' ' * 9_000}\n{' ' * 9_000}q = 1", "line 5, q: there is no such key"),
+        ("r = 3", f'r = [3]\nx = """\n[{" " * 9_000}\n"""', "x: there is no such key"),
+        ("mu = 3", "mu = 3" + "".join(f"\nq{i} = [1, 2, 3]" for i in range(9_999)), "at most 1000"),
         ('"friction"', '"../../etc/passwd"', "../../etc/passwd is no ready-made drift"),
         ('"friction"', '"fric\\u0000tion\\u001b[31m"', r"fric\x00tion\x1b[31m is no ready-made"),
         ('"friction"', '"\u202efriction"', r"\u202efriction is no ready-made drift"),
