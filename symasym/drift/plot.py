@@ -8,12 +8,17 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from symasym.base import inputs
+from symasym.base.inputs import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _POINTS = 400
+_MOST_POINTS = 50_000
 _REACH = 1.5
+_MOST_NAMES = 16
+# Of phi's range, between its curve and a straight line.
+_FLAT = 0.005
 
 
 class Drawn(Protocol):
@@ -30,6 +35,20 @@ class Drawn(Protocol):
     def barriers(self) -> Any: ...
 
 
+def _curve(drift: Drawn, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """u and phi(u), with points between the given ones until straight lines follow phi."""
+    phi = drift(u)
+    while u.size < _MOST_POINTS:
+        between = (u[1:] + u[:-1]) / 2
+        new = drift(between)
+        if np.abs(new - (phi[1:] + phi[:-1]) / 2).max() <= _FLAT * np.ptp(phi):
+            break
+        # The drift may jump at the layer's ends, which stay points.
+        order = np.argsort(np.concatenate([u, between]), kind="stable")
+        u, phi = (np.concatenate(pair)[order] for pair in ((u, between), (phi, new)))
+    return u, phi
+
+
 def plot(drift: Drawn, axes: Sequence[Axes] | None) -> Any:
     """phi above V; see `symasym.drift.drift.Drift.plot`."""
     drift.scalars()
@@ -39,7 +58,7 @@ def plot(drift: Drawn, axes: Sequence[Axes] | None) -> Any:
         axes = pyplot.subplots(2, sharex=True, layout="constrained")[1]
     above, below = inputs.axes("axes", axes, 2)
     u = np.union1d(np.linspace(-_REACH, _REACH, _POINTS), [-1.0, 1.0])
-    above.plot(u, drift(u))
+    above.plot(*_curve(drift, u))
     above.axhline(0, color="0.6", linewidth=0.8)
     above.set_ylabel(r"$\phi(u)$")
     below.plot(u, drift.potential_at(u))
@@ -49,12 +68,15 @@ def plot(drift: Drawn, axes: Sequence[Axes] | None) -> Any:
         # The layer's ends, outside of which the drift is constant.
         for end in (-1, 1):
             ax.axvline(end, color="0.6", linewidth=0.8, linestyle=":")
-    for kind, points, side in (("well", drift.wells(), -1), ("barrier", drift.barriers(), 1)):
-        for point in points:
-            place = float(point.u)
-            height = float(drift.potential_at(place))
-            above.plot(place, 0, "o", color="0.3", markersize=4)
-            below.plot(place, height, "o", color="0.3", markersize=4)
+    named = [("well", -1, float(p.u)) for p in drift.wells()]
+    named += [("barrier", 1, float(p.u)) for p in drift.barriers()]
+    places = np.array([place for _, _, place in named])
+    heights = drift.potential_at(places) if named else places
+    for ax, y in ((above, 0 * places), (below, heights)):
+        ax.plot(places, y, "o", color="0.3", markersize=4)
+    for (kind, side, place), height in zip(named, heights, strict=True):
+        # More names than that hide each other.
+        if len(named) <= _MOST_NAMES:
             below.annotate(
                 f"{kind} at {place:.4g}",
                 (place, height),

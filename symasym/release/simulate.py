@@ -62,7 +62,7 @@ def simulate(
     """
     for name, value, least in (("seed", seed, 0), ("paths", paths, 2)):
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-            raise InputError(f"{name} is {value!r}; give a whole number of at least {least}.")
+            raise InputError(f"{name} is {shown(value)}; give a whole number of at least {least}.")
     if paths > _MOST_PATHS:
         raise InputError(f"paths is {shown(paths)}; give at most {_MOST_PATHS}.")
     counts = [_AT_ONCE] * (paths // _AT_ONCE) + [paths % _AT_ONCE] * (paths % _AT_ONCE > 0)
@@ -77,7 +77,7 @@ def simulate(
             parts = _through(executor, work)
     else:
         if isinstance(workers, bool) or not isinstance(workers, (int, np.integer)) or workers < 1:
-            raise InputError(f"workers is {workers!r}; give a whole number of at least 1.")
+            raise InputError(f"workers is {shown(workers)}; give a whole number of at least 1.")
         with local(min(int(workers), len(work))) as executor:
             parts = _through(executor, work)
     time, z, side = (np.concatenate(column) for column in list(zip(*parts, strict=True))[:3])

@@ -118,6 +118,15 @@ def test_pictures() -> None:
     u, phi = above.lines[0].get_data()
     np.testing.assert_allclose(phi, drift(u))
     pyplot.close(figure)
+    # As many points as its waves need, and no name upon another.
+    above, below = sa.sine(0.1, -0.1, 1, waves=40).plot()
+    u = np.linspace(-1, 1, 999)
+    drawn = np.interp(u, *above.lines[0].get_data())
+    np.testing.assert_allclose(drawn, np.sin(40 * np.pi * u) - u / 10, atol=0.02)
+    assert not below.texts
+    zeros = max(len(line.get_xdata()) for line in above.lines[1:])
+    assert zeros == 79
+    pyplot.close()
     with pytest.raises(sa.InputError, match="is an array"):
         sa.linear([1, 2], -1).plot()
     with pytest.raises(sa.InputError, match="have no value"):

@@ -112,6 +112,7 @@ def test_the_command_line_speaks_its_own_language(message: str) -> None:
     assert not re.search(r"\b(log|full|complement)=True|bind\(\w+=", in_options(message))
 
 
+FAR = sa.polynomial(-0.1, 1.6, 3.44, -0.316)
 FRICTION, SLIDING = sa.friction(3, 1, "-0.4"), sa.linear(1, -1)
 CROSSING = sa.linear(1, 1)
 BLOCK = sa.oscillator(3, 1)
@@ -476,6 +477,18 @@ REFUSED = {
         then=[
             lambda: sa.escape_time(FRICTION, "0.1", 10, method="local"),
             lambda: sa.escape_time(FRICTION, "0.1", 10, method="uniform", order=1),
+        ],
+    ),
+    "local far from the coalescence": Refused(
+        sa.escape_time,
+        FAR,
+        0.016,
+        1.5,
+        start=0.3,
+        method="local",
+        then=[
+            lambda: sa.escape_time(FAR, 0.016, 1.5, start=0.3, method="uniform"),
+            lambda: sa.escape_time(FAR, 0.016, 1.5, start=0.3, method="exact"),
         ],
     ),
     "own error": Refused(

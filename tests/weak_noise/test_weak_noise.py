@@ -279,6 +279,15 @@ def test_random_drifts_of_every_kind(drift: Any, kappa: Any, r: Any, share: Any)
             "-10000001/10000000",
             (0, 3),
         ),
+        # Terms of no use, of which the majorants tell.
+        (
+            (-0.000141854564390583, 1.4e-21, 7.6e-17, 1.9191930748933874, -172.93675548353414)
+            + (6.3e-9, 0.5412220907716732),
+            0.007779827729530361,
+            "1/2",
+            "0",
+            (0,),
+        ),
     ],
 )
 def test_scenes_that_were_claimed_too_well(

@@ -215,8 +215,8 @@ def test_the_command_draws_what_it_is_told(
         (["phase", "--set", "alpha=x"], "alpha is 'x'"),
         (["fric2", "--set", "points=1.5"], "points is '1.5'"),
         (["fric2", "--set", "mu=1,,2"], "mu is ''"),
-        (["phase", "-o", "phase.gif"], "phase.gif has no ending that is drawn"),
-        (["phase", "-o", "phase"], "phase has no ending that is drawn"),
+        (["phase", "-o", "phase.gif"], "'phase.gif' has no ending that is drawn"),
+        (["phase", "-o", "phase"], "'phase' has no ending that is drawn"),
         (["phase", "-o", "file/phase.png"], "cannot be written"),
     ],
 )

@@ -31,6 +31,7 @@ from typing import TYPE_CHECKING, Any
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.call_context import step
 from symasym.base.errors import InputError
+from symasym.base.inputs import shown
 from symasym.numbers.polynomials import composed, power, product, quotient, reciprocal, shifted
 from symasym.series.quadratic_factor import (
     Pair,
@@ -114,7 +115,9 @@ def cubic_map(
     -1.0e-30 1.0 -0.5 0.5625 -0.729167
     """
     if isinstance(count, bool) or not isinstance(count, int) or count < 0:
-        raise InputError(f"count is {count!r}; give a whole number of coefficients, 0 or more.")
+        raise InputError(
+            f"count is {shown(count)}; give a whole number of coefficients, 0 or more."
+        )
     # What both ways lose: each k divides by two more powers of the radius, or of the distance.
     with context.workdps(context.dps + 12 + 2 * count):
         g = None if weight is None else numbers("weight", weight, context)

@@ -33,7 +33,7 @@ import numpy as np
 
 from symasym.base.call_context import mpf_of, own_context, to_mpf
 from symasym.base.errors import InputError
-from symasym.base.inputs import FloatArray, Number, digits, exact
+from symasym.base.inputs import FloatArray, Number, digits, exact, shown
 from symasym.numbers.polynomials import dot, power
 
 if TYPE_CHECKING:
@@ -214,7 +214,7 @@ def laplace_coefficients(
     """
     power = exact("beta", beta)
     if sides not in (1, 2):
-        raise InputError(f"sides is {sides!r}; give 1 (an endpoint or kink) or 2 (inside).")
+        raise InputError(f"sides is {shown(sides)}; give 1 (an endpoint or kink) or 2 (inside).")
     if sides == 2 and contact % 2:
         raise InputError(
             f"contact is {contact}, odd, so f has no maximum there seen from both sides; "
@@ -286,7 +286,7 @@ def _read(
 ) -> tuple[list[Element], list[Element], tuple[Element, int]]:
     """alpha (with alpha_0), g's coefficients, and beta as numerator and denominator."""
     if isinstance(contact, bool) or not isinstance(contact, (int, np.integer)) or contact < 1:
-        raise InputError(f"contact is {contact!r}; give a whole number, 1 or more.")
+        raise InputError(f"contact is {shown(contact)}; give a whole number, 1 or more.")
     steep, weights = _elements(f, g)
     if len(steep) <= contact or not weights:
         raise InputError(

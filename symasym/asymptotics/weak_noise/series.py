@@ -127,7 +127,7 @@ _SHARE = 0.55
 # Of an error, what may be left out.
 _LITTLE = 0.01
 # Of the series' value: a majorant tells that an error may be large, not that nothing is known.
-_MOST_SHARE = 0.1
+_MOST_SHARE = 0.5
 # Terms before the next two whose ratios count: one of these two may be small by chance.
 _LOOK_BACK = 3
 # Beyond this a term is below 1e-16 of the rest if its coefficients are no larger; they may be by

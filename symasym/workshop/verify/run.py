@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 from symasym.base import progress
 from symasym.base.errors import InputError
 from symasym.base.files import versions
-from symasym.base.inputs import choice
+from symasym.base.inputs import choice, shown
 from symasym.workshop.problems import PROBLEMS, Problem
 from symasym.workshop.verify import claims, exact_checks, findings, formulas, orders
 from symasym.workshop.verify.findings import Finding, Key, scene
@@ -214,7 +214,7 @@ def verify(
     choice("level", level, SCENES)
     for name, value in (("seed", seed), ("workers", workers)):
         if value is not None and (isinstance(value, bool) or not isinstance(value, int)):
-            raise InputError(f"{name} is {value!r}; give a whole number.")
+            raise InputError(f"{name} is {shown(value)}; give a whole number.")
     if workers is not None and workers < 0:
         raise InputError(f"workers is {workers}; give a number of processes, or 0.")
     asked = [task for task in tasks(level, seed) if only is None or only(task)]
