@@ -318,11 +318,14 @@ class Drift:
     @cached_property
     def _in_float(self) -> bool:
         """False where a number of the drift is beyond the range of float64, or has fewer digits."""
+        places = np.array([0.0] if self.shape else [-1.0, 0.0, 1.0])
         try:
-            self._model.evaluate(np.zeros(1), self.float_values(), _NUMPY)
+            with np.errstate(all="ignore"):
+                known = self._model.evaluate(places, self.float_values(), _NUMPY)
         except BeyondFloat:
             return False
-        return True
+        # Powers of a number may be beyond it too.
+        return bool(self.shape) or not np.isnan(known).any()
 
     def rounding(self, u: FloatArray, values: dict[str, FloatArray]) -> FloatArray:
         """Bound on the error of `evaluate_float`, rounding `u` and the parameters included."""
