@@ -16,6 +16,7 @@ from functools import cached_property
 from operator import mul
 from typing import TYPE_CHECKING, Any
 
+from symasym.base import call_context
 from symasym.base.call_context import mpf_of
 from symasym.base.errors import AccuracyError
 from symasym.drift.field.taylor_field import ExactField
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
 _RATIOS = [1.4 * 1.4**k for k in range(14)]
 # Exponents of e in float64.
 _RANGE = 700
+# Taylor terms between two looks at the time.
+_TERMS = 4096
 #: Taylor terms of a change of the drift, which may be larger than the drift, beyond those of it.
 MORE_TERMS = 48
 
@@ -413,15 +416,23 @@ def recurrence(
     recent = deque([0 * one if source else one], maxlen=len(q))
     total = integral = recent[0]
     step = denominator
-    for n in range(1, count):
-        new = sum(map(mul, q, recent)) // step
-        if n == 1 and source:
-            new += one
-        step += denominator
-        recent.appendleft(new)
-        total += new
-        integral += new // (n + 1)
+    for block in _blocks(1, count):
+        for n in block:
+            new = sum(map(mul, q, recent)) // step
+            if n == 1 and source:
+                new += one
+            step += denominator
+            recent.appendleft(new)
+            total += new
+            integral += new // (n + 1)
     return total, integral
+
+
+def _blocks(first: int, end: int) -> Iterator[range]:
+    """The numbers from `first` to `end`, in parts after each of which the time is looked at."""
+    for at in range(first, end, _TERMS):
+        call_context.step()
+        yield range(at, min(at + _TERMS, end))
 
 
 def _short(q: list[int], denominator: int, one: int, count: int, source: bool) -> tuple[Any, Any]:
@@ -438,11 +449,12 @@ def _short(q: list[int], denominator: int, one: int, count: int, source: bool) -
         integral = one // 2
         step += denominator
         first = 2
-    for n in range(first + 1, count + 1):
-        a, b, c, d = (q0 * a + q1 * b + q2 * c + q3 * d) // step, a, b, c
-        step += denominator
-        total += a
-        integral += a // n
+    for block in _blocks(first + 1, count + 1):
+        for n in block:
+            a, b, c, d = (q0 * a + q1 * b + q2 * c + q3 * d) // step, a, b, c
+            step += denominator
+            total += a
+            integral += a // n
     return total, integral
 
 
