@@ -75,6 +75,7 @@ _SECONDS_EXACT, _SECONDS_EXACT_PER_EXPONENT = 4e-6, 7e-9
 # Beyond some 700 of lam |A| the panels are shorter, but for a linear A.
 _SECONDS_STEEP, _SECONDS_STEEP_PER_EXPONENT, _MOST_EXPONENT = -1.8e-5, 4e-8, 4000.0
 _LAYER_EXPONENT = 150.0
+_GRID = np.linspace(-1, 1, 9)
 # From here on the error of an expansion in float64 says whether a proof of it is worth its time.
 _FLOAT_ERROR = 1e-9
 # In the analysis of an exponent in float64, for a prediction.
@@ -545,9 +546,10 @@ def _of_arrays(
     tried. Strong noise takes longer than the exact integral in arrays, so that it is left out.
     """
     scenes = float_scenes(drift, numbers)
+    exactly = request._replace(method="exact")
     exact_seconds = _exact_seconds(drift, scenes)
     if _FOR_ATTEMPT * exact_seconds.sum() < _SECONDS_A_CALL:
-        return answer(drift, numbers, request._replace(method="exact"))
+        return as_floats(exactly, scenes.shape, METHODS["exact"].of_scenes(scenes, exactly))
     from symasym.asymptotics.weak_noise.arrays import index_of, own_shapes
 
     logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
@@ -566,7 +568,7 @@ def _of_arrays(
         if not rows.size:
             break
         if order is None and not used:
-            return answer(drift, numbers, request._replace(method="exact"))
+            return as_floats(exactly, scenes.shape, METHODS["exact"].of_scenes(scenes, exactly))
         if order is not None:
             seconds = _seconds(in_float, index[rows], order)
             if seconds > min(left, _FOR_ATTEMPT * exact_seconds[rows].sum()):
@@ -613,13 +615,13 @@ def _exact_seconds(drift: Drift, scenes: Scenes) -> FloatArray:
 
 
 def _on_grid(drift: Drift, scenes: Scenes) -> FloatArray:
-    """A on a coarse grid of [-1, 1], the last axis, for predictions."""
+    """A on a coarse grid of [-1, 1], the last axis, for predictions; one row where all scenes share
+    a drift."""
     values = {
         name: np.asarray(x, dtype=float)[..., None] if is_array(x) else np.asarray(float(x))
         for name, x in scenes.parameters.items()
     }
-    grid = np.linspace(-1, 1, 9)
-    return np.broadcast_to(drift.evaluate_float(grid, values), (len(scenes.lam), len(grid)))
+    return np.atleast_2d(drift.evaluate_float(_GRID, values) + 0 * _GRID)
 
 
 def _seconds(in_float: bool, index: IntArray, order: int) -> float:
