@@ -93,7 +93,7 @@ def program(
         while base in plain.values():
             base = f"{base}_1"
         plain[s] = base
-    named = {s: Symbol(text, **s.assumptions0) for s, text in plain.items()}
+    named = {s: Symbol(text, **s._assumptions_orig) for s, text in plain.items()}
     shared, value = _by_noise(
         [(named[s], value.xreplace(named)) for s, value in order.items()], value.xreplace(named)
     )

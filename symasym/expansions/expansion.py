@@ -335,7 +335,9 @@ class Expansion:
             return rendered(made, target)
         expression = self.expression
         self._require_emittable(expression.free_symbols, [expression])
-        plain = {s: Symbol(plain_name(s.name), **s.assumptions0) for s in expression.free_symbols}
+        plain = {
+            s: Symbol(plain_name(s.name), **s._assumptions_orig) for s in expression.free_symbols
+        }
         return emit(expression.xreplace(plain), target, name=name)
 
     def _require_emittable(self, free: Iterable[Symbol], expressions: Iterable[Expr]) -> None:

@@ -57,6 +57,17 @@ PAIRED = ("start well barrier", "barrier well start", "start")
 #: Those of 1 - P: a pair of three zeros, or a complex one, or none.
 WELLS = ("start well", "start well barrier well")
 M = Symbol("m", real=True)
+
+
+def signed(name: str, positive: bool | None) -> Symbol:
+    """A real symbol that is positive, negative, or either (None).
+
+    With one assumption: SymPy may take a symbol for another of the same name and sign that was
+    made with more of them, which prints otherwise.
+    """
+    return Symbol(name, **{{True: "positive", False: "negative", None: "real"}[positive]: True})
+
+
 V_MEAN = Symbol("V(m)", real=True)
 #: The number of zeros of A' in (-1, 1).
 TURNS = sympy.Function("turning_points", integer=True)
@@ -139,8 +150,8 @@ class PairSymbols(Symbols):
     ) -> None:  # fmt: skip
         self.drift, self.place, self.paired = drift, place, paired
         self.real = bool(paired)
-        self.square = Symbol("D", positive=self.real, negative=not self.real)
-        self.zeta = Symbol("zeta", positive=self.real, negative=not self.real)
+        self.square = signed("D", self.real)
+        self.zeta = signed("zeta", self.real)
         super().__init__(drift, case, order, start)
 
     def _zeros(self) -> list[Symbol]:
@@ -380,7 +391,7 @@ class Coalescing(PairSymbols, OrderZero):
         for edge in (hi, lo):
             beyond = edge != self.start
             mine = (edge > self.start) == (side > 0) and beyond
-            y = Symbol(f"y({edge})", positive=mine, negative=not mine)
+            y = signed(f"y({edge})", mine)
             self.values[y] = side * (edge - M)
             self.tex[y] = f"y_{{{edge}}}"
             parts.append(sum(share(y, None), S.Zero))

@@ -63,6 +63,7 @@ from symasym.expansions.uniform import (
     gaussian_functions,
     place_of,
     require_pair,
+    signed,
 )  # fmt: skip
 from symasym.expansions.universal import at_zero
 from symasym.numbers.polynomials import float_zeros, poly
@@ -196,7 +197,7 @@ class UniformSeries(PairSymbols):
         for k in beside:
             if u == self.zeros[k]:
                 barrier = self.barrier(k)
-                known = Symbol(height.name, positive=barrier, negative=not barrier)
+                known = signed(height.name, barrier)
                 for table in (self.values, self.tex):
                     table[known] = table.pop(height)
                 return known
@@ -352,7 +353,7 @@ class UniformSeries(PairSymbols):
     def _from_middle(self, edge: Expr) -> Symbol:
         """An edge's distance from the pair's middle."""
         beyond = edge > self.start if self.place.side > 0 else edge >= self.start
-        y = Symbol(f"y({edge})", positive=bool(beyond), negative=not beyond)
+        y = signed(f"y({edge})", bool(beyond))
         self.values[y], self.tex[y] = edge - M, f"y_{{{edge}}}"
         return y
 
@@ -428,14 +429,14 @@ def _in_symbols(
     before = positions(symbols)[edge] < one.zero
     index = symbols.names[edge] + ("" if alone else f",{symbols.tex[symbols.zeros[k]]}")
 
-    def named(name: str, head: str, value: Any, **sign: Any) -> Symbol:
-        symbol = Symbol(f"{name}({place})", **(sign or {"real": True}))
+    def named(name: str, head: str, value: Any, positive: bool | None = None) -> Symbol:
+        symbol = signed(f"{name}({place})", positive)
         symbols.values[symbol] = value
         symbols.tex[symbol] = rf"{head}{index}}}"
         return symbol
 
-    t = named("t", "t_{", one.t, negative=before, positive=not before)
-    x = named("xi", r"\xi_{", abs(t) * sympy.sqrt(LAM / 2), positive=True)
+    t = named("t", "t_{", one.t, not before)
+    x = named("xi", r"\xi_{", abs(t) * sympy.sqrt(LAM / 2), True)
     functions = []
     side = -1 if before else 1
     heads = (
