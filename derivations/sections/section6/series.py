@@ -223,7 +223,7 @@ def saddle_start(d: Any) -> None:
         f"O(lam^-{d.order + 1})",
         note="H is int e^(-lam V) to the right of the start over the Gaussian of the whole well, "
         "lam = 2/kappa^2; to the left the odd terms have the other sign. N is what the start adds "
-        "to the double integral on its right, with L = (log(2 c_2 lam) + gamma)/2",
+        "to the double integral on its right, with 2 L = log(2 c_2 lam) plus Euler's constant",
     )
 
 
