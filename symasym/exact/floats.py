@@ -235,7 +235,7 @@ def _from_both_ends(
             sweep.first,
         )
         for whole, some in zip((sigma, w), known, strict=True):
-            whole.log[moderate], whole.error[moderate] = some.log, some.error
+            whole[moderate] = some
     return Swept(sigma[:n], w[:n]), Swept(sigma[n:], w[n:])
 
 
