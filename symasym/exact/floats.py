@@ -78,6 +78,10 @@ def float_logs(scenes: Scenes, name: str, directions: Directions | None = None) 
         field = field_of(scenes.drift, scenes.parameters, count, directions)
         logs, errors = globals()[quantity.verb](field, scenes.lam, **numbers)
         errors += input_rounding(scenes, field.size()[:count])
+        if directions:
+            # What the start changes is known better (`_with_start`).
+            change = input_rounding(scenes, field.size()[:count], ("kappa", "start"))
+            errors.slopes += change * directions.largest_change(logs.slopes)
         return logs, errors
 
 
@@ -115,7 +119,8 @@ def escape_time(field: Field, lam: FloatArray, r: FloatArray, start: FloatArray)
     lam, r, start : arrays of shape (scenes,)
     """
     left, right = _from_both_ends(field, lam, r, start)
-    return _with_start(field, _logs(sweep.escape_time(left, right)), "T", start, left, right)
+    time = _logs(sweep.escape_time(left, right))
+    return _with_start(field, lam, time, "T", start, left, right)
 
 
 def exit_probability(
@@ -125,7 +130,7 @@ def exit_probability(
     left, right = _from_both_ends(field, lam, r, start)
     sigmas = (right.sigma, left.sigma) if complement else (left.sigma, right.sigma)
     share = _logs(formulas.exit_share(*sigmas))
-    return _with_start(field, share, "1 - C" if complement else "C", start, left, right)
+    return _with_start(field, lam, share, "1 - C" if complement else "C", start, left, right)
 
 
 def stationary_density(field: Field, lam: FloatArray, y: FloatArray) -> Logs:
@@ -174,16 +179,23 @@ def _logs(quantity: LogPositive) -> Logs:
 
 
 def _with_start(
-    field: Field, logs: Logs, quantity: str, start: FloatArray, left: Swept, right: Swept
+    field: Field,
+    lam: FloatArray,
+    logs: Logs,
+    quantity: str,
+    start: FloatArray,
+    left: Swept,
+    right: Swept,
 ) -> Logs:
     """The logarithms with their derivative in the start, from both sides of it, as the last.
 
     T' = (w_R sigma_R - w_L sigma_L)/(sigma_L + sigma_R); sigma is S/S' (see `exact.sweep`). Where
-    r stretches the interval it has moved the start as well.
+    r stretches the interval it has moved the start as well. A start that is not the one given moves
+    the slopes, its own as T'' = -lam (1 + phi T') and C'' = -lam phi C'.
     """
     if not field.directions:
         return logs
-    nothing = LogPositive.of(np.zeros_like(left.sigma.log))
+    nothing = 0 * left.sigma
     if quantity == "T":
         w = left.w + right.w
         terms = right.w / w / left.sigma, left.w / w / right.sigma
@@ -196,6 +208,14 @@ def _with_start(
     moved = start * field.directions.stretch[: len(start)]
     logs.value.slopes[-1] -= moved * slope
     logs.error.slopes[-1] += np.abs(moved) * error
+    if off := 2.0 * field.directions.off:
+        scene = np.arange(len(start))
+        inside = field.phi(scene, np.clip(start, -1.0, 1.0)[:, None])[:, 0]
+        ends = field.a_minus[scene], field.a_plus[scene]
+        phi = np.where(start < -1.0, ends[0], np.where(start > 1.0, ends[1], inside))
+        curved = phi * slope + (np.exp(-logs.value.value) if quantity == "T" else 0.0)
+        error += off * (np.abs(lam * curved) + slope * slope)
+        logs.error.slopes[:] += off * np.abs(first * terms[0].slopes - second * terms[1].slopes)
     return Logs(
         DualArray(logs.value.value, np.vstack((logs.value.slopes, slope))),
         DualArray(logs.error.value, np.vstack((logs.error.slopes, error))),

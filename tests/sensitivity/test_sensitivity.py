@@ -14,7 +14,7 @@ from mpmath import mp, mpf
 
 import symasym as sa
 from symasym.base.errors import AccuracyError, InputError
-from symasym.exact import digit_derivatives
+from symasym.exact import digit_derivatives, float_sides, floats
 from symasym.exact.balls import derivatives
 from symasym.exact.balls import sweep as ball_sweep
 from symasym.exact.balls.panels import cut
@@ -318,7 +318,11 @@ def test_differences_that_do_not_settle_are_refused(monkeypatch: pytest.MonkeyPa
 PROBLEMS = [p for p in tagged("moderate") if not {"slow", "refused", "narrow"} & set(p.tags)]
 
 
-@pytest.mark.parametrize("problem", PROBLEMS[::4], ids=lambda p: p.name)
+# A start that is no float moves all derivatives.
+PROBLEMS = PROBLEMS[::4] + [BY_NAME[n] for n in ("linear repelling, stiff", "start by the edge")]
+
+
+@pytest.mark.parametrize("problem", PROBLEMS, ids=lambda p: p.name)
 def test_float64_claims_no_less_than_its_error(problem: Problem) -> None:
     drift, numbers = problem.make(), (problem.kappa, problem.r)
     found = sa.sensitivity(drift, *numbers, start=problem.start)
@@ -357,6 +361,26 @@ def test_float64_against_balls(
         off = abs(mpf(value) - more.derivative[name])
         assert off <= found.error[name] + more.error[name], name
         assert found.error[name] <= 1e-10 * max(1, abs(value)), name
+
+
+@pytest.mark.parametrize("quantity", ["T", "C", "1 - C"])
+@pytest.mark.parametrize("drift", [sa.friction(3, 1, "-0.3"), sa.polynomial(*range(-7, 6))])
+def test_moderate_sides_take_panels_of_their_own(
+    drift: sa.Drift, quantity: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def asked() -> sa.Sensitivity:
+        return sa.sensitivity(drift, "0.7", 3, start="0.25", quantity=quantity)
+
+    others: list[Any] = []
+    usual = floats._panels
+    monkeypatch.setattr(floats, "_panels", lambda *args: (others.append(args), usual(*args))[1])
+    own = asked()
+    assert not others
+    monkeypatch.setattr(float_sides, "_HIGHEST", 0.0)
+    general = asked()
+    assert others
+    for name, value in own.derivative.items():
+        assert abs(value - general.derivative[name]) <= own.error[name] + general.error[name]
 
 
 def test_what_float64_cannot_say_is_taken_from_digits() -> None:

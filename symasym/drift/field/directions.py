@@ -28,14 +28,19 @@ class Directions:
     """Derivatives for scenes and, after all of them, their mirror images.
 
     `names` are the drift's parameters, log kappa and, where there is one, r: the axis of parameters
-    of every `DualArray` that is made here.
+    of every `DualArray` that is made here. `off` is the rounding of the start.
     """
 
     def __init__(
-        self, drift: Drift, parameters: dict[str, Any], numbers: dict[str, FloatArray]
+        self,
+        drift: Drift,
+        parameters: dict[str, Any],
+        numbers: dict[str, FloatArray],
+        off: float = 0.0,
     ) -> None:
         self._count = len(numbers["kappa"])
-        self._drift, self._parameters = drift, parameters
+        self._drift, self._parameters, self._numbers = drift, parameters, numbers
+        self.off = off
         radius = ["r"] if "r" in numbers else []
         self.names = (*self._drift.parameters, "log kappa", *radius)
         r = np.tile(numbers["r"], 2) if "r" in numbers else np.full(2 * self._count, 2.0)
@@ -112,6 +117,21 @@ class Directions:
         of_radius = [of_drift[count] if len(of_drift) > count else np.zeros_like(of_kappa)]
         others = np.array([of_kappa, *of_radius[: len(self.names) - count - 1]])
         return np.concatenate((of_drift[:count], others))
+
+    @cached_property
+    def sizes(self) -> FloatArray:
+        """|p| of each name and of the start, where there is one; 1 for log kappa and where p is
+        0."""
+        radius = [x for name, x in self._numbers.items() if name != "kappa"]
+        given = [*self._parameters.values(), np.ones(self._count), *radius]
+        sizes = np.array([np.abs(np.broadcast_to(floats("", x), self._count)) for x in given])
+        sizes[sizes == 0] = 1.0
+        return sizes
+
+    def largest_change(self, slopes: FloatArray) -> FloatArray:
+        """Slopes as large, times p, as the largest or 1."""
+        largest: FloatArray = np.maximum(1.0, (self.sizes * np.abs(slopes)).max(axis=0))
+        return largest / self.sizes
 
     @cached_property
     def largest(self) -> FloatArray:
