@@ -19,6 +19,7 @@ from symasym.exact.balls import derivatives
 from symasym.exact.balls import sweep as ball_sweep
 from symasym.exact.balls.panels import cut
 from symasym.numbers import balls
+from symasym.numbers.balls import exact_ball, precision, profile_of, sharpened
 from symasym.series.truncated_series import SeriesOps, TruncatedSeries
 from symasym.workshop import reference_quadrature
 from symasym.workshop.problems import BY_NAME, Problem, tagged
@@ -408,6 +409,34 @@ def test_noise_so_weak_that_T_is_the_time_without_it(kappa: str) -> None:
         assert abs(found.derivative[name] - true) <= found.error[name] < 1e-12
         assert abs(true) > 1e-2
     assert float(kappa) * abs(found.derivative["kappa"]) < 1e-12
+
+
+@pytest.mark.parametrize(("steepness", "proved"), [("1e-300", True), ("3e-150", False)])
+def test_a_derivative_whose_formula_cancels(
+    steepness: str, proved: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A sigmoid that is a straight line, to which its formula by the steepness adds nothing."""
+    if not proved:
+        monkeypatch.setattr(balls, "available", lambda: False)
+        monkeypatch.setattr(slopes, "_by_differences", None)
+    found = sa.sensitivity(sa.tanh(1, -1, steepness), "0.05", 3, dps=30, patience=8)
+    line = sa.sensitivity(sa.linear(1, -1), "0.05", 3, dps=30)
+    assert found.error_kind == ("bound" if proved else "estimate")
+    assert abs(found.derivative["steepness"]) <= found.error["steepness"] < 1e-29
+    for name, value in line.derivative.items():
+        assert abs(found.derivative[name] - value) <= found.error[name] + line.error[name]
+
+
+def test_bounds_where_a_formula_cancels() -> None:
+    """dA/ds of tanh(s u)/tanh(s) is 2 s (u - u^3)/3 and terms in s^3."""
+    change = profile_of(sa.tanh(-1, 1, "1e-30").derivative("steepness"))
+    with precision(128):
+        sharp, point = sharpened(change), Fraction(1, 4)
+        assert not abs(change.value(point)) < 1e-20
+        assert abs(sharp.value(point) / exact_ball(Fraction(5, 32) / 10**30) - 1) < 1e-7
+        # On |u - 1/4| <= 1/2 the largest is at 1/4 - i/2, or at 1/4 + i/2.
+        largest = abs(complex(0.25, 0.5) - complex(0.25, 0.5) ** 3) * 2 / 3e30
+        assert largest < sharp.bound(point, Fraction(1, 2)) < 3 * largest
 
 
 def test_a_derivative_beyond_float64() -> None:

@@ -36,7 +36,7 @@ from symasym.exact.balls.sweep import (
 )
 from symasym.exact.sweep import Deferred, Sum, Swept
 from symasym.generated import formulas
-from symasym.numbers.balls import Profile, exact_ball, flint_module, profile_of
+from symasym.numbers.balls import Profile, exact_ball, flint_module, profile_of, sharpened
 
 if TYPE_CHECKING:
     from flint import arb
@@ -134,7 +134,8 @@ def log_slopes_of_occupation(
 def _directions(drift: Drift, kappa: Fraction) -> dict[str, Direction]:
     """The changes per unit of each parameter, and of kappa: d(log lam)/d(kappa) = -2/kappa."""
     directions = {
-        name: Direction(profile_of(derivative_of(drift, name))) for name in drift.parameters
+        name: Direction(sharpened(profile_of(derivative_of(drift, name))))
+        for name in drift.parameters
     }
     directions["kappa"] = Direction(profile_of(drift), -2 / kappa, -2 / kappa)
     return directions
