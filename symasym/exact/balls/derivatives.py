@@ -84,7 +84,10 @@ def log_slopes(
         profile, given = profile_of(drift), list(directions.values())
         mirrored = [d.mirrored() for d in given]
         cuts = (profile, start, given), (profile.mirrored(), -start, mirrored)
-        pieces = [pieces_of(p, lam, -r, x, _MOST_PANELS, _unbounded(d)) for p, x, d in cuts]
+        pieces: list[list[Outer | Panel]] = []
+        for p, x, d in cuts:
+            most = _MOST_PANELS - sum(map(len, pieces))
+            pieces.append(pieces_of(p, lam, -r, x, most, _unbounded(d)))
         _refuse_many(sum(map(len, pieces)))
         left, right = (_swept(p, lam, c[2]) for p, c in zip(pieces, cuts, strict=True))
         if quantity == "T":
