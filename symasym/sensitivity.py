@@ -165,7 +165,9 @@ def sensitivity(
         each = [proved or _by_digits(quantity, scene, dps)]
         return _gathered(quantity, each, None, dps, "bound" if proved else "estimate")
     scenes = float_scenes(drift, numbers)
-    rows = _by_floats(quantity, scenes)
+    from symasym.exact.floats import pieces
+
+    rows = [row for some in pieces(scenes) for row in _by_floats(quantity, some)]
     each = [
         row or _by_digits(quantity, scene_at(scenes, k), FLOAT_DIGITS) for k, row in enumerate(rows)
     ]

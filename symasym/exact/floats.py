@@ -8,7 +8,7 @@ lam. What float64 cannot promise to a relative `TOLERANCE` is computed with more
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -55,16 +55,21 @@ _UNDERFLOW = 1e-300  # below which slopes lose digits
 
 def of_scenes(scenes: Scenes, request: Request) -> Answers:
     """Logarithms right to `TOLERANCE`, and their errors by running analysis."""
+    found = [_right_logs(some, request.name) for some in pieces(scenes)]
+    logs, errors = found[0] if len(found) == 1 else map(np.concatenate, zip(*found, strict=True))
+    return Answers(logs, errors, "estimate", (request.name,))
+
+
+def pieces(scenes: Scenes) -> Iterator[Scenes]:
+    """The scenes, so many at once that their numbers stay in the cache."""
     number = len(scenes.lam)
     if number <= _SCENES_AT_ONCE:
-        return Answers(*_right_logs(scenes, request.name), "estimate", (request.name,))
-    logs, errors = np.empty(number), np.empty(number)
+        yield scenes
+        return
     for low in range(0, number, _SCENES_AT_ONCE):
         part = slice(low, low + _SCENES_AT_ONCE)
         parameters = {n: x[part] if is_array(x) else x for n, x in scenes.parameters.items()}
-        some = rows_of(scenes, part)._replace(parameters=parameters)
-        logs[part], errors[part] = _right_logs(some, request.name)
-    return Answers(logs, errors, "estimate", (request.name,))
+        yield rows_of(scenes, part)._replace(parameters=parameters)
 
 
 def float_logs(scenes: Scenes, name: str, directions: Directions | None = None) -> tuple[Any, Any]:

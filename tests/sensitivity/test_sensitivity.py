@@ -274,7 +274,8 @@ def test_an_array_of_one_is_asked_as_a_scalar() -> None:
         assert many.error[name][0, 0] == one.error[name]
 
 
-def test_float64_and_arrays() -> None:
+def test_float64_and_arrays(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(floats, "_SCENES_AT_ONCE", 3)
     z0, kappa = np.array([-1.2, -0.5]), np.array([[0.3], [2.0]])
     found = sa.sensitivity(sa.friction(mu=3, alpha=1, z0=z0), kappa, "5")
     assert all(value.shape == (2, 2) for value in found.derivative.values())
