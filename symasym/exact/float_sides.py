@@ -15,6 +15,9 @@ a single integral, of which only the part counts where the exponent is above -36
 takes one Gauss rule: with n nodes the rule of f misses at most 64/15 M rho^(-2n)/(1 - rho^-2) on
 [-1, 1], where |f| <= M on the ellipse of foci -1 and 1 whose half axes have the sum rho (L. N.
 Trefethen, Approximation Theory and Approximation Practice, theorem 19.3).
+
+Derivatives by parameters go along as dual arrays, by panels alone. All that is linear in q is done
+at once, to the coefficients and, behind them in one array, to their derivatives.
 """
 
 from __future__ import annotations
