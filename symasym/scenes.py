@@ -248,11 +248,13 @@ def rows_of(scenes: Scenes, rows: slice | IntArray | tuple[slice | IntArray, ...
     )
 
 
-def input_rounding(scenes: Scenes, size: FloatArray) -> FloatArray | float:
-    """A bound on the change of a logarithm where exact numbers are read as floats."""
+def input_rounding(
+    scenes: Scenes, size: FloatArray, but: tuple[str, ...] = ("kappa",)
+) -> FloatArray | float:
+    """A bound on the change of a logarithm where exact numbers, `but` these, are read as floats."""
     # A logarithm changes with a position no faster than lam |phi|, or as one comes close to an
     # absorbing end. The rounding of kappa is counted with that of lam.
-    gap = sum(gap for name, gap in scenes.moved.items() if name != "kappa")
+    gap = sum(gap for name, gap in scenes.moved.items() if name not in but)
     if not gap:
         return 0.0
     room: Any = np.inf

@@ -165,7 +165,9 @@ def sensitivity(
         each = [proved or _by_digits(quantity, scene, dps)]
         return _gathered(quantity, each, None, dps, "bound" if proved else "estimate")
     scenes = float_scenes(drift, numbers)
-    rows = _by_floats(quantity, scenes)
+    from symasym.exact.floats import pieces
+
+    rows = [row for some in pieces(scenes) for row in _by_floats(quantity, some)]
     each = [
         row or _by_digits(quantity, scene_at(scenes, k), FLOAT_DIGITS) for k, row in enumerate(rows)
     ]
@@ -242,22 +244,20 @@ def _by_floats(quantity: str, scenes: Scenes) -> list[_Slopes | None]:
     from symasym.drift.field.directions import Directions
     from symasym.exact.floats import float_logs
 
-    directions = Directions(scenes.drift, scenes.parameters, scenes.numbers)
+    off = scenes.moved.get("start", 0.0)
+    directions = Directions(scenes.drift, scenes.parameters, scenes.numbers, off)
     logs, errors = float_logs(scenes, quantity, directions)
     names = [n.removeprefix("log ") for n in directions.names]
     names += ["start"] if "start" in scenes.numbers else []
     at = {**scenes.parameters, **scenes.numbers}
-    size = np.empty((len(names), len(scenes.lam)))
-    for part, name in zip(size, names, strict=True):
-        part[:] = np.abs(at[name]) if is_array(at[name]) else abs(float(at[name]))
-    per = np.where(np.array(names)[:, None] == "kappa", size, 1.0)
-    size = np.where(size == 0, 1.0, size) / per
     # What counts is the relative change of a parameter, beside that of all.
     with np.errstate(over="ignore"):
-        scale = np.maximum(1.0, (size * np.abs(logs.slopes)).max(axis=0))
-        fine = (errors.slopes <= _ENOUGH * np.maximum(1.0, scale / size)).all(axis=0)
-        slopes = logs.slopes / per
-        off = (errors.slopes + _ROUNDING * np.abs(logs.slopes)) / per
+        allowed = _ENOUGH * np.maximum(1.0, directions.largest_change(logs.slopes))
+        fine = (errors.slopes <= allowed).all(axis=0)
+        slopes, off = logs.slopes, errors.slopes + _ROUNDING * np.abs(logs.slopes)
+        of_kappa = names.index("kappa")
+        for part in (slopes, off):
+            part[of_kappa] /= scenes.numbers["kappa"]
     rows: list[_Slopes | None] = []
     for j in range(len(fine)):
         each = zip(names, slopes[:, j], off[:, j], strict=True)

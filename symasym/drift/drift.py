@@ -64,10 +64,12 @@ _MOST_DIGITS = 8_000
 class FlatValues(dict[str, Any]):
     """Parameters of scenes, each one number or an array with one element a scene.
 
-    `field` is the field of the drift that was made of them, where it was kept.
+    `field` is the field of the drift that was made of them, where it was kept, and `changes` are
+    the derivatives of its coefficients.
     """
 
     field: Any = None
+    changes: Any = None
 
 
 class Drift:

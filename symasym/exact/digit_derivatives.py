@@ -133,6 +133,8 @@ class _Side:
         self.scene: Partition = swept_scene(drift, mirrored, 2 / kappa**2, context)
         self.numbers = self.scene.numbers
         self.changes = [ExactField(change, mirrored, context) for change in changes]
+        for change in self.changes:
+            change.resolve()
         self.scene.changes = self.changes
         self.of_kappa = Rational(-2 / kappa)
         #: Whether r is one of the parameters, the last.

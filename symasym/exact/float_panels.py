@@ -187,7 +187,7 @@ def exponents_of_series(
         lam int phi from the left end of each panel to its Gauss nodes.
     rise : array of shape (count, blocks)
     """
-    to_nodes, whole = running_powers(count, len(series))
+    to_nodes, whole = running_powers(count, series.shape[0])
     return np.matmul(to_nodes, series, out=out), -(whole @ series)
 
 

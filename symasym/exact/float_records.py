@@ -261,8 +261,8 @@ def _moments(
                 )
                 if field.directions:
                     rounded = plan.shift[index] / np.maximum(plan.steep[index], 1e-300)
-                    gap += (_SLOPE_ROUNDING + 4 * rounded) * reach
-                    off = [gap, gap + _SLOPE_TRUNCATION * missed[index] * reach]
+                    gap += (SLOPE_ROUNDING + 4 * rounded) * reach
+                    off = [gap, gap + SLOPE_TRUNCATION * missed[index] * reach]
             for whole, found in zip(moments, some, strict=True):
                 whole[index] = found
             if field.directions:
@@ -337,9 +337,9 @@ def _unresolved(field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors)
 
 
 #: More than the rounding of a slope, relative to the largest on its way.
-_SLOPE_ROUNDING = 4e-15
+SLOPE_ROUNDING = 4e-15
 #: How much more of a slope than of the moment the nodes of a panel miss, in units of its reach.
-_SLOPE_TRUNCATION = 100.0
+SLOPE_TRUNCATION = 100.0
 
 
 def _slope_nodes(blocks: Blocks, anchors: Anchors, nodes: FloatArray) -> FloatArray:
@@ -371,7 +371,7 @@ def _slow_slopes(
     of_drift = lam_h[:, None] * field.directions.of_drift(blocks.scene, u)
     dual = _dual(field, of_drift.swapaxes(1, 2), blocks.scene, x.T).T
     least = np.abs(x).min(axis=1)
-    off = (_SLOPE_ROUNDING + 4 * shift / least) * np.abs(dual.slopes).max(axis=2)
+    off = (SLOPE_ROUNDING + 4 * shift / least) * np.abs(dual.slopes).max(axis=2)
     off += np.abs(dual.slopes @ tail_of()).max(axis=2)
     # Differentiating for the series multiplies what is wrong at an end by 2 NODES^2 a width.
     growth = 1.0 + 2 * float_panels.NODES**2 / least

@@ -15,13 +15,16 @@ a single integral, of which only the part counts where the exponent is above -36
 takes one Gauss rule: with n nodes the rule of f misses at most 64/15 M rho^(-2n)/(1 - rho^-2) on
 [-1, 1], where |f| <= M on the ellipse of foci -1 and 1 whose half axes have the sum rho (L. N.
 Trefethen, Approximation Theory and Approximation Practice, theorem 19.3).
+
+Derivatives by parameters go along as dual arrays, by panels alone. All that is linear in q is done
+at once, to the coefficients and, behind them in one array, to their derivatives.
 """
 
 from __future__ import annotations
 
 import math
 from functools import cache, lru_cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -31,9 +34,13 @@ from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels
 from symasym.exact.float_blocks import FAINT, MODERATE, centred
 from symasym.exact.float_panels import NODES, REACH, REACH_DOWN, RESOLUTION
+from symasym.exact.float_records import SLOPE_ROUNDING, SLOPE_TRUNCATION
 from symasym.exact.sweep import Swept
-from symasym.numbers.float_arrays import LogPositive
-from symasym.special.exponentials import log_quotient, mean_place
+from symasym.numbers.float_arrays import DualArray, empty, slopes_of, value_of, with_log
+from symasym.special.exponentials import log_quotient, mean_place, spread_of_place
+
+if TYPE_CHECKING:
+    from symasym.drift.field.directions import Directions
 
 _ULP = 2e-16  # of an exponent, its sum included
 _ROUNDING = 2e-15  # of fewer than 15 operations; and what is left out, below e^-36
@@ -56,17 +63,23 @@ _FEW = 32  # sides, of which more take a rule of their own
 
 class _Sides(NamedTuple):
     """Some sides: lam, the coefficients of q, Q, the width h, the relative error of a panel, that
-    of an exponential; log sigma at u = -1, its error with those of a side, and w there."""
+    of an exponential; log sigma at u = -1, its error with those of a side, and w there.
 
-    lam: FloatArray
+    In directions lam, log sigma and w are dual, the slopes of the error are the errors of slopes,
+    the coefficients' derivatives come after them, and so do those of Q, by which no exponent
+    changes more, in `reach`.
+    """
+
+    lam: Any
     series: FloatArray
     size: FloatArray
     h: FloatArray
     own: FloatArray
     moved: FloatArray
-    log_sigma: FloatArray
-    error: FloatArray
-    w: FloatArray
+    log_sigma: Any
+    error: Any
+    w: Any
+    reach: FloatArray
 
     def take(self, index: slice | IntArray) -> _Sides:
         """Some of the sides."""
@@ -91,17 +104,21 @@ def swept(field: Field, lam: FloatArray, r: FloatArray, end: FloatArray) -> tupl
         moderate &= inside
     index = moderate.nonzero()[0]
     some = _run(index)
-    coefficients = None if field.directions else field.series(some)
+    coefficients = field.series(some)
     if coefficients is None or not index.size:
         return index[:0], _logs(np.empty((4, 0)))
     lam, r, end, rate, a_minus = (x[some] for x in (lam, r, end, rate, field.a_minus))
     h = end + 1.0
+    terms = len(coefficients)
+    if field.directions:
+        coefficients = field.directions.series(coefficients, some)
     if (end == end[0]).all():
-        series = _shift(len(coefficients), float(end[0])) @ coefficients
+        series = _shift(terms, float(end[0])) @ coefficients
         series *= lam * h
     else:
-        series = centred(coefficients.copy(), (end - 1.0) / 2, h / 2, lam * h)
-    size = (1.0 / np.arange(1.0, len(series) + 1)) @ np.abs(series)
+        series = _centred(coefficients.copy(), (end - 1.0) / 2, h / 2, lam * h)
+    reach = _weights(terms) @ np.abs(series)
+    size = _first(reach, 1)
     # The error of a panel is that of others which are not graded (`symasym.exact.floats`).
     own = 5e-15 + 8e-18 * rate
     # Left of u = -1 sigma and w are those of a constant drift.
@@ -112,22 +129,79 @@ def swept(field: Field, lam: FloatArray, r: FloatArray, end: FloatArray) -> tupl
     w *= mean_place(x)
     moved = _ULP * size
     error = own + moved + _ULP * np.maximum(x, 0.0) + _ROUNDING
-    sides = _Sides(lam, series, size, h, own, moved, log_sigma, error, w)
-    found = np.empty((4, len(index)))
+    sides = _Sides(lam, series, size, h, own, moved, log_sigma, error, w, reach)
+    found: Any = np.empty((4, len(index)))
     found[3] = np.nan
     alone = (log_sigma > FAINT + size).nonzero()[0]
-    if alone.size > _FEW:
+    if field.directions:
+        sides = _with_slopes(sides, field.directions, coefficients[1:], width, x)
+        found = empty(found.shape, sides.w)
+        found.value[:] = np.nan
+    elif alone.size > _FEW:
         some = _run(alone)
         found[:, some] = _single(sides.take(some))
-    rest = (np.isnan(found[3]) & (size < _HIGHEST)).nonzero()[0]
+    rest = (np.isnan(value_of(found)[3]) & (size < _HIGHEST)).nonzero()[0]
     if rest.size:
         some = _run(rest)
-        found[:, some] = _nested(sides.take(some))
-    done = found[1] + found[2] + found[3]
+        for row, values in zip(found, _nested(sides.take(some)), strict=True):
+            row[some] = values
+    done = value_of(found)[1:].sum(axis=0)
+    if field.directions:
+        done += found.slopes.sum(axis=(0, 1))
     if not math.isfinite(done.sum()):
         done = np.isfinite(done)
         index, found = index[done], found[:, done]
     return index, _logs(found)
+
+
+def _with_slopes(
+    sides: _Sides, directions: Directions, changes: FloatArray, width: FloatArray, x: FloatArray
+) -> _Sides:
+    """The sides with all slopes at u = -1, where the derivatives of lam A over lam are polynomials
+    with these `changes` for coefficients; x = lam a- `width`."""
+    lam, mean, away = sides.lam, mean_place(x), mean_place(-x)
+    rate = directions.rate(lam)
+    signs = np.resize((1.0, -1.0), changes.shape[1])
+    of_x, known = (lam * width * y for y in (signs @ changes, 1e-15 * np.abs(changes).sum(axis=1)))
+    wider = slopes_of(directions.outer_width(width)) / width
+    of_x += x * wider
+    of_sigma, of_w = away * of_x + wider, spread_of_place(x) / mean * of_x
+    known *= np.maximum(away, spread_of_place(x) / mean)
+    # sigma counts beside e^Q h.
+    beside = np.exp(np.minimum(sides.size - sides.log_sigma, 0.0))
+    reach = sides.reach[1:] + np.abs(of_w) + np.abs(wider) + beside * np.abs(of_sigma)
+    known += SLOPE_ROUNDING * (np.abs(of_sigma) + np.abs(of_w))
+    shares = sides.own + sides.moved + _ROUNDING + _ULP * np.maximum(x, 0.0) * beside
+    known += (2.0 * shares + SLOPE_ROUNDING) * reach
+    return sides._replace(
+        lam=rate,
+        log_sigma=DualArray(sides.log_sigma, of_sigma),
+        w=DualArray(sides.w, sides.w * (rate.slopes / lam + wider - of_w)),
+        error=DualArray(sides.error, known),
+        reach=reach,
+    )
+
+
+@cache
+def _weights(terms: int) -> FloatArray:
+    """Integrals of t^k from 0 to 1."""
+    return 1.0 / np.arange(1.0, terms + 1)
+
+
+def _dual(x: FloatArray) -> Any:
+    """A matrix, or the dual array of several, one after the other."""
+    return x if x.ndim == 2 else DualArray(x[0], x[1:])
+
+
+def _first(x: FloatArray, axes: int) -> FloatArray:
+    """The first of arrays that are one after the other, where these have so many axes; else `x`."""
+    return x if x.ndim == axes else x[0]
+
+
+def _centred(coefficients: FloatArray, middle: Any, half: Any, scale: FloatArray) -> FloatArray:
+    """`centred`, of one array or of several, one after the other."""
+    centred(coefficients.swapaxes(0, -2), middle, half, scale)
+    return coefficients
 
 
 @lru_cache
@@ -145,7 +219,7 @@ def _run(index: IntArray) -> slice | IntArray:
 
 def _logs(found: FloatArray) -> Swept:
     """sigma and w from their logarithms, each followed by its error."""
-    return Swept(LogPositive(found[0], found[1]), LogPositive(found[2], found[3]))
+    return Swept(with_log(found[0], found[1]), with_log(found[2], found[3]))
 
 
 # -- panels ----------------------------------------------------------------------------------------
@@ -153,26 +227,30 @@ def _logs(found: FloatArray) -> Swept:
 
 def _nested(sides: _Sides) -> tuple[FloatArray, ...]:
     """log sigma, its error, log w and its error, nan where the panels do not resolve e^{lam V}."""
-    sigma, time, missed = _joined(sides, *_integrals(sides.series))
+    state, off = _joined(sides, *_integrals(sides.series))
+    sigma, time = state
+    missed = _first(off, 1)
     missed[missed > RESOLUTION] = np.nan
     # Exponents lam (V(v) - V(u)) are off by `moved` at most, by as much for each of two in w.
-    missed += sides.own
-    log, error = np.log(sigma * sides.h), sides.error + missed
+    lost: Any = sides.own + missed
+    if isinstance(sides.error, DualArray):
+        lost = DualArray(lost, SLOPE_TRUNCATION * off[1:] + 2.0 * missed * sides.reach)
+    log, error = np.log(sigma * sides.h), sides.error + lost
     time /= sigma
     time *= sides.lam * sides.h
-    missed *= 2.0
-    missed += sides.moved
-    return log, error + _ROUNDING * np.abs(log), np.log(time), error + missed
+    lost *= 2.0
+    lost += sides.moved
+    return log, error + _ROUNDING * np.abs(value_of(log)), np.log(time), error + lost
 
 
-def _integrals(series: FloatArray) -> tuple[FloatArray, list[int], IntArray]:
+def _integrals(series: FloatArray) -> tuple[Any, FloatArray, list[int], IntArray]:
     """Of each panel e^{lam V} at its right end, 1 being that at its left one, the integrals of
-    `float_panels.integrals` in half widths of the side, and what the nodes miss of them.
+    `float_panels.integrals` in half widths of the side; what the nodes miss of them.
 
     First come the first panels of all sides, then the second ones, ...: how many there are of each,
     and the sides' order.
     """
-    count, ends = _panels(series)
+    count, ends = _panels(_first(series, 2))
     number, sides = len(ends) - 1, len(count)
     order, widths = np.arange(sides), [sides]
     if number > sides:
@@ -182,12 +260,13 @@ def _integrals(series: FloatArray) -> tuple[FloatArray, list[int], IntArray]:
         first = (np.add.accumulate(count) - count)[order]
         side = np.concatenate([order[:n] for n in widths])
         at = np.concatenate([first[:n] + k for k, n in enumerate(widths)])
-    parts = np.empty((5, number))
+    parts = empty((4, number), _dual(series))
+    missed = np.empty((*series.shape[:-2], number))
     place, memory = float_panels.memory()
     for begin in range(0, number, float_panels.AT_ONCE):
         step()
         some = slice(begin, min(begin + float_panels.AT_ONCE, number))
-        local = series[:, some]
+        local = series[..., some]
         if number > sides:
             row, left = side[some], at[some]
             # The k-th side is [2 k - 1, 2 k + 1] there.
@@ -196,42 +275,51 @@ def _integrals(series: FloatArray) -> tuple[FloatArray, list[int], IntArray]:
             half *= 0.5
             middle -= 2.0 * row
             middle += half
-            local = centred(series.take(row, axis=1), middle, half, half)
-        (out,) = float_panels.arrays_in(place, (NODES,), (1, local.shape[1]))
-        exponents, rise = float_panels.exponents_of_series(local, 1, out)
-        np.exp(rise[0], out=parts[0, some])
-        for part, found in zip(parts[1:], float_panels.integrals(exponents, memory), strict=True):
+            local = _centred(series.take(row, axis=-1), middle, half, half)
+        if local.ndim == 2:
+            (out,) = float_panels.arrays_in(place, (NODES,), (1, local.shape[1]))
+            exponents, rise = float_panels.exponents_of_series(local, 1, out)
+            *integrals, lost = float_panels.integrals(exponents, memory)
+        else:
+            exponents, rise = float_panels.exponents_of_series(_dual(local), 1)
+            *integrals, lost = float_panels.integrals(exponents)
+        for part, found in zip(parts, (np.exp(rise), *integrals), strict=True):
             part[some] = found[0]
+        missed[..., some] = lost[0]
+        if local.ndim > 2:
+            missed[1:, some] *= _weights(local.shape[1]) @ np.abs(local[1:])
         if number > sides:
             parts[1:4, some] *= half
             parts[3, some] *= half
-    return parts, widths, order
+    return parts, missed, widths, order
 
 
-def _joined(sides: _Sides, parts: FloatArray, widths: list[int], order: IntArray) -> FloatArray:
+def _joined(
+    sides: _Sides, parts: Any, missed: FloatArray, widths: list[int], order: IntArray
+) -> tuple[Any, FloatArray]:
     """sigma in widths of the side and its integral in their squares, w sigma over lam, at the ends
     of the sides; the most that is missed on a panel."""
-    state = np.zeros((3, len(order)))
-    sigma, time, _ = state
-    np.exp(sides.log_sigma, out=sigma)
-    sigma /= sides.h
-    np.divide(sides.w, sides.lam * sides.h, out=time)
-    time *= sigma
-    state = state.take(order, axis=1)
-    low = 0
+    state = empty((2, len(order)), sides.w)
+    state[0] = np.exp(sides.log_sigma) / sides.h
+    state[1] = sides.w / (sides.lam * sides.h) * state[0]
+    if len(widths) > 1:
+        state = state[:, order]
+    most, low = np.zeros((*missed.shape[:-1], len(order))), 0
     for n in widths:
-        end, int_e, int_inverse, nested, lost = parts[:, low : low + n]
-        sigma, time, missed = state[:, :n]
+        end, int_e, int_inverse, nested = parts[:, low : low + n]
+        sigma, time = state[:, :n]
         int_inverse *= sigma
         nested += int_inverse
         time += nested
         sigma += int_e
         sigma /= end
-        np.maximum(missed, lost, out=missed)
+        np.maximum(most[..., :n], missed[..., low : low + n], out=most[..., :n])
         low += n
+    if len(widths) == 1:
+        return state, most
     back = np.empty_like(order)
     back[order] = np.arange(len(order))
-    return state.take(back, axis=1)
+    return state[:, back], most[..., back]
 
 
 def _panels(series: FloatArray) -> tuple[IntArray, FloatArray]:

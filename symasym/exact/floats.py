@@ -8,7 +8,7 @@ lam. What float64 cannot promise to a relative `TOLERANCE` is computed with more
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -55,16 +55,21 @@ _UNDERFLOW = 1e-300  # below which slopes lose digits
 
 def of_scenes(scenes: Scenes, request: Request) -> Answers:
     """Logarithms right to `TOLERANCE`, and their errors by running analysis."""
+    found = [_right_logs(some, request.name) for some in pieces(scenes)]
+    logs, errors = found[0] if len(found) == 1 else map(np.concatenate, zip(*found, strict=True))
+    return Answers(logs, errors, "estimate", (request.name,))
+
+
+def pieces(scenes: Scenes) -> Iterator[Scenes]:
+    """The scenes, so many at once that their numbers stay in the cache."""
     number = len(scenes.lam)
     if number <= _SCENES_AT_ONCE:
-        return Answers(*_right_logs(scenes, request.name), "estimate", (request.name,))
-    logs, errors = np.empty(number), np.empty(number)
+        yield scenes
+        return
     for low in range(0, number, _SCENES_AT_ONCE):
         part = slice(low, low + _SCENES_AT_ONCE)
         parameters = {n: x[part] if is_array(x) else x for n, x in scenes.parameters.items()}
-        some = rows_of(scenes, part)._replace(parameters=parameters)
-        logs[part], errors[part] = _right_logs(some, request.name)
-    return Answers(logs, errors, "estimate", (request.name,))
+        yield rows_of(scenes, part)._replace(parameters=parameters)
 
 
 def float_logs(scenes: Scenes, name: str, directions: Directions | None = None) -> tuple[Any, Any]:
@@ -78,6 +83,10 @@ def float_logs(scenes: Scenes, name: str, directions: Directions | None = None) 
         field = field_of(scenes.drift, scenes.parameters, count, directions)
         logs, errors = globals()[quantity.verb](field, scenes.lam, **numbers)
         errors += input_rounding(scenes, field.size()[:count])
+        if directions:
+            # What the start changes is known better (`_with_start`).
+            change = input_rounding(scenes, field.size()[:count], ("kappa", "start"))
+            errors.slopes += change * directions.largest_change(logs.slopes)
         return logs, errors
 
 
@@ -115,7 +124,8 @@ def escape_time(field: Field, lam: FloatArray, r: FloatArray, start: FloatArray)
     lam, r, start : arrays of shape (scenes,)
     """
     left, right = _from_both_ends(field, lam, r, start)
-    return _with_start(field, _logs(sweep.escape_time(left, right)), "T", start, left, right)
+    time = _logs(sweep.escape_time(left, right))
+    return _with_start(field, lam, time, "T", start, left, right)
 
 
 def exit_probability(
@@ -125,7 +135,7 @@ def exit_probability(
     left, right = _from_both_ends(field, lam, r, start)
     sigmas = (right.sigma, left.sigma) if complement else (left.sigma, right.sigma)
     share = _logs(formulas.exit_share(*sigmas))
-    return _with_start(field, share, "1 - C" if complement else "C", start, left, right)
+    return _with_start(field, lam, share, "1 - C" if complement else "C", start, left, right)
 
 
 def stationary_density(field: Field, lam: FloatArray, y: FloatArray) -> Logs:
@@ -174,16 +184,23 @@ def _logs(quantity: LogPositive) -> Logs:
 
 
 def _with_start(
-    field: Field, logs: Logs, quantity: str, start: FloatArray, left: Swept, right: Swept
+    field: Field,
+    lam: FloatArray,
+    logs: Logs,
+    quantity: str,
+    start: FloatArray,
+    left: Swept,
+    right: Swept,
 ) -> Logs:
     """The logarithms with their derivative in the start, from both sides of it, as the last.
 
     T' = (w_R sigma_R - w_L sigma_L)/(sigma_L + sigma_R); sigma is S/S' (see `exact.sweep`). Where
-    r stretches the interval it has moved the start as well.
+    r stretches the interval it has moved the start as well. A start that is not the one given moves
+    the slopes, its own as T'' = -lam (1 + phi T') and C'' = -lam phi C'.
     """
     if not field.directions:
         return logs
-    nothing = LogPositive.of(np.zeros_like(left.sigma.log))
+    nothing = 0 * left.sigma
     if quantity == "T":
         w = left.w + right.w
         terms = right.w / w / left.sigma, left.w / w / right.sigma
@@ -196,6 +213,14 @@ def _with_start(
     moved = start * field.directions.stretch[: len(start)]
     logs.value.slopes[-1] -= moved * slope
     logs.error.slopes[-1] += np.abs(moved) * error
+    if off := 2.0 * field.directions.off:
+        scene = np.arange(len(start))
+        inside = field.phi(scene, np.clip(start, -1.0, 1.0)[:, None])[:, 0]
+        ends = field.a_minus[scene], field.a_plus[scene]
+        phi = np.where(start < -1.0, ends[0], np.where(start > 1.0, ends[1], inside))
+        curved = phi * slope + (np.exp(-logs.value.value) if quantity == "T" else 0.0)
+        error += off * (np.abs(lam * curved) + slope * slope)
+        logs.error.slopes[:] += off * np.abs(first * terms[0].slopes - second * terms[1].slopes)
     return Logs(
         DualArray(logs.value.value, np.vstack((logs.value.slopes, slope))),
         DualArray(logs.error.value, np.vstack((logs.error.slopes, error))),
@@ -235,7 +260,7 @@ def _from_both_ends(
             sweep.first,
         )
         for whole, some in zip((sigma, w), known, strict=True):
-            whole.log[moderate], whole.error[moderate] = some.log, some.error
+            whole[moderate] = some
     return Swept(sigma[:n], w[:n]), Swept(sigma[n:], w[n:])
 
 

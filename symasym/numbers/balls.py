@@ -198,6 +198,69 @@ class _Analytic:
         return _Analytic(self.drift, -self.sign)
 
 
+class _Sharpened:
+    """A function whose formula cancels so many bits, with as many more."""
+
+    def __init__(self, whole: Profile, lost: int) -> None:
+        self._whole, self._lost = whole, lost
+
+    def _bits(self) -> int:
+        bits: int = flint_module().ctx.prec
+        return bits + self._lost
+
+    def value(self, u: Fraction) -> Any:
+        with precision(self._bits()):
+            return self._whole.value(u)
+
+    def bound(self, center: Fraction, radius: Fraction) -> Any:
+        """By the Taylor coefficients, and Cauchy's bound of others on a disk 2^_WIDER as large,
+        whose own bound is that of terms which do not cancel."""
+        flint = flint_module()
+        largest = self._whole.bound(center, 2**_WIDER * radius)
+        if not largest.is_finite():
+            return self._whole.bound(center, radius)
+        terms, cap = self._bits() // _WIDER + 1, flint.ctx.cap
+        try:
+            flint.ctx.cap = terms
+            known = self.series(center, radius, terms).coeffs()
+        finally:
+            flint.ctx.cap = cap
+        tail = largest * flint.arb(2) ** (1 - _WIDER * terms)
+        return sum(map(abs, known), tail)
+
+    def series(self, center: Fraction, half: Fraction, terms: int) -> Any:
+        with precision(self._bits()):
+            return self._whole.series(center, half, terms)
+
+    def terms(self) -> int | None:
+        return self._whole.terms()
+
+    def mirrored(self) -> Profile:
+        return _Sharpened(self._whole.mirrored(), self._lost)
+
+
+#: log2 of the radius of a second disk about a panel, over that of the first.
+_WIDER = 8
+# Bits that a formula may cancel before more are taken, at most so many.
+_CANCELLED, _MOST_BITS = 64, 1 << 14
+
+
+def sharpened(profile: Profile) -> Profile:
+    """The same function, right to working precision where its formula cancels."""
+    if profile.terms() is not None:
+        return profile
+    lost, bits = 0, 128
+    while bits <= _MOST_BITS:
+        with precision(bits):
+            values = [profile.value(u) for u in (Fraction(1, 3), Fraction(-3, 7))]
+        if all(x.is_finite() for x in values):
+            wide = max(values, key=lambda x: x.rad()).rad()
+            lost = bits + int(float(wide.log().upper()) * 1.4427) if wide > 0 else 0
+            break
+        bits *= 2
+    return _Sharpened(profile, lost) if lost > _CANCELLED else profile
+
+
 def profile_of(drift: Drift) -> Profile:
     """A(u) of a drift as the panels need it."""
     coefficients = drift.exact_coefficients()

@@ -269,6 +269,25 @@ class DualArray:
         ratio = other / self.value
         return DualArray(ratio, -ratio * (self.slopes / self.value))
 
+    def __iadd__(self, other: Any) -> DualArray:
+        self.value += value_of(other)
+        self.slopes += slopes_of(other)
+        return self
+
+    def __imul__(self, other: Any) -> DualArray:
+        self.slopes *= value_of(other)
+        if isinstance(other, DualArray):
+            self.slopes += self.value * other.slopes
+        self.value *= value_of(other)
+        return self
+
+    def __itruediv__(self, other: Any) -> DualArray:
+        self.value /= value_of(other)
+        if isinstance(other, DualArray):
+            self.slopes -= self.value * other.slopes
+        self.slopes /= value_of(other)
+        return self
+
     def __matmul__(self, matrix: FloatArray) -> DualArray:
         return DualArray(self.value @ matrix, self.slopes @ matrix)
 
@@ -314,9 +333,23 @@ def slopes_of(x: Any) -> Any:
     return x.slopes if isinstance(x, DualArray) else 0.0
 
 
+def empty(shape: tuple[int, ...], like: Any) -> Any:
+    """An array of this shape, dual in as many parameters as another is."""
+    values = np.empty(shape)
+    return (
+        DualArray(values, np.empty((len(like.slopes), *shape)))
+        if isinstance(like, DualArray)
+        else values
+    )
+
+
 def _exp(x: DualArray) -> DualArray:
     value = np.exp(x.value)
     return DualArray(value, x.slopes * value)
+
+
+def _log(x: DualArray) -> DualArray:
+    return DualArray(np.log(x.value), x.slopes / x.value)
 
 
 def _expm1(x: DualArray) -> DualArray:
@@ -325,7 +358,10 @@ def _expm1(x: DualArray) -> DualArray:
 
 def _product(x: FloatArray, y: DualArray) -> DualArray:
     """A plain matrix times a dual one."""
-    return DualArray(x @ y.value, x @ y.slopes)
+    slopes = y.slopes
+    if x.ndim > y.value.ndim:
+        slopes = slopes.reshape(len(slopes), *(1,) * (x.ndim - y.value.ndim), *y.value.shape)
+    return DualArray(x @ y.value, x @ slopes)
 
 
 def _where(test: Any, x: Any, y: Any) -> DualArray:
@@ -354,6 +390,7 @@ _RULES: dict[Any, Callable[..., Any]] = {
     np.negative: lambda x: -x,
     np.absolute: abs,
     np.exp: _exp,
+    np.log: _log,
     np.expm1: _expm1,
 }
 _FUNCTIONS: dict[Any, Callable[..., Any]] = {np.where: _where, np.concatenate: _concatenate}
@@ -395,6 +432,9 @@ class LogPositive:
 
     def __getitem__(self, index: slice | IntArray) -> LogPositive:
         return LogPositive(self.log[index], self.error[index])
+
+    def __setitem__(self, index: IntArray, other: LogPositive) -> None:
+        self.log[index], self.error[index] = other.log, other.error
 
     def followed_by(self, other: LogPositive) -> LogPositive:
         """One array of these numbers and those of another."""
@@ -467,6 +507,10 @@ class LogSlopes(LogPositive):
     def __getitem__(self, index: slice | IntArray) -> LogSlopes:
         plain = super().__getitem__(index)
         return LogSlopes(plain, self.slopes[:, index], self.slope_error[:, index])
+
+    def __setitem__(self, index: IntArray, other: LogPositive) -> None:
+        super().__setitem__(index, other)
+        self.slopes[:, index], self.slope_error[:, index] = _slopes(other)
 
     def followed_by(self, other: LogPositive) -> LogSlopes:
         if not other.log.size:

@@ -24,7 +24,7 @@ from symasym.numbers.polynomials import poly
 if TYPE_CHECKING:
     from flint import arb
 
-__all__ = ["ball_quotient", "log_quotient", "mean_place", "quotients"]
+__all__ = ["ball_quotient", "log_quotient", "mean_place", "quotients", "spread_of_place"]
 
 
 #: Coefficients of phi_2, for floats of at most 1/2.
@@ -76,6 +76,9 @@ _BERNOULLI = [1 / 12, -1 / 720, 1 / 30240, -1 / 1209600, 1 / 47900160, -691 / 13
               1 / 74724249600]  # fmt: skip
 
 
+_SPREAD = [(2 * k + 1) * b for k, b in enumerate(_BERNOULLI)]
+
+
 def mean_place(x: FloatArray) -> FloatArray:
     """phi_2(x)/phi_1(x) = 1/x - 1/(e^x - 1): the mean of 1 - t with the weight e^(x t)."""
     small = np.abs(x) < 0.5
@@ -85,6 +88,16 @@ def mean_place(x: FloatArray) -> FloatArray:
         y = x[small]
         share[small] = 0.5 - y * poly(_BERNOULLI, y * y)
     return share
+
+
+def spread_of_place(x: FloatArray) -> FloatArray:
+    """-d/dx `mean_place`: the variance of t with the weight e^(x t)."""
+    small = np.abs(x) < 0.5
+    z = np.where(small, 1.0, np.abs(x))
+    spread: FloatArray = 1.0 / z / z - np.exp(-z) / np.expm1(-z) ** 2
+    if small.any():
+        spread[small] = poly(_SPREAD, x[small] ** 2)
+    return spread
 
 
 def ball_quotient(x: arb, order: int) -> Any:

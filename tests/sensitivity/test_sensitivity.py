@@ -14,11 +14,12 @@ from mpmath import mp, mpf
 
 import symasym as sa
 from symasym.base.errors import AccuracyError, InputError
-from symasym.exact import digit_derivatives
+from symasym.exact import digit_derivatives, float_sides, floats
 from symasym.exact.balls import derivatives
 from symasym.exact.balls import sweep as ball_sweep
 from symasym.exact.balls.panels import cut
 from symasym.numbers import balls
+from symasym.numbers.balls import exact_ball, precision, profile_of, sharpened
 from symasym.series.truncated_series import SeriesOps, TruncatedSeries
 from symasym.workshop import reference_quadrature
 from symasym.workshop.problems import BY_NAME, Problem, tagged
@@ -273,7 +274,8 @@ def test_an_array_of_one_is_asked_as_a_scalar() -> None:
         assert many.error[name][0, 0] == one.error[name]
 
 
-def test_float64_and_arrays() -> None:
+def test_float64_and_arrays(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(floats, "_SCENES_AT_ONCE", 3)
     z0, kappa = np.array([-1.2, -0.5]), np.array([[0.3], [2.0]])
     found = sa.sensitivity(sa.friction(mu=3, alpha=1, z0=z0), kappa, "5")
     assert all(value.shape == (2, 2) for value in found.derivative.values())
@@ -318,7 +320,11 @@ def test_differences_that_do_not_settle_are_refused(monkeypatch: pytest.MonkeyPa
 PROBLEMS = [p for p in tagged("moderate") if not {"slow", "refused", "narrow"} & set(p.tags)]
 
 
-@pytest.mark.parametrize("problem", PROBLEMS[::4], ids=lambda p: p.name)
+# A start that is no float moves all derivatives.
+PROBLEMS = PROBLEMS[::4] + [BY_NAME[n] for n in ("linear repelling, stiff", "start by the edge")]
+
+
+@pytest.mark.parametrize("problem", PROBLEMS, ids=lambda p: p.name)
 def test_float64_claims_no_less_than_its_error(problem: Problem) -> None:
     drift, numbers = problem.make(), (problem.kappa, problem.r)
     found = sa.sensitivity(drift, *numbers, start=problem.start)
@@ -359,6 +365,26 @@ def test_float64_against_balls(
         assert found.error[name] <= 1e-10 * max(1, abs(value)), name
 
 
+@pytest.mark.parametrize("quantity", ["T", "C", "1 - C"])
+@pytest.mark.parametrize("drift", [sa.friction(3, 1, "-0.3"), sa.polynomial(*range(-7, 6))])
+def test_moderate_sides_take_panels_of_their_own(
+    drift: sa.Drift, quantity: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def asked() -> sa.Sensitivity:
+        return sa.sensitivity(drift, "0.7", 3, start="0.25", quantity=quantity)
+
+    others: list[Any] = []
+    usual = floats._panels
+    monkeypatch.setattr(floats, "_panels", lambda *args: (others.append(args), usual(*args))[1])
+    own = asked()
+    assert not others
+    monkeypatch.setattr(float_sides, "_HIGHEST", 0.0)
+    general = asked()
+    assert others
+    for name, value in own.derivative.items():
+        assert abs(value - general.derivative[name]) <= own.error[name] + general.error[name]
+
+
 def test_what_float64_cannot_say_is_taken_from_digits() -> None:
     # Where b is 0 the needle is in dA/db alone, between the nodes that suffice for A.
     drift = sa.Drift("1 - u/2 + b*exp(-(1000*(u - 1/3))**2)").bind(b=0)
@@ -384,6 +410,34 @@ def test_noise_so_weak_that_T_is_the_time_without_it(kappa: str) -> None:
         assert abs(found.derivative[name] - true) <= found.error[name] < 1e-12
         assert abs(true) > 1e-2
     assert float(kappa) * abs(found.derivative["kappa"]) < 1e-12
+
+
+@pytest.mark.parametrize(("steepness", "proved"), [("1e-300", True), ("3e-150", False)])
+def test_a_derivative_whose_formula_cancels(
+    steepness: str, proved: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A sigmoid that is a straight line, to which its formula by the steepness adds nothing."""
+    if not proved:
+        monkeypatch.setattr(balls, "available", lambda: False)
+        monkeypatch.setattr(slopes, "_by_differences", None)
+    found = sa.sensitivity(sa.tanh(1, -1, steepness), "0.05", 3, dps=30, patience=8)
+    line = sa.sensitivity(sa.linear(1, -1), "0.05", 3, dps=30)
+    assert found.error_kind == ("bound" if proved else "estimate")
+    assert abs(found.derivative["steepness"]) <= found.error["steepness"] < 1e-29
+    for name, value in line.derivative.items():
+        assert abs(found.derivative[name] - value) <= found.error[name] + line.error[name]
+
+
+def test_bounds_where_a_formula_cancels() -> None:
+    """dA/ds of tanh(s u)/tanh(s) is 2 s (u - u^3)/3 and terms in s^3."""
+    change = profile_of(sa.tanh(-1, 1, "1e-30").derivative("steepness"))
+    with precision(128):
+        sharp, point = sharpened(change), Fraction(1, 4)
+        assert not abs(change.value(point)) < 1e-20
+        assert abs(sharp.value(point) / exact_ball(Fraction(5, 32) / 10**30) - 1) < 1e-7
+        # On |u - 1/4| <= 1/2 the largest is at 1/4 - i/2, or at 1/4 + i/2.
+        largest = abs(complex(0.25, 0.5) - complex(0.25, 0.5) ** 3) * 2 / 3e30
+        assert largest < sharp.bound(point, Fraction(1, 2)) < 3 * largest
 
 
 def test_a_derivative_beyond_float64() -> None:

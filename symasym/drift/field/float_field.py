@@ -7,6 +7,7 @@ mirrored drift -A(-u). Both fields below therefore hold each scene with a sign.
 from __future__ import annotations
 
 import math
+from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache, partial
@@ -92,20 +93,20 @@ def field_of(
 
     That of a polynomial stays beside `values` that the drift keeps (`Drift.flat_values`).
     """
-    kept = values if isinstance(values, FlatValues) and directions is None else None
+    kept = values if isinstance(values, FlatValues) else None
     if kept is not None and kept.field is not None:
         known: PolynomialField = kept.field
-        return known
+        return known.towards(directions)
     pairs = {name: DoubleDouble.of(value) for name, value in values.items()}
     with np.errstate(over="ignore", invalid="ignore"):  # nan beyond 1e300
         coefficients = drift.coefficients(pairs, DoubleDoubleOps())
     if coefficients is None or len(coefficients) > 13:
         shaped = {name: pair.broadcast_to((count,)) for name, pair in pairs.items()}
         return AnalyticField(drift, shaped, count, directions)
-    field = PolynomialField([DoubleDouble.of(c) for c in coefficients], count, directions)
+    field = PolynomialField([DoubleDouble.of(c) for c in coefficients], count)
     if kept is not None:
         kept.field = field
-    return field
+    return field.towards(directions)
 
 
 def extremes(field: Field, scene: IntArray) -> FloatArray:
@@ -120,10 +121,9 @@ def extremes(field: Field, scene: IntArray) -> FloatArray:
 class PolynomialField:
     """A is a polynomial of modest degree."""
 
-    def __init__(
-        self, coefficients: list[DoubleDouble], count: int, directions: Directions | None = None
-    ) -> None:
-        self.directions = directions
+    directions: Directions | None = None
+
+    def __init__(self, coefficients: list[DoubleDouble], count: int) -> None:
         self._count, self._pairs = count, coefficients
         self._c = np.empty((len(coefficients), 2 * count))
         for k, pair in enumerate(coefficients):
@@ -134,6 +134,14 @@ class PolynomialField:
         self._size: FloatArray = np.abs(self._c).sum(axis=0)
         low, high = ends_of(coefficients, count)
         self.a_minus, self.a_plus = np.concatenate((low, -high)), np.concatenate((high, -low))
+
+    def towards(self, directions: Directions | None) -> PolynomialField:
+        """The same field, differentiated in these directions."""
+        if directions is None:
+            return self
+        field = copy(self)
+        field.directions = directions
+        return field
 
     def phi(self, scene: IntArray, u: FloatArray) -> FloatArray:
         """Drift at `u`, by Horner's rule."""

@@ -28,6 +28,8 @@ _MOST_BITS = 1_000_000
 _MOST_EXTRA_BITS = 4096
 # A series about a point serves within this part of the disk on which A is bounded.
 _WITHIN = 8
+# Where a formula is looked at for cancellation; at few points it may cancel exactly.
+_PROBES = [Rational(k, abs(k) + 3) for k in (-31, -17, -10, -5, -2, 1, 4, 7, 14, 23)]
 _PLANNING = 32  # coefficients of it that plans see
 
 
@@ -75,8 +77,9 @@ class ExactField:
             return Rational(poly(self._polynomial, u))
         if abs(u) == 1 and (known := self._drift.end(self._sign * int(u))) is not None:
             return self._sign * known + self._offset
-        ops = MpmathOps(self._context)
-        value = to_fraction(self._drift.evaluate(ops.rational(self._sign * u), ops))
+        with self._context.workprec(self._context.prec + self._extra_bits):
+            ops = MpmathOps(self._context)
+            value = to_fraction(self._drift.evaluate(ops.rational(self._sign * u), ops))
         return self._sign * value + self._offset
 
     def float_values(self, u: FloatArray) -> FloatArray:
@@ -119,6 +122,17 @@ class ExactField:
                 "A varies too fast or cancels too much inside [-1, 1] for the digits asked for; "
                 "ask for fewer digits or write A so that its terms do not cancel."
             )
+
+    def resolve(self) -> None:
+        """Take as many more bits from now on as the formula cancels."""
+        unit, close = Rational(1, 1 << (self._context.prec - 8)), self._polynomial is not None
+        while not close:
+            values = [self.value(u) for u in _PROBES]
+            self._extra_bits *= 2
+            self.sharpen()
+            again = [self.value(u) for u in _PROBES]
+            pairs = zip(values, again, strict=True)
+            close = all(abs(a - b) <= unit * max(Rational(1), abs(b)) for a, b in pairs)
 
     def about_middle(self, centre: Fraction, t0: Fraction, t1: Fraction) -> list[float]:
         """Taylor coefficients of phi about the middle of [centre + t0, centre + t1], in units

@@ -36,7 +36,7 @@ from symasym.exact.balls.sweep import (
 )
 from symasym.exact.sweep import Deferred, Sum, Swept
 from symasym.generated import formulas
-from symasym.numbers.balls import Profile, exact_ball, flint_module, profile_of
+from symasym.numbers.balls import Profile, exact_ball, flint_module, profile_of, sharpened
 
 if TYPE_CHECKING:
     from flint import arb
@@ -84,7 +84,10 @@ def log_slopes(
         profile, given = profile_of(drift), list(directions.values())
         mirrored = [d.mirrored() for d in given]
         cuts = (profile, start, given), (profile.mirrored(), -start, mirrored)
-        pieces = [pieces_of(p, lam, -r, x, _MOST_PANELS, _unbounded(d)) for p, x, d in cuts]
+        pieces: list[list[Outer | Panel]] = []
+        for p, x, d in cuts:
+            most = _MOST_PANELS - sum(map(len, pieces))
+            pieces.append(pieces_of(p, lam, -r, x, most, _unbounded(d)))
         _refuse_many(sum(map(len, pieces)))
         left, right = (_swept(p, lam, c[2]) for p, c in zip(pieces, cuts, strict=True))
         if quantity == "T":
@@ -134,7 +137,8 @@ def log_slopes_of_occupation(
 def _directions(drift: Drift, kappa: Fraction) -> dict[str, Direction]:
     """The changes per unit of each parameter, and of kappa: d(log lam)/d(kappa) = -2/kappa."""
     directions = {
-        name: Direction(profile_of(derivative_of(drift, name))) for name in drift.parameters
+        name: Direction(sharpened(profile_of(derivative_of(drift, name))))
+        for name in drift.parameters
     }
     directions["kappa"] = Direction(profile_of(drift), -2 / kappa, -2 / kappa)
     return directions
