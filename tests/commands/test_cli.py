@@ -278,6 +278,11 @@ def test_json_in_float64(capsys: pytest.CaptureFixture[str]) -> None:
             ["value", "escape-time", "--expr", "arctan(u)", "--kappa", "1", "--r", "2"],
             "perhaps you mean 'atan'",
         ),
+        (["value", "T", "--drift", "linear"], "perhaps you mean 'escape-time'"),
+        (
+            ["value", "escape-time", "--drift", "linear", "--kapa=1", "--r", "2"],
+            "--kapa is no option; perhaps you mean '--kappa'",
+        ),
         (["value", "escape-time", "--expr", "1/u", "--kappa", "1", "--r", "2"], "u"),
         (
             ["value", "escape-time", "--drift", "sine", "--set", "waves=1.5"]

@@ -701,6 +701,16 @@ REFUSED = {
     ),
     "weakest noise": Refused(sa.escape_time, CROSSING, "1e-200", 2),
     "weakest noise in an array": Refused(sa.escape_time, CROSSING, [0.1, 1e-200], 2),
+    "weakest noise, a text in an array": Refused(
+        sa.escape_time,
+        CROSSING,
+        ["1e-320", "1/10"],
+        2,
+        then=[
+            lambda: sa.escape_time(CROSSING, ["1e-320", "1/10"], 2, method="laplace", dps=20),
+            lambda: sa.escape_time(CROSSING, ["1e-320", "1/10"], 2, errors="nan"),
+        ],
+    ),
     "weakest noise, digits": Refused(sa.escape_time, CROSSING, "1e-200", 2, dps=20),
     "multiple zero near the start": Refused(
         sa.escape_time,

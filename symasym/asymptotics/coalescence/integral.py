@@ -30,6 +30,7 @@ from symasym.asymptotics.laplace.maxima import local_maxima, vanishes_identicall
 from symasym.base.call_context import own_context, symbolic
 from symasym.base.errors import InputError
 from symasym.base.inputs import count, exact
+from symasym.drift.short import simplified
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -164,7 +165,7 @@ def uniform_integral(
         partial(uniform_integral, near=near),
         "erfc" if kind == "real" else "airy",
         tuple(conditions),
-        sympy.simplify(factor),
+        simplified(factor),
         tuple(parts),
     )
 
@@ -204,7 +205,7 @@ def _iterated(
         partial(uniform_integral, near=near),
         "products",
         (),
-        sympy.simplify(first * second),
+        simplified(first * second),
         () if free else tuple(iterated_parts(formula, g, h, symbol, lo, hi, near)),
     )
 

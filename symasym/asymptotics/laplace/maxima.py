@@ -40,7 +40,8 @@ _SAME_POINT = Fraction(1, 10**20)
 _GRID = 801
 # Parameters without a sign up to which the signs are tried.
 _MOST_SIGNS = 3
-_FAR = (10**2, 10**4, 10**6)
+# Distances at which the fall towards an infinite end is looked at, and those between the last two.
+_FAR, _BETWEEN = (10**2, 10**4, 10**6), (2 * 10**4, 5 * 10**4, 10**5, 3 * 10**5)
 
 
 @dataclass(frozen=True)
@@ -429,7 +430,9 @@ def _require_decay(pieces: list[Piece], x: Symbol, top: mpf | None) -> None:
             ]
             if any(context.isnan(v) for v in values):
                 continue
-            rising = values[2] > values[1] or top is None or values[2] >= top
+            far = [values[1], *(at(f, x, sympy.Integer(y)) for y in _BETWEEN), values[2]]
+            rising = top is None or values[2] >= top
+            rising |= any(later > earlier for earlier, later in itertools.pairwise(far))
             flat = abs(values[2] - values[1]) < context.mpf(10) ** -2
             if rising or (flat and logs[2] > context.log(_FAR[2])):
                 raise InputError(
