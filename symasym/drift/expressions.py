@@ -15,7 +15,7 @@ from symasym.base.errors import InputError
 from symasym.base.inputs import Number, exact, float_text, is_name, shown
 from symasym.drift import grammar, models
 from symasym.numbers.complex_balls import ComplexBallOps
-from symasym.numbers.trees import MpmathOps, evaluate_tree
+from symasym.numbers.trees import FractionOps, MpmathOps, NotRational, evaluate_tree
 from symasym.series.coefficient_fields import sampled_parameters
 
 _DEEPEST = 120
@@ -143,6 +143,25 @@ def polynomial_of(expression: sympy.Expr, x: sympy.Symbol) -> Any:
     if expression.is_Pow and expression.exp.is_Integer and expression.exp > 0:
         return polynomial_of(expression.base, x) ** int(expression.exp)
     return sympy.Poly(expression, x)
+
+
+class _QuotientOps(FractionOps):
+    """Quotients of polynomials in x over the rationals, in lowest terms."""
+
+    def __init__(self, field: Any) -> None:
+        self.field = field
+
+    def rational(self, value: Fraction) -> Any:
+        return self.field.ground_new(sympy.QQ(value.numerator, value.denominator))
+
+
+def quotient_of(expression: sympy.Expr, x: sympy.Symbol) -> Any:
+    """The element of QQ(x) that the expression is; NotRational or InputError where it is none."""
+    step()
+    if expression.free_symbols - {x}:
+        raise NotRational
+    field = sympy.QQ.frac_field(x).field
+    return evaluate_tree(expression, {x: field.gens[0]}, _QuotientOps(field))
 
 
 def sympified(given: Any) -> Any:

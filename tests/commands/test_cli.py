@@ -278,11 +278,6 @@ def test_json_in_float64(capsys: pytest.CaptureFixture[str]) -> None:
             ["value", "escape-time", "--expr", "arctan(u)", "--kappa", "1", "--r", "2"],
             "perhaps you mean 'atan'",
         ),
-        (["value", "T", "--drift", "linear"], "perhaps you mean 'escape-time'"),
-        (
-            ["value", "escape-time", "--drift", "linear", "--kapa=1", "--r", "2"],
-            "--kapa is no option; perhaps you mean '--kappa'",
-        ),
         (["value", "escape-time", "--expr", "1/u", "--kappa", "1", "--r", "2"], "u"),
         (
             ["value", "escape-time", "--drift", "sine", "--set", "waves=1.5"]
@@ -312,6 +307,24 @@ def test_a_wrong_command_line_shows_the_usage(
         main(arguments)
     assert caught.value.code == 2
     assert capsys.readouterr().err.startswith("usage: symasym")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["value", "T"], "perhaps you mean 'escape-time'"),
+        (
+            ["value", "escape-time", "--drift", "linear", "--kapa=1", "--r", "2"],
+            "--kapa is no option; perhaps you mean '--kappa'",
+        ),
+    ],
+)
+def test_what_may_have_been_meant(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], told: str
+) -> None:
+    with pytest.raises(SystemExit):
+        main(arguments)
+    assert capsys.readouterr().err.endswith(f"{told}\n")
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:

@@ -699,6 +699,15 @@ REFUSED = {
     "multiple zero beside": Refused(
         sa.escape_time, sa.Drift("(u - 1/5)**2"), "0.1", 2, start="1/5", method="laplace"
     ),
+    "no sign": Refused(
+        sa.escape_time,
+        sa.polynomial(-0.1, 1.6, 3.44, -0.316),
+        0.016,
+        1.5,
+        start=0.3,
+        method="local",
+        log=True,
+    ),
     "weakest noise": Refused(sa.escape_time, CROSSING, "1e-200", 2),
     "weakest noise in an array": Refused(sa.escape_time, CROSSING, [0.1, 1e-200], 2),
     "weakest noise, a text in an array": Refused(
