@@ -22,6 +22,8 @@ _DEEPEST = 120
 # Seconds that SymPy takes for a squared operation at least, of those far from a sum of powers; and
 # functions in each other, each of which more makes it take three times as long.
 _SECONDS, _INSIDE = 2e-5, 2
+# Fractions in each other that SymPy brings over one denominator in a second; one more takes thrice.
+_FRACTIONS = 12
 # Digits with which ends are compared, so that 160 may cancel.
 _COMPARED = 200
 _OVERLAP = Fraction(9, 16)  # half would let neighbouring balls touch only
@@ -143,6 +145,19 @@ def polynomial_of(expression: sympy.Expr, x: sympy.Symbol) -> Any:
     if expression.is_Pow and expression.exp.is_Integer and expression.exp > 0:
         return polynomial_of(expression.base, x) ** int(expression.exp)
     return sympy.Poly(expression, x)
+
+
+def quotient_parts(expression: sympy.Expr, x: sympy.Symbol) -> tuple[Any, Any]:
+    """Numerator and denominator of an expression in x, in lowest terms where it is rational."""
+    try:
+        quotient = quotient_of(expression, x)
+        return quotient.numer.as_expr(), quotient.denom.as_expr()
+    except (NotRational, InputError, ZeroDivisionError):
+        pass
+    inside = grammar.fractions_inside(expression)
+    expect(3.0 ** (inside - _FRACTIONS), f"SymPy's work on {inside} fractions in each other")
+    parts: tuple[Any, Any] = sympy.fraction(sympy.together(expression))
+    return parts
 
 
 class _QuotientOps(FractionOps):

@@ -22,6 +22,7 @@ from symasym.base.inputs import (
 )
 from symasym.drift import landscape
 from symasym.drift.drift import Drift
+from symasym.drift.grammar import functions_inside
 from symasym.drift.short import is_short, simplified
 from symasym.series.coefficient_fields import seems_zero, vanishes
 
@@ -31,6 +32,9 @@ if TYPE_CHECKING:
     from symasym.base.inputs import Number
 
 __all__ = ["Reduction", "reduce"]
+
+# Functions in each other of which SymPy finds the zeros in about a second.
+_SOLVED = 2
 
 #: Reads an expression, given how messages call it.
 Reader: TypeAlias = "Callable[[str, Expr | str | float], Expr]"
@@ -418,10 +422,15 @@ def _on_surface(h: Expr, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:
         if c in point or not level.has(c):
             continue
         slope = sympy.diff(level, c)
-        # SymPy's way may take minutes for what is linear in c and long.
-        solutions = (
-            sympy.solve(level, c) if slope.has(c) else [simplified(-level.subs(c, 0) / slope)]
-        )
+        if not slope.has(c):
+            # SymPy's way may take minutes for what is linear in c and long.
+            solutions = [simplified(-level.subs(c, 0) / slope)]
+        elif is_short(level) and functions_inside(level) <= _SOLVED:
+            solutions = sympy.solve(level, c)
+        else:
+            raise InputError(
+                f"h = {shown(level)} is too long to be solved for {c}; give {c} in at."
+            )
         if len(solutions) == 1:
             return {
                 **{k: sympy.sympify(v).subs(c, solutions[0]) for k, v in point.items()},

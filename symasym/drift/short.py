@@ -6,11 +6,13 @@ from typing import Any
 
 import sympy
 
-from symasym.drift.grammar import functions_inside
+from symasym.drift.grammar import functions_inside, multiplied_out
 
-# Operations, in each other, functions, in each other, the numbers that are powers or multiply
-# angles, and those that multiply logarithms, which become powers.
-_OPERATIONS, _HEIGHT, _FUNCTIONS, _NESTED, _MULTIPLE, _LARGEST = 120, 14, 8, 3, 20, 2_000
+# Terms when multiplied out; operations, and those in each other; functions, and those in each
+# other; the numbers that are powers or multiply angles, and those that multiply logarithms, which
+# become powers.
+_TERMS, _OPERATIONS, _HEIGHT = 1_000, 120, 14
+_FUNCTIONS, _NESTED, _MULTIPLE, _LARGEST = 8, 3, 20, 2_000
 
 
 def simplified(expression: Any) -> Any:
@@ -20,7 +22,7 @@ def simplified(expression: Any) -> Any:
 
 def is_short(expression: Any) -> bool:
     """True if SymPy simplifies it quickly: few operations, brackets and functions, small powers."""
-    if sympy.count_ops(expression) > _OPERATIONS:
+    if sympy.count_ops(expression) > _OPERATIONS or multiplied_out(expression) > _TERMS:
         return False
 
     def height(node: Any) -> int:

@@ -232,6 +232,7 @@ def _emitted(drift: sa.Drift, target: str = "numpy", **options: Any) -> Any:
 
 
 LINES = sa.tanh(1, -1, 1)
+CUBIC = sa.polynomial(-0.1, 1.6, 3.44, -0.316)
 WAVES = sa.Drift("1/2 - 3/4*u - 3/5*sin(6*u)")
 
 #: Calls that are refused with advice; each message that advises a call or an option is among them.
@@ -701,12 +702,15 @@ REFUSED = {
     ),
     "no sign": Refused(
         sa.escape_time,
-        sa.polynomial(-0.1, 1.6, 3.44, -0.316),
+        CUBIC,
         0.016,
         1.5,
         start=0.3,
         method="local",
-        log=True,
+        then=[
+            lambda: sa.escape_time(CUBIC, 0.016, 1.5, start=0.3, method="uniform", log=True),
+            lambda: sa.escape_time(CUBIC, 0.016, 1.5, start=0.3, method="exact"),
+        ],
     ),
     "weakest noise": Refused(sa.escape_time, CROSSING, "1e-200", 2),
     "weakest noise in an array": Refused(sa.escape_time, CROSSING, [0.1, 1e-200], 2),

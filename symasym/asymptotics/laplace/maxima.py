@@ -10,6 +10,7 @@ and g not to grow faster than e^(lam f) falls.
 from __future__ import annotations
 
 import itertools
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -229,6 +230,7 @@ def interior_maxima(piece: Piece, slope: Expr, x: Symbol) -> list[Real]:
     isolated = _polynomial_roots(piece, slope, x)
     if isolated is not None:
         return isolated
+    expect_algebra(slope)
     grid = grid_of(piece)
     values = on_grid(slope, x, grid)
     brackets, last = [], None
@@ -430,6 +432,9 @@ def _limit(piece: Piece, x: Symbol, end: Expr, side: int) -> mpf | None:
     with own_context(WORK) as context:
         if not context.isnan(value) and not context.isinf(value):
             return value
+        with suppress(ZeroDivisionError, ValueError):
+            # OverflowError where SymPy would take digits without end.
+            evaluate_tree(piece.f, {x: number(end)}, MpmathOps(context))
     expect_algebra(piece.f, searched=True)
     limit = sympy.limit(piece.f, x, end, "+" if side > 0 else "-")
     if limit == -sympy.oo:
