@@ -18,7 +18,8 @@ from symasym.numbers.complex_balls import ComplexBallOps
 from symasym.numbers.trees import FractionOps, MpmathOps, NotRational, evaluate_tree
 from symasym.series.coefficient_fields import sampled_parameters
 
-_DEEPEST = 120
+# Halvings of [-1, 1], and balls, of which a smooth drift takes a few hundred at most.
+_DEEPEST, _MOST_BALLS = 120, 5_000
 # Seconds that SymPy takes for a squared operation at least, of those far from a sum of powers; and
 # functions in each other, each of which more makes it take three times as long.
 _SECONDS, _INSIDE = 2e-5, 2
@@ -267,12 +268,14 @@ def check_regular(model: models.Expression, values: dict[str, Fraction]) -> None
                 return False
 
         pending = [(Fraction(-1), Fraction(1), 0)]
-        while pending:
+        for looked_at in count():
+            if not pending:
+                break
             step()
             lo, hi, depth = pending.pop()
             if regular(lo, hi):
                 continue
-            if depth == _DEEPEST or (depth > 6 and len(pending) > 400):
+            if depth == _DEEPEST or looked_at > _MOST_BALLS or (depth > 6 and len(pending) > 400):
                 raise InputError(
                     f"A = {model.formula} is singular, complex or too steep to tell near u = "
                     f"{float(lo):.6g}; "
