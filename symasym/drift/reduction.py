@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -425,12 +426,8 @@ def _on_surface(h: Expr, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:
         if not slope.has(c):
             # SymPy's way may take minutes for what is linear in c and long.
             solutions = [simplified(-level.subs(c, 0) / slope)]
-        elif is_short(level) and functions_inside(level) <= _SOLVED:
-            solutions = sympy.solve(level, c)
         else:
-            raise InputError(
-                f"h = {shown(level)} is too long to be solved for {c}; give {c} in at."
-            )
+            solutions = _zeros(level, c)
         if len(solutions) == 1:
             return {
                 **{k: sympy.sympify(v).subs(c, solutions[0]) for k, v in point.items()},
@@ -442,6 +439,17 @@ def _on_surface(h: Expr, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:
     raise InputError(
         f"h is {level} at the point, which is not on the surface h = 0; move it there."
     )
+
+
+def _zeros(level: Expr, c: Symbol) -> list[Any]:
+    """The zeros of h in a coordinate, where SymPy finds them in about a second."""
+    import sympy
+
+    kinks = sympy.Abs, sympy.sign, sympy.Max, sympy.Min, sympy.Piecewise
+    if is_short(level) and functions_inside(level) <= _SOLVED and not level.has(*kinks):
+        with suppress(NotImplementedError, TypeError, ValueError):
+            return list(sympy.solve(level, c))
+    raise InputError(f"h = {shown(level)} is not solved for {c} in a short time; give {c} in at.")
 
 
 def _check_continuity(fields: list[list[Any]], inside: Symbol) -> None:

@@ -439,7 +439,8 @@ def _limit(piece: Piece, x: Symbol, end: Expr, side: int) -> mpf | None:
     limit = sympy.limit(piece.f, x, end, "+" if side > 0 else "-")
     if limit == -sympy.oo:
         return None
-    if limit in (sympy.oo, sympy.zoo, sympy.nan) or not limit.is_real:
+    between = isinstance(limit, sympy.AccumBounds)
+    if limit in (sympy.oo, sympy.zoo, sympy.nan) or between or not limit.is_real:
         raise InputError(
             f"f = {piece.f} tends to {limit} at {x} = {end}, so the integral diverges or is "
             "complex; give an f that is bounded above on [a, b]."
