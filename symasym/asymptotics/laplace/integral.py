@@ -46,7 +46,7 @@ _MOST = 400
 # Irrational constants swell exact coefficients beyond use at higher orders.
 _EXACT_ORDERS = 12
 _NUMERIC = 40
-# Functions and roots of an integrand, and how many in each other, beyond which they do so in any order.
+# Functions and roots, and how many in each other, beyond which they do so in any order.
 _FUNCTIONS, _NESTED = 8, 2
 
 
