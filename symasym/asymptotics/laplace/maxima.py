@@ -24,6 +24,7 @@ from symasym.base.call_context import expect, mpf_of, own_context, step
 from symasym.base.errors import InputError
 from symasym.base.inputs import exact
 from symasym.drift.expressions import expect_algebra, quotient_of
+from symasym.drift.short import is_short
 from symasym.numbers.polynomials import poly
 from symasym.numbers.trees import MpmathOps, NotRational, NumpyOps, evaluate_tree
 from symasym.series.coefficient_fields import sampled_parameters, vanishes
@@ -42,6 +43,8 @@ _SAME_POINT = Fraction(1, 10**20)
 _GRID = 801
 # Parameters without a sign up to which the signs are tried.
 _MOST_SIGNS = 3
+# Symbols of an f' whose zeros SymPy finds in a short time, if at all.
+_MOST_SYMBOLS = 6
 # Degree up to which zeros are given exactly; seconds that isolating others takes, for each bit of
 # their coefficients and square of their degree.
 _RADICALS, _SECONDS = 40, 1e-7
@@ -218,9 +221,12 @@ def _highest_of_all(
 
 
 def _solved(piece: Piece, x: Symbol) -> list[Expr]:
-    """The zeros of f' that SymPy finds and that may be real."""
+    """The zeros of f' that SymPy finds in a short time and that may be real."""
+    slope = sympy.diff(piece.f, x)
+    if not is_short(slope) or len(slope.free_symbols) > _MOST_SYMBOLS:
+        return []
     try:
-        return [s for s in sympy.solve(sympy.diff(piece.f, x), x) if s.is_real is not False]
+        return [s for s in sympy.solve(slope, x) if s.is_real is not False]
     except NotImplementedError:
         return []
 
