@@ -222,9 +222,13 @@ def _quantile(method: str = "frozen") -> Any:
     return _released(kappa="0.5", method=method).time.quantile(0.5)
 
 
-def _plain(f: str, **options: Any) -> Any:
-    """A uniform integral of weight 1."""
-    return sa.uniform_integral(f, 1, "x", *options.pop("ends", (-1, 1)), **options)
+def _plain(f: str, g: Any = 1, **options: Any) -> Any:
+    """A uniform integral, of weight 1 if none is given."""
+    return sa.uniform_integral(f, g, "x", *options.pop("ends", (-1, 1)), **options)
+
+
+FRACTION = _plain("x - x**3/3", (1, "1/(x**6 + x + 9)**2"), ends=("-oo", "oo"), order=1)
+BELL = _plain("cos(x) - x**2*exp(x)")
 
 
 def _emitted(drift: sa.Drift, target: str = "numpy", **options: Any) -> Any:
@@ -438,6 +442,16 @@ REFUSED = {
             lambda: _released(kappa="0.1", eps="0.0001", method="march"),
         ],
     ),
+    "first order beyond float64": Refused(
+        _released,
+        kappa="0.01",
+        eps="0.0001",
+        method="first_order",
+        then=[
+            lambda: sa.escape_time(BLOCK.frozen("-0.4"), "0.01", 10, log=True),
+            lambda: _released(kappa="0.1", eps="0.0001", method="march"),
+        ],
+    ),
     "clock": Refused(
         _released,
         kappa=3,
@@ -457,6 +471,21 @@ REFUSED = {
             lambda: _released(kappa="0.1"),
             lambda: _released(kappa="0.001", r=2, method="simulate", paths=5, seed=1, step=0.01),
         ],
+    ),
+    "no antiderivative": Refused(
+        lambda: FRACTION.expression_in(), then=[lambda: FRACTION.evaluate(10)]
+    ),
+    "maxima that SymPy does not find": Refused(
+        lambda: BELL.expression_in(),
+        then=[lambda: BELL.expression_in(saddles=(0,)), lambda: BELL.evaluate(10)],
+    ),
+    "flat end": Refused(
+        lambda: _plain("cos(x)", ends=(0, "pi")).expression_in(),
+        then=[lambda: _plain("cos(x)", ends=(0, "pi")).evaluate(10)],
+    ),
+    "flat weight": Refused(
+        lambda: _plain("-x**2", g="x**60").evaluate(10),
+        then=[lambda: _plain("-x**2", g="x**60", order=40).evaluate(10)],
     ),
     "functions": Refused(
         sa.laplace_integral,
@@ -847,13 +876,9 @@ NOT_FOLLOWED = {
     "kappa is –, so small that": "not brought about",
     "d log(–)/d(–) is outside": "not brought about",
     "eps has an entry –": "not brought about",
-    "T is e^–, beyond float64": "not brought about",
     "h g/f' = –": "not brought about",
-    "SymPy finds no antiderivative": "not brought about",
     "f' of – has": "not brought about",
-    "f = – has": "not brought about",
     "no pair of saddles": "not brought about",
-    "g = – vanishes at the maximum": "not brought about",
     "a power – of a number": "not brought about",
     "kappa is –, where the two bounds": "not brought about",
     "f = – has no two saddles": "not brought about",

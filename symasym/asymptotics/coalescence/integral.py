@@ -30,6 +30,7 @@ from symasym.asymptotics.laplace.maxima import local_maxima, vanishes_identicall
 from symasym.base.call_context import own_context, symbolic
 from symasym.base.errors import InputError
 from symasym.base.inputs import count, exact
+from symasym.drift.expressions import expect_algebra
 from symasym.drift.short import simplified
 
 if TYPE_CHECKING:
@@ -249,6 +250,7 @@ def _real_parts(f: Expr, g: Expr, x: Symbol, lo: Expr, hi: Expr) -> list[SumPart
     for piece in pieces:
         require_no_pole(piece, x)
         slope = sympy.diff(piece.f, x)
+        expect_algebra(slope)
         if vanishes_identically(slope, x):
             raise InputError(
                 f"f is constant between {x} = {piece.lo} and {piece.hi}; integrate g there."
