@@ -375,9 +375,8 @@ def _first(ask: Ask, elements: Elements, request: Request, error: SymasymError) 
         ask(*elements.part(rows), request)
     except SymasymError as alone:
         index = ", ".join(map(str, np.unravel_index(rows[0], elements.shape)))
-        return type(alone)(
-            f"at index ({index}), {str(alone).rstrip('.')}; errors='nan' leaves such elements out."
-        )
+        other = "; errors='nan' leaves such elements out" if len(elements) > 1 else ""
+        return type(alone)(f"at index ({index}), {str(alone).rstrip('.')}{other}.")
     return error
 
 

@@ -18,6 +18,7 @@ from symasym.base.call_context import float_with_error, to_mpf
 from symasym.base.errors import InputError, RangeError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import (
+    BeyondFloat,
     FloatArray,
     IntArray,
     count,
@@ -150,7 +151,13 @@ def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
         number = kappa if isinstance(kappa, float) else exact("kappa", kappa)
         if 0 < number < _WEAKEST:
             raise _too_weak(number, "method='laplace'")
-    arrays = {name: floats(name, value, copy=False) for name, value in numbers.items()}
+    try:
+        arrays = {name: floats(name, value, copy=False) for name, value in numbers.items()}
+    except BeyondFloat:
+        weakest = min(exact("kappa", x) for x in np.ravel(np.asarray(kappa, dtype=object)))
+        if 0 < weakest < _WEAKEST:
+            raise _too_weak(weakest, "method='laplace' with dps=…") from None
+        raise
     shape = common_shape(drift, {name: x.shape for name, x in arrays.items()})
     size = math.prod(shape)
     # A number that all scenes share is not copied for each of them.

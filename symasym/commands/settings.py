@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import NoReturn, TypeAlias
+from types import MappingProxyType
+from typing import Any, NoReturn, TypeAlias
 
 from symasym.base.errors import InputError
 from symasym.base.inputs import is_name, meant
@@ -16,6 +17,14 @@ class Parser(argparse.ArgumentParser):
 
     #: Texts that stand at the end of the help.
     endings: tuple[Callable[[], str], ...] = ()
+    #: Names that its commands go by elsewhere.
+    letters: Mapping[str, str] = MappingProxyType({})
+    _words: Sequence[str] = ()
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """What `argparse` returns; the words are kept for `error`."""
+        self._words = args or ()
+        return super().parse_known_args(args, namespace)
 
     def format_help(self) -> str:
         """The help, whose endings are made now: they load what they list."""
@@ -26,10 +35,15 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """The usage, and what is wrong with a word that is close to it."""
         if choice := re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message):
-            message += meant(choice[1], re.findall(r"[\w-]+", choice[2]))
+            known = re.findall(r"[\w-]+", choice[2])
+            message += meant(self.letters.get(choice[1], choice[1]), known)
         elif unknown := re.search(r"unrecognized arguments: (-[\w-]+)", message):
             others = (option for option in self._options() if option != unknown[1])
             message += meant(unknown[1], others)
+        elif missing := re.search(r"arguments are required: (.*)", message):
+            given = {word.partition("=")[0] for word in self._words if word.startswith("--")}
+            for option in sorted(given - {*self._options()}):
+                message += f"; {option} is no option{meant(option, missing[1].split(', '))}"
         super().error(message)
 
     def _options(self) -> Iterator[str]:

@@ -52,6 +52,8 @@ def add_parser(commands: Commands) -> None:
     )
     first = (f"symasym value {name} {_EXAMPLES[name][0]}" for name in ("escape-time", "occupation"))
     document(parser, first, partial(_methods_and_drifts, "escape_time"))
+    names = "escape-time", "exit-probability", "occupation", "stationary-density"
+    parser.letters = dict(zip(("T", "C", "P", "p_ss"), names, strict=True))
     quantities = parser.add_subparsers(title="quantities", required=True, metavar="QUANTITY")
     for name, verb, about, escapes in (
         ("escape-time", "escape_time", "mean time to leave |u| < r", True),

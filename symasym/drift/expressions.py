@@ -15,13 +15,16 @@ from symasym.base.errors import InputError
 from symasym.base.inputs import Number, exact, float_text, is_name, shown
 from symasym.drift import grammar, models
 from symasym.numbers.complex_balls import ComplexBallOps
-from symasym.numbers.trees import MpmathOps, evaluate_tree
+from symasym.numbers.trees import FractionOps, MpmathOps, NotRational, evaluate_tree
 from symasym.series.coefficient_fields import sampled_parameters
 
-_DEEPEST = 120
+# Halvings of [-1, 1], and balls, of which a smooth drift takes a few hundred at most.
+_DEEPEST, _MOST_BALLS = 120, 5_000
 # Seconds that SymPy takes for a squared operation at least, of those far from a sum of powers; and
 # functions in each other, each of which more makes it take three times as long.
 _SECONDS, _INSIDE = 2e-5, 2
+# Fractions in each other that SymPy brings over one denominator in a second; one more takes thrice.
+_FRACTIONS = 12
 # Digits with which ends are compared, so that 160 may cancel.
 _COMPARED = 200
 _OVERLAP = Fraction(9, 16)  # half would let neighbouring balls touch only
@@ -145,6 +148,38 @@ def polynomial_of(expression: sympy.Expr, x: sympy.Symbol) -> Any:
     return sympy.Poly(expression, x)
 
 
+def quotient_parts(expression: sympy.Expr, x: sympy.Symbol) -> tuple[Any, Any]:
+    """Numerator and denominator of an expression in x, in lowest terms where it is rational."""
+    try:
+        quotient = quotient_of(expression, x)
+        return quotient.numer.as_expr(), quotient.denom.as_expr()
+    except (NotRational, InputError, ZeroDivisionError):
+        pass
+    inside = grammar.fractions_inside(expression)
+    expect(3.0 ** (inside - _FRACTIONS), f"SymPy's work on {inside} fractions in each other")
+    parts: tuple[Any, Any] = sympy.fraction(sympy.together(expression))
+    return parts
+
+
+class _QuotientOps(FractionOps):
+    """Quotients of polynomials in x over the rationals, in lowest terms."""
+
+    def __init__(self, field: Any) -> None:
+        self.field = field
+
+    def rational(self, value: Fraction) -> Any:
+        return self.field.ground_new(sympy.QQ(value.numerator, value.denominator))
+
+
+def quotient_of(expression: sympy.Expr, x: sympy.Symbol) -> Any:
+    """The element of QQ(x) that the expression is; NotRational or InputError where it is none."""
+    step()
+    if expression.free_symbols - {x}:
+        raise NotRational
+    field = sympy.QQ.frac_field(x).field
+    return evaluate_tree(expression, {x: field.gens[0]}, _QuotientOps(field))
+
+
 def sympified(given: Any) -> Any:
     """What SymPy makes of a number or an object of its own; SympifyError for anything else.
 
@@ -233,12 +268,14 @@ def check_regular(model: models.Expression, values: dict[str, Fraction]) -> None
                 return False
 
         pending = [(Fraction(-1), Fraction(1), 0)]
-        while pending:
+        for looked_at in count():
+            if not pending:
+                break
             step()
             lo, hi, depth = pending.pop()
             if regular(lo, hi):
                 continue
-            if depth == _DEEPEST or (depth > 6 and len(pending) > 400):
+            if depth == _DEEPEST or looked_at > _MOST_BALLS or (depth > 6 and len(pending) > 400):
                 raise InputError(
                     f"A = {model.formula} is singular, complex or too steep to tell near u = "
                     f"{float(lo):.6g}; "

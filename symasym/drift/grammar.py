@@ -22,6 +22,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import sympy
+from sympy import Rational
 
 from symasym.base.errors import InputError
 from symasym.base.inputs import meant, shown
@@ -273,6 +274,11 @@ class _Reader:
             self._small(arguments[0], _ARGUMENT)
         elif name == "exp" and arguments[0].has(sympy.log):
             self._small(arguments[0], _DEGREE)
+        elif name.endswith("h") and any(
+            abs(x.p) > _ARGUMENT for e in arguments[0].atoms(sympy.exp) for x in e.atoms(Rational)
+        ):
+            # SymPy takes exp(n x) for a polynomial of degree n in exp(x).
+            raise self._error(f"has a number above {_ARGUMENT:,} in an exponent inside {name}")
         elif name in _GROWING and not arguments[0].free_symbols:
             towers = arguments[0].has(sympy.exp, sympy.sinh, sympy.cosh)
             self._small(arguments[0], _TOWER if towers else _ARGUMENT)
@@ -362,6 +368,12 @@ def functions_inside(value: Any) -> int:
     """How deep functions and roots lie in each other."""
     deepest = max(map(functions_inside, value.args), default=0)
     return deepest + bool(value.is_Function or (value.is_Pow and not value.exp.is_Integer))
+
+
+def fractions_inside(value: Any) -> int:
+    """How deep denominators lie in each other."""
+    deepest = max(map(fractions_inside, value.args), default=0)
+    return deepest + bool(value.is_Pow and value.exp.is_negative and value.base.is_Add)
 
 
 def multiplied_out(value: Any) -> int:

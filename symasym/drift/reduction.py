@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -23,6 +24,7 @@ from symasym.base.inputs import (
 from symasym.drift import landscape
 from symasym.drift.drift import Drift
 from symasym.drift.grammar import functions_inside
+from symasym.drift.short import is_short, simplified
 from symasym.series.coefficient_fields import seems_zero, vanishes
 
 if TYPE_CHECKING:
@@ -32,9 +34,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Reduction", "reduce"]
 
-# What SymPy simplifies in well under a second: operations, in each other, functions, in each other,
-# and the whole numbers that are powers or multiply angles.
-_OPERATIONS, _HEIGHT, _FUNCTIONS, _NESTED, _MULTIPLE = 120, 14, 8, 3, 20
+# Functions in each other of which SymPy finds the zeros in about a second.
+_SOLVED = 2
 
 #: Reads an expression, given how messages call it.
 Reader: TypeAlias = "Callable[[str, Expr | str | float], Expr]"
@@ -85,6 +86,7 @@ class Reduction:
         yield self.drift
         yield self.amplitude
 
+    @symbolic
     def sliding_at(self, values: Mapping[Any, Any]) -> tuple[Any, ...]:
         """The sliding vector field at a point, refused where the point does not slide.
 
@@ -108,8 +110,9 @@ class Reduction:
                 f"the normal components are {minus} and {plus} there, which is no sliding; "
                 "choose a point where they have opposite signs."
             )
-        return tuple(_tidy(component.subs(put)) for component in self.sliding)
+        return tuple(simplified(component.subs(put)) for component in self.sliding)
 
+    @symbolic
     def drag_time(self, eps: Number, values: Mapping[Any, Any] | None = None) -> float:
         """Scaled time in which the motion of the frozen coordinates changes a well by its depth.
 
@@ -280,18 +283,18 @@ def reduce(
             f"grad h is 0 at the point, h = {h}; choose an h whose zero set has a normal there."
         )
     _check_continuity(fields, inside)
-    minus, plus, middle = [_tidy((gradient * sympy.Matrix(f))[0]) for f in fields]
-    frozen = _tidy(middle.subs(on))
+    minus, plus, middle = [simplified((gradient * sympy.Matrix(f))[0]) for f in fields]
+    frozen = simplified(middle.subs(on))
     drift = _drift(frozen, inside)
     row = normal * _matrix(D, x, read).subs(on)
-    amplitude = sympy.sqrt(_tidy(sum(entry**2 for entry in row)))
+    amplitude = sympy.sqrt(simplified(sum(entry**2 for entry in row)))
     sliding = tuple(
-        _tidy((minus * p - plus * m) / (minus - plus)) if minus != plus else sympy.nan
+        simplified((minus * p - plus * m) / (minus - plus)) if minus != plus else sympy.nan
         for m, p in zip(fields[0], fields[1], strict=True)
     )
     return Reduction(
         drift,
-        _tidy(amplitude),
+        simplified(amplitude),
         tuple(x),
         minus,
         plus,
@@ -304,40 +307,11 @@ def reduce(
     )
 
 
-def _tidy(expression: Any) -> Any:
-    """The expression, simplified where that is quick."""
-    import sympy
-
-    return sympy.simplify(expression) if _is_short(expression) else expression
-
-
 def _vanishes(expression: Any) -> bool:
     """True if it is zero; by numbers alone where SymPy would take long, or does not find it."""
     if not seems_zero(expression):
         return False
-    return not _is_short(expression) or vanishes(expression) or expression.equals(0) is True
-
-
-def _is_short(expression: Any) -> bool:
-    """True if SymPy simplifies it quickly: few operations, brackets and functions, small powers."""
-    import sympy
-
-    if sympy.count_ops(expression) > _OPERATIONS:
-        return False
-
-    def height(node: Any) -> int:
-        """Operations in each other."""
-        return 1 + max(map(height, node.args), default=0)
-
-    functions = expression.atoms(sympy.Function)
-    numbers = set().union(*(f.atoms(sympy.Integer) for f in functions))
-    numbers |= {p.exp for p in expression.atoms(sympy.Pow) if p.exp.is_Integer}
-    return (
-        len(functions) <= _FUNCTIONS
-        and all(abs(n) <= _MULTIPLE for n in numbers)
-        and functions_inside(expression) <= _NESTED
-        and height(expression) <= _HEIGHT
-    )
+    return not is_short(expression) or vanishes(expression) or expression.equals(0) is True
 
 
 def numbers_of(name: str, values: Mapping[Any, Any]) -> dict[str, Any]:
@@ -449,8 +423,11 @@ def _on_surface(h: Expr, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:
         if c in point or not level.has(c):
             continue
         slope = sympy.diff(level, c)
-        # SymPy's way may take minutes for what is linear in c and long.
-        solutions = sympy.solve(level, c) if slope.has(c) else [_tidy(-level.subs(c, 0) / slope)]
+        if not slope.has(c):
+            # SymPy's way may take minutes for what is linear in c and long.
+            solutions = [simplified(-level.subs(c, 0) / slope)]
+        else:
+            solutions = _zeros(level, c)
         if len(solutions) == 1:
             return {
                 **{k: sympy.sympify(v).subs(c, solutions[0]) for k, v in point.items()},
@@ -462,6 +439,17 @@ def _on_surface(h: Expr, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:
     raise InputError(
         f"h is {level} at the point, which is not on the surface h = 0; move it there."
     )
+
+
+def _zeros(level: Expr, c: Symbol) -> list[Any]:
+    """The zeros of h in a coordinate, where SymPy finds them in about a second."""
+    import sympy
+
+    kinks = sympy.Abs, sympy.sign, sympy.Max, sympy.Min, sympy.Piecewise
+    if is_short(level) and functions_inside(level) <= _SOLVED and not level.has(*kinks):
+        with suppress(NotImplementedError, TypeError, ValueError):
+            return list(sympy.solve(level, c))
+    raise InputError(f"h = {shown(level)} is not solved for {c} in a short time; give {c} in at.")
 
 
 def _check_continuity(fields: list[list[Any]], inside: Symbol) -> None:

@@ -197,7 +197,7 @@ class ComplexBallOps:
     def _wave(self, x: ComplexBall | Number, name: str, slope: str) -> ComplexBall:
         """f(c + d) = f(c) cosh(d) + f'(c) sinh(d), or the same with cos(d) and sin(d)."""
         z = self._lift(x)
-        if self._too_large(z.radius):
+        if self._too_large(abs(z.centre) + z.radius):
             return self.ball(z.centre, self.real.context.inf)
         value, other = getattr(self.real, name)(z.centre), getattr(self.real, slope)(z.centre)
         grown = self.real.exp(z.radius)

@@ -33,6 +33,11 @@ FUNCTIONS = [
 ]
 
 
+# Functions that need pi or log 2 to as many bits as their argument has, and how many are quick.
+_REDUCED = ("exp", "sin", "cos", "tan", "sinh", "cosh")
+_LARGEST = 20_000
+
+
 class Operations(Protocol):
     """The arithmetic of one number type beside + - * /; with it go the `FUNCTIONS` (see `call`).
 
@@ -131,9 +136,18 @@ class MpmathOps:
         return base ** self.rational(exponent)
 
     def __getattr__(self, name: str) -> Any:
+        """The context's function; OverflowError where reducing its argument would take for ever."""
         if name not in FUNCTIONS:
             raise AttributeError(name)
-        return getattr(self.context, name)
+        function = getattr(self.context, name)
+        return (lambda x: function(_reducible(x))) if name in _REDUCED else function
+
+
+def _reducible(x: Any) -> Any:
+    """A number whose multiples of pi or log 2 are quickly taken off; else OverflowError."""
+    if hasattr(x, "_mpf_") and x._mpf_[2] + x._mpf_[3] > _LARGEST:
+        raise OverflowError(f"a function of a number above 2^{_LARGEST}")
+    return x
 
 
 class SympyOps:

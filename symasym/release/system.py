@@ -44,7 +44,7 @@ __all__ = ["System", "oscillator"]
 
 _NUMPY = NumpyOps()
 # Of an expression that is multiplied out, so that equal systems are found equal.
-_TERMS = 10_000
+_TERMS = 1_000
 
 
 @dataclass(frozen=True)
@@ -109,6 +109,7 @@ class System:
             )
 
     @classmethod
+    @symbolic
     def of(
         cls,
         reduction: Reduction,
@@ -170,6 +171,7 @@ class System:
         phi, velocity = (e.subs(put, simultaneous=True) for e in expressions)
         return cls(phi, velocity)
 
+    @symbolic
     def drag_time(self, z: Number, eps: Number) -> float:
         """Scaled time in which the motion of z changes a well at z by its depth.
 
@@ -194,6 +196,7 @@ class System:
         )
 
     @cached_property
+    @symbolic
     def drift(self) -> Drift:
         """The scalar drift with z a parameter and y = 0; refused where the noise depends on u."""
         if self.noise != 1:
@@ -203,6 +206,7 @@ class System:
             )
         return Drift(self.phi.subs(self._symbols["y"], 0), "u")
 
+    @symbolic
     def frozen(self, z: Numbers) -> Drift:
         """The scalar drift at z, which it need not depend on."""
         return self.drift.bind(z=z) if "z" in self.drift.parameters else self.drift
@@ -219,6 +223,7 @@ class System:
         """sigma in float64 at scaled positions u."""
         return self._at(self.noise, u, 0.0, 0.0)
 
+    @symbolic
     def slope_in_y(self) -> System:
         """The system whose phi is the derivative of this one's in y."""
         return System(self.phi.diff(self._symbols["y"]), self.velocity)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import sympy
 
+from symasym.base.call_context import own_context
 from symasym.base.errors import InputError
 from symasym.numbers.trees import MpmathOps, evaluate_tree
 
@@ -213,10 +214,32 @@ def seems_zero(expression: sympy.Expr) -> bool:
     if expression.is_Rational:
         return bool(expression == 0)
     for values in sampled_parameters(expression.free_symbols, 2):
+        if _is_apart(expression, values):
+            return False
         value = sympy.N(expression.xreplace(values), 30, maxn=200)
         if value.is_number and value.is_finite and abs(value) > sympy.Float("1e-20"):
             return False
     return True
+
+
+def _is_apart(expression: sympy.Expr, values: dict[Any, Any]) -> bool:
+    """True if mpmath shows that it is not zero at these values, with 40 and with 60 digits.
+
+    OverflowError where no digits would be enough, since SymPy would go on taking more.
+    """
+    found = []
+    for digits in (40, 60):
+        with own_context(digits) as context:
+            try:
+                ops = MpmathOps(context)
+                known = {x: ops.rational(Fraction(int(y.p), int(y.q))) for x, y in values.items()}
+                value = evaluate_tree(expression, known, ops)
+            except OverflowError:
+                raise
+            except (InputError, ArithmeticError, ValueError):  # what SymPy knows alone, or a pole
+                return False
+            found.append(complex(value) if abs(value) < 1e300 else complex(1e300))
+    return abs(found[1]) > 1e-20 and abs(found[0] - found[1]) < 1e-10 * abs(found[1])
 
 
 def sampled_parameters(

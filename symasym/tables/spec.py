@@ -250,9 +250,10 @@ class _Reader:
             raise _Refused(key, "give either drift, a ready-made one, or expr, a formula.")
         key = "drift" if spec.expr is None else "expr"
         parameters = {name: values for name, values in spec.axes if name not in _NUMBERS}
-        for name, values in parameters.items():
+        # A formula is checked anew for each value, which takes long; the first of all will do here.
+        tried = [*parameters.items()] if spec.expr is None else [*parameters.items()][:1]
+        for name, values in tried:
             others = {n: v[0] for n, v in parameters.items() if n != name}
-            # A formula is checked anew for each value, which takes long; one will do here.
             for text in values if spec.expr is None else values[:1]:
                 try:
                     named_drift(spec.drift, spec.expr, {**others, name: text})

@@ -118,6 +118,43 @@ def test_simplifying_ends_in_time(call: Callable[[], Any]) -> None:
 
 
 _FRACTIONS = "1/(x+" * 50 + "1" + ")" * 50
+_WAVES = "*".join(f"sin({k}*x)" for k in range(1, 30))
+
+#: Texts that took all of the time a call may take, or more.
+HOSTILE: dict[str, Callable[[], Any]] = {
+    "a wave of a huge number": lambda: sa.System("tan(exp(1e30/z))", "1/(1 + z**2)").frozen(z=0.1),
+    "its limit": lambda: sa.laplace_integral("tan(exp(1e30/(x + 2)))", 1, "x", 0, 1),
+    "its sign": lambda: _reduced("tan(exp(1e30/(x + 2)))"),
+    "a hyperbolic function of it": lambda: sa.Drift("tanh(exp(1e30*(u + 2)))"),
+    "as many balls": lambda: sa.Drift("log(exp(1e30*u) + 2)"),
+    "fractions in f": lambda: sa.laplace_integral(_FRACTIONS, 1, "x", 0, 1),
+    "fractions in g": lambda: sa.uniform_integral(
+        "-x**2", _FRACTIONS.replace("x", "x+2+sin(x)"), "x", -1, 1
+    ),
+    "a product in f": lambda: sa.uniform_integral(f"I*{_WAVES}", 1, "x", -1, 1),
+    "zeros of a high degree": lambda: sa.laplace_integral(
+        "*".join(f"(x-{k}/7)" for k in range(1, 300)), 1, "x", 0, 1
+    ),
+    "fractions in h": lambda: _reduced("1", switch=_FRACTIONS),
+    "functions in h": lambda: _reduced("1", switch="sin(2+sin(2+sin(2+x)))"),
+    "roots in f-": lambda: _reduced("cbrt(2+" * 50 + "x" + ")" * 50),
+    "a power of a logarithm": lambda: _reduced("log(3)*(7/3)**40 + erf(x)"),
+}
+
+
+def _reduced(f_minus: str, **options: Any) -> Any:
+    fields = (f_minus, "1"), ("-1", "1"), (f"-(1 + s)/2 + (1 - s)/2*({f_minus})", "1")
+    return sa.reduce(*fields, ((1,), (0,)), ("y", "x"), **options)
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_hostile_expressions_end_soon(name: str) -> None:
+    begun = time.thread_time()
+    with limited(10), contextlib.suppress(sa.SymasymError):
+        HOSTILE[name]()
+    assert time.thread_time() - begun < 4
+
+
 _JOINED = f"({_FRACTIONS})*(1 + s)/2 - (1 - s)/2"
 
 

@@ -319,7 +319,7 @@ T = sympy.Symbol("t")
 
 
 @pytest.mark.parametrize("order", [1, 3])
-@pytest.mark.parametrize("case", ["bessel", "turned", "waves", "gamma", "both ends"])
+@pytest.mark.parametrize("case", ["bessel", "turned", "waves", "gamma", "both ends", "on the end"])
 def test_formula_and_numbers(case, order):
     """The formula comes from series at each saddle, the number from both at once."""
     oo, i, pi, saddles = sympy.oo, sympy.I, sympy.pi, None
@@ -333,6 +333,9 @@ def test_formula_and_numbers(case, order):
         integral = (i * (T**3 / 3 - ALPHA**2 * T), 1 / (9 + T + T**2), T, -oo, oo)
     elif case == "gamma":
         integral = (sympy.log(T) - T, 1 / T, T, ALPHA, oo)
+    elif case == "on the end":
+        integral = (-((T - ALPHA) ** 2) - (T - ALPHA) ** 3 / 3, sympy.exp(T / 5), T, ALPHA, oo)
+        saddles = (ALPHA,)
     else:
         integral = (-((T - ALPHA) ** 2) - (T - ALPHA) ** 4 / 3, sympy.cos(T), T, 0, 1)
         saddles = (ALPHA,)
@@ -352,6 +355,23 @@ def test_formulas_refused():
         bessel(1).expression_in()
     with pytest.raises(InputError, match="0 maxima"):
         sa.uniform_integral("-x", 1, "x", 0, 1, 1).expression_in()
+    with pytest.raises(InputError, match="slope of 0 at the end x = pi"):
+        sa.uniform_integral("cos(x)", 1, "x", 0, "pi").expression_in()
+    with pytest.raises(InputError, match="has kinks"):
+        sa.uniform_integral("-Abs(x)", 1, "x", 0, "oo").expression_in()
+
+
+def test_half_a_gaussian() -> None:
+    half = sa.uniform_integral("-x**2", 1, "x", 0, "oo")
+    lam = sympy.Symbol("lam", positive=True)
+    assert half.expression_in("lam") == sympy.sqrt(sympy.pi / lam) / 2
+    assert "NaN" not in half.latex()
+
+
+@pytest.mark.parametrize("verb", [sa.laplace_integral, sa.uniform_integral])
+def test_what_oscillates_without_end_is_refused(verb) -> None:
+    with pytest.raises(InputError, match="does not fall as x tends to oo"):
+        verb("sin(x)", 1, "x", 0, "oo")
 
 
 def test_the_verbs_of_expansions() -> None:

@@ -123,6 +123,8 @@ def test_options_reach_the_verb(capsys: pytest.CaptureFixture[str]) -> None:
         (["value", "escape_time"], "escape-time"),
         (["value", "escape-time", "--drift", "frictoin", "--kappa", "1", "--r", "1"], "friction"),
         ([*ESCAPE, "--kapa", "1"], "--kappa"),
+        (["value", "escape-time", "--drift", "linear", "--kapa=1", "--r", "2"], "--kappa"),
+        (["value", "T"], "escape-time"),
         ([*ESCAPE, "--method", "strongnoise"], "strong_noise"),
         ([*ESCAPE, "--set", "alhpa=1"], "alpha"),
         (["figure", "phaze"], "phase"),

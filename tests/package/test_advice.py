@@ -223,9 +223,13 @@ def _quantile(method: str = "frozen") -> Any:
     return _released(kappa="0.5", method=method).time.quantile(0.5)
 
 
-def _plain(f: str, **options: Any) -> Any:
-    """A uniform integral of weight 1."""
-    return sa.uniform_integral(f, 1, "x", *options.pop("ends", (-1, 1)), **options)
+def _plain(f: str, g: Any = 1, **options: Any) -> Any:
+    """A uniform integral, of weight 1 if none is given."""
+    return sa.uniform_integral(f, g, "x", *options.pop("ends", (-1, 1)), **options)
+
+
+FRACTION = _plain("x - x**3/3", (1, "1/(x**6 + x + 9)**2"), ends=("-oo", "oo"), order=1)
+BELL = _plain("cos(x) - x**2*exp(x)")
 
 
 def _emitted(drift: sa.Drift, target: str = "numpy", **options: Any) -> Any:
@@ -233,6 +237,7 @@ def _emitted(drift: sa.Drift, target: str = "numpy", **options: Any) -> Any:
 
 
 LINES = sa.tanh(1, -1, 1)
+CUBIC = sa.polynomial(-0.1, 1.6, 3.44, -0.316)
 WAVES = sa.Drift("1/2 - 3/4*u - 3/5*sin(6*u)")
 
 #: Calls that are refused with advice; each message that advises a call or an option is among them.
@@ -438,6 +443,16 @@ REFUSED = {
             lambda: _released(kappa="0.1", eps="0.0001", method="march"),
         ],
     ),
+    "first order beyond float64": Refused(
+        _released,
+        kappa="0.01",
+        eps="0.0001",
+        method="first_order",
+        then=[
+            lambda: sa.escape_time(BLOCK.frozen("-0.4"), "0.01", 10, log=True),
+            lambda: _released(kappa="0.1", eps="0.0001", method="march"),
+        ],
+    ),
     "clock": Refused(
         _released,
         kappa=3,
@@ -457,6 +472,21 @@ REFUSED = {
             lambda: _released(kappa="0.1"),
             lambda: _released(kappa="0.001", r=2, method="simulate", paths=5, seed=1, step=0.01),
         ],
+    ),
+    "no antiderivative": Refused(
+        lambda: FRACTION.expression_in(), then=[lambda: FRACTION.evaluate(10)]
+    ),
+    "maxima that SymPy does not find": Refused(
+        lambda: BELL.expression_in(),
+        then=[lambda: BELL.expression_in(saddles=(0,)), lambda: BELL.evaluate(10)],
+    ),
+    "flat end": Refused(
+        lambda: _plain("cos(x)", ends=(0, "pi")).expression_in(),
+        then=[lambda: _plain("cos(x)", ends=(0, "pi")).evaluate(10)],
+    ),
+    "flat weight": Refused(
+        lambda: _plain("-x**2", g="x**60").evaluate(10),
+        then=[lambda: _plain("-x**2", g="x**60", order=40).evaluate(10)],
     ),
     "functions": Refused(
         sa.laplace_integral,
@@ -712,8 +742,30 @@ REFUSED = {
     "multiple zero beside": Refused(
         sa.escape_time, sa.Drift("(u - 1/5)**2"), "0.1", 2, start="1/5", method="laplace"
     ),
+    "no sign": Refused(
+        sa.escape_time,
+        CUBIC,
+        0.016,
+        1.5,
+        start=0.3,
+        method="local",
+        then=[
+            lambda: sa.escape_time(CUBIC, 0.016, 1.5, start=0.3, method="uniform", log=True),
+            lambda: sa.escape_time(CUBIC, 0.016, 1.5, start=0.3, method="exact"),
+        ],
+    ),
     "weakest noise": Refused(sa.escape_time, CROSSING, "1e-200", 2),
     "weakest noise in an array": Refused(sa.escape_time, CROSSING, [0.1, 1e-200], 2),
+    "weakest noise, a text in an array": Refused(
+        sa.escape_time,
+        CROSSING,
+        ["1e-320", "1/10"],
+        2,
+        then=[
+            lambda: sa.escape_time(CROSSING, ["1e-320", "1/10"], 2, method="laplace", dps=20),
+            lambda: sa.escape_time(CROSSING, ["1e-320", "1/10"], 2, errors="nan"),
+        ],
+    ),
     "weakest noise, digits": Refused(sa.escape_time, CROSSING, "1e-200", 2, dps=20),
     "multiple zero near the start": Refused(
         sa.escape_time,
@@ -837,13 +889,9 @@ NOT_FOLLOWED = {
     "kappa is –, so small that": "not brought about",
     "d log(–)/d(–) is outside": "not brought about",
     "eps has an entry –": "not brought about",
-    "T is e^–, beyond float64": "not brought about",
     "h g/f' = –": "not brought about",
-    "SymPy finds no antiderivative": "not brought about",
     "f' of – has": "not brought about",
-    "f = – has": "not brought about",
     "no pair of saddles": "not brought about",
-    "g = – vanishes at the maximum": "not brought about",
     "a power – of a number": "not brought about",
     "kappa is –, where the two bounds": "not brought about",
     "f = – has no two saddles": "not brought about",

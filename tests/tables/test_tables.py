@@ -61,6 +61,15 @@ def spec_of(folder: Path, text: str = SMALL) -> Spec:
     return read_spec(folder / "spec.toml")
 
 
+def test_many_parameters_are_read_once(tmp_path: Path) -> None:
+    names = [f"p{k}" for k in range(600)]
+    lines = ['quantities = ["T"]', "kappa = 1", "r = 2", f'expr = "u + {" + ".join(names)}"']
+    values = [f'{name} = "1/{k + 1}"' for k, name in enumerate(names)]
+    begun = time.thread_time()
+    assert spec_of(tmp_path, "\n".join([*lines, "[parameters]", *values])).scenes == 1
+    assert time.thread_time() - begun < 3
+
+
 def records_of(path: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in path.read_bytes().splitlines()]
 

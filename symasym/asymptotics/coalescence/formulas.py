@@ -2,7 +2,7 @@
 
 airyai, airyaiprime and erfc stand with coefficients in closed form. These hold beside the
 coalescence: at it they are 0/0, and numbers come from `bind` and `evaluate`. The algebra is that of
-the numbers, over SymPy's elements: `.cubic_map` (both saddles), `.endpoints` (ends), `.iterated`
+the numbers, over SymPy's elements: `.cubic_map` (both saddles), `.parts` (ends), `.iterated`
 (products of Airy functions). Of an iterated integral the regular part is the real part of an
 antiderivative of a rational function: Hadamard's finite part.
 """
@@ -21,7 +21,7 @@ from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError
 from symasym.generated.formulas import over_pair, pair_units
 from symasym.numbers.polynomials import product
-from symasym.series.coefficient_fields import ExpressionField, sampled_parameters
+from symasym.series.coefficient_fields import ExpressionField, sampled_parameters, vanishes
 from symasym.series.taylor_series import NotAnalytic, taylor
 from symasym.special.airy import by_parts, product_rows
 
@@ -182,19 +182,28 @@ def end_formula(
     weight = taylor_of(g, x, point, count + 1)
     alpha = -at_saddle[2]
     d = perron_coefficients([sympy.Integer(0)] * 2 + at_saddle[2:], weight, 2)
-    a = [row[0] for row in saddle_rows(d, alpha, order)]
+    rows = saddle_rows(d, alpha, order)
+    a = [row[0] for row in rows]
     share, edges = [], sympy.Integer(0)
     for side, end in ((1, lo), (-1, hi)):
         if end.is_infinite:
             continue
         here = taylor_of(f, x, end, order + 2)
         t = end - point
-        # Its sign is t's on both sides: v is analytic there.
-        v = t * sympy.sqrt((at_saddle[0] - here[0]) / (alpha * t**2))
+        if vanishes(t):
+            v, b = sympy.Integer(0), [row[1] / (2 * alpha) for row in rows]
+        elif vanishes(here[1]):
+            raise InputError(
+                f"f = {f} has a slope of 0 at the end {x} = {end}, where it is not largest, so the "
+                "end has no formula here; take numbers from bind(…) and evaluate."
+            )
+        else:
+            # Its sign is t's on both sides: v is analytic there.
+            v = t * sympy.sqrt((at_saddle[0] - here[0]) / (alpha * t**2))
+            c = end_series(here, taylor_of(g, x, end, max(order, 2))[:order])
+            b = beyond_erfc(c, a, alpha, v)
         share.append((side, v))
-        c = end_series(here, taylor_of(g, x, end, max(order, 2))[:order])
-        inner = [y * lam ** (-n - 1) for n, y in enumerate(beyond_erfc(c, a, alpha, v))]
-        edges += side * sympy.exp(lam * here[0]) * sum(inner)
+        edges += side * sympy.exp(lam * here[0]) * sum(y * lam ** (-n - 1) for n, y in enumerate(b))
     scale = sympy.sqrt(lam * alpha)
     part = sympy.Integer(1)
     if len(share) == 2:

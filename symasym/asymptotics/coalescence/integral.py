@@ -30,6 +30,8 @@ from symasym.asymptotics.laplace.maxima import local_maxima, vanishes_identicall
 from symasym.base.call_context import own_context, symbolic
 from symasym.base.errors import InputError
 from symasym.base.inputs import count, exact
+from symasym.drift.expressions import expect_algebra
+from symasym.drift.short import simplified
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -164,7 +166,7 @@ def uniform_integral(
         partial(uniform_integral, near=near),
         "erfc" if kind == "real" else "airy",
         tuple(conditions),
-        sympy.simplify(factor),
+        simplified(factor),
         tuple(parts),
     )
 
@@ -204,7 +206,7 @@ def _iterated(
         partial(uniform_integral, near=near),
         "products",
         (),
-        sympy.simplify(first * second),
+        simplified(first * second),
         () if free else tuple(iterated_parts(formula, g, h, symbol, lo, hi, near)),
     )
 
@@ -248,6 +250,7 @@ def _real_parts(f: Expr, g: Expr, x: Symbol, lo: Expr, hi: Expr) -> list[SumPart
     for piece in pieces:
         require_no_pole(piece, x)
         slope = sympy.diff(piece.f, x)
+        expect_algebra(slope)
         if vanishes_identically(slope, x):
             raise InputError(
                 f"f is constant between {x} = {piece.lo} and {piece.hi}; integrate g there."

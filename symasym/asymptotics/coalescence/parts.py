@@ -297,7 +297,7 @@ class _SaddleNumbers:
         if not top:
             raise InputError(
                 f"g = {part.piece.g} vanishes at the maximum to so high an order that no term "
-                "asked for is left; ask for a higher order, or use laplace_integral."
+                "asked for is left; ask for a higher order=n."
             )
         self._rate = max(
             (abs(y) / top) ** (field.context.mpf(1) / k) for k, y in enumerate(self.d) if k > 3

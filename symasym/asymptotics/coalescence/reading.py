@@ -24,6 +24,7 @@ from symasym.asymptotics.laplace.kinks import WORK, Piece, at, difference, numbe
 from symasym.asymptotics.laplace.maxima import grid_of, interior_maxima, on_grid
 from symasym.base.call_context import own_context
 from symasym.base.errors import InputError
+from symasym.drift.expressions import expect_algebra, parse, quotient_parts
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -42,8 +43,6 @@ def read_integral(
 
     The kind is ``"real"``, ``"oscillating"`` (f imaginary) or ``"contour"`` (complex ends).
     """
-    from symasym.drift.expressions import expect_algebra, parse
-
     symbol = variable(x)
     names = {symbol.name: symbol}
     formula, weight, lo, hi = (
@@ -52,7 +51,7 @@ def read_integral(
     expect_algebra(formula, weight)
     kind = "real"
     if formula.has(sympy.I):
-        kind, formula = "oscillating", sympy.expand(formula / sympy.I)
+        kind, formula = "oscillating", over_i(formula)
     elif any(end.has(sympy.I) for end in (lo, hi)):
         kind = "contour"
         require_valleys(lo, hi)
@@ -73,6 +72,15 @@ def read_integral(
     if kind != "real":
         require_smooth(symbol, {"f": formula, name: weight})
     return kind, formula, weight, factor, symbol, lo, hi
+
+
+def over_i(formula: Expr) -> Expr:
+    """The formula over i, term by term, multiplied out where i is left in it."""
+    terms = sympy.Add(*(term / sympy.I for term in sympy.Add.make_args(formula)))
+    if not terms.has(sympy.I):
+        return terms
+    expect_algebra(formula)
+    return sympy.expand(terms)
 
 
 _KINKS = (sympy.Abs, sympy.sign, sympy.Max, sympy.Min, sympy.Heaviside, sympy.Piecewise)
@@ -108,7 +116,7 @@ def require_valleys(lo: Expr, hi: Expr) -> None:
 
 def require_no_pole(piece: Piece, x: Symbol) -> None:
     """Refuse a g whose denominator alone changes sign inside: the integral diverges."""
-    top, bottom = sympy.fraction(sympy.together(piece.g))
+    top, bottom = quotient_parts(piece.g, x)
     if not bottom.has(x):
         return
     grid = grid_of(piece)
@@ -128,7 +136,11 @@ def closest_pair(piece: Piece, x: Symbol, near: Fraction | None, shown: Expr) ->
 
     The latter is negative for a complex pair.
     """
-    slope, curved, third_slope = (sympy.diff(piece.f, x, k) for k in (1, 2, 3))
+    slopes = [piece.f]
+    for _ in range(3):
+        slopes.append(sympy.diff(slopes[-1], x))
+        expect_algebra(slopes[-1])
+    _, slope, curved, third_slope = slopes
     if near is not None:
         points = [number(sympy.Rational(near.numerator, near.denominator))]
     else:

@@ -15,6 +15,7 @@ import sympy
 
 from symasym.asymptotics.coalescence.iterated import IteratedPart
 from symasym.asymptotics.coalescence.parts import BEYOND, PairPart, SumPart
+from symasym.asymptotics.coalescence.reading import over_i, require_smooth
 from symasym.asymptotics.laplace.kinks import number
 from symasym.asymptotics.laplace.result import IntegralExpansion
 from symasym.base.call_context import mpf_of, own_context, symbolic, to_mpf
@@ -145,10 +146,11 @@ class UniformExpansion(IntegralExpansion):
             return self._factor * formula
         weight = self.g.as_independent(self.x, as_Add=False)[1]
         if self.kind == "erfc":
+            require_smooth(self.x, {"f": self.f, "g": weight})
             parts = (self.f, weight, self.x, self.a, self.b)
             return self._factor * end_formula(*parts, self.order, symbol, saddles)
         oscillating = self.f.has(sympy.I)
-        f = sympy.expand(self.f / sympy.I) if oscillating else self.f
+        f = over_i(self.f) if oscillating else self.f
         formula = pair_formula(f, weight, self.x, self.order, symbol, saddles, oscillating)
         return self._factor * formula
 

@@ -46,7 +46,7 @@ _MOST = 400
 # Irrational constants swell exact coefficients beyond use at higher orders.
 _EXACT_ORDERS = 12
 _NUMERIC = 40
-# Functions of an integrand, and how many in each other, beyond which they do so in any order.
+# Functions and roots, and how many in each other, beyond which they do so in any order.
 _FUNCTIONS, _NESTED = 8, 2
 
 
@@ -260,8 +260,9 @@ def _read(
 
 
 def _is_long(piece: Piece) -> bool:
-    """True if exact coefficients would fill pages: many functions, or in each other."""
-    functions = sum(len(e.atoms(sympy.Function)) for e in (piece.f, piece.g))
+    """True if exact coefficients would fill pages: many functions and roots, or in each other."""
+    parts = [node for e in (piece.f, piece.g) for node in e.atoms(sympy.Function, sympy.Pow)]
+    functions = sum(node.is_Function or not node.exp.is_Integer for node in parts)
     deepest = max(functions_inside(e) for e in (piece.f, piece.g))
     return functions > _FUNCTIONS or deepest > _NESTED
 

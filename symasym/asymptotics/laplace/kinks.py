@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import sympy
 
@@ -124,16 +124,21 @@ def _between(lo: Expr, hi: Expr) -> Expr:
 
 def _kinks(expression: Expr, x: Symbol) -> set[Expr]:
     """The kinks of an expression: zeros and crossings of arguments, ends of conditions."""
-    kinks = set()
-    for node in expression.atoms(sympy.Abs, sympy.sign, sympy.Heaviside):
+    kinks: set[Expr] = set()
+
+    def nodes(within: Expr, *kinds: Any) -> list[Any]:
+        """Its parts of these kinds, always in the same order."""
+        return sorted(within.atoms(*kinds), key=str)
+
+    for node in nodes(expression, sympy.Abs, sympy.sign, sympy.Heaviside):
         kinks |= _zeros(node.args[0], x)
-    for node in expression.atoms(sympy.Max, sympy.Min):
+    for node in nodes(expression, sympy.Max, sympy.Min):
         for i, first in enumerate(node.args):
             for second in node.args[i + 1 :]:
                 kinks |= _zeros(first - second, x)
-    for node in expression.atoms(sympy.Piecewise):
+    for node in nodes(expression, sympy.Piecewise):
         for _, condition in node.args:
-            for relation in sympy.sympify(condition).atoms(sympy.core.relational.Relational):
+            for relation in nodes(sympy.sympify(condition), sympy.core.relational.Relational):
                 kinks |= _zeros(relation.lhs - relation.rhs, x)
     return kinks
 

@@ -10,6 +10,7 @@ and g not to grow faster than e^(lam f) falls.
 from __future__ import annotations
 
 import itertools
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -19,11 +20,13 @@ import numpy as np
 import sympy
 
 from symasym.asymptotics.laplace.kinks import WORK, Piece, at, number
-from symasym.base.call_context import mpf_of, own_context
+from symasym.base.call_context import expect, mpf_of, own_context, step
 from symasym.base.errors import InputError
 from symasym.base.inputs import exact
-from symasym.drift.expressions import expect_algebra, polynomial_of
-from symasym.numbers.trees import MpmathOps, NumpyOps, evaluate_tree
+from symasym.drift.expressions import expect_algebra, quotient_of
+from symasym.drift.short import is_short
+from symasym.numbers.polynomials import poly
+from symasym.numbers.trees import MpmathOps, NotRational, NumpyOps, evaluate_tree
 from symasym.series.coefficient_fields import sampled_parameters, vanishes
 
 if TYPE_CHECKING:
@@ -40,7 +43,13 @@ _SAME_POINT = Fraction(1, 10**20)
 _GRID = 801
 # Parameters without a sign up to which the signs are tried.
 _MOST_SIGNS = 3
-_FAR = (10**2, 10**4, 10**6)
+# Symbols of an f' whose zeros SymPy finds in a short time, if at all.
+_MOST_SYMBOLS = 6
+# Degree up to which zeros are given exactly; seconds that isolating others takes, for each bit of
+# their coefficients and square of their degree.
+_RADICALS, _SECONDS = 40, 1e-7
+# Distances at which the fall towards an infinite end is looked at, and those between the last two.
+_FAR, _BETWEEN = (10**2, 10**4, 10**6), (2 * 10**4, 5 * 10**4, 10**5, 3 * 10**5)
 
 
 @dataclass(frozen=True)
@@ -212,9 +221,12 @@ def _highest_of_all(
 
 
 def _solved(piece: Piece, x: Symbol) -> list[Expr]:
-    """The zeros of f' that SymPy finds and that may be real."""
+    """The zeros of f' that SymPy finds in a short time and that may be real."""
+    slope = sympy.diff(piece.f, x)
+    if not is_short(slope) or len(slope.free_symbols) > _MOST_SYMBOLS:
+        return []
     try:
-        return [s for s in sympy.solve(sympy.diff(piece.f, x), x) if s.is_real is not False]
+        return [s for s in sympy.solve(slope, x) if s.is_real is not False]
     except NotImplementedError:
         return []
 
@@ -224,6 +236,7 @@ def interior_maxima(piece: Piece, slope: Expr, x: Symbol) -> list[Real]:
     isolated = _polynomial_roots(piece, slope, x)
     if isolated is not None:
         return isolated
+    expect_algebra(slope)
     grid = grid_of(piece)
     values = on_grid(slope, x, grid)
     brackets, last = [], None
@@ -236,33 +249,71 @@ def interior_maxima(piece: Piece, slope: Expr, x: Symbol) -> list[Real]:
 
 def _polynomial_roots(piece: Piece, slope: Expr, x: Symbol) -> list[Real] | None:
     """The interior maxima where f' is a polynomial or a quotient of two; None where it is not."""
-    if not slope.is_rational_function(x):
-        return None
-    whole = slope.is_polynomial(x)
-    top, bottom = (slope, sympy.Integer(1)) if whole else sympy.fraction(sympy.together(slope))
-    try:
-        polynomial = polynomial_of(top, x)
-        polynomial_of(bottom, x)
-    except sympy.PolynomialError:
-        return None
-    if not polynomial.domain.is_ZZ and not polynomial.domain.is_QQ:
+    rises = _numerator(piece.f, slope, x)
+    if rises is None:
         return None
     lo, hi = number(piece.lo), number(piece.hi)
-    roots = sorted(
-        {r for r in sympy.real_roots(polynomial) if lo < number_of_root(r) < hi},
-        key=number_of_root,
-    )
+    roots = [(root, value) for root, value in _odd_roots(rises, x) if lo < value < hi]
     if not roots:
         return []
-    values = [number_of_root(r) for r in roots]
+    values = [value for _, value in roots]
     marks = [_step(values[0], lo, -1), *_middles(values), _step(values[-1], hi, 1)]
     signs = [at(slope, x, mark) for mark in marks]
-    # A root of higher degree stays a number: its radicals, if it has any, are no use.
     return [
-        root if _short(root) else value
-        for root, value, before, after in zip(roots, values, signs, signs[1:], strict=False)
+        root
+        for (root, _), before, after in zip(roots, signs, signs[1:], strict=False)
         if before > 0 > after
     ]
+
+
+def _numerator(f: Expr, slope: Expr, x: Symbol) -> Any:
+    """The numerator of f' in QQ[x], from f where that is rational, too, and shorter; or None."""
+    for expression in (f, slope):
+        try:
+            quotient = quotient_of(expression, x)
+        except (NotRational, InputError, ZeroDivisionError):
+            continue
+        return (quotient.diff(quotient.field.gens[0]) if expression is f else quotient).numer
+    return None
+
+
+def _odd_roots(polynomial: Any, x: Symbol) -> list[tuple[Real, mpf]]:
+    """The real zeros of odd order of an element of QQ[x], ascending, with their numbers."""
+    whole = sympy.Poly.from_dict(dict(polynomial), x, domain=sympy.QQ)
+    odd = sympy.Poly(1, x, domain=sympy.QQ)
+    for factor, order in whole.sqf_list()[1]:
+        if order % 2:
+            odd *= factor
+    odd = odd.clear_denoms(convert=True)[1]
+    if odd.degree() <= _RADICALS:
+        exact_roots = sorted(sympy.real_roots(odd), key=number_of_root)
+        # A root of higher degree stays a number: its radicals, if it has any, are no use.
+        values = [number_of_root(r) for r in exact_roots]
+        return [(r if _short(r) else v, v) for r, v in zip(exact_roots, values, strict=True)]
+    bits = max(int(abs(c)).bit_length() for c in odd.all_coeffs())
+    expect(odd.degree() ** 2 * bits * _SECONDS, f"isolating zeros of degree {odd.degree():,}")
+    coefficients = [int(c) for c in odd.all_coeffs()[::-1]]
+    isolated = sorted(interval for interval, _ in odd.intervals())
+    numbers = [
+        _between(coefficients, *(Fraction(int(y.p), int(y.q)) for y in interval))
+        for interval in isolated
+    ]
+    return [(value, value) for value in numbers]
+
+
+def _between(coefficients: list[int], low: Fraction, high: Fraction) -> mpf:
+    """The one zero in [low, high], by halving."""
+    with own_context(WORK) as context:
+        context.prec += max(abs(c) for c in coefficients).bit_length() + len(coefficients)
+        a, b = (mpf_of(end, context) for end in (low, high))
+        ends = [poly(coefficients, y) for y in (a, b)]
+        if not all(ends):
+            return b if ends[0] else a
+        for _ in range(4 * WORK):
+            step()
+            middle = (a + b) / 2
+            a, b = (middle, b) if (poly(coefficients, middle) > 0) == (ends[0] > 0) else (a, middle)
+        return (a + b) / 2
 
 
 @lru_cache(maxsize=256)
@@ -387,11 +438,15 @@ def _limit(piece: Piece, x: Symbol, end: Expr, side: int) -> mpf | None:
     with own_context(WORK) as context:
         if not context.isnan(value) and not context.isinf(value):
             return value
+        with suppress(ZeroDivisionError, ValueError):
+            # OverflowError where SymPy would take digits without end.
+            evaluate_tree(piece.f, {x: number(end)}, MpmathOps(context))
     expect_algebra(piece.f, searched=True)
     limit = sympy.limit(piece.f, x, end, "+" if side > 0 else "-")
     if limit == -sympy.oo:
         return None
-    if limit in (sympy.oo, sympy.zoo, sympy.nan) or not limit.is_real:
+    between = isinstance(limit, sympy.AccumBounds)
+    if limit in (sympy.oo, sympy.zoo, sympy.nan) or between or not limit.is_real:
         raise InputError(
             f"f = {piece.f} tends to {limit} at {x} = {end}, so the integral diverges or is "
             "complex; give an f that is bounded above on [a, b]."
@@ -429,7 +484,9 @@ def _require_decay(pieces: list[Piece], x: Symbol, top: mpf | None) -> None:
             ]
             if any(context.isnan(v) for v in values):
                 continue
-            rising = values[2] > values[1] or top is None or values[2] >= top
+            far = [values[1], *(at(f, x, sympy.Integer(y)) for y in _BETWEEN), values[2]]
+            rising = top is None or values[2] >= top
+            rising |= any(later > earlier for earlier, later in itertools.pairwise(far))
             flat = abs(values[2] - values[1]) < context.mpf(10) ** -2
             if rising or (flat and logs[2] > context.log(_FAR[2])):
                 raise InputError(
