@@ -445,3 +445,9 @@ def test_work_that_would_take_too_long_is_not_begun(f: str, g: str) -> None:
     with pytest.raises(sa.TimeLimitError, match="SymPy's work on .* would take"):
         sa.laplace_integral(f, g, "x", -1, 1, patience=10)
     assert time.thread_time() - begun < 4
+
+
+@pytest.mark.parametrize("f", ["sin(1/x)", "tanh(log(x)**(1/3)*cos(7))"])
+def test_a_limit_that_sympy_has_not_is_a_sentence(f) -> None:
+    with pytest.raises(sa.InputError, match=r"at x = 0, so the integral diverges or is complex"):
+        sa.laplace_integral(f, 1, "x", 0, 1)

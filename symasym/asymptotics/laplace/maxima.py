@@ -442,7 +442,10 @@ def _limit(piece: Piece, x: Symbol, end: Expr, side: int) -> mpf | None:
             # OverflowError where SymPy would take digits without end.
             evaluate_tree(piece.f, {x: number(end)}, MpmathOps(context))
     expect_algebra(piece.f, searched=True)
-    limit = sympy.limit(piece.f, x, end, "+" if side > 0 else "-")
+    try:
+        limit = sympy.limit(piece.f, x, end, "+" if side > 0 else "-")
+    except NotImplementedError:
+        limit = sympy.nan
     if limit == -sympy.oo:
         return None
     between = isinstance(limit, sympy.AccumBounds)
