@@ -58,10 +58,11 @@ def plot(drift: Drawn, axes: Sequence[Axes] | None) -> Any:
         axes = pyplot.subplots(2, sharex=True, layout="constrained")[1]
     above, below = inputs.axes("axes", axes, 2)
     u = np.union1d(np.linspace(-_REACH, _REACH, _POINTS), [-1.0, 1.0])
+    height = drift.potential_at(u)
     above.plot(*_curve(drift, u))
     above.axhline(0, color="0.6", linewidth=0.8)
     above.set_ylabel(r"$\phi(u)$")
-    below.plot(u, drift.potential_at(u))
+    below.plot(u, height)
     below.set_ylabel("V(u)")
     below.set_xlabel("u")
     for ax in (above, below):

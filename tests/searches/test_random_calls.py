@@ -80,6 +80,8 @@ def test_every_public_name_argument_and_option_is_called() -> None:
         "paths=Fraction(1, 10**5000))",
         "sa.sine(a_minus=0.05, a_plus=0.3, b=0.1, waves='1_000').plot()",
         "sa.hill(a_minus=0.1, a_plus=0.2, K=1e-139)(-1)",
+        "sa.friction(mu=0.1, alpha=10**5000, z0=np.array([1.0, 2.0])).turning_points()",
+        "sa.Drift(A='1e400').plot()",
         "sa.rescale(eps=2, kappa=1, r='1e99999').__str__()",
         "sa.rescale(eps=1, kappa=10**5000, r=10).__str__()",
         "sa.plot(quantity='p_ss', drift=sa.linear(1, -1), kappa=[0.1, 1], r=10)",

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import BeyondFloat, Floats, Numbers, is_array
+from symasym.base.inputs import BeyondFloat, Floats, Numbers, floats
 from symasym.drift import models
 from symasym.drift.drift import Drift
 from symasym.generated import numpy_formulas as formulas
@@ -32,10 +32,11 @@ class Friction(Drift):
         missing = [name for name in ("mu", "alpha") if name in self.free]
         if missing:
             raise InputError(f"{missing[0]} has no value; set it with bind({missing[0]}=…).")
-        return tuple(  # type: ignore[return-value]
-            self._values[n] if is_array(self._values[n]) else np.float64(self._values[n])
-            for n in ("mu", "alpha")
-        )
+        mu, alpha = (self._values[n] for n in ("mu", "alpha"))
+        try:
+            return floats("mu", mu)[()], floats("alpha", alpha)[()]
+        except BeyondFloat as error:
+            raise error.without_digits("folds are found") from None
 
     def turning_points(self) -> Any:
         """u > 0 at which the friction force turns, sqrt((1+mu)/(3 mu)); nan where mu <= 1/2.
