@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from symasym.base.call_context import step, symbolic
+from symasym.base.call_context import patient, step, symbolic
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import (
     SMALLEST,
@@ -552,6 +552,7 @@ class Drift:
         except BeyondFloat as error:
             raise error.without_digits("V is found") from None
 
+    @patient
     def critical_points(self) -> list[landscape.CriticalPoint]:
         """Zeros of A in (-1, 1), left to right, with multiplicity and stability.
 
@@ -638,9 +639,9 @@ class Drift:
         from symasym.derivation.printing import tex
 
         formula = self.expression()
-        # Floats are shown as such.
-        long = [x for x in formula.atoms(sympy.Rational) if x.q > 10**6]
-        formula = formula.xreplace({x: sympy.Float(x, 15) for x in long})
+        # Floats are shown as such, and so are numbers that would fill lines.
+        long = [x for x in formula.atoms(sympy.Rational) if x.q > 10**6 or abs(x.p) > 10**18]
+        formula = formula.xreplace({x: x.evalf(15) for x in long})
         return rf"$\displaystyle \phi(u) = {tex(formula)}$"
 
 

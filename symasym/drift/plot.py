@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from symasym.base import inputs
+from symasym.base.errors import RangeError
 from symasym.base.inputs import FloatArray
 
 if TYPE_CHECKING:
@@ -17,6 +18,8 @@ _POINTS = 400
 _MOST_POINTS = 50_000
 _REACH = 1.5
 _MOST_NAMES = 16
+# Matplotlib's transformations leave float64 beyond it.
+_LARGEST = 1e300
 # Of phi's range, between its curve and a straight line.
 _FLAT = 0.005
 
@@ -41,8 +44,10 @@ def _curve(drift: Drawn, u: FloatArray) -> tuple[FloatArray, FloatArray]:
     while u.size < _MOST_POINTS:
         between = (u[1:] + u[:-1]) / 2
         new = drift(between)
-        if np.abs(new - (phi[1:] + phi[:-1]) / 2).max() <= _FLAT * np.ptp(phi):
-            break
+        with np.errstate(over="ignore"):
+            off = np.abs(new - (phi[1:] / 2 + phi[:-1] / 2)).max()
+            if off <= _FLAT * np.ptp(phi):
+                break
         # The drift may jump at the layer's ends, which stay points.
         order = np.argsort(np.concatenate([u, between]), kind="stable")
         u, phi = (np.concatenate(pair)[order] for pair in ((u, between), (phi, new)))
@@ -52,14 +57,19 @@ def _curve(drift: Drawn, u: FloatArray) -> tuple[FloatArray, FloatArray]:
 def plot(drift: Drawn, axes: Sequence[Axes] | None) -> Any:
     """phi above V; see `symasym.drift.drift.Drift.plot`."""
     drift.scalars()
+    u = np.union1d(np.linspace(-_REACH, _REACH, _POINTS), [-1.0, 1.0])
+    height = drift.potential_at(u)
+    dense, phi = _curve(drift, u)
+    if max(np.abs(phi).max(), np.abs(height).max()) > _LARGEST:
+        raise RangeError(
+            f"phi or V is above {_LARGEST:g}, the largest that is drawn; rescale the drift."
+        )
     if axes is None:
         from matplotlib import pyplot
 
         axes = pyplot.subplots(2, sharex=True, layout="constrained")[1]
     above, below = inputs.axes("axes", axes, 2)
-    u = np.union1d(np.linspace(-_REACH, _REACH, _POINTS), [-1.0, 1.0])
-    height = drift.potential_at(u)
-    above.plot(*_curve(drift, u))
+    above.plot(dense, phi)
     above.axhline(0, color="0.6", linewidth=0.8)
     above.set_ylabel(r"$\phi(u)$")
     below.plot(u, height)

@@ -179,6 +179,8 @@ def _function(name: str, doc: str, expression: Expr | Sequence[Expr]) -> Functio
     from symasym.derivation.results import parts
 
     values = tuple(parts(expression))
+    if not values:
+        raise InputError(f"{name} is empty; give an expression, or a tuple of some.")
     arguments = tuple(sorted({s.name for e in values for s in e.free_symbols}))
     # What is written into code is a name, and nothing that ends a line or a comment.
     for argument in arguments:

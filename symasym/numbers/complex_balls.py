@@ -216,7 +216,7 @@ class ComplexBallOps:
         # tanh(c + d) - tanh(c) = sinh(d)/(cosh(c) cosh(c + d)), and |cosh|^2 is sinh^2 of the
         # real part plus cos^2 of the imaginary one.
         size, real = abs(z.centre), self.real
-        if self._too_large(z.radius):
+        if self._too_large(size + z.radius):
             gap = size - z.radius
             # Of these functions the exponentials alone.
             change = 2.4 * real.exp(-2 * min(gap, 2**20)) if gap > 1 else real.context.inf

@@ -350,7 +350,8 @@ def grid_of(piece: Piece) -> FloatArray:
     """Floats spread over the piece, Chebyshev points where it is finite."""
     lo, hi = float(number(piece.lo)), float(number(piece.hi))
     if np.isfinite(lo) and np.isfinite(hi):
-        return lo + (hi - lo) * (1 - np.cos(np.pi * np.linspace(0, 1, _GRID)[1:-1])) / 2
+        share = (1 - np.cos(np.pi * np.linspace(0, 1, _GRID)[1:-1])) / 2
+        return lo * (1 - share) + hi * share
     reach = np.concatenate([np.geomspace(1e-8, 1e-2, 61), np.linspace(0.015, 30, 1201)])
     reach = np.concatenate([reach, np.geomspace(31, 1e8, 201)])
     if np.isfinite(lo):

@@ -14,6 +14,7 @@ not be: a peak that is missed costs tightness only.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import lru_cache
@@ -36,6 +37,8 @@ _NARROWEST = Fraction(1, 2**16)
 _MOST_PANELS = 300
 _SAMPLES = 2001
 _LOST = 2.0**-64
+# Of an upper bound of V, of which exact numbers are made.
+_MOST_BITS = 10**6
 
 
 class Edge(NamedTuple):
@@ -137,9 +140,9 @@ def highest(drift: Drift, mirrored: bool) -> Fraction:
         for segment in layer_of(drift, mirrored, Fraction(0), Fraction(1)).segments:
             for panel in segment.panels:
                 top = top.max(base + panel.span()[1])
-        if not top.is_finite():
+        mantissa, exponent = top.upper().man_exp() if top.is_finite() else (0, math.inf)
+        if exponent > _MOST_BITS:
             raise AccuracyError(f"V of {drift} has no proved upper bound; use method='exact'.")
-        mantissa, exponent = top.upper().man_exp()
         return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
 
 
