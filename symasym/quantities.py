@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
+from numbers import Real
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, overload
 
 from symasym.base.call_context import patient
 from symasym.base.errors import InputError
-from symasym.base.inputs import choice, exact, flag, is_array, positive, shown
+from symasym.base.inputs import choice, exact, flag, positive, shown
 from symasym.methods import alone, answer, each, require_drift_of, require_method
 from symasym.scenes import QUANTITIES, Request, one_scene, require_drift
 
@@ -191,7 +192,7 @@ def escape_time(
     # An infinite one is that of a drift without a well that a barrier ends.
     borne = (
         drag_time
-        if not is_array(drag_time) and drag_time == float("inf")
+        if isinstance(drag_time, Real) and drag_time == float("inf")
         else positive("drag_time", exact("drag_time", drag_time))
     )
     return _with_drag(_asked(drift, numbers, request, rtol, workers), log, float(borne))

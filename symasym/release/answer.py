@@ -35,6 +35,8 @@ METHODS = {
 }
 # A share of eps T1/T0 beyond which the next order is not small.
 _SMALL = 0.1
+# Correlation times of coloured noise that are simulated.
+_SHORTEST = 1e-12
 
 
 @dataclass(frozen=True)
@@ -164,7 +166,7 @@ def release(
     seed : int
         Seed of the random numbers.
     step : number, optional
-        Step in scaled time.
+        Step in scaled time; in coloured noise at most tau/4.
     workers : int, str or Executor
         Processes of this machine, a dask scheduler's address, or an executor.
     tau : number
@@ -226,6 +228,11 @@ def release(
         correlation = exact("tau", tau)
         if correlation < 0:
             raise InputError(f"tau is {float_text(correlation)}; it must be at least 0.")
+        if 0 < correlation < _SHORTEST:
+            raise InputError(
+                f"tau is {float_text(correlation)}, of too many steps; give 0 for white noise, or "
+                f"at least {_SHORTEST:g}."
+            )
         return _simulated(scene, paths, seed, step, workers, float(correlation))
     full = flag("full", full)
     if exact("tau", tau) != 0:
@@ -327,6 +334,11 @@ def _simulated(
         h = min(0.05 / max(float(bend), 1e-300), 0.002 * (r / kappa) ** 2, 0.05, slowest)
     else:
         h = float(positive("step", exact("step", step)))
+        if tau and h > tau / 4:
+            raise InputError(
+                f"step is {h:g}, too long for the noise of tau = {tau:g}; leave it out, or give at "
+                "most tau/4."
+            )
     sample = simulate(system, kappa, r, eps, (u, z), paths, h, seed, workers, tau)
     check = simulate(
         system, kappa, r, eps, (u, z), max(2, paths // 5), 2.0 * h, seed + 1, workers, tau
@@ -351,4 +363,7 @@ def _sampled(values: Any) -> Law:
         return np.searchsorted(order, x, side="right") / order.size
 
     error = 1.36 / order.size**0.5
-    return Law(cdf, order[0], order[-1], float(order.mean()), float(order.std()), error)
+    # Squares of long times leave float64.
+    unit = max(abs(order[0]), abs(order[-1])) or 1.0
+    spread = unit * float((order / unit).std())
+    return Law(cdf, order[0], order[-1], float(order.mean()), spread, error)

@@ -291,6 +291,8 @@ def test_an_executor_that_dies_loses_nothing():
         ({"method": "simulate", "workers": 0}, "workers is 0; give a whole number"),
         ({"method": "simulate", "step": -1}, "step is -1; it must be greater"),
         ({"method": "simulate", "tau": -1}, "tau is -1; it must be at least 0"),
+        ({"method": "simulate", "tau": "1e-13"}, "tau is 1e-13, of too many steps"),
+        ({"method": "simulate", "tau": "0.1", "step": "0.03"}, "step is 0.03, too long for"),
         ({"method": "march", "tau": 1}, "coloured noise is for method='simulate'"),
         ({"kappa": "0.012", "method": "frozen"}, r"T is e\^1\d\d\d\.\d*, beyond float64"),
         ({"kappa": "1e-4"}, "would need .* elements"),

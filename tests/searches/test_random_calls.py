@@ -86,6 +86,13 @@ def test_every_public_name_argument_and_option_is_called() -> None:
         "sa.hill(a_minus=10**5000, a_plus=1, K=[0.1, 0.5])._repr_latex_()",
         "sa.laplace_integral(f='cos(x)', g='1/x', x='x', a=1, b=1e308, patience=1.0).latex()",
         "sa.emit(what=[], patience=1.0)",
+        "sa.release(sa.oscillator(mu='1/2', alpha=2), 0.3, 2, eps='0.1', method='simulate', "
+        "paths=100, step=0.01, tau=5e-324, patience=1.0).time",
+        "sa.escape_time(sa.linear(1, 1), 0.3, 10, drag_time=Frame(), full=True)",
+        "sa.plan(sa.Drift('a - b*u + exp(-c*u)').bind(a='1', b=1e308, c=1e-124), 1, 0.5, "
+        "patience=1.0)",
+        "sa.release(sa.System('1 - z - u - 3*(u - u**3)', 'y - 1', '1 + u**2/2'), '0.1', '1/2', "
+        "eps=1e150, start=(0, 0), method='simulate', paths=100, step=0.01, patience=1.0).time",
         "sa.sine(a_minus=1, a_plus=1e308, b=0.3, waves=2).plot()",
         "sa.tanh(a_minus=0.3, a_plus=0.3, steepness='1e99999').barriers()",
         "sa.exit_probability(sa.Drift('a - b*u + exp(-c*u)').bind(a='2', b='0.1', c=1e15), 1, 10, "

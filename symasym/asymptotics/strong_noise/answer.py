@@ -58,7 +58,9 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
 
     value, errors, size = logs(scenes, request.name[-1], request.complement, request.order)
     errors = errors + input_rounding(scenes, size)
-    _require_small(scenes.numbers["kappa"], errors, request.order, scenes.lam * size)
+    with np.errstate(over="ignore"):
+        exponent = scenes.lam * size
+    _require_small(scenes.numbers["kappa"], errors, request.order, exponent)
     return Answers(value, errors, "estimate", *_terms(request.order))
 
 
