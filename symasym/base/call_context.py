@@ -15,6 +15,7 @@ import ctypes
 import functools
 import inspect
 import math
+import sys
 import threading
 import time
 from collections.abc import Callable, Hashable, Iterator
@@ -125,12 +126,19 @@ def watched() -> Iterator[None]:
     now = _clock()
     done, lock = threading.Event(), threading.Lock()
     interrupt = ctypes.pythonapi.PyThreadState_SetAsyncExc
+    report = sys.unraisablehook
+
+    def quiet(lost: Any) -> None:
+        """Nothing of an interrupt that came where no error can be raised: another one follows."""
+        if lost.exc_type is not _Over:
+            report(lost)
 
     def watch() -> None:
         """Interrupt, again where that was swallowed, until the block is left."""
         while not done.wait(max(_GRACE, end - now())):
             with lock:
                 if not done.is_set() and now() > end:
+                    sys.unraisablehook = quiet
                     interrupt(thread, ctypes.py_object(_Over))
 
     limit.watched = True
@@ -148,6 +156,8 @@ def watched() -> Iterator[None]:
                 pass  # what was sent arrives here at the latest
         except _Over:
             done.set()
+        if sys.unraisablehook is quiet:
+            sys.unraisablehook = report
 
 
 def _clock() -> Callable[[], float]:

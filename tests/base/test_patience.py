@@ -84,6 +84,27 @@ def test_work_without_steps_is_ended_when_it_is_watched(told: bool, monkeypatch:
     spend(0.3)
 
 
+class _SlowToEnd:
+    """An object whose end takes a while, in which no error can be raised."""
+
+    def __del__(self) -> None:
+        spend(0.05)
+
+
+def _with_slow_ends() -> None:
+    for _ in range(10):
+        _SlowToEnd()
+    _without_steps(30)
+
+
+def test_an_interrupt_that_is_lost_is_sent_again_without_a_word(capfd: Any) -> None:
+    hook = sys.unraisablehook
+    with pytest.raises(sa.TimeLimitError), limited(0.1), watched():
+        _with_slow_ends()
+    assert sys.unraisablehook is hook
+    assert capfd.readouterr().err == ""
+
+
 def test_the_watch_is_of_its_own_thread() -> None:
     ended: list[bool] = []
 
