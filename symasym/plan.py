@@ -498,13 +498,14 @@ def _singulants(drift: Drift, lam: Fraction, kept: str) -> Iterator[Singulant]:
         # Of the real zeros a neighbour alone is on the same sheet of the Borel plane.
         others = [*real[max(k - 1, 0) : k], *real[k + 1 : k + 2], *zeros[~own & (zeros.imag > 0)]]
         v = np.polynomial.polynomial.polyint(c)
-        steps = abs(
-            np.polynomial.polynomial.polyval(np.array(others), v)
-            - np.polynomial.polynomial.polyval(u, v)
-        )
-        if not len(steps):
+        with np.errstate(all="ignore"):
+            steps = abs(
+                np.polynomial.polynomial.polyval(np.array(others), v)
+                - np.polynomial.polynomial.polyval(u, v)
+            )
+        if not np.isfinite(steps).any():
             continue
-        least = int(np.argmin(steps))
+        least = int(np.nanargmin(steps))
         value = Fraction(steps[least]) * largest
         if value < 10**308:
             yield Singulant(point, f"to {others[least]:.4g}", float(value), int(lam * value))

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from symasym.base.call_context import float_with_error, to_mpf
-from symasym.base.errors import InputError, RangeError
+from symasym.base.call_context import float_with_error, own_context, to_mpf
+from symasym.base.errors import AccuracyError, InputError, RangeError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import (
     BeyondFloat,
@@ -31,6 +31,7 @@ from symasym.base.inputs import (
     shown,
 )
 from symasym.drift.drift import Drift
+from symasym.numbers.trees import MpmathOps
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -42,6 +43,8 @@ _R_RANGE = (1e-150, 1e152)
 _WEAKEST = 1e-154
 # Of any number: exponents, and digits of exponentials, stay such that work is short.
 _MOST_BITS = 3_330
+_MOST_SIZE = 100_000
+_GRID = np.linspace(-1.0, 1.0, 33)
 
 
 class Scene(NamedTuple):
@@ -271,9 +274,28 @@ def input_rounding(
     return change
 
 
-def working_digits(digits: int, lam: Fraction, r: Fraction) -> int:
+def working_digits(digits: int, drift: Drift, lam: Fraction, r: Fraction) -> int:
     """Digits that leave `digits` right in e^{lam V}."""
-    return digits + 2 * len(str(int(lam * (1 + r) + 1))) + 20
+    return digits + 2 * math.ceil(0.30103 * exponent_bits(drift, lam, r)) + 21
+
+
+def exponent_bits(drift: Drift, lam: Fraction, reach: Fraction) -> int:
+    """Bits before the point of lam V, at most, from -reach to reach: 0 or more.
+
+    By |A| at 33 points of [-1, 1], so without a peak between them.
+    """
+    with np.errstate(all="ignore"):
+        sizes = np.abs(np.asarray(drift.evaluate_float(_GRID), dtype=np.float64))
+    size = math.frexp(sizes[np.isfinite(sizes)].max(initial=0.0))[1]
+    if np.isinf(sizes).any():
+        with own_context(FLOAT_DIGITS) as context:
+            ops = MpmathOps(context)
+            known = [drift.evaluate(context.mpf(x), ops) for x in _GRID]
+            size = max([size, *(int(context.mag(x)) for x in known if context.isfinite(x) and x)])
+    if size > _MOST_SIZE:
+        raise AccuracyError(f"A is beyond 2^{_MOST_SIZE} on [-1, 1]; rescale the problem.")
+    longest = 2 * lam * (1 + reach)
+    return max(0, size + longest.numerator.bit_length() - longest.denominator.bit_length() + 1)
 
 
 # -- answers ---------------------------------------------------------------------------------------

@@ -46,7 +46,7 @@ from symasym.exact.digit_panels import (
     slow_moments,
     terms_needed,
 )
-from symasym.exact.digits import Partition, precise, swept_scene
+from symasym.exact.digits import Partition, swept_scene
 from symasym.exact.sweep import Deferred, Record, Swept, known
 from symasym.generated import formulas
 from symasym.numbers.polynomials import shifted
@@ -89,13 +89,11 @@ def log_slopes(
     AccuracyError
         Where the series of a derivative of A converges more slowly than that of A.
     """
-    kappa = numbers["kappa"]
     with own_context(dps) as context:
-        precise(context, dps + size + _GUARD)
         changes = [derivative_of(drift, name) for name in drift.parameters]
         names = [*drift.parameters, "kappa", *(["r"] if "r" in numbers else [])]
         sides = [
-            _Side(drift, changes, mirrored, kappa, "r" in numbers, context)
+            _Side(drift, changes, mirrored, numbers, dps + size + _GUARD, context)
             for mirrored in ((False, True) if "r" in numbers else (False,))
         ]
         ends = (numbers["start"], -numbers["start"]) if "r" in numbers else (Fraction(1),)
@@ -127,10 +125,11 @@ class _Side:
     """One scene, or its mirror image, and its changes per unit of each parameter."""
 
     def __init__(
-        self, drift: Drift, changes: Sequence[Drift], mirrored: bool, kappa: Fraction, ends: bool,
-        context: MPContext,
+        self, drift: Drift, changes: Sequence[Drift], mirrored: bool,
+        numbers: dict[str, Fraction], dps: int, context: MPContext,
     ) -> None:  # fmt: skip
-        self.scene: Partition = swept_scene(drift, mirrored, 2 / kappa**2, context)
+        kappa, reach = numbers["kappa"], numbers.get("r", Fraction(1))
+        self.scene: Partition = swept_scene(drift, mirrored, 2 / kappa**2, reach, dps, context)
         self.numbers = self.scene.numbers
         self.changes = [ExactField(change, mirrored, context) for change in changes]
         for change in self.changes:
@@ -138,7 +137,7 @@ class _Side:
         self.scene.changes = self.changes
         self.of_kappa = Rational(-2 / kappa)
         #: Whether r is one of the parameters, the last.
-        self.ends = ends
+        self.ends = "r" in numbers
 
     def row(self, of_drift: Callable[[ExactField], Any], of_kappa: Any) -> Any:
         """Derivatives by parameter: each change of the drift, kappa, and r, which is none."""

@@ -36,7 +36,7 @@ from symasym.generated import formulas, mpmath_formulas
 from symasym.numbers import balls
 from symasym.numbers.complex_balls import resolved
 from symasym.numbers.rationals import Rational
-from symasym.scenes import Answer, Request, Scene, quantity_of
+from symasym.scenes import Answer, Request, Scene, exponent_bits, quantity_of
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -87,9 +87,9 @@ def _balls_are_faster(scene: Scene, dps: int) -> bool:
     if scene.drift.exact_coefficients() is not None:
         return False
     with own_context(dps) as context:
-        precise(context, dps)
-        whole = swept_scene(scene.drift, False, 2 / scene.numbers["kappa"] ** 2, context)
+        lam = 2 / scene.numbers["kappa"] ** 2
         reach = min(Fraction(1), scene.numbers.get("r", Fraction(1)))
+        whole = swept_scene(scene.drift, False, lam, reach, dps, context)
         return whole.varies_little(-reach, reach)
 
 
@@ -152,8 +152,7 @@ def stationary_density(
     lam = 2 / kappa**2
 
     def compute(n: int, context: MPContext) -> mpf:
-        precise(context, n)
-        left, right = (swept_scene(drift, mirrored, lam, context) for mirrored in (False, True))
+        left, right = _both_ways(drift, lam, abs(y), n, context)
         expect_both(left, right, Rational(1), y)
         w_left, w_right = left.from_infinity(y), right.from_infinity(-y)
         return sweep.density(mpf_of(lam, context), w_left, w_right)
@@ -166,8 +165,7 @@ def occupation(
 ) -> mpf:
     """P of eq:P (or 1 - P); needs a sliding region. Parameters as in `escape_time`."""
     with own_context(dps) as context:
-        precise(context, dps)
-        scene = swept_scene(drift, False, 2 / kappa**2, context)
+        scene = swept_scene(drift, False, 2 / kappa**2, Fraction(1), dps, context)
         scene.expect(Rational(-1), Rational(1))
         records = scene.records(Fraction(-1), Fraction(1))
         layer = sweep.in_layer(records, scene.numbers.lam, scene.drift_at(-1))
@@ -195,20 +193,21 @@ def _to_digits(compute: Callable[[int, Any], Any], dps: int, log: bool) -> mpf:
         extra = min(lost, dps) + 8
 
 
-def precise(context: MPContext, dps: int) -> None:
-    """Give the context the bits of `dps` digits and of a guard."""
-    context.prec = int(dps * 3.3219281) + _GUARD
-
-
 def _from_both_ends(
     drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int, context: MPContext
 ) -> tuple[Swept, Swept]:
     """sigma and w at the start, from -r and in mirrored coordinates from r."""
-    precise(context, dps)
-    lam = 2 / kappa**2
-    left, right = (swept_scene(drift, mirrored, lam, context) for mirrored in (False, True))
+    left, right = _both_ways(drift, 2 / kappa**2, r, dps, context)
     expect_both(left, right, r, start)
     return left.absorbed(-r, start), right.absorbed(-r, -start)
+
+
+def _both_ways(
+    drift: Drift, lam: Fraction, reach: Fraction, dps: int, context: MPContext
+) -> tuple[Partition, Partition]:
+    """The scene and its mirror image."""
+    about = lam, reach, dps, context
+    return swept_scene(drift, False, *about), swept_scene(drift, True, *about)
 
 
 def expect_both(left: Partition, right: Partition, r: Fraction, start: Fraction) -> None:
@@ -217,13 +216,16 @@ def expect_both(left: Partition, right: Partition, r: Fraction, start: Fraction)
     right.expect(-r, -start)
 
 
-def swept_scene(drift: Drift, mirrored: bool, lam: Fraction, context: MPContext) -> Partition:
-    """The scene, or its mirror image, to be swept from the left."""
+def swept_scene(
+    drift: Drift, mirrored: bool, lam: Fraction, reach: Fraction, dps: int, context: MPContext
+) -> Partition:
+    """The scene, or its mirror image, to be swept from the left as far as `reach`, and in `context`
+    the bits that `dps` digits take."""
     field = ExactField(drift, mirrored, context)
-    if not field.is_polynomial:
-        # Rounding of phi enters the exponents multiplied by lam.
-        context.prec += max(0, lam.numerator.bit_length() - lam.denominator.bit_length())
-    return Partition(field, Rational(lam), context)
+    # Rounding of phi enters the exponents.
+    exponent = 0 if field.is_polynomial else exponent_bits(drift, lam, reach)
+    context.prec = int(dps * 3.3219281) + _GUARD + exponent
+    return Partition(field, Rational(lam), context, exponent)
 
 
 class Partition:
@@ -235,12 +237,16 @@ class Partition:
     lam : Fraction
     context : mpmath context
         Its precision is the relative precision of the records.
+    exponent : int
+        Bits before the point of lam V, where A is no polynomial.
     """
 
-    def __init__(self, field: ExactField, lam: Fraction, context: MPContext) -> None:
+    def __init__(self, field: ExactField, lam: Fraction, context: MPContext, exponent: int) -> None:
         self.field, self.lam = field, lam
         self.numbers = Numbers(lam, context)
         self.bits = context.prec
+        # More are lost on a panel only where A has a peak that `exponent_bits` does not see.
+        self._exponent, self._most_bits = exponent, exponent + _GUARD // 2
         #: Drifts that it changes by, where derivatives are asked for.
         self.changes: list[ExactField] = []
         self._lam_float = float(lam)
@@ -270,6 +276,15 @@ class Partition:
 
     def panels(self, start: Fraction, end: Fraction) -> Iterator[Panel]:
         """Panels from `start` to `end`, the outside ones in closed form."""
+        for panel in self._panels(start, end):
+            if not self.field.is_polynomial and -places(panel.rise) > self._most_bits:
+                raise AccuracyError(
+                    "A has a peak that is too narrow and too high for the digits carried; make "
+                    "it wider or lower."
+                )
+            yield panel
+
+    def _panels(self, start: Fraction, end: Fraction) -> Iterator[Panel]:
         if start < -1:
             yield self._outer(Rational(-1), min(end, Rational(-1)) - start)
         lo, hi = max(start, Rational(-1)), min(end, Rational(1))
@@ -305,7 +320,7 @@ class Partition:
         at_ends = self.field.float_values(np.array([lo, hi], dtype=float))
         if self._zeros(lo, hi) or not at_ends.all():
             halvings = max(0, self.lam.numerator.bit_length() - self.lam.denominator.bit_length())
-            seconds = _SECONDS * halvings * (self.bits - halvings) ** 2
+            seconds = _SECONDS * halvings * (self.bits - self._exponent) ** 2
             expect(seconds, f"Taylor series of A to {self.bits} bits beside its zeros")
 
     def _graded(self, lo: Fraction, hi: Fraction) -> Iterator[tuple[Fraction, Fraction, Fraction]]:

@@ -20,7 +20,7 @@ from symasym.drift.field.float_field import field_of
 from symasym.drift.field.taylor_field import ExactField, dyadic, to_fraction
 from symasym.exact import float_blocks, float_panels, float_records
 from symasym.exact import floats as double
-from symasym.exact.digits import Partition
+from symasym.exact.digits import swept_scene
 from symasym.exact.float_blocks import is_slow
 from symasym.exact.float_panels import Moments
 from symasym.numbers.trees import MpmathOps
@@ -273,7 +273,7 @@ def test_partitions_tile_the_interval(name: str, kappa: str) -> None:
     field = ExactField(drift, False, mp)
     start, end = F(-5, 2), F(7, 3)
     rises = []
-    for panel in Partition(field, lam, mp).panels(start, end):
+    for panel in swept_scene(drift, False, lam, -start, 30, mp).panels(start, end):
         log = mp.log(panel.end)
         rises.append(-log if panel.up else log)
     total = reduce(lambda x, y: x + y, rises)

@@ -64,6 +64,9 @@ def test_every_public_name_argument_and_option_is_called() -> None:
 @pytest.mark.parametrize(
     "call",
     [
+        "sa.plan(sa.sine(1e150, '0.1', '-0.4', waves=3), 2, 2, start='0.1', patience=1)",
+        "sa.plan(sa.polynomial('0.1', 0, '-0.4', 1e-124), kappa=0.05, r=2).singulants",
+        "sa.escape_time(sa.friction(5e-324, '2', '2'), 2, 10, method='laplace', errors='nan')",
         "sa.rescale(eps=[0.1, 0.5], kappa=0.05, r=0.5).drag_time(distance=0.1, velocity=0.3)",
         "sa.escape_time(sa.Drift('0.3 - 1.5/(1 + (500*u)**2)'), 0.1, 2, method='local')",
         "sa.hill(a_minus=0.1, a_plus=0.1, K=1e-145, n=3).potential_at(u=2)",

@@ -281,6 +281,8 @@ class _ComplexOps(NumpyOps):
 
 def _best(around: _Surroundings, scale: float, count: int) -> tuple[ComplexArray, float, float]:
     """Corners of the polygon with the least M rho^(-count) among those tried, rho and M."""
+    if not math.isfinite(32 * scale):
+        raise NotProved
     angles = 2 * np.pi * np.arange(_RAYS) / _RAYS
     radii = scale * np.geomspace(1 / 16, 32, _STEPS)
     points = radii[:, None] * np.exp(1j * angles)

@@ -33,7 +33,7 @@ from symasym.asymptotics.weak_noise.compose import mean_time, sides_of
 from symasym.asymptotics.weak_noise.critical_points import both_sides
 from symasym.asymptotics.weak_noise.one_sided import OneSided
 from symasym.asymptotics.weak_noise.series import Series
-from symasym.base.call_context import own_context
+from symasym.base.call_context import own_context, step
 from symasym.base.errors import SymasymError
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField
@@ -174,21 +174,21 @@ class _Evaluation:
 def _peak(peak: Extremum, over: Range) -> tuple[Model, SmallTerms]:
     """The series of `enclosures._laplace` for a range of noise, without its factor."""
     flint, d = flint_module(), peak.disk
-    step, sides = 2 // d.contact, len(d.sides)
-    used = -(-over.terms // step)
+    stride, sides = 2 // d.contact, len(d.sides)
+    used = -(-over.terms // stride)
     if used > len(d.coefficients):
         raise NotProved
     coefficients = [flint.arb(0)] * over.terms
     small = []
     for k, c in enumerate(d.coefficients[:used]):
-        coefficients[step * k] = c * (1 if sides == 1 else 2 * (k % 2 == 0))
+        coefficients[stride * k] = c * (1 if sides == 1 else 2 * (k % 2 == 0))
         s = Fraction(k + 1, d.contact)
         small += [_beyond(abs(c), s, drop, over) for drop in peak.drops]
     after = exact_ball(Fraction(used + 1, d.contact))
     tail = exact_ball(Fraction(d.peak)) / d.contact * exact_ball(Fraction(d.rho)) ** -used
     tail *= sides * after.gamma() / exact_ball(1 - Fraction(THETA))
-    rest = (tail * over.top ** (step * used - over.terms)).upper()
-    return Model(step, tuple(coefficients), rest, over), tuple(small)
+    rest = (tail * over.top ** (stride * used - over.terms)).upper()
+    return Model(stride, tuple(coefficients), rest, over), tuple(small)
 
 
 class _Quotient(NamedTuple):
@@ -336,6 +336,7 @@ class Proof:
         """T/T_N with more and more coefficients."""
         quotients = []
         for more in _MORE:
+            step()
             over = Range(top, 2 * self._order + 2 + more)
             try:
                 quotients.append(self._quotient(sums, over))

@@ -118,7 +118,7 @@ def _times(
             )
     local, order = request.method == "local", request.order
     lam, form, scene = 2 / min(kappas) ** 2, None, None
-    with own_context(working_digits(request.digits, lam, r) + 10) as context:
+    with own_context(working_digits(request.digits, drift, lam, r) + 10) as context:
         if order == 0 and not local:
             form = closed_form(drift, r, x, context)
         for kappa in kappas:
@@ -152,7 +152,7 @@ def _occupation(asked: Scene, request: Request) -> Answer:
     """1 - P, or P, of one sliding scene, through folds of wells inside the layer."""
     drift, lam, order, complement = asked.drift, asked.lam, request.order, request.complement
     digits = request.digits
-    base = working_digits(digits, lam, Fraction(1))
+    base = working_digits(digits, drift, lam, Fraction(1))
     one = Fraction(1)
     extra, offset = lost_digits(drift, order, base, one)
     with own_context(base + extra) as context:
@@ -251,7 +251,8 @@ def _analysed(
     drift: Drift, r: Fraction, x: Fraction, lam: Fraction, order: int, digits: int, local: bool
 ) -> _TwoSides:
     """Both sides of the start to `order` and the next ones, for any lam up to this one."""
-    context, (sides, truncations) = _sides(drift, r, x, order, working_digits(digits, lam, r))
+    working = working_digits(digits, drift, lam, r)
+    context, (sides, truncations) = _sides(drift, r, x, order, working)
     centres = [
         sign * float(f.point) for sign, s in zip((-1, 1), sides, strict=True) for f in s.pairs
     ]

@@ -113,7 +113,7 @@ def of_scene(scene: Scene, request: Request, prove: Prove | None = None) -> Answ
     near = digits_lost(r, start)
     regular = (digits + 15 + near) * quantity.regular_part
     context, both = _kept_one_sided(
-        drift, r, start, orders[-1], working_digits(digits, lam, r) + near, regular
+        drift, r, start, orders[-1], working_digits(digits, drift, lam, r) + near, regular
     )
     composed, at = _with_digits(both, lam, r, context)
     expanded = [with_digits(quantity.evaluate, composed, at(n)) for n in orders]
@@ -193,7 +193,7 @@ def parts(scene: Scene, digits: int, orders: range, allowed: Fraction) -> Parts:
     drift, lam, values = scene.drift, scene.lam, scene.numbers
     require_resolved(drift, lam)
     near = digits_lost(values["r"], values["start"])
-    dps = working_digits(digits, lam, values["r"]) + near
+    dps = working_digits(digits, drift, lam, values["r"]) + near
     # No more digits of the regular part than its share of what is allowed.
     regular = len(str(int(1 / allowed))) + 12 + near
     context, both = _kept_one_sided(drift, values["r"], values["start"], orders[-1], dps, regular)

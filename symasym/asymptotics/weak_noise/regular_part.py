@@ -535,7 +535,10 @@ def _unresolved(phi: FloatArray, lam: FloatArray, folds: Sequence[float] = ()) -
     for row, column in zip(rows, columns, strict=True):
         if crooked[row]:
             continue
-        near[row] |= lam[row] * np.abs(rise[row] - rise[row, column]) < _NEAR
+        # From the zero itself, which may be at a point or between two.
+        before, after = phi[row, column : column + 2]
+        at_zero = rise[row, column] + before * step / 2 * before / (before - after)
+        near[row] |= lam[row] * np.abs(rise[row] - at_zero) < _NEAR
         if folds and known[row, column]:
             continue
         # At the width of the Gaussian A must still be nearly its tangent.
