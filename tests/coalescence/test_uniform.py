@@ -95,6 +95,35 @@ def test_airy_is_exact(z):
         assert abs(found.value - exact) <= found.error <= 1e-24 * abs(exact)
 
 
+@pytest.mark.parametrize("digits", [0, 20, 45, 70])
+@pytest.mark.parametrize("verb", [sa.uniform_integral, sa.laplace_integral])
+def test_exponents_of_more_digits_than_are_asked_for(verb, digits):
+    f = f"(10**{digits})*(5/3 - (x - 1/7)**2)"
+    found = verb(f, 1, "x", "-oo", "oo" if verb is sa.laplace_integral else 2).evaluate(
+        700, dps=20, full=True
+    )
+    with mpmath.workdps(150):
+        large = 700 * mpmath.mpf(10) ** digits
+        # What is beyond x = 2 is below e^(-3 lam) of it.
+        exact = mpmath.sqrt(mpmath.pi / large) * mpmath.exp(large * 5 / 3)
+        assert abs(found.value - exact) <= found.error < 1e-18 * exact
+
+
+@pytest.mark.parametrize("digits", [20, 45])
+def test_phases_of_more_digits_than_are_asked_for(digits):
+    f = f"(10**{digits})*I*(x**3/3 - x)"
+    found = sa.uniform_integral(f, 1, "x", "-oo", "oo").evaluate(3, dps=20)
+    with mpmath.workdps(150):
+        large = 3 * mpmath.mpf(10) ** digits
+        exact = (
+            2
+            * mpmath.pi
+            * large ** (mpmath.mpf(-1) / 3)
+            * mpmath.airyai(-(large ** (mpmath.mpf(2) / 3)))
+        )
+        assert abs(found - exact) < 1e-19 * abs(exact)
+
+
 def test_even_weight_is_no_polynomial():
     """Its last Taylor coefficient is 0, however many there are."""
     waves = sa.uniform_integral("I*(t**3/3 - 9*t/25)", "1/(1 + t**2)", "t", "-oo", "oo", order=1)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import sympy
@@ -164,7 +165,8 @@ class UniformExpansion(IntegralExpansion):
         """The sum at one lam as an mpf or mpc, or an `Estimate` from the next terms."""
         with own_context(dps + 10) as context:
             size = context.log10(mpf_of(lam, context))
-            context.dps += max(0, int(size))
+            # Digits that lam f has before its point, in any term of f.
+            context.dps += max(0, int(size) + self._digits_of_f)
             large = mpf_of(lam, context)
             total, error = self._sum(large, context)
             # What the sum and its coefficients are rounded to.
@@ -184,6 +186,20 @@ class UniformExpansion(IntegralExpansion):
             return value
         names = (_NAMES[self.kind],)
         return Estimate(value, error, "estimate", "uniform", self.order, names)
+
+    @cached_property
+    def _digits_of_f(self) -> int:
+        """About the digits before the point of f and of what it is made of."""
+        ends = [end for end in (self.a, self.b) if end.is_finite]
+        made = [self.f, *(self.f.subs(self.x, end) for end in ends)]
+        numbers = {part for whole in made for part in sympy.preorder_traversal(whole)}
+        with own_context(15) as context:
+            sizes = [
+                abs(context.mpmathify(part.n(5)))
+                for part in numbers
+                if part.is_number and part.is_finite
+            ]
+            return 2 * max(0, int(context.log10(max([1, *sizes]))))
 
     def _sum(self, lam: mpf, context: MPContext) -> tuple[mpf | mpc, mpf]:
         """The sum, and an error from the next terms.

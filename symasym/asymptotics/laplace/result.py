@@ -365,11 +365,12 @@ class LaplaceExpansion(IntegralExpansion):
                     "digits; pass dps=… to laplace_integral."
                 )
         with own_context(dps + 30) as context:
-            large = mpf_of(lam, context)
-            more = dps + 30 + max(0, int(context.log10(large)))
+            large, first = mpf_of(lam, context), self.contributions[0]
+            exponent = large * max(1, abs(first.height_in(context)))
+            more = dps + 30 + max(0, int(context.log10(exponent)))
             context.dps = more
             large = mpf_of(lam, context)
-            top = self.contributions[0].height_in(context)
+            top = first.height_in(context)
             shares, orders, size = [], [], context.mpf(0)
             apart = context.zero
             for c in self.contributions:
@@ -397,11 +398,11 @@ class LaplaceExpansion(IntegralExpansion):
                 error, kind = apart + self._errors.elsewhere(large, context), "estimate"
             elif full:
                 error, kind = self._errors.relative(lam, orders, shares, context)
-            # Rounding of the terms, and of lam times the height.
-            error += size * (1 + abs(large * top)) * context.mpf(10) ** (5 - more)
+            error += size * context.mpf(10) ** (5 - more)
+            # Rounding of the height, and of lam times it, is an error of the exponent.
+            slip = abs(large * top) * context.mpf(10) ** (5 - more)
             if not isinstance(self.height, sympy.Basic):
-                # A rounded height, times lam, is an error of the exponent.
-                error += abs(total * large * top) * context.mpf(10) ** -(self._errors.digits + 8)
+                slip += abs(large * top) * context.mpf(10) ** -(self._errors.digits + 8)
             # The last digit's rounding is an error of the printed value too.
             error += abs(total) * context.mpf(10) ** -(dps + 5)
             if log:
@@ -411,10 +412,17 @@ class LaplaceExpansion(IntegralExpansion):
                         "logarithm is not known; ask for the value, or for a larger lam."
                     )
                 exact_value = large * top + context.log(total)
-                error = -context.log1p(-error / total)
+                error = slip - context.log1p(-error / total)
             else:
+                if slip > 1:
+                    raise AccuracyError(
+                        f"lam times the largest f is {context.nstr(large * top, 6)}, and f is known "
+                        f"to {self._errors.digits + 8} digits; pass more as dps=… to "
+                        "laplace_integral, or log=True."
+                    )
                 scale = context.exp(large * top)
-                exact_value, error = scale * total, scale * error
+                error = scale * (error + abs(total) * context.expm1(slip))
+                exact_value = scale * total
             value = to_mpf(exact_value, dps)
             if not full:
                 return value
