@@ -416,8 +416,8 @@ class LaplaceExpansion(IntegralExpansion):
             else:
                 if slip > 1:
                     raise AccuracyError(
-                        f"lam times the largest f is {context.nstr(large * top, 6)}, and f is known "
-                        f"to {self._errors.digits + 8} digits; pass more as dps=… to "
+                        f"lam times the largest f is {context.nstr(large * top, 6)}, of which "
+                        f"{self._errors.digits + 8} digits are known; pass more as dps=… to "
                         "laplace_integral, or log=True."
                     )
                 scale = context.exp(large * top)
