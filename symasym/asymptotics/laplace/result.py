@@ -418,7 +418,7 @@ class LaplaceExpansion(IntegralExpansion):
                     raise AccuracyError(
                         f"lam times the largest f is {context.nstr(large * top, 6)}, of which "
                         f"{self._errors.digits + 8} digits are known; pass more as dps=… to "
-                        "laplace_integral, or log=True."
+                        "laplace_integral."
                     )
                 scale = context.exp(large * top)
                 error = scale * (error + abs(total) * context.expm1(slip))
