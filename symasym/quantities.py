@@ -439,7 +439,7 @@ def _with_drag(answer: Estimate, log: bool, borne: float) -> Estimate:
     import numpy as np
 
     values = np.asarray(answer.value, dtype=float)
-    if np.isnan(values).all():
+    if np.isnan(values).all() or not (log or (values > 0).any()):
         return answer
     longest = float(np.nanmax(values))
     ratio = (longest if log else np.log(longest)) - np.log(borne)

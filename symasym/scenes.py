@@ -270,7 +270,8 @@ def input_rounding(
     room: Any = np.inf
     if "r" in scenes.numbers:
         room = scenes.numbers["r"] - np.abs(scenes.numbers["start"])
-    change: FloatArray = gap * (scenes.lam * size + 2 / room)
+    with np.errstate(over="ignore"):
+        change: FloatArray = gap * (scenes.lam * size + 2 / room)
     return change
 
 

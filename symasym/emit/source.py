@@ -154,7 +154,7 @@ class Source(str):
 #: What an emitted mpmath module calls itself, beside the function `name` and its body `_name`.
 _BESIDE = {
     *("digits", "number", "Fraction", "MPContext", "MOST"),
-    *("all", "hasattr", "isinstance", "len", "tuple", "zip"),
+    *("abs", "all", "hasattr", "isinstance", "len", "max", "str", "tuple", "zip"),
 }
 
 

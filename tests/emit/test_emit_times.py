@@ -192,6 +192,31 @@ def test_the_exact_time_in_digits_on_the_problem_table(tmp_path):
     assert in_digits([(name, 30) for name in scenes], tmp_path) == []
 
 
+@pytest.mark.parametrize(
+    ("drift", "kappa", "r", "carried"),
+    [
+        (sa.linear("1/3", "-1/7"), 2**-10, 2, True),
+        (sa.linear("1/3", "-1/7"), 2**-20, 2, True),
+        (sa.linear("1/3", "-1/7"), 2**-66, 2, False),
+        (sa.linear("1/3", "-1/7"), 2**-10, 1e30, False),
+        (sa.polynomial("1/3", -(10**15)), 2**-4, 2, True),
+        (sa.polynomial("1/3", -(10**15)), 2**-40, 2, False),
+    ],
+)
+def test_the_expanded_time_has_the_digits_asked_for_or_says_so(drift, kappa, r, carried):
+    load = sa.emit("eq:Ttilde", "mpmath", drift=drift, method="laplace", order=1).load()
+    asked = {"method": "laplace", "order": 1, "dps": 30}
+    with mpmath.workdps(40):
+        log = sa.escape_time(drift, kappa, r, log=True, **asked)
+        assert abs(load.log_weak_noise_time(kappa, r, dps=20) / log - 1) < 1e-19
+        if carried:
+            want = sa.escape_time(drift, kappa, r, **asked)
+            assert abs(load.weak_noise_time(kappa, r, dps=20) / want - 1) < 1e-19
+            return
+    with pytest.raises(ValueError, match="give fewer, or take the logarithm"):
+        load.weak_noise_time(kappa, r, dps=20)
+
+
 def test_free_parameters_and_logarithms_in_digits():
     load = sa.emit("eq:Ttilde", "mpmath", drift=sa.friction()).load()
     before = mpmath.mp.dps

@@ -63,7 +63,7 @@ from symasym.asymptotics.weak_noise.critical_points import barriers, whole
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.asymptotics.weak_noise.regular_part import require_resolved
 from symasym.asymptotics.weak_noise.series import BEYOND, Point, terms
-from symasym.base.call_context import kept, mpf_of, own_context
+from symasym.base.call_context import kept, mpf_of, own_context, step
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import FloatArray, float_text, is_array
 from symasym.drift.drift import Drift
@@ -243,6 +243,7 @@ class _TwoSides(NamedTuple):
 
     def time(self, lam: Any, order: int) -> Any:
         """T at one lam, a number of the context."""
+        step()
         args = self.truncations, self.radius, lam, order, self.context
         return lam * mean_time(sides_at(self.sides, *args))
 

@@ -40,6 +40,13 @@ def _digits(function, dps, *arguments):
             abs(a - b) <= abs(b) * ctx.mpf(10) ** (-dps - 3)
             for a, b in zip(before, values, strict=True)
         ):
+            # An exponential has fewer right digits than its exponent, whose numbers are rounded.
+            lost = max(len(str(abs(ctx.mag(x)))) if x else 0 for x in values)
+            if dps + lost > MOST + 8:
+                raise ValueError(
+                    f"dps is {dps}, but the exponent of the value takes {lost} of the {MOST + 8} "
+                    "digits that are known; give fewer, or take the logarithm"
+                )
             prec = mpmath.libmp.dps_to_prec(dps)
             values = tuple(
                 mpmath.mp.make_mpf(mpmath.libmp.mpf_pos((ctx.one * x)._mpf_, prec, "n"))
