@@ -207,7 +207,7 @@ def plan(
     kappa, r, start : number
         Scaled, as in `escape_time`.
     rtol : number
-        Relative error allowed, between 0 and 1.
+        Relative error allowed, between 1e-1000 and 1.
     patience : float, optional
         Seconds of processor time that it may take, 10 if left out.
 
@@ -238,12 +238,14 @@ def plan(
 
 
 def read_rtol(rtol: Number | None) -> Fraction:
-    """rtol as an exact number between 0 and 1."""
+    """rtol as an exact number between 1e-1000 and 1."""
     if rtol is None:
         raise InputError('method is "auto", which needs the relative error allowed; give rtol=….')
     allowed = exact("rtol", rtol)
-    if not 0 < allowed < 1:
-        raise InputError(f"rtol is {float_text(allowed)}; give a relative error between 0 and 1.")
+    if not Fraction(1, 10**1000) <= allowed < 1:
+        raise InputError(
+            f"rtol is {float_text(allowed)}; give a relative error between 1e-1000 and 1."
+        )
     return allowed
 
 
