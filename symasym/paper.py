@@ -23,7 +23,16 @@ from symasym.drift.drift import Drift
 from symasym.generated import mpmath_formulas, numpy_formulas
 from symasym.numbers import balls
 from symasym.numbers.polynomials import bracketed_zero
-from symasym.scenes import Answer, Answers, Request, Scene, Scenes, by_drift, scene_at
+from symasym.scenes import (
+    Answer,
+    Answers,
+    Request,
+    Scene,
+    Scenes,
+    by_drift,
+    exponent_bits,
+    scene_at,
+)
 
 if TYPE_CHECKING:
     from flint import arb
@@ -148,8 +157,7 @@ def well(drift: Drift, context: MPContext) -> Well:
 def _escape_time(scene: Scene, request: Request) -> mpf:
     """T, or its logarithm, to a few more digits than are asked for."""
     with own_context(request.digits + 15) as context:
-        # The exponent 2 V/kappa^2 has as many digits before the point as lam.
-        with context.workprec(context.prec + max(0, _bits(scene.lam))):
+        with context.workprec(context.prec + exponent_bits(scene.drift, scene.lam, scene.r)):
             crossing = well(scene.drift, context)
             radius, noise = (mpf_of(scene.numbers[name], context) for name in ("r", "kappa"))
             if crossing.barrier is None:
@@ -160,11 +168,6 @@ def _escape_time(scene: Scene, request: Request) -> mpf:
                     context, noise, radius, crossing.ahead, low, high, crossing.barrier
                 )
         return context.log(total) if request.log else total
-
-
-def _bits(x: Fraction) -> int:
-    """Bits before the point, at least, or fewer than none."""
-    return x.numerator.bit_length() - x.denominator.bit_length() + 1
 
 
 def _log_escape_times(scenes: Scenes) -> FloatArray:
@@ -304,8 +307,8 @@ def _exit_value(scene: Scene, request: Request) -> tuple[arb, arb]:
     kappa, r = values["kappa"], values["r"]
     profile = balls.profile_of(drift)
     profile = profile.mirrored() if complement else profile
-    size = int(scene.lam * (1 + r) * 1024)
-    with balls.precision(int(request.digits * 3.33) + 80 + size.bit_length()):
+    exponent = exponent_bits(drift, scene.lam, r)
+    with balls.precision(int(request.digits * 3.33) + 90 + exponent):
         a_minus, a_plus = (profile.value(Fraction(side)) for side in (-1, 1))
         if not (a_minus > 0 and a_plus > 0):
             name, sign = ("1 - C", "negative") if complement else ("C", "positive")
@@ -377,7 +380,7 @@ def _lower_bound(
     # A little less than it is found to be, so that V stays below V(1) by more than rounding.
     length = _stays_below(drift, field, context) * (1 - context.mpf(10) ** -(digits + 6))
     # As many digits of 1 - P, which is kappa^2 in size.
-    with context.workprec(context.prec + scene.lam.numerator.bit_length()):
+    with context.workprec(context.prec + exponent_bits(drift, scene.lam, Fraction(1))):
         a_minus, a_plus = (mpf_of(field.value(Fraction(x)), context) for x in (-1, 1))
         noise = mpf_of(kappa, context)
         share = mpmath_formulas.occupation_bound(context, noise, a_minus, a_plus, length, top)

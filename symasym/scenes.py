@@ -43,7 +43,7 @@ _R_RANGE = (1e-150, 1e152)
 _WEAKEST = 1e-154
 # Of any number: exponents, and digits of exponentials, stay such that work is short.
 _MOST_BITS = 3_330
-_MOST_SIZE = 100_000
+_MOST_SIZE = 10_000
 _GRID = np.linspace(-1.0, 1.0, 33)
 
 

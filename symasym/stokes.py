@@ -19,6 +19,7 @@ from symasym.drift.drift import Drift
 from symasym.scenes import (
     FLOAT_DIGITS,
     Scene,
+    exponent_bits,
     float_scenes,
     one_scene,
     read_scene,
@@ -112,7 +113,8 @@ def _multiplier(scene: Scene, method: str, digits: int) -> mpf:
     from symasym.series.quadratic_factor import split_pair
 
     drift, lam = scene.drift, scene.lam
-    with own_context(2 * digits + len(str(int(lam + 1))) + _GUARD) as context:
+    exponent = exponent_bits(drift, lam, Fraction(1))
+    with own_context(2 * digits + int(0.30103 * exponent) + _GUARD) as context:
         field, one = ExactField(drift, False, context), Fraction(1)
         nearest = None
         for point in turning_points(field, -one, one, context):

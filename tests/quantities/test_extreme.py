@@ -542,6 +542,23 @@ def test_exponents_of_more_digits_than_are_asked_for(method: Any, c: int, k: int
             assert abs(share.value + wanted) <= abs(share.error)
 
 
+def test_large_drifts_and_weak_noise_are_the_same_to_the_last_digit() -> None:
+    # T, P and S depend on A/kappa^2, but for T's unit: two ways to 2 |V|/kappa^2 about 1e61.
+    ways = [(10**60, F(1, 5)), (1, F(1, 5 * 10**30))]
+    time, outside, share = ([], [], [])  # type: tuple[list[Any], list[Any], list[Any]]
+    for c, kappa in ways:
+        paper: Any = {"method": "paper", "dps": 20}
+        time.append(c * sa.escape_time(sa.Drift(f"{c}*sin(3*u + 1)"), kappa, 2, **paper))
+        slope = sa.Drift(f"{c}*(1 - exp(u))")
+        outside.append(sa.occupation(slope, kappa, complement=True, **paper))
+        fold = sa.Drift(f"{c}*(1/10000 + u^2 - u^4/9)")
+        share.append(sa.stokes_multiplier(fold, kappa, dps=20))
+    for found, other in (time, outside, share):
+        assert relative(found, other) < 2e-19
+    assert share[0] < 1e-30
+    assert 0 < outside[0] < 1e-30
+
+
 def test_the_zero_of_a_steep_sigmoid() -> None:
     # tanh(s u) = 3/7 where both ends are saturated.
     (well,) = sa.tanh(1, "-0.4", 10**30).wells()
