@@ -157,7 +157,7 @@ def release(
         rate 1/T(z), no error claimed. ``"simulate"``: Monte Carlo. ``"auto"``: the cheapest of the
         first three whose stated relative error is at most `rtol`.
     rtol : number
-        Relative error allowed, from 1e-10, for ``"auto"`` and ``"march"``.
+        Relative error allowed, 1e-10 to 1, for ``"auto"`` and ``"march"``.
     full : bool
         Compute the laws of the time and of z now, where the method has them, in place of when they
         are first asked for.
@@ -213,8 +213,8 @@ def release(
         raise InputError(
             f"start's u is {float_text(u)}; it must be inside (-r, r), r = {float_text(read['r'])}."
         )
-    if read["rtol"] < 1e-10:
-        raise InputError(f"rtol is {float_text(read['rtol'])}; give at least 1e-10.")
+    if not 1e-10 <= read["rtol"] <= 1:
+        raise InputError(f"rtol is {float_text(read['rtol'])}; give 1e-10 to 1.")
     noise, radius, width = (to_float(name, read[name]) for name in ("kappa", "r", "eps"))
     scene = Scene(system, noise, radius, width, float(u), float(z))
     across = radius * np.linspace(-1.0, 1.0, 201)

@@ -284,7 +284,7 @@ def test_an_executor_that_dies_loses_nothing():
         ({"start": (10, 0)}, r"start's u is 10; it must be inside \(-r, r\)"),
         ({"start": 0}, "give the pair"),
         ({"method": "magic"}, "give one of 'auto', 'march'"),
-        ({"rtol": "1e-14"}, "rtol is 1e-14; give at least 1e-10"),
+        ({"rtol": "1e-14"}, "rtol is 1e-14; give 1e-10 to 1"),
         ({"method": "simulate", "seed": 1.5}, "seed is 1.5; give a whole number"),
         ({"method": "simulate", "paths": 0}, "paths is 0; give a whole number"),
         ({"method": "simulate", "paths": 10**12}, "paths is 1000000000000; give at most 100000000"),

@@ -66,6 +66,8 @@ def test_every_public_name_argument_and_option_is_called() -> None:
     [
         "sa.plan(sa.sine(1e150, '0.1', '-0.4', waves=3), 2, 2, start='0.1', patience=1)",
         "sa.plan(sa.polynomial('0.1', 0, '-0.4', 1e-124), kappa=0.05, r=2).singulants",
+        "sa.release(sa.oscillator(3, 1), 1, 10, eps=1e-3, start=('0.1', -0.5), method='march', "
+        "rtol=1e308)",
         "sa.plan(sa.polynomial(1, '0.7', 2, '0.02'), 0.3, 2, rtol=Fraction(1, 10**5000))",
         "sa.plan(sa.Drift('a - b*u + exp(-c*u)').bind(a=1e-124, b=1e308, c='1/3'), 1, 0.5, "
         "start='0.1')",

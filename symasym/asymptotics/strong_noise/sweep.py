@@ -233,8 +233,11 @@ class _Polynomials:
 
     def times_slope(self, f: list[Any]) -> list[Any]:
         """A f du/dt."""
-        step()
-        return [panel.slope * part for panel, part in zip(self._panels, f, strict=True)]
+        products = []
+        for panel, part in zip(self._panels, f, strict=True):
+            step()
+            products.append(panel.slope * part)
+        return products
 
     def _cut(self, f: arb_poly) -> Any:
         """The polynomial to `cap` coefficients, a ball for the others."""
