@@ -14,7 +14,7 @@ import numpy as np
 from symasym.base.call_context import expect, mpf_of, own_context, patient, to_mpf
 from symasym.base.errors import AccuracyError, InputError, RangeError, TimeLimitError
 from symasym.base.estimate import IN_WORDS, ErrorKind, with_errors
-from symasym.base.inputs import Numbers, choice, digits, exact, is_array
+from symasym.base.inputs import FloatArray, Numbers, choice, digits, exact
 from symasym.drift.drift import Drift
 from symasym.methods import answer, require_drift_of
 from symasym.numbers.trees import MpmathOps
@@ -33,6 +33,7 @@ from symasym.scenes import (
 if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
+    from numpy.typing import NDArray
 
 __all__ = ["Sensitivity", "sensitivity"]
 
@@ -160,18 +161,8 @@ def sensitivity(
     if dps is not None:
         most = _MOST_DIGITS * 2 // 5
         dps = digits(dps, most)
-        scene = read_scene(drift, numbers, dps)
-        proved = _by_balls(quantity, scene, dps)
-        each = [proved or _by_digits(quantity, scene, dps)]
-        return _gathered(quantity, each, None, dps, "bound" if proved else "estimate")
-    scenes = float_scenes(drift, numbers)
-    from symasym.exact.floats import pieces
-
-    rows = [row for some in pieces(scenes) for row in _by_floats(quantity, some)]
-    each = [
-        row or _by_digits(quantity, scene_at(scenes, k), FLOAT_DIGITS) for k, row in enumerate(rows)
-    ]
-    return _gathered(quantity, each, scenes.shape, FLOAT_DIGITS, "estimate")
+        return _in_digits(quantity, read_scene(drift, numbers, dps), dps)
+    return _in_floats(quantity, float_scenes(drift, numbers))
 
 
 def _numbers(quantity: str, kappa: Numbers, r: Numbers | None, start: Numbers) -> dict[str, Any]:
@@ -237,34 +228,6 @@ def _by_differences(quantity: str, scene: Scene, dps: int) -> _Slopes:
         for name, value in at.items()
     }
     return _Slopes(_log(quantity, drift, numbers, dps), slopes, at)
-
-
-def _by_floats(quantity: str, scenes: Scenes) -> list[_Slopes | None]:
-    """Derivatives by forward differentiation in float64; None where these say little."""
-    from symasym.drift.field.directions import Directions
-    from symasym.exact.floats import float_logs
-
-    off = scenes.moved.get("start", 0.0)
-    directions = Directions(scenes.drift, scenes.parameters, scenes.numbers, off)
-    logs, errors = float_logs(scenes, quantity, directions)
-    names = [n.removeprefix("log ") for n in directions.names]
-    names += ["start"] if "start" in scenes.numbers else []
-    at = {**scenes.parameters, **scenes.numbers}
-    # What counts is the relative change of a parameter, beside that of all.
-    with np.errstate(over="ignore"):
-        allowed = _ENOUGH * np.maximum(1.0, directions.largest_change(logs.slopes))
-        fine = (errors.slopes <= allowed).all(axis=0)
-        slopes, off = logs.slopes, errors.slopes + _ROUNDING * np.abs(logs.slopes)
-        of_kappa = names.index("kappa")
-        for part in (slopes, off):
-            part[of_kappa] /= scenes.numbers["kappa"]
-    rows: list[_Slopes | None] = []
-    for j in range(len(fine)):
-        each = zip(names, slopes[:, j], off[:, j], strict=True)
-        values = {n: Fraction(x[j]) if is_array(x) else x for n, x in at.items()}
-        row = _Slopes(float(logs.value[j]), {n: _Slope(*x) for n, *x in each}, values)
-        rows.append(row if fine[j] else None)
-    return rows
 
 
 def _by_balls(quantity: str, scene: Scene, dps: int) -> _Slopes | None:
@@ -408,57 +371,87 @@ def _lacking(context: MPContext, error: mpf, allowed: mpf) -> int:
 # -- as what was asked for -------------------------------------------------------------------
 
 
-def _gathered(
-    quantity: str,
-    each: list[_Slopes],
-    shape: tuple[int, ...] | None,
-    dps: int,
-    kind: ErrorKind,
-) -> Sensitivity:
-    """The numbers of all scenes: mpf without a shape, float64 with one."""
-    parts: dict[str, dict[str, list[Any]]] = {
-        key: {name: [] for name in each[0].slopes}
-        for key in ("derivative", "error", "condition", "log_condition")
-    }
+def _in_digits(quantity: str, scene: Scene, dps: int) -> Sensitivity:
+    """Derivatives of one scene to so many digits, proved where balls allow it."""
+    proved = _by_balls(quantity, scene, dps)
+    found = proved or _by_digits(quantity, scene, dps)
+    kind: ErrorKind = "bound" if proved else "estimate"
+    result = Sensitivity(quantity, {}, {}, {}, {}, kind)
     with own_context(dps + 10) as context:
-        for scene in each:
-            # What forward differentiation gave are floats already.
-            number = float if isinstance(scene.log, float) else context.convert
-            log = abs(number(scene.log))
-            for name, slope in scene.slopes.items():
-                value = number(slope.value)
-                if shape is not None and not abs(value) < _LARGEST:
-                    raise RangeError(
-                        f"d log({quantity})/d({name}) is outside the range of float64; pass dps=…."
-                    )
-                x = scene.values[name]
-                at = float(x) if number is float else context.mpf(x.numerator) / x.denominator
-                condition = abs(value * at)
-                relative = condition and (condition / log if log else context.inf)
-                rounded = _plain(value, shape, dps)
-                # Rounding the value is part of its error, and the error itself is rounded, too.
-                error = number(slope.error) + abs(number(rounded) - value)
-                error = _plain(error * (1 + number(2) ** -20), shape, max(dps, 15))
-                parts["derivative"][name].append(rounded)
-                # What float64 takes for 0 is none.
-                parts["error"][name].append(error if shape is None else max(error, 5e-324))
-                parts["condition"][name].append(_plain(condition, shape, dps))
-                parts["log_condition"][name].append(_plain(relative, shape, dps))
-    return Sensitivity(
-        quantity,
-        error_kind=kind,
-        **{
-            key: {name: _shaped(values, shape) for name, values in by_name.items()}
-            for key, by_name in parts.items()
-        },
-    )
+        log = abs(context.convert(found.log))
+        for name, slope in found.slopes.items():
+            value = context.convert(slope.value)
+            condition = abs(value * mpf_of(found.values[name], context))
+            relative = condition and (condition / log if log else context.inf)
+            rounded = to_mpf(value, dps)
+            # Rounding the value is part of its error, and the error itself is rounded, too.
+            error = context.convert(slope.error) + abs(context.convert(rounded) - value)
+            result.derivative[name] = rounded
+            result.error[name] = to_mpf(error * (1 + context.mpf(2) ** -20), max(dps, 15))
+            result.condition[name] = to_mpf(condition, dps)
+            result.log_condition[name] = to_mpf(relative, dps)
+    return result
 
 
-def _plain(value: mpf, shape: tuple[int, ...] | None, dps: int) -> mpf:
-    """An mpf of `dps` digits, or a float where there is a shape."""
-    return to_mpf(value, dps) if shape is None else float(value)
+def _in_floats(quantity: str, scenes: Scenes) -> Sensitivity:
+    """Derivatives of many scenes in float64; by more digits where forward ones say little."""
+    from symasym.exact.floats import pieces
+
+    names, *found = zip(*(_by_floats(quantity, some) for some in pieces(scenes)), strict=True)
+    logs, slopes, errors, fine = (np.concatenate(parts, axis=-1) for parts in found)
+    for k in np.flatnonzero(~fine):
+        closer = _by_digits(quantity, scene_at(scenes, k), FLOAT_DIGITS)
+        logs[k] = float(closer.log)
+        with own_context(FLOAT_DIGITS + 10) as context:
+            for j, name in enumerate(names[0]):
+                value, error = map(context.convert, closer.slopes[name])
+                slopes[j, k] = float(value)
+                errors[j, k] = float(error + abs(value - slopes[j, k]))
+    beyond = np.argwhere(~(np.abs(slopes) < _LARGEST))
+    if beyond.size:
+        name = names[0][beyond[0][0]]
+        raise RangeError(
+            f"d log({quantity})/d({name}) is outside the range of float64; pass dps=…."
+        )
+    # What float64 takes for 0 is none.
+    errors = np.maximum(errors * (1 + 2.0**-20), 5e-324)
+    at = {**scenes.parameters, **scenes.numbers}
+    values = np.array([np.broadcast_to(np.float64(at[n]), logs.shape) for n in names[0]])
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        conditions = np.abs(slopes * values)
+        relative = np.where(conditions == 0, 0.0, conditions / np.abs(logs))
+
+    def shaped(rows: FloatArray) -> dict[str, Any]:
+        """By the name of the parameter, floats or arrays of the answer's shape."""
+        each = (x.reshape(scenes.shape) if scenes.shape else x.item() for x in rows)
+        return dict(zip(names[0], each, strict=True))
+
+    parts = shaped(slopes), shaped(errors), shaped(conditions), shaped(relative)
+    return Sensitivity(quantity, *parts, "estimate")
 
 
-def _shaped(values: list[Any], shape: tuple[int, ...] | None) -> Any:
-    """The only value, or an array of all."""
-    return values[0] if not shape else np.array(values).reshape(shape)
+def _by_floats(
+    quantity: str, scenes: Scenes
+) -> tuple[list[str], FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
+    """Forward differentiation in float64.
+
+    Returns the parameters' names, log(quantity), its derivatives and their errors (parameters
+    first), and where these say something.
+    """
+    from symasym.drift.field.directions import Directions
+    from symasym.exact.floats import float_logs
+
+    moved = scenes.moved.get("start", 0.0)
+    directions = Directions(scenes.drift, scenes.parameters, scenes.numbers, moved)
+    logs, errors = float_logs(scenes, quantity, directions)
+    names = [n.removeprefix("log ") for n in directions.names]
+    names += ["start"] if "start" in scenes.numbers else []
+    # What counts is the relative change of a parameter, beside that of all.
+    with np.errstate(over="ignore"):
+        allowed = _ENOUGH * np.maximum(1.0, directions.largest_change(logs.slopes))
+        fine = (errors.slopes <= allowed).all(axis=0)
+        slopes, off = logs.slopes, errors.slopes + _ROUNDING * np.abs(logs.slopes)
+        of_kappa = names.index("kappa")
+        for part in (slopes, off):
+            part[of_kappa] /= scenes.numbers["kappa"]
+    return names, logs.value, slopes, off, fine
