@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
@@ -10,11 +11,13 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, overload
 
 from symasym.base.call_context import patient
 from symasym.base.errors import InputError
-from symasym.base.inputs import choice, exact, flag, positive, shown
+from symasym.base.inputs import choice, exact, flag, float_text, positive, shown
 from symasym.methods import alone, answer, each, require_drift_of, require_method
 from symasym.scenes import QUANTITIES, Request, one_scene, require_drift
 
 if TYPE_CHECKING:
+    from fractions import Fraction
+
     from symasym.base.estimate import Answer, Estimate, Value
     from symasym.base.inputs import Number, Numbers
     from symasym.drift.drift import Drift
@@ -190,12 +193,10 @@ def escape_time(
     if not flag("full", full):
         raise InputError(f"drag_time is {shown(drag_time)}, for a note; pass full=True with it.")
     # An infinite one is that of a drift without a well that a barrier ends.
-    borne = (
-        drag_time
-        if isinstance(drag_time, Real) and drag_time == float("inf")
-        else positive("drag_time", exact("drag_time", drag_time))
-    )
-    return _with_drag(_asked(drift, numbers, request, rtol, workers), log, float(borne))
+    if isinstance(drag_time, Real) and drag_time == math.inf:
+        return _asked(drift, numbers, request, rtol, workers)
+    borne = positive("drag_time", exact("drag_time", drag_time))
+    return _with_drag(_asked(drift, numbers, request, rtol, workers), log, borne)
 
 
 @overload
@@ -434,7 +435,7 @@ def _asked(
     return each(ask, drift, numbers, request, 1 if workers is None else workers)
 
 
-def _with_drag(answer: Estimate, log: bool, borne: float) -> Estimate:
+def _with_drag(answer: Estimate, log: bool, borne: Fraction) -> Estimate:
     """The same, with a note where T isn't small beside the drag time."""
     import numpy as np
 
@@ -442,13 +443,14 @@ def _with_drag(answer: Estimate, log: bool, borne: float) -> Estimate:
     if np.isnan(values).all() or not (log or (values > 0).any()):
         return answer
     longest = float(np.nanmax(values))
-    ratio = (longest if log else np.log(longest)) - np.log(borne)
+    ratio = longest if log else math.log(longest)
+    ratio -= math.log(borne.numerator) - math.log(borne.denominator)
     if not ratio > np.log(0.1):
         return answer
     how = f"{np.exp(ratio):.2g}" if ratio < 700.0 else "more than 10^300"
     note = (
-        f"T is {how} times the drag time {borne:.4g} of the frozen variables, not small beside it: "
-        "the whole system has another time; ask sa.release"
+        f"T is {how} times the drag time {float_text(borne)} of the frozen variables, not small "
+        "beside it: the whole system has another time; ask sa.release"
     )
     return replace(answer, notes=(*answer.notes, note))
 

@@ -383,14 +383,17 @@ def test_a_note_where_t_is_not_small_beside_the_drag_time():
     fold = sa.friction(mu=3, alpha=1).folds().z0[0]
     assert sa.rescale("0.01", 1).drag_time(-0.4 - fold) == pytest.approx(borne, rel=1e-6)
     noted = sa.escape_time(frozen, "0.1", 10, full=True, drag_time=borne)
-    assert "T is 6.3e+09 times the drag time 37.78" in str(noted)
+    assert "T is 6.3e+09 times the drag time 37.7778 " in str(noted)
     assert noted.value == sa.escape_time(frozen, "0.1", 10, full=True).value
     for log in (False, True):
         short = sa.escape_time(frozen, 40, 10, log=log, full=True, drag_time=borne)
         assert short.notes == ()
     both = sa.escape_time(frozen, [40, 0.01], 10, log=True, full=True, drag_time=borne)
     assert "more than 10^300 times" in both.notes[0]
-    assert sa.escape_time(frozen, 1, 10, full=True, drag_time=float("inf")).notes == ()
+    for longer in (float("inf"), "1e500"):
+        assert sa.escape_time(frozen, 1, 10, full=True, drag_time=longer).notes == ()
+    beyond = sa.escape_time(frozen, 1, 10, full=True, drag_time="1e-500")
+    assert "the drag time 1e-500 of" in beyond.notes[0]
     with pytest.raises(InputError, match="drag_time is 3, for a note; pass full=True with it"):
         sa.escape_time(frozen, 1, 10, drag_time=3)
 

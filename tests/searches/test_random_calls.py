@@ -72,6 +72,7 @@ def test_every_public_name_argument_and_option_is_called() -> None:
         "sa.plan(sa.Drift('a - b*u + exp(-c*u)').bind(a=1e-124, b=1e308, c='1/3'), 1, 0.5, "
         "start='0.1')",
         "sa.escape_time(sa.tanh(1, 10, '0.02'), 0.3, 1e-200, dps=15, drag_time='1/3', full=True)",
+        "sa.escape_time(sa.friction('0.3', '0.3', '5'), 1, 10, full=True, drag_time='1e-500')",
         "sa.escape_time(sa.friction(5e-324, '2', '2'), 2, 10, method='laplace', errors='nan')",
         "sa.rescale(eps=[0.1, 0.5], kappa=0.05, r=0.5).drag_time(distance=0.1, velocity=0.3)",
         "sa.escape_time(sa.Drift('0.3 - 1.5/(1 + (500*u)**2)'), 0.1, 2, method='local')",
