@@ -210,9 +210,6 @@ def _with_start(
     error = first * (terms[0].error + 4e-16) + second * (terms[1].error + 4e-16)
     error += _UNDERFLOW
     slope, error = first - second, np.where(np.isnan(error), np.inf, error)
-    moved = start * field.directions.stretch[: len(start)]
-    logs.value.slopes[-1] -= moved * slope
-    logs.error.slopes[-1] += np.abs(moved) * error
     if off := 2.0 * field.directions.off:
         scene = np.arange(len(start))
         inside = field.phi(scene, np.clip(start, -1.0, 1.0)[:, None])[:, 0]
@@ -221,6 +218,9 @@ def _with_start(
         curved = phi * slope + (np.exp(-logs.value.value) if quantity == "T" else 0.0)
         error += off * (np.abs(lam * curved) + slope * slope)
         logs.error.slopes[:] += off * np.abs(first * terms[0].slopes - second * terms[1].slopes)
+    moved = start * field.directions.stretch[: len(start)]
+    logs.value.slopes[-1] -= moved * slope
+    logs.error.slopes[-1] += np.abs(moved) * error
     return Logs(
         DualArray(logs.value.value, np.vstack((logs.value.slopes, slope))),
         DualArray(logs.error.value, np.vstack((logs.error.slopes, error))),

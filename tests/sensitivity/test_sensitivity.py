@@ -365,6 +365,19 @@ def test_float64_against_balls(
         assert found.error[name] <= 1e-10 * max(1, abs(value)), name
 
 
+@pytest.mark.parametrize("r", [1, "1/2", "5/2"])
+@pytest.mark.parametrize("quantity", ["T", "C", "1 - C"])
+def test_rounding_of_a_start_beside_the_end_counts_in_every_slope(quantity: str, r: Any) -> None:
+    # Its distance from the end is off by one part in 1e8 or so.
+    for start in (Fraction(r) - Fraction(1, 10**8), Fraction(1, 10**8) - Fraction(r)):
+        scene = sa.linear(1, 2), "1/3", r
+        found = sa.sensitivity(*scene, start=start, quantity=quantity)
+        more = sa.sensitivity(*scene, start=start, quantity=quantity, dps=20)
+        for name, value in found.derivative.items():
+            off = abs(mpf(value) - more.derivative[name])
+            assert off <= found.error[name] + more.error[name], name
+
+
 @pytest.mark.parametrize("quantity", ["T", "C", "1 - C"])
 @pytest.mark.parametrize("drift", [sa.friction(3, 1, "-0.3"), sa.polynomial(*range(-7, 6))])
 def test_moderate_sides_take_panels_of_their_own(
