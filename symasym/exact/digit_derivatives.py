@@ -17,6 +17,7 @@ those of `symasym.exact.balls.derivatives`.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
@@ -129,6 +130,8 @@ class _Side:
         numbers: dict[str, Fraction], dps: int, context: MPContext,
     ) -> None:  # fmt: skip
         kappa, reach = numbers["kappa"], numbers.get("r", Fraction(1))
+        # Both sides of a start change by 1/r, of which only the difference may be left.
+        dps += max(0, math.ceil(0.4343 * log_size(1 / reach)))
         self.scene: Partition = swept_scene(drift, mirrored, 2 / kappa**2, reach, dps, context)
         self.numbers = self.scene.numbers
         self.changes = [ExactField(change, mirrored, context) for change in changes]

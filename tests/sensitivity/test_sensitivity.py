@@ -90,6 +90,8 @@ def test_scaling_of_space_and_time(
         (sa.hill(1, -2, "1/2", n=2), "0.8", 3, 2, ["P"]),
         (sa.polynomial(1, 0, 0), "30", 2, -1, ["T", "1 - C"]),
         (sa.linear("1e-30", "1e-30"), 1, 2, "-3/2", ["T", "C"]),
+        # 1/r is in both sides' slopes, not in their difference.
+        (sa.linear(1, "1/3"), 1, "1e-60", 0, ["T", "C", "1 - C"]),
         # A step that is small for the exponents is none for this parameter.
         (sa.Drift("2 + (10**12*(b - 1/3) + 1)**3", "u").bind(b="1/3"), 1, 2, 0, ["T"]),
     ],
