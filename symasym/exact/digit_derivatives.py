@@ -161,8 +161,13 @@ class _Side:
 
     def records(self, start: Fraction, end: Fraction, absorbed: bool) -> Iterator[Record]:
         """The panels' numbers from `start` to `end`."""
+        tiny = self.scene.tiny
         for k, panel in enumerate(self.scene.panels(Rational(start), Rational(end))):
-            yield _Changed(panel, self, absorbed and k == 0).record(self.scene.tiny)
+            moved = absorbed and k == 0
+            if moved:
+                # sigma changes by its inverse as the end moves.
+                tiny *= min(1, panel.bound)
+            yield _Changed(panel, self, moved).record(tiny)
 
     def absorbed(self, start: Fraction, end: Fraction) -> Swept:
         """sigma and w at `end`, absorbed at `start`, which r moves."""

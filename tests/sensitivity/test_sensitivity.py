@@ -92,6 +92,8 @@ def test_scaling_of_space_and_time(
         (sa.linear("1e-30", "1e-30"), 1, 2, "-3/2", ["T", "C"]),
         # 1/r is in both sides' slopes, not in their difference.
         (sa.linear(1, "1/3"), 1, "1e-60", 0, ["T", "C", "1 - C"]),
+        # The first panel is below all digits of T, its change is not.
+        (sa.Drift("sin(7*u) + 1/9"), 1, 1 + Fraction(1, 10**60), "-0.999", ["T"]),
         # A step that is small for the exponents is none for this parameter.
         (sa.Drift("2 + (10**12*(b - 1/3) + 1)**3", "u").bind(b="1/3"), 1, 2, 0, ["T"]),
     ],
