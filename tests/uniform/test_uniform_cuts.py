@@ -152,6 +152,16 @@ def test_a_start_beside_the_barrier_of_an_analytic_drift() -> None:
     assert error <= claim < 1e-2
 
 
+@pytest.mark.parametrize("method", ["uniform", "local"])
+@pytest.mark.parametrize("start", [Fraction(1, 10**60) - 2, 2 - Fraction(1, 10**60)])
+def test_a_start_all_but_at_the_end(method: str, start: Fraction) -> None:
+    """T is as small as the way is, its terms are not."""
+    drift = sa.polynomial(1, -2)
+    found = sa.escape_time(drift, "0.05", 2, start=start, method=method, dps=15, full=True)
+    exact = sa.escape_time(drift, "0.05", 2, start=start, dps=30)
+    assert abs(found.value - exact) <= found.error < 1e-14 * exact
+
+
 # -- a well before the end -------------------------------------------------------------------------
 
 

@@ -47,7 +47,7 @@ from symasym.asymptotics.uniform.truncated_gaussian import (
     truncations_at,
     truncations_of,
 )
-from symasym.asymptotics.weak_noise.answer import DROPPED
+from symasym.asymptotics.weak_noise.answer import DROPPED, digits_lost
 from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes, rounding_of_places
 from symasym.asymptotics.weak_noise.compose import (
     Exponential,
@@ -118,7 +118,8 @@ def _times(
             )
     local, order = request.method == "local", request.order
     lam, form, scene = 2 / min(kappas) ** 2, None, None
-    with own_context(working_digits(request.digits, drift, lam, r) + 10) as context:
+    digits = request.digits + digits_lost(r, x)
+    with own_context(working_digits(digits, drift, lam, r) + 10) as context:
         if order == 0 and not local:
             form = closed_form(drift, r, x, context)
         for kappa in kappas:
@@ -127,7 +128,7 @@ def _times(
                 yield *time, (*form.names, *_TERMS), context
                 continue
             if scene is None:
-                scene = _analysed(drift, r, x, lam, order, request.digits, local)
+                scene = _analysed(drift, r, x, lam, order, digits, local)
             try:
                 value, size = _estimate(scene, 2 / kappa**2, order, float_text(kappa))
             except AccuracyError:

@@ -15,6 +15,7 @@ replace the estimate where they are proved.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -244,7 +245,8 @@ def _named(point: CriticalPoint, sign: int, r: mpf) -> str:
 
 def digits_lost(r: Fraction, x: Fraction) -> int:
     """Digits that cancel where the way to an end is short: T is as small, its terms are not."""
-    return len(str(int(max(r, Fraction(1)) / (r - abs(x))))) - 1
+    share = max(r, Fraction(1)) / (r - abs(x))
+    return math.ceil(0.30103 * ((share.numerator // share.denominator).bit_length() - 1))
 
 
 def _too_strong(kappa: str, order: int) -> AccuracyError:
