@@ -381,6 +381,19 @@ def test_outer_part_in_three_ways(drift: str) -> None:
             assert abs(panels[k] - wanted) < 1e-30
 
 
+def test_outer_part_of_zeros_in_a_row() -> None:
+    """1/A is a millionth and less of what each of the 30 zeros contributes to it."""
+    a = "*".join(f"(u**2 + {(20 + k) ** 2}/400)" for k in range(15))
+    lo, hi = Fraction(-2, 3), Fraction(5, 6)
+    with own_context(30) as context:
+        field = ExactField(sa.Drift(a), False, context)
+        (found,) = by_fractions(field, lo, hi, 1, context)
+        with mpmath.workdps(50):
+            a = sympy.lambdify(sympy.Symbol("u"), sympy.sympify(a), modules="mpmath")
+            wanted = mpmath.quad(lambda u: 1 / a(u), [mpmath.mpf(-2) / 3, 0, mpmath.mpf(5) / 6])
+        assert relative(found, wanted) < 1e-28
+
+
 @pytest.mark.parametrize(
     ("drift", "lo"),
     [

@@ -49,6 +49,8 @@ __all__ = [
     "require_resolved", "unresolved", "unresolved_in",
 ]  # fmt: skip
 
+# Bits of a primitive that may cancel: precisions have more than these to spare.
+_SPARE = 16
 # Zeros closer than this are not separated well enough for partial fractions.
 _CLUSTER = 1e-5
 # Half the distance of two zeros up to which one panel is about both.
@@ -111,23 +113,53 @@ def polynomial_primitives(
     """
     if not field.is_polynomial:
         return None
+    more = 0
+    while True:
+        with context.workprec(context.prec + more):
+            rows, lost = _by_poles(field, edges, count, context)
+        if rows is None or lost <= more + _SPARE:
+            return rows
+        # What zeros far out or beside each other contribute cancels.
+        step()
+        more = lost
+
+
+def _by_poles(
+    field: ExactField, edges: Sequence[Any], count: int, context: MPContext
+) -> tuple[list[list[Any]] | None, int]:
+    """The primitives of a polynomial A, and bits of them that cancel."""
     c = [mpf_of(x, context) for x in field.taylor(Fraction(0), Fraction(1), 0)]
     points = [mpf_of(u, context) for u in edges]
     roots = _roots(c, context)
     if roots is None:
-        return None
+        return None, 0
     if not roots:
-        return [[u / c[0] for u in points], *([context.zero] * len(points),) * (count - 1)]
-    poles = []
+        return [[u / c[0] for u in points], *([context.zero] * len(points),) * (count - 1)], 0
+    poles, falling = [], [abs(x) for x in reversed(c)]
     for z in roots:
         # Zeros come with their conjugates, so that half of them are enough.
         if context.im(z) >= 0:
             root = refined(c, z, context)
             if root is None:
-                return None
+                return None, 0
             times = 1 if isinstance(root, context.mpf) else 2
-            poles.append(Pole(root, shifted(c, root)[: 2 * count], times, 0.0))
-    return pole_sums(poles, points, count, context.log)[0]
+            taylor = shifted(c, root)[: 2 * count]
+            # What cancels in A' there, and what moves the zero, by which A' changes.
+            value, slope = context.polyval(falling, abs(root), derivative=True)
+            lost = abs(slope / taylor[1])
+            if len(taylor) > 2:
+                lost += abs(2 * taylor[2] * value / taylor[1] ** 2)
+            poles.append(Pole(root, taylor, times, context.eps * lost))
+    totals, sizes = pole_sums(poles, points, count, context.log)
+    # The first is compared with what int 1/phi is at least, since constants are of no meaning.
+    least = [(points[-1] - points[0]) / sum(map(abs, c))]
+    least += [max(map(abs, row)) for row in totals[1:]]
+    # How far the totals are above their rounding, in bits.
+    above = [
+        context.mag(x) - context.mag(max(size)) if x else context.prec
+        for size, x in zip(sizes, least, strict=True)
+    ]
+    return totals, context.prec - max(0, min(above))
 
 
 def pole_primitive(series: list[Any], k: int, t: Number, log: Number) -> Any:
