@@ -84,10 +84,11 @@ def _require_start_0(start: Numbers) -> None:
         )
 
 
-def _refuse_region(a_minus: float | Fraction, a_plus: float | Fraction) -> None:
-    """The error that the drift does not cross."""
+def _refuse_region(*ends: float | Fraction) -> None:
+    """The error that the drift of these a- and a+ does not cross."""
+    a_minus, a_plus = (float_text(Fraction(a)) for a in ends)
     raise RegionError(
-        f"a- = {float(a_minus):.6g} and a+ = {float(a_plus):.6g} are no crossing region, where "
+        f"a- = {a_minus} and a+ = {a_plus} are no crossing region, where "
         "the paper gives no escape time; use method='exact'."
     )
 
@@ -312,9 +313,10 @@ def _exit_value(scene: Scene, request: Request) -> tuple[arb, arb]:
         a_minus, a_plus = (profile.value(Fraction(side)) for side in (-1, 1))
         if not (a_minus > 0 and a_plus > 0):
             name, sign = ("1 - C", "negative") if complement else ("C", "positive")
+            low, high = (float_text(Fraction(a)) for a in drift.ends)
             raise RegionError(
-                f"a- = {float(drift.ends[0]):.6g} and a+ = {float(drift.ends[1]):.6g} are not both "
-                f"{sign}, where alone the paper bounds {name}; use method='bound' or 'exact'."
+                f"a- = {low} and a+ = {high} are not both {sign}, where alone the paper bounds "
+                f"{name}; use method='bound' or 'exact'."
             )
         if r < 4:
             raise InputError(

@@ -480,11 +480,11 @@ def _fitting(logs: FloatArray, log: bool) -> Any:
 
 def require_fits(name: str, logs: FloatArray, log: bool) -> None:
     """Raise unless the values e^logs, or their logarithms with `log`, are floats."""
+    if not np.isfinite(logs).all():
+        raise RangeError(
+            f"log {name} is outside the range of float64 itself; pass log=True with dps=…."
+        )
     if log:
-        if not _fitting(logs, log).all():
-            raise RangeError(
-                f"log {name} is outside the range of float64 itself; pass log=True with dps=…."
-            )
         return
     extreme = float(logs.max() if logs.max() > _LARGEST else logs.min())
     if not _SMALLEST <= extreme <= _LARGEST:

@@ -331,7 +331,10 @@ def _function(name: str, x: Ball) -> Any:
     """An elementary function of x, not finite where it is not analytic on all of a complex x."""
     flint = flint_module()
     if isinstance(x, flint.arb_series) and name in _OF_SERIES:
-        return _OF_SERIES[name](x)
+        try:
+            return _OF_SERIES[name](x)
+        except ValueError:  # a divisor whose constant term is too wide to be told from 0
+            return flint.arb_series([flint.arb.nan()] * x.prec, x.prec)
     if isinstance(x, flint.acb):
         if name in ("log", "sqrt"):
             return getattr(x, name)(analytic=True)

@@ -278,13 +278,16 @@ REFUSED = {
     ),
     "extreme": Refused(
         sa.escape_time,
-        sa.linear(1, "1/7"),
-        0.8,
-        "2e-300",
+        sa.Drift("u**2 - 3/10"),
+        "1e400",
+        "1e-60",
         method="uniform",
-        order=0,
-        then=[lambda: sa.escape_time(sa.linear(1, "1/7"), 0.8, "2e-300", dps=20)],
+        then=[lambda: sa.escape_time(sa.Drift("u**2 - 3/10"), "1e400", "1e-60", dps=20)],
     ),
+    "logarithm beyond float64": Refused(
+        sa.escape_time, FRICTION, "1e-300", 10, method="paper", log=True
+    ),
+    "both beyond float64": Refused(sa.escape_time, FRICTION, "1e-300", 10, method="paper"),
     "multiplicity": Refused(
         sa.expand,
         sa.Drift("u**2"),

@@ -584,3 +584,21 @@ def test_advice_is_of_use() -> None:
     for ask in (sa.tanh(0.3, 2, 5e-324).plot, partial(sa.hill(1, -1, "1e-400").potential_at, 0.5)):
         with pytest.raises(sa.InputError, match="in which V is found; choose another value"):
             ask()
+
+
+# -- sentences of numbers beyond float64 -----------------------------------------------------------
+
+
+@pytest.mark.parametrize("kappa", ["1e300", "1e900"])
+@pytest.mark.parametrize("method", ["laplace", "uniform"])
+def test_noise_far_too_strong_for_the_series(kappa: str, method: str) -> None:
+    with pytest.raises(sa.AccuracyError, match=r"^kappa is 1e\+?[39]00, where the noise is too"):
+        sa.escape_time(sa.hill(1, -1, 1, n=3), kappa, 1, method=method, order=1, dps=20)
+
+
+def test_ends_beyond_float64_that_the_paper_does_not_take() -> None:
+    drift = sa.linear("1e400", -1)
+    with pytest.raises(sa.RegionError, match=r"a- = 1e400 and a\+ = -1 are no crossing"):
+        sa.escape_time(drift, 1, 2, method="paper", dps=15)
+    with pytest.raises(sa.RegionError, match=r"a- = 1e400 and a\+ = -1 are not both positive"):
+        sa.exit_probability(drift, 1, 4, method="paper", dps=15)

@@ -14,6 +14,7 @@ test (`unresolved`) looks for that.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from functools import partial
@@ -24,7 +25,7 @@ import numpy as np
 from symasym.asymptotics.weak_noise.series import counts
 from symasym.base.call_context import mpf_of, step
 from symasym.base.errors import AccuracyError, InputError, SymasymError
-from symasym.base.inputs import FloatArray, is_array
+from symasym.base.inputs import FloatArray, float_text, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField, to_fraction
 from symasym.generated.formulas import (
@@ -515,8 +516,10 @@ def require_resolved(drift: Drift, lam: Fraction, folds: Sequence[float] = ()) -
     """Raise AccuracyError where A varies too fast for the noise (`unresolved`), but at folds."""
     # Noise beyond the range of float64 is weak.
     if lam < 10**300 and unresolved(drift, float(lam), folds):
+        p, q = (2 / lam).as_integer_ratio()
+        kappa = Fraction(math.isqrt(p * q << 120), q << 60)
         raise AccuracyError(
-            f"kappa is {float(2 / lam) ** 0.5:.6g}, where the noise is too strong for a drift that "
+            f"kappa is {float_text(kappa)}, where the noise is too strong for a drift that "
             "varies this fast: no term of Laplace's method estimates its error; use "
             "method='exact' or 'strong_noise'."
         )
