@@ -65,8 +65,8 @@ def dawson() -> dict[str, tuple[float, ...]]:
 @cache
 def lobatto() -> dict[str, tuple[float, ...]]:
     """Name -> numbers: the points; of the polynomial through values at them, by which these are
-    multiplied for its integral up to each, for its slope there (both by columns), and for its last
-    two Legendre coefficients."""
+    multiplied for its integral up to each, for its slope there (both by columns), and, in the left
+    half, for its last two Legendre coefficients, of which the first is even and the second odd."""
     rows, count = [], len(_LOBATTO)
     for t in _LOBATTO:
         p = [1.0, 2 * t - 1]
@@ -91,7 +91,7 @@ def lobatto() -> dict[str, tuple[float, ...]]:
         "_LOBATTO": _LOBATTO,
         "_LOBATTO_WITHIN": tuple(sum(map(mul, upto, g)) / 2 for g in given for upto in sums),
         "_LOBATTO_SLOPE": tuple(x for column in slopes for x in column),
-        "_LOBATTO_LAST": tuple(g[k] for k in (count - 2, count - 1) for g in given),
+        "_LOBATTO_LAST": tuple(g[k] for k in (count - 2, count - 1) for g in given[: count // 2]),
     }
 
 
