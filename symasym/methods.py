@@ -11,9 +11,10 @@ steps:
 Reading the scene before and handing the answer back after is the one driver's, `answer`.
 
 `each` asks for arrays, so that one element which is refused does not take the others. Float64
-arrays are asked as a whole first. Where that is refused the elements are halved until the refused
-ones are alone: with ``errors="raise"`` to name the first of them, with ``errors="nan"`` to leave it
-out. With `dps` each element is a scene of its own, in this process or in several.
+arrays are asked as a whole first. Where that is refused, and not for any element, the elements are
+halved until the refused ones are alone: with ``errors="raise"`` to name the first of them, with
+``errors="nan"`` to leave it out. With `dps` each element is a scene of its own, in this process or
+in several.
 """
 
 from __future__ import annotations
@@ -75,6 +76,8 @@ __all__ = [
 
 # Elements that a process is given at once.
 _BATCH = 8
+# Elements by which an error of all of them is told.
+_SAMPLE = 16
 _KINDS: tuple[ErrorKind, ...] = ("none", "estimate", "bound")
 
 #: A question about one drift and its numbers.
@@ -290,26 +293,42 @@ def each(
     except TimeLimitError:
         raise
     except SymasymError as error:
-        if _of_the_question(error, drift, numbers):
-            raise
-        elements = Elements(drift, numbers)
-        if not len(elements):
+        try:
+            elements = _elements(drift, numbers)
+        except InputError as of_all:
+            raise of_all from None
+        if not len(elements) or _of_the_question(error, ask, elements, request):
             raise
         if request.errors == "nan":
             return _spared(ask, elements, request)
         raise _first(ask, elements, request, error) from None
 
 
-def _of_the_question(error: SymasymError, drift: Drift, numbers: dict[str, Any]) -> bool:
-    """True for an error that no element is to blame for: of an option, or of the shapes."""
-    if not isinstance(error, InputError) or isinstance(error, RegionError):
+def _of_the_question(error: SymasymError, ask: Ask, elements: Elements, request: Request) -> bool:
+    """True for an error that no element is to blame for: of an option, or of all drifts alike."""
+    if not isinstance(error, InputError):
         return False
+    if str(error).startswith(tuple(f"{name} " for name in elements.names)):
+        return False
+    return not _any_answered(ask, elements, request)
+
+
+def _any_answered(ask: Ask, elements: Elements, request: Request) -> bool:
+    """True where one of some elements has an answer."""
+    count = len(elements)
+    some = range(count) if count <= _SAMPLE else np.linspace(0, count - 1, _SAMPLE).astype(int)
+    return any(_refusal(ask, elements, request, np.array([row])) is None for row in some)
+
+
+def _refusal(ask: Ask, elements: Elements, request: Request, rows: IntArray) -> SymasymError | None:
+    """What some elements are refused with; None where they have answers."""
     try:
-        _elements(drift, numbers)
-    except InputError:
-        return True
-    arrays = [name for name, x in (numbers | drift.values).items() if is_array(x)]
-    return not str(error).startswith(tuple(f"{name} " for name in arrays))
+        ask(*elements.part(rows), request)
+    except TimeLimitError:
+        raise
+    except SymasymError as error:
+        return error
+    return None
 
 
 class Elements:
@@ -333,6 +352,7 @@ class Elements:
         shapes = {name: x.shape for name, x in given.items() if name in numbers}
         self.shape = common_shape(drift, shapes)
         self._flat = {n: np.broadcast_to(x, self.shape).ravel() for n, x in given.items()}
+        self.names = tuple(self._flat)
 
     def __len__(self) -> int:
         return int(np.prod(self.shape))
@@ -358,32 +378,31 @@ def _elements(drift: Drift, numbers: dict[str, Any]) -> Elements:
     return Elements(drift, numbers)
 
 
-def _first(ask: Ask, elements: Elements, request: Request, error: SymasymError) -> SymasymError:
-    """The error of the first element that is refused, with its index."""
+def _first(ask: Ask, elements: Elements, request: Request, of_all: SymasymError) -> SymasymError:
+    """The error of the first element that is refused, with its index where others are not."""
     rows = np.arange(len(elements))
     while len(rows) > 1:
         low = rows[: len(rows) // 2]
-        try:
-            ask(*elements.part(low), request)
-        except TimeLimitError:
-            raise
-        except SymasymError:
-            rows = low
-        else:
-            rows = rows[len(low) :]
-    try:
-        ask(*elements.part(rows), request)
-    except SymasymError as alone:
-        index = ", ".join(map(str, np.unravel_index(rows[0], elements.shape)))
-        other = "; errors='nan' leaves such elements out" if len(elements) > 1 else ""
-        return type(alone)(f"at index ({index}), {str(alone).rstrip('.')}{other}.")
-    return error
+        rows = low if _refusal(ask, elements, request, low) else rows[len(low) :]
+    error = _refusal(ask, elements, request, rows)
+    if error is None:
+        return of_all
+    if rows[0] == 0 and not _any_answered(ask, elements, request):
+        return error
+    return _at(error, elements, rows[0], True)
+
+
+def _at(error: SymasymError, elements: Elements, row: int, others: bool) -> SymasymError:
+    """The error of an element with its index, and how to have the others."""
+    index = ", ".join(map(str, np.unravel_index(row, elements.shape)))
+    other = "; errors='nan' leaves such elements out" if others else ""
+    return type(error)(f"at index ({index}), {str(error).rstrip('.')}{other}.")
 
 
 def _spared(ask: Ask, elements: Elements, request: Request) -> Any:
     """The answers of those elements that are not refused; nan for the others."""
     parts: list[tuple[IntArray, Any]] = []
-    refusals: list[SymasymError] = []
+    refusals: dict[int, SymasymError] = {}
     pending = [np.arange(len(elements))]
     while pending:
         rows = pending.pop()
@@ -396,9 +415,9 @@ def _spared(ask: Ask, elements: Elements, request: Request) -> Any:
                 middle = len(rows) // 2
                 pending += [rows[:middle], rows[middle:]]
             else:
-                refusals.append(error)
-    if not parts and all(isinstance(e, InputError) for e in refusals):
-        raise refusals[0]
+                refusals[int(rows[0])] = error
+    if not parts:
+        _require_some(refusals)
     value, wrong = (np.full(len(elements), np.nan) for _ in range(2))
     for rows, answer in parts:
         value[rows] = answer.value if request.full else answer
@@ -408,6 +427,12 @@ def _spared(ask: Ask, elements: Elements, request: Request) -> Any:
     if not request.full:
         return value.reshape(shape)
     return _joined([x for _, x in parts], value.reshape(shape), wrong.reshape(shape), request)
+
+
+def _require_some(refusals: dict[int, SymasymError]) -> None:
+    """Raise the first error where none of the elements is one that can be asked for."""
+    if all(isinstance(e, InputError) for e in refusals.values()):
+        raise refusals[min(refusals)]
 
 
 def _joined(estimates: list[Any], value: Any, error: Any, request: Request) -> Estimate:
@@ -438,12 +463,14 @@ def _joined(estimates: list[Any], value: Any, error: Any, request: Request) -> E
 
 def _with_digits(ask: Ask, elements: Elements, request: Request, workers: int) -> Any:
     """Each element to `request.dps` digits, in an array of objects."""
+    import mpmath
+
     answers: list[Any] = []
     try:
         with executors.local(workers) as executor:
             futures = [
                 executor.submit(
-                    _batch, ask, [elements.part(int(row)) for row in rows], request, left()
+                    _batch, ask, [_scene(elements, row) for row in rows], request, left()
                 )
                 for rows in _batches(len(elements))
             ]
@@ -454,18 +481,20 @@ def _with_digits(ask: Ask, elements: Elements, request: Request, workers: int) -
             f"workers is {workers}, and a process of them ended at once or ran out of memory; in a "
             "script put the call below if __name__ == '__main__':, or leave workers out."
         ) from None
-    for row, one in enumerate(answers):
-        if isinstance(one, SymasymError):
-            index = ", ".join(map(str, np.unravel_index(row, elements.shape)))
-            raise type(one)(f"at index ({index}), {one}")
-    values = np.empty(len(elements), dtype=object)
-    values[:] = [x.value for x in answers] if request.full else answers
-    if not request.full:
-        return values.reshape(elements.shape)
-    wrong = np.empty(len(elements), dtype=object)
-    wrong[:] = [x.error for x in answers]
+    refusals = {row: one for row, one in enumerate(answers) if isinstance(one, SymasymError)}
+    for row, error in refusals.items():
+        if isinstance(error, TimeLimitError) or request.errors == "raise":
+            raise _at(error, elements, row, row > 0 and not isinstance(error, TimeLimitError))
+    known = [one for one in answers if not isinstance(one, SymasymError)]
+    if not known and len(elements):
+        _require_some(refusals)
+    values, wrong = (np.full(len(elements), mpmath.mp.nan, dtype=object) for _ in range(2))
+    rows = [row for row in range(len(elements)) if row not in refusals]
     shape = elements.shape
-    known = [x for x in answers if x.mask is None]
+    values[rows] = [x.value for x in known] if request.full else known
+    if not request.full:
+        return values.reshape(shape)
+    wrong[rows] = [x.error for x in known]
     return _joined(known, values.reshape(shape), wrong.reshape(shape), request)
 
 
@@ -475,15 +504,29 @@ def _batches(count: int) -> Iterator[range]:
         yield range(low, min(low + _BATCH, count))
 
 
-def _batch(
-    ask: Ask, scenes: list[tuple[Drift, dict[str, Any]]], request: Request, seconds: float
-) -> list[Any]:
-    """The answers for some scenes, in so many seconds; the first error ends them."""
+#: A drift and its numbers, or what they are refused with.
+_Scene = tuple[Drift, dict[str, Any]] | SymasymError
+
+
+def _scene(elements: Elements, row: int) -> _Scene:
+    """One of the elements."""
+    try:
+        return elements.part(row)
+    except SymasymError as error:
+        return error
+
+
+def _batch(ask: Ask, scenes: list[_Scene], request: Request, seconds: float) -> list[Any]:
+    """The answers or errors of some scenes, in so many seconds; an error that counts ends them."""
     answers: list[Any] = []
     with limited(seconds):
-        for drift, numbers in scenes:
+        for scene in scenes:
             try:
-                answers.append(alone(ask, drift, numbers, request))
+                answers.append(scene if isinstance(scene, SymasymError) else ask(*scene, request))
             except SymasymError as error:
-                return [*answers, error]
+                answers.append(error)
+            if isinstance(answers[-1], SymasymError) and (
+                isinstance(answers[-1], TimeLimitError) or request.errors == "raise"
+            ):
+                break
     return answers

@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
 
-    from symasym.base.inputs import Numbers
     from symasym.drift.field.float_field import Field
     from symasym.drift.field.taylor_field import ExactField
 
@@ -68,19 +67,21 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     if request.name[-1] == "C":
         return _exit_bounds(scenes, request)
     if request.name == "T":
-        _require_start_0(scenes.given["start"])
+        given, read = scenes.given["start"], scenes.numbers["start"]
+        starts = read[read != 0][:1] if is_array(given) else [exact("start", given)]
+        for start in starts:
+            _require_start_0(Fraction(start))
         return Answers(_log_escape_times(scenes), None, "none")
     request = request._replace(log=True, full=False)
     each = (_occupation(scene_at(scenes, row), request) for row in range(len(scenes.lam)))
     return Answers(np.array([float(one.value) for one in each]), None, "none")
 
 
-def _require_start_0(start: Numbers) -> None:
+def _require_start_0(start: Fraction) -> None:
     """Refuse a start other than 0."""
-    if is_array(start) or exact("start", start) != 0:
-        shown = float_text(start) if isinstance(start, Fraction) else start
+    if start != 0:
         raise InputError(
-            f"start is {shown}; the paper's formula is for start 0, use method='exact'."
+            f"start is {float_text(start)}; the paper's formula is for start 0, use method='exact'."
         )
 
 

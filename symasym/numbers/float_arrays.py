@@ -137,8 +137,9 @@ def _through_mpmath(
             value = function(
                 context, context.mpf(float(number.hi[index])) + float(number.lo[index])
             )
-            hi[index] = float(value)
-            lo[index] = float(value - context.mpf(hi[index]))
+            # Real, or nan.
+            near = float(value) if isinstance(value, context.mpf) else np.nan
+            hi[index], lo[index] = near, float(value - near) if np.isfinite(near) else near
     return DoubleDouble(hi, lo)
 
 

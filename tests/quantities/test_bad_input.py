@@ -42,7 +42,7 @@ CASES: dict[str, tuple[Callable[[], Any], type[Exception], str]] = {
         r"\(3,\)",
     ),
     "shapes, no region": (
-        lambda: sa.stationary_density(sa.linear(1, 1), [0.1, 0.5], np.array([])),
+        lambda: sa.stationary_density(sa.linear(1, 1), [0.1, 0.5], [1.0, 2, 3]),
         sa.InputError,
         "broadcast",
     ),

@@ -73,6 +73,68 @@ def test_drifts_that_are_refused() -> None:
     assert share.value[2] == sa.occupation(sa.linear(2, -1), 1)
 
 
+LINE = sa.linear(1, -1)
+#: Calls of which some elements are refused, and which: as a question's, or each by itself.
+SOME: dict[str, tuple[Any, list[bool]]] = {
+    "logarithm": (
+        lambda **o: sa.escape_time(sa.Drift("log(2 + b*u)").bind(b=[1, 3]), 1, 2, **o),
+        [True, False],
+    ),
+    "power": (
+        lambda **o: sa.escape_time(sa.Drift("(2 + b*u)**(1/3)").bind(b=[3, 1]), 1, 2, **o),
+        [False, True],
+    ),
+    "pole": (
+        lambda **o: sa.escape_time(sa.Drift("1/(2 + b*u)").bind(b=[1, 3]), 1, 2, **o),
+        [True, False],
+    ),
+    "kappa": (lambda **o: sa.escape_time(LINE, [0.5, -1, 0.6], 2, **o), [True, False, True]),
+    "text": (lambda **o: sa.escape_time(LINE, [0.5, "abc"], 2, **o), [True, False]),
+    "radius": (lambda **o: sa.exit_probability(LINE, 1, [2, -2], **o), [True, False]),
+    "start": (lambda **o: sa.escape_time(LINE, 1, 1, start=[-2, 0], **o), [False, True]),
+    "position": (lambda **o: sa.stationary_density(LINE, [0.5, -1], 0, **o), [True, False]),
+    "tangency": (
+        lambda **o: sa.escape_time(sa.linear([1, 0], 2), 0.1, 2, method="laplace", order=1, **o),
+        [True, False],
+    ),
+    "paper's start": (
+        lambda **o: sa.escape_time(FRICTION, 0.1, 10, start=[0, 0.5], method="paper", **o),
+        [True, False],
+    ),
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "digits"),
+    [
+        *((name, digits) for name in SOME for digits in ({}, {"dps": 15})),
+        ("kappa", {"dps": 15, "workers": 2}),
+        ("pole", {"dps": 15, "workers": 2}),
+    ],
+)
+def test_refused_elements_of_any_kind(name: str, digits: dict[str, Any]) -> None:
+    ask, good = SOME[name]
+    with pytest.raises(sa.SymasymError, match=rf"^at index \({good.index(False)}\), "):
+        ask(**digits)
+    found = ask(errors="nan", **digits)
+    assert [x == x for x in found] == good
+    estimate = ask(errors="nan", full=True, **digits)
+    assert (~estimate.mask).tolist() == good
+
+
+@pytest.mark.parametrize("errors", ["raise", "nan"])
+def test_what_refuses_all_elements_names_none(errors: str) -> None:
+    for ask, why in (
+        (lambda **o: sa.escape_time(LINE, [0.1, 0.5], 2, method="paper", **o), "a- = 1 and a"),
+        (lambda **o: sa.occupation(LINE, [0.5, -0.4], method="uniform", **o), "arrays have no uni"),
+        (lambda **o: sa.exit_probability(LINE, [0.5, -1], 9, method="paper", **o), "a- = 1 and a"),
+        (lambda **o: sa.escape_time(LINE, [-1, -2], 2, dps=15, **o), "(at index .0., )?kappa is -"),
+    ):
+        with pytest.raises(sa.SymasymError, match=f"^{why}") as caught:
+            ask(errors=errors)
+        assert "errors='nan'" not in str(caught.value)
+
+
 def test_what_is_wrong_for_all_is_said() -> None:
     many: Any = np.array([0.1, 0.2])
     for options, wrong in (
