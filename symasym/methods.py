@@ -439,9 +439,9 @@ def _joined(estimates: list[Any], value: Any, error: Any, request: Request) -> E
     """One estimate of all elements; of the weakest kind, with what any of them adds or drops."""
     kinds = {x.error_kind for x in estimates} or {"none"}
     kind = next(k for k in _KINDS if k in kinds)
-    terms, dropped = (
+    terms, dropped, notes = (
         tuple(dict.fromkeys(t for x in estimates for t in getattr(x, name)))
-        for name in ("terms", "dropped")
+        for name in ("terms", "dropped", "notes")
     )
     methods = {x.method for x in estimates} or {request.method}
     orders = {x.order for x in estimates}
@@ -455,6 +455,7 @@ def _joined(estimates: list[Any], value: Any, error: Any, request: Request) -> E
         terms,
         dropped,
         mask,
+        notes,
     )
 
 

@@ -494,7 +494,7 @@ def _singulants(drift: Drift, lam: Fraction, kept: str) -> Iterator[Singulant]:
     real = np.sort(zeros[own].real)
     for k, u in enumerate(real):
         slope = np.polynomial.polynomial.polyval(u, np.polynomial.polynomial.polyder(c))
-        point = f"{'well' if slope < 0 else 'barrier'} at {u:.4g}"
+        point = f"{'well' if slope < 0 else 'barrier'} at {u + 0.0:.4g}"
         if abs(u) >= 1 or point not in kept:
             continue
         # Of the real zeros a neighbour alone is on the same sheet of the Borel plane.

@@ -430,8 +430,9 @@ def as_floats(request: Request, shape: tuple[int, ...], answers: Answers) -> Any
     order = None if isinstance(request.order, range) else request.order
     mask = np.isnan(value) if request.errors == "nan" else None
     return Estimate(
-        value, error, answers.kind, request.method, order, answers.terms, answers.dropped, mask
-    )
+        value, error, answers.kind, request.method, order, answers.terms, answers.dropped, mask,
+        _notes(request, value),
+    )  # fmt: skip
 
 
 def as_digits(request: Request, answer: Answer) -> Any:
@@ -459,8 +460,17 @@ def as_digits(request: Request, answer: Answer) -> Any:
         total = mpmath.mp.make_mpf(libmp.mpf_add(error._mpf_, shift, 53, "u"))
     order = request.order if answer.order is None else answer.order
     return Estimate(
-        rounded, total, answer.kind, request.method, order, answer.terms, answer.dropped
-    )
+        rounded, total, answer.kind, request.method, order, answer.terms, answer.dropped,
+        notes=_notes(request, rounded),
+    )  # fmt: skip
+
+
+def _notes(request: Request, value: Any) -> tuple[str, ...]:
+    """What a reader of a probability that prints 1 should know."""
+    if request.log or not quantity_of(request.name).has_complement or not np.any(value == 1):
+        return ()
+    way = "leave complement out for" if request.complement else "complement=True has"
+    return (f"{request.name} is 1 to these digits; {way} the rest",)
 
 
 def _fits(name: str, value: mpf) -> None:

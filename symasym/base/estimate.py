@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import operator
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from decimal import Decimal, InvalidOperation
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-from symasym.base.errors import RangeError
+from symasym.base.errors import InputError, RangeError
 from symasym.base.texts import with_error
 
 if TYPE_CHECKING:
@@ -38,7 +40,8 @@ class Estimate:
     """The result of a function with ``full=True``.
 
     It stands for its value where a number is expected: in ``float()``, ``mpmath.mpf()``,
-    comparisons and formats such as ``f"{estimate:.6g}"``. ``value, error = estimate`` unpacks it.
+    comparisons and formats such as ``f"{estimate:.6g}"``, with all the digits it has.
+    ``value, error = estimate`` unpacks it.
 
     Attributes
     ----------
@@ -128,6 +131,10 @@ class Estimate:
     def __format__(self, spec: str) -> str:
         if not spec:
             return str(self)
+        if hasattr(self.value, "shape"):
+            raise InputError(f"the value is an array; format its elements with {spec!r}.")
+        if hasattr(self.value, "_mpf_"):
+            return _formatted(self.value, spec)
         return format(self.value if isinstance(self.value, complex) else float(self), spec)
 
     __eq__ = _compared("eq")
@@ -139,6 +146,24 @@ class Estimate:
 
     def __hash__(self) -> int:
         return hash(self.value)
+
+
+def _formatted(value: mpf, spec: str) -> str:
+    """An mpf as Python formats a float, with all of its digits."""
+    from mpmath import libmp
+
+    head, point, tail = re.fullmatch(r"(.*?)(\.\d+)?([eEfFgGn%]?)", spec, re.DOTALL).groups()  # type: ignore[union-attr]
+    if point or tail:
+        point, tail = point or ".6", tail or "g"
+    # More than the digits that it has.
+    digits = int(0.302 * value._mpf_[3]) + 25 + int((point or ".0")[1:])
+    try:
+        return format(Decimal(libmp.to_str(value._mpf_, digits)), f"{head}{point or ''}{tail}")
+    except InvalidOperation:
+        raise RangeError(
+            f"the value {_without_error(value)} is outside the range that Python formats; print it "
+            "as it is."
+        ) from None
 
 
 def _without_error(value: Any) -> str:

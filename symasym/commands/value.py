@@ -6,6 +6,7 @@ import argparse
 import json
 import sys
 import time
+from decimal import Decimal
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -123,7 +124,7 @@ def run(arguments: argparse.Namespace) -> None:
         _print_json(arguments, inputs, answer, value, error, seconds)
     else:
         print(value)
-    if "complement" in given and not arguments.log and float(value) == 1:
+    if "complement" in given and not arguments.log and Decimal(value) == 1:
         way = "leave --complement out for" if arguments.complement else "--complement has"
         print(f"symasym: the value is 1 to these digits; {way} the rest.", file=sys.stderr)
 

@@ -213,14 +213,17 @@ def _of_analytic(drift: Switch) -> list[CriticalPoint]:
         edges = [context.mpf(-1), *_distinct(inside, context), context.mpf(1)]
         zeros: list[CriticalPoint] = []
         values = [taylor(x)[0] for x in edges]
-        small = scale * context.mpf(10) ** (-_DIGITS)
+        small, at = scale * context.mpf(10) ** (-_DIGITS), MpmathOps(context)
         for k in range(1, len(edges)):
             low, high = values[k - 1], values[k]
             if abs(low) > small and abs(high) > small and low * high < 0:
                 root = bracketed_zero(lambda x: taylor(x)[:2], edges[k - 1], edges[k], context)
+                # A zero at 0 itself is found to a number of places, and none of its digits.
+                if abs(root) < small / scale and drift.evaluate(context.zero, at) == 0:
+                    root = context.zero
                 # Beside a slope of many digits a series has none left for its value.
                 allowed = max(small, abs(taylor(root)[1] * root) * 1e-17)
-                if abs(drift.evaluate(root, MpmathOps(context))) > allowed:
+                if abs(drift.evaluate(root, at)) > allowed:
                     raise AccuracyError(
                         f"A is too steep near u = {float(root):.6g} for a digit of its zero there; "
                         "take a less steep A."

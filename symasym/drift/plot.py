@@ -89,7 +89,7 @@ def plot(drift: Drawn, axes: Sequence[Axes] | None) -> Any:
         # More names than that hide each other.
         if len(named) <= _MOST_NAMES:
             below.annotate(
-                f"{kind} at {place:.4g}",
+                f"{kind} at {round(place, 9) + 0.0:.4g}",
                 (place, height),
                 xytext=(0, 9 * side),
                 textcoords="offset points",

@@ -91,6 +91,16 @@ def test_it_stands_for_its_value() -> None:
         assert mpmath.mpf(digits) == digits.value
     assert abs(float(digits) - value) < 1e-4
     assert digits == digits.value
+    # T is 239803837121.03777001127804867950918...
+    for spec, text in (
+        (".10f", "239803837121.0377700113"),
+        (".25g", "239803837121.0377700112780"),
+        (">22,.3f", "   239,803,837,121.038"),
+        ("e", "2.398038e+11"),
+        ("g", "2.39804e+11"),
+        (".4", "2.398e+11"),
+    ):
+        assert format(digits, spec) == text
     many = sa.escape_time(drift, [0.1, 0.2], 10, full=True)
     assert (many > [1e11, 1e11]).tolist() == [True, False]
     with pytest.raises(TypeError):
@@ -98,6 +108,9 @@ def test_it_stands_for_its_value() -> None:
     far = sa.escape_time(drift, "0.001", 10, dps=20, full=True)
     with pytest.raises(sa.RangeError, match="its attribute value"):
         float(far)
+    assert f"{far:.3e}" == f"{mpmath.nstr(far.value, 4)}"
+    with pytest.raises(sa.InputError, match="format its elements"):
+        format(many, ".3f")
 
 
 @SAMPLE

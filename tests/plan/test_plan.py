@@ -192,6 +192,9 @@ def test_what_plans_print() -> None:
         for rtol in (1e-2, 1e-8):
             shown = str(sa.plan(drift, kappa, 10, rtol))
             assert not re.search(r"\b(nan|inf|None)\b|\s-?0\s|part of the method", shown), shown
+    for drift in (sa.linear(1, -1), sa.tanh(1, -1, "1.4")):
+        shown = str(sa.plan(drift, "0.1", 10, 1e-3, start="0.3"))
+        assert "C times well at 0 with" in shown, shown
 
 
 def test_scenes_that_meet_are_planned_uniform() -> None:

@@ -186,3 +186,24 @@ def test_refused_elements_with_digits() -> None:
     assert share[0] == sa.occupation(sa.linear(1, -1), 1, dps=20)
     assert mpmath.isnan(share[1])
     assert sa.occupation(drift, 1, dps=20, errors="nan", full=True).mask.tolist() == [False, True]
+
+
+def test_a_probability_that_prints_1_points_to_its_complement() -> None:
+    slides, leaves = sa.hill(1, -1, 0.5, n=2), sa.linear(-1, -1)
+    for found in (
+        sa.occupation(slides, 0.1, full=True),
+        sa.occupation(slides, [1, 0.1], full=True),
+        sa.occupation(slides, [1, 0.1], full=True, errors="nan"),
+        sa.exit_probability(leaves, 0.1, 10, full=True, dps=10),
+        sa.exit_probability(leaves, [0.1, -1], 10, full=True, dps=10, errors="nan"),
+    ):
+        assert found.notes[0].endswith("is 1 to these digits; complement=True has the rest")
+    back = sa.exit_probability(sa.linear(1, 1), 0.1, 10, full=True, complement=True)
+    assert back.notes == ("1 - C is 1 to these digits; leave complement out for the rest",)
+    for found in (
+        sa.occupation(slides, 1, full=True),
+        sa.occupation(slides, 0.1, full=True, complement=True),
+        sa.occupation(slides, 0.1, full=True, log=True),
+        sa.escape_time(slides, 1, 1, full=True),
+    ):
+        assert found.notes == ()

@@ -240,7 +240,8 @@ def _items(
 
 
 def _named(point: CriticalPoint, sign: int, r: mpf) -> str:
-    return f"{point.kind} at {sign * float(r if point.u is None else point.u):.4g}"
+    # Plus 0: no -0.
+    return f"{point.kind} at {sign * float(r if point.u is None else point.u) + 0.0:.4g}"
 
 
 def digits_lost(r: Fraction, x: Fraction) -> int:
