@@ -316,13 +316,17 @@ def _of_one(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: R
 
 def _floats_do(drift: Drift, scenes: Scenes, name: str, allowed: Fraction) -> bool:
     """True unless a proof is as cheap as float64: for an A that hardly varies, for probabilities
-    where it is linear, and where the rounding of lam times the barrier exceeds `allowed`, so that
-    float64 is tried in vain."""
+    where it is linear, or one panel does for what is no polynomial, and where the rounding of lam
+    times the barrier exceeds `allowed`, so that float64 is tried in vain."""
     with np.errstate(all="ignore"):
         phi = _on_grid(drift, scenes)[0]
         if not scenes.lam[0] * (phi.max() - phi.min()) > 1e-6:
             return False
-        if name != "T" and np.abs(np.diff(phi, 2)).max() <= 1e-12 * np.abs(phi).max():
+        size = np.abs(phi).max()
+        if name != "T" and np.abs(np.diff(phi, 2)).max() <= 1e-12 * size:
+            return False
+        one_panel = scenes.lam[0] * size < 2 and np.abs(np.diff(phi, 8)).max() <= 1e-5 * size
+        if name != "T" and one_panel and drift.exact_coefficients() is None:
             return False
         beyond = max(float(scenes.numbers["r"][0]) - 1.0, 0.0) if "r" in scenes.numbers else 0.0
         moved = (phi[1:] + phi[:-1]) / (len(phi) - 1)
