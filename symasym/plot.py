@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -48,7 +48,7 @@ _OF_METHODS = ("method", "order", "rtol")
 
 @patient
 def plot(
-    quantity: str,
+    quantity: Literal["T", "C", "1 - C", "P", "1 - P", "p_ss"],
     drift: Drift,
     kappa: Numbers,
     r: Numbers | None = None,
@@ -113,6 +113,11 @@ def plot(
         (ax,) = axes("ax", ax)
     given: dict[str, Any] = {"kappa": kappa, "r": r, "start": start, "y": y}
     numbers = {name: x for name, x in given.items() if x is not None and name in _takes(quantity)}
+    for unused in {"r", "y"} - numbers.keys():
+        if given[unused] is not None:
+            raise InputError(
+                f"{unused} is given, but {quantity} does not depend on it; leave it out."
+            )
     missing = [n for n in _takes(quantity) if n not in numbers]
     if missing:
         takes = ", ".join(_takes(quantity))

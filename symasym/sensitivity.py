@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -95,7 +95,7 @@ def sensitivity(
     r: Numbers | None = None,
     *,
     start: Numbers = 0,
-    quantity: str = "T",
+    quantity: Literal["T", "C", "1 - C", "P", "1 - P"] = "T",
     dps: int | None = None,
     patience: float | None = None,
 ) -> Sensitivity:
@@ -162,7 +162,7 @@ def sensitivity(
         most = _MOST_DIGITS * 2 // 5
         dps = digits(dps, most)
         return _in_digits(quantity, read_scene(drift, numbers, dps), dps)
-    return _in_floats(quantity, float_scenes(drift, numbers))
+    return _in_floats(quantity, float_scenes(drift, numbers, laplace=False))
 
 
 def _numbers(quantity: str, kappa: Numbers, r: Numbers | None, start: Numbers) -> dict[str, Any]:

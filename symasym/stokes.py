@@ -8,7 +8,7 @@ Ai^2 + Bi^2 of Z = lam^(2/3) zeta.
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -41,7 +41,7 @@ def stokes_multiplier(
     drift: Drift,
     kappa: Numbers,
     *,
-    method: str = "uniform",
+    method: Literal["step", "local", "uniform"] = "uniform",
     dps: int | None = None,
     patience: float | None = None,
 ) -> Floats | mpf:

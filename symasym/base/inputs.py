@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from numbers import Rational
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,6 +36,9 @@ Numbers = ArrayLike | Fraction | Decimal
 
 #: The smallest number of which float64 has all its digits.
 SMALLEST = 2.0**-1022
+_Word = TypeVar("_Word", bound=str)
+# Of a scene's numbers: exponents stay such that work is short.
+_MOST_BITS = 3_330
 # Nobody means longer exponents and numbers, and reading them would fill the memory.
 _LONGEST_EXPONENT = 100_000
 _LONGEST_TEXT = 100_000
@@ -93,7 +96,7 @@ def meant(given: object, known: Iterable[str]) -> str:
     return f"; perhaps you mean {names[near[0]]!r}" if near else ""
 
 
-def choice(name: str, value: object, known: Iterable[str]) -> str:
+def choice(name: str, value: _Word, known: Iterable[str]) -> _Word:
     """The one of the `known` words that `value` is; spaces about a minus sign don't count.
 
     Examples
@@ -107,7 +110,7 @@ def choice(name: str, value: object, known: Iterable[str]) -> str:
             return value
         for word in words:
             if re.sub(" *- *", "-", value) == word.replace(" - ", "-"):
-                return word
+                return cast(_Word, word)
     raise InputError(
         f"{name} is {shown(value)}; give one of {', '.join(map(repr, words))}{meant(value, words)}."
     )
@@ -326,14 +329,21 @@ class BeyondFloat(InputError, OverflowError):
         return BeyondFloat(f"{fact}, in which {what}; choose another value.")
 
 
+def beyond(value: Fraction | int) -> bool:
+    """True for a number, but 0, that is not between 1e-1000 and 1e1000."""
+    bits = abs(value.numerator).bit_length() - value.denominator.bit_length()
+    return bool(value) and abs(bits) > _MOST_BITS
+
+
 def to_float(name: str, value: Fraction | int) -> float:
     """The nearest float64; an error beyond its range, or where it has fewer digits than 53 bits."""
+    way_out = "rescale the problem" if beyond(value) else "pass dps=… for it"
     try:
         result = float(value)
     except OverflowError:
-        raise BeyondFloat(f"{name} is beyond the range of float64; pass dps=… for it.") from None
+        raise BeyondFloat(f"{name} is beyond the range of float64; {way_out}.") from None
     if abs(result) < SMALLEST and value != 0:
-        raise BeyondFloat(f"{name} is below the range of float64; pass dps=… for it.")
+        raise BeyondFloat(f"{name} is below the range of float64; {way_out}.")
     return result
 
 

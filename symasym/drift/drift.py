@@ -245,8 +245,8 @@ class Drift:
         for name, value in self._values.items():
             if is_array(value):
                 raise InputError(
-                    f"{name} is an array, which works in float64 only; "
-                    "leave dps and full out, or pass one value at a time."
+                    f"{name} is an array, where one value is taken; pass one at a time, or leave "
+                    "dps and full out where they are given."
                 )
         return self._values
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import sympy
 
@@ -34,7 +34,7 @@ def emit(
     parameters: Mapping[str, Any] | None = None,
     *,
     drift: Drift | None = None,
-    method: str | None = None,
+    method: Literal["exact", "laplace", "uniform"] | None = None,
     order: int | None = None,
     name: str = "f",
     patience: float | None = None,

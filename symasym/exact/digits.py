@@ -36,7 +36,7 @@ from symasym.generated import formulas, mpmath_formulas
 from symasym.numbers import balls
 from symasym.numbers.complex_balls import resolved
 from symasym.numbers.rationals import Rational
-from symasym.scenes import Answer, Request, Scene, exponent_bits, quantity_of
+from symasym.scenes import QUANTITIES, Answer, Request, Scene, exponent_bits, quantity_of, weaker
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -75,7 +75,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
         numbers = ", ".join(f"{name} = {float_text(x)}" for name, x in scene.numbers.items())
         raise AccuracyError(
             f"{numbers} and the drift make 2 |A|/kappa^2 leave the range of float64 (1e308), in "
-            "which the evaluation is planned; method='laplace' has no such limit."
+            f"which the evaluation is planned; {weaker(request.name in QUANTITIES)}."
         ) from None
     with own_context(15) as context:
         error = abs(context.make_mpf(value._mpf_)) * context.mpf(10) ** -dps

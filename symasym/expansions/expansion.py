@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, Literal, get_args
 
 import sympy
 from sympy import Expr, S, Symbol
@@ -72,7 +72,9 @@ from symasym.scenes import require_drift
 
 __all__ = ["Contribution", "Expansion", "expand"]
 
-QUANTITIES = ("T", "C", "1 - C", "P", "1 - P", "density")
+Expanded = Literal["T", "C", "1 - C", "P", "1 - P", "density"]
+Noise = Literal["weak", "strong", "uniform"]
+QUANTITIES = get_args(Expanded)
 _MOST = 8
 _MOST_UNIFORM = 1
 # Characters on a line of LaTeX, as `_width` counts them: A4 in the smallest type.
@@ -100,7 +102,8 @@ class Expansion:
 
     Attributes
     ----------
-    quantity, noise : str
+    quantity : {"T", "C", "1 - C", "P", "1 - P", "density"}
+    noise : {"weak", "strong", "uniform"}
     order : int
     drift : Drift
     start : Fraction
@@ -128,8 +131,8 @@ class Expansion:
         The formula as it is emitted.
     """
 
-    quantity: str
-    noise: str
+    quantity: Expanded
+    noise: Noise
     order: int
     drift: Drift
     start: Fraction
@@ -498,9 +501,9 @@ def _predicate(c: Any) -> str:
 @symbolic
 def expand(
     drift: Drift,
-    quantity: str = "T",
+    quantity: Expanded = "T",
     *,
-    noise: str = "weak",
+    noise: Noise = "weak",
     order: int | None = None,
     start: Number = 0,
     case: str | Case | None = None,
@@ -641,7 +644,7 @@ def _case(drift: Drift, start: Fraction, case: str | Case | None, quantity: str)
 
 
 def _first_uniform(
-    drift: Drift, quantity: str, order: int, start: Fraction, case: str | Case | None
+    drift: Drift, quantity: Expanded, order: int, start: Fraction, case: str | Case | None
 ) -> Expansion:
     """The uniform formula of the case asked for, or of the first that has one."""
     own = _case(drift, start, case, quantity)
@@ -663,14 +666,16 @@ def _first_uniform(
 
 
 @lru_cache(maxsize=32)
-def _weak(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) -> Expansion:
+def _weak(drift: Drift, quantity: Expanded, order: int, start: Fraction, case: Case) -> Expansion:
     """The weak-noise expansion."""
     symbols = Symbols(drift, case, order, start)
     return _composed(symbols, Symbolic(), "weak", drift, quantity, order, start)
 
 
 @lru_cache(maxsize=32)
-def _uniform(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) -> Expansion:
+def _uniform(
+    drift: Drift, quantity: Expanded, order: int, start: Fraction, case: Case
+) -> Expansion:
     """T or 1 - P through a coalescence."""
     known = uniform_symbols(drift, quantity, order, start, case)
     ring = Locals(known) if isinstance(known, Coalescing) else Symbolic()
@@ -690,7 +695,7 @@ def _uniform(drift: Drift, quantity: str, order: int, start: Fraction, case: Cas
 
 
 def _composed(
-    symbols: Symbols, ring: Any, noise: str, drift: Drift, quantity: str, order: int,
+    symbols: Symbols, ring: Any, noise: Noise, drift: Drift, quantity: Expanded, order: int,
     start: Fraction,
 ) -> Expansion:  # fmt: skip
     """The composition of both one-sided expansions."""
@@ -703,7 +708,7 @@ def _composed(
 
 
 @lru_cache(maxsize=32)
-def _strong(drift: Drift, quantity: str, order: int, start: Fraction) -> Expansion:
+def _strong(drift: Drift, quantity: Expanded, order: int, start: Fraction) -> Expansion:
     """The strong-noise expansion, the same in every case."""
     if drift == Drift.general():
         raise InputError("Drift.general() has no moments; name a drift for noise='strong'.")

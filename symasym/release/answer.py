@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -127,7 +127,7 @@ def release(
     *,
     eps: Number,
     start: Sequence[Number] = (0, 0),
-    method: str = "auto",
+    method: Literal["auto", "march", "frozen", "first_order", "adiabatic", "simulate"] = "auto",
     rtol: Number = 1e-6,
     full: bool = False,
     paths: int = 10_000,

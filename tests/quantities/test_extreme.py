@@ -602,3 +602,25 @@ def test_ends_beyond_float64_that_the_paper_does_not_take() -> None:
         sa.escape_time(drift, 1, 2, method="paper", dps=15)
     with pytest.raises(sa.RegionError, match=r"a- = 1e400 and a\+ = -1 are not both positive"):
         sa.exit_probability(drift, 1, 4, method="paper", dps=15)
+
+
+def test_noise_too_weak_for_what_has_no_other_method() -> None:
+    drift = sa.hill(1, -1, 0.5, n=2)
+    for ask in (
+        lambda: sa.sensitivity(drift, "1e-200", 10),
+        lambda: sa.stationary_density(drift, "1e-200", 0, log=True),
+        lambda: sa.stationary_density(drift, "1e-200", 0, log=True, dps=10),
+        lambda: sa.escape_time(drift, "1e-5000", 1, log=True),
+    ):
+        with pytest.raises(sa.SymasymError, match=r"is planned; give a larger kappa\.$"):
+            ask()
+    for ask in (
+        lambda: sa.exit_probability(drift, 1, "1e99999", log=True),
+        lambda: sa.escape_time(sa.linear("1e5000", 1), 1, 2),
+    ):
+        with pytest.raises(sa.InputError, match=r"range of float64; rescale the problem\.$"):
+            ask()
+    with pytest.raises(sa.InputError, match="r is given, but P does not depend on it"):
+        sa.plot("P", drift, [0.1, 0.2], 10)
+    with pytest.raises(sa.InputError, match="z0 is an array, where one value is taken"):
+        sa.friction(3, 1, [0, 1]).plot()

@@ -8,7 +8,7 @@ the time of its release.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -559,7 +559,9 @@ def _times(axes: Axes, curves: Curves, z0: FloatArray, wanted: FloatArray, fold:
 def _shares(axes: Axes, drift: sa.Drift, kappa: Number, z0: FloatArray, fold: float) -> None:
     """Draw the Stokes multiplier."""
     looks = _looks()
-    for method, name in (("uniform", "uniform, order 0"), ("local", "local")):
+    names: dict[Literal["uniform", "local"], str]
+    names = {"uniform": "uniform, order 0", "local": "local"}
+    for method, name in names.items():
         values = sa.stokes_multiplier(drift, float(exact("kappa", kappa)), method=method)
         color, dashes = looks[name]
         axes.plot(z0, values, dashes, color=color, label=method)

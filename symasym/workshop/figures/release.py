@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -178,10 +178,11 @@ def _times(axes: Axes, scene: Scene, mu: Number, alpha: Number, points: int) -> 
     axes.plot(
         fine, np.exp(paper), color=ochre, linestyle=(0, (1.0, 1.7)), label="frozen, paper's formula"
     )
-    for method, color, dashes, label in (
+    laws: tuple[tuple[Literal["adiabatic", "march"], Any, str, str], ...] = (
         ("adiabatic", teal, "-.", "moving, adiabatic law"),
         ("march", blue, "-", "moving"),
-    ):
+    )
+    for method, color, dashes, label in laws:
         means = [
             sa.release(scene.system, k, scene.r, method=method, rtol=_RTOL, **ask).mean
             for k in kappa.tolist()
