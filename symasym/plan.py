@@ -29,6 +29,7 @@ from symasym.base.inputs import (
     float_text,
     is_array,
     shown,
+    to_float,
 )
 from symasym.base.texts import upwards
 from symasym.drift.drift import Drift
@@ -280,7 +281,8 @@ def _of_one(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: R
     # With digits an expansion is not cheaper, and its error not smaller.
     if request.dps is None:
         answers = None
-        with suppress(BeyondFloat, AccuracyError):
+        # What is wrong for digits, too, is said below.
+        with suppress(InputError, AccuracyError):
             scenes = float_scenes(drift, numbers)
             if not request.full:
                 answers = of_scenes(scenes, exactly)
@@ -625,7 +627,9 @@ def _on_grid(drift: Drift, scenes: Scenes) -> FloatArray:
     """A on a coarse grid of [-1, 1], the last axis, for predictions; one row where all scenes share
     a drift."""
     values = {
-        name: np.asarray(x, dtype=float)[..., None] if is_array(x) else np.asarray(float(x))
+        name: np.asarray(x, dtype=float)[..., None]
+        if is_array(x)
+        else np.asarray(to_float(name, x))
         for name, x in scenes.parameters.items()
     }
     return np.atleast_2d(drift.evaluate_float(_GRID, values) + 0 * _GRID)
