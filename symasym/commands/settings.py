@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NoReturn, TypeAlias
 
@@ -17,14 +17,19 @@ class Parser(argparse.ArgumentParser):
 
     #: Texts that stand at the end of the help.
     endings: tuple[Callable[[], str], ...] = ()
-    #: Names that its commands go by elsewhere.
-    letters: Mapping[str, str] = MappingProxyType({})
+    #: Names that its commands and options go by elsewhere.
+    elsewhere: Mapping[str, str] = MappingProxyType({})
+    #: The parsers beside it, whose options may be taken for its own, by name.
+    beside: Mapping[str, Parser] = MappingProxyType({})
     _words: Sequence[str] = ()
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """What `argparse` returns; the words are kept for `error`."""
+        """What `argparse` returns; a command refuses unknown words itself, and not the program."""
         self._words = args or ()
-        return super().parse_known_args(args, namespace)
+        known, unknown = super().parse_known_args(args, namespace)
+        if unknown and self._subparsers is None:
+            self.error(f"unrecognized arguments: {' '.join(unknown)}")
+        return known, unknown
 
     def format_help(self) -> str:
         """The help, whose endings are made now: they load what they list."""
@@ -36,23 +41,27 @@ class Parser(argparse.ArgumentParser):
         """The usage, and what is wrong with a word that is close to it."""
         if choice := re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message):
             known = re.findall(r"[\w-]+", choice[2])
-            message += meant(self.letters.get(choice[1], choice[1]), known)
-        elif unknown := re.search(r"unrecognized arguments: (-[\w-]+)", message):
-            others = (option for option in self._options() if option != unknown[1])
-            message += meant(unknown[1], others)
-        elif missing := re.search(r"arguments are required: (.*)", message):
-            given = {word.partition("=")[0] for word in self._words if word.startswith("--")}
+            message += meant(self.elsewhere.get(choice[1], choice[1]), known)
+        elif unknown := re.search(r"unrecognized arguments: .*?(?<!\S)(-[\w-]+)", message):
+            message += self._meant(unknown[1])
+        elif re.search(r"arguments?.* required", message):
+            given = {word.partition("=")[0] for word in self._words}
             for option in sorted(given - {*self._options()}):
-                message += f"; {option} is no option{meant(option, missing[1].split(', '))}"
+                if re.match(r"-{1,2}[a-z]", option) and option[:2] not in self._options():
+                    message += f"; {option} is no option{self._meant(option)}"
         super().error(message)
 
-    def _options(self) -> Iterator[str]:
-        """Every option of this parser and of those below it."""
-        for action in self._actions:
-            yield from action.option_strings
-            if isinstance(action, argparse._SubParsersAction):
-                for parser in action.choices.values():
-                    yield from parser._options()
+    def _meant(self, option: str) -> str:
+        """The end of a sentence about an unknown option: who takes it, or what is close to it."""
+        known = self.elsewhere.get(f"--{option.lstrip('-')}", f"--{option.lstrip('-')}")
+        takes = [name for name, parser in self.beside.items() if known in parser._options()]
+        if takes and known not in self._options():
+            return f"; {' and '.join(takes)} take{'s' * (len(takes) == 1)} {known}"
+        return meant(known, self._options())
+
+    def _options(self) -> list[str]:
+        """Its own options."""
+        return [name for action in self._actions for name in action.option_strings]
 
 
 #: What ``add_subparsers`` returns, to which each command adds its parser.

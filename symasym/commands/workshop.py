@@ -155,7 +155,7 @@ def add_report(commands: Commands) -> None:
     parser = command(
         commands, "report",
         "measure error against run time, of all methods and the other programs that are installed",
-        _report, "symasym report --quick", 'symasym report --scene "friction k=0.1" --quick',
+        _report, "symasym report --quick", "symasym report --scene weak --quick",
     )  # fmt: skip
     parser.add_argument(
         "--scene", nargs="+", action="extend", metavar="NAME", help="these scenes, not all"

@@ -15,10 +15,12 @@ import pytest
 from mpmath import mp, mpf
 
 import symasym as sa
+from symasym.base.inputs import meant
 from symasym.commands.main import _join_negative, _parser, main
 from symasym.methods import METHODS
 from symasym.release.answer import METHODS as RELEASE_METHODS
 from symasym.scenes import quantity_of
+from symasym.workshop.report.measure import chosen
 from tests.processes import PROGRAM
 
 FRICTION = ["--drift", "friction", "--set", "mu=3", "--set", "alpha=1", "--set", "z0=-0.4"]
@@ -117,7 +119,7 @@ def test_options_reach_the_verb(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "meant"),
+    ("arguments", "near"),
     [
         (["valeu"], "value"),
         (["value", "escape_time"], "escape-time"),
@@ -142,16 +144,74 @@ def test_options_reach_the_verb(capsys: pytest.CaptureFixture[str]) -> None:
         (["emit", "folds", "--target", "c", "--set", "alfa=1"], "alpha"),
         (["emit", "eq:Ttilde", "--target", "c", *FRICTION, "--method", "laplac"], "laplace"),
         (["derive", "eq:Ttidle"], "eq:Ttilde"),
+        (["report", "--scene", "modreate"], "moderate"),
+        (["--verison"], "--version"),
+        ([*ESCAPE, "--digits", "20"], "--dps"),
+        ([*ESCAPE[:-2], "--radius", "10"], "--r"),
+        ([*ESCAPE[:2], "--drfit", "linear", "--kappa", "1", "--r", "2"], "--drift"),
+        (["value", "exit-probability", *ESCAPE[2:], "-complement"], "--complement"),
+        (["value", "escape-time", "--drift", "poly"], "polynomial"),
+        (["value", "density"], "stationary-density"),
+        (["emit", "folds", "--target", "js"], "javascript"),
         ([*ESCAPE, "--order", "optmal"], "optimal"),
         ([*RELEASE, "--set", "muu=1"], "mu"),
     ],
 )
 def test_what_may_have_been_meant(
-    capsys: pytest.CaptureFixture[str], arguments: list[str], meant: str
+    capsys: pytest.CaptureFixture[str], arguments: list[str], near: str
 ) -> None:
     with contextlib.suppress(SystemExit):
         assert main(arguments) == 2
-    assert re.search(rf"perhaps (you mean )?'?{meant}'?\.?$", capsys.readouterr().err.strip())
+    assert re.search(rf"perhaps (you mean )?'?{near}'?\.?$", capsys.readouterr().err.strip())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "end"),
+    [
+        ("value occupation --kappa 1 --r 2", "--r 2; escape-time and exit-probability take --r"),
+        ("value escape-time --kappa 1 --r 2 --y 3", "--y 3; stationary-density takes --y"),
+        (
+            "value escape-time --kappa 1 --r 2 -complement",
+            "-complement; exit-probability and occupation take --complement",
+        ),
+        ("value escape-time --kappa 1 --r 2 --workers 2", "--workers 2"),
+        ("value escape-time --kappa 1 --r 2 --out f", "--out f"),
+        ("value escape-time --kappa 1 --r 2 --seed 2", "--seed 2"),
+        ("derive fr1 --latex", "--latex"),
+        ("emit folds --target c --latex", "--latex"),
+        ("figure fil --points 3", "--points 3"),
+        ("show fr1 --target c", "--target c"),
+    ],
+)
+def test_no_option_of_another_command_is_suggested(
+    capsys: pytest.CaptureFixture[str], arguments: str, end: str
+) -> None:
+    scene = FRICTION if arguments.startswith("value") else []
+    with pytest.raises(SystemExit):
+        main([*arguments.split(), *scene])
+    told = capsys.readouterr().err
+    assert told.endswith(f"unrecognized arguments: {end}\n")
+    assert told.startswith(f"usage: symasym {arguments.split()[0]} ")
+
+
+@pytest.mark.parametrize(
+    ("given", "known", "near"),
+    [
+        ("tahn", "tan tanh", "tanh"),
+        ("alfa", "alpha mu", "alpha"),
+        ("z", "mu alpha z0", "z0"),
+        ("arctan", "atan tan", "atan"),
+        ("--strat", "--start --set", "--start"),
+        ("poly", "polynomial linear", "polynomial"),
+        ("ttilde", "eq:Ttilde eq:Ttildesmall", "eq:Ttilde"),
+        *[(given, "--r --z --set --drift --order --scene --start --paths --expr", None)
+          for given in ("--y", "--out", "--digits", "--workers", "--seed", "--target", "--latex")],
+        ("nu", "mu alpha", None),
+        ("e", "eps e1 e2", None),
+    ],
+)  # fmt: skip
+def test_what_is_close(given: str, known: str, near: str | None) -> None:
+    assert meant(given, known.split()) == (f"; perhaps you mean '{near}'" if near else "")
 
 
 def helped(*command: str) -> str:
@@ -172,7 +232,10 @@ def test_help_has_two_examples_that_are_read(command: str) -> None:
     for line in lines:
         program, *words = shlex.split(line)
         assert program == "symasym"
-        assert _parser().parse_args(_join_negative(words)).run
+        read = _parser().parse_args(_join_negative(words))
+        assert read.run
+        if command == "report":
+            chosen(read.scene)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import ast
 import contextlib
 import inspect
@@ -20,6 +21,7 @@ import sympy
 import symasym as sa
 from symasym.commands.main import _parser, in_options
 from symasym.commands.main import main as run_command
+from symasym.commands.settings import Parser
 from symasym.methods import METHODS
 from symasym.numbers.balls import flint_module
 from symasym.release.answer import METHODS as OF_RELEASE
@@ -76,7 +78,16 @@ def parameters() -> set[str]:
 
 @cache
 def options() -> set[str]:
-    return set(_parser()._options())
+    return set(_options(_parser()))
+
+
+def _options(parser: Parser) -> Iterator[str]:
+    """The options of a parser and of those below it."""
+    yield from parser._options()
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for below in action.choices.values():
+                yield from _options(below)
 
 
 ALL = list(sentences())
