@@ -120,7 +120,10 @@ def test_what_is_advised_exists(message: str) -> None:
 def test_the_command_line_speaks_its_own_language(message: str) -> None:
     for flag in re.findall(r"(?<![\w-])--[a-z][\w-]*", in_options(message)):
         assert flag in options(), flag
-    assert not re.search(r"\b(log|full|complement)=True|bind\(\w+=", in_options(message))
+    assert not re.search(
+        r"\b(log|full|complement)=True|bind\(\w+=|\bDrift\b\W|case='|sa\.(escape|exit|occ|stat)\w*",
+        in_options(message).replace("give a Drift", ""),
+    )
 
 
 FAR = sa.polynomial(-0.1, 1.6, 3.44, -0.316)
@@ -308,6 +311,11 @@ REFUSED = {
     ),
     "double zero": Refused(
         sa.escape_time, sa.Drift("1 - cos(u)"), "0.1", 2, method="uniform", start="1/2"
+    ),
+    "variable": Refused(
+        sa.Drift,
+        "1-x",
+        then=[lambda: eval(REFUSED["variable"].message.rpartition(" as in ")[2].rstrip("."))],
     ),
     "emit order": Refused(
         sa.emit, "eq:Ttilde", order=1, then=[lambda: _emitted(FRICTION, method="laplace", order=1)]
