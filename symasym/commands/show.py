@@ -121,6 +121,7 @@ def _show_expansion(arguments: argparse.Namespace, given: set[str]) -> None:
 def _show_all(arguments: argparse.Namespace) -> None:
     """Print every formula, or the document of all with ``--latex``."""
     from symasym.formula import formula, labels
+    from symasym.records import definitions
 
     if not arguments.all:
         raise InputError("no formula is named; give a label, or --all.")
@@ -135,6 +136,8 @@ def _show_all(arguments: argparse.Namespace) -> None:
     for label in labels():
         shown = formula(label)
         print(f"{label}: {shown.title}\n\n{pretty(shown)}\n")
+    for label, defined in definitions().items():
+        print(f"{label}: {defined['reason']}\n\n{defined['text']}\n")
 
 
 def pretty(shown: Formula) -> str:

@@ -429,6 +429,10 @@ def test_latex_is_typeset(tmp_path):
         (lambda: sa.emit("eq:V"), "has no closed form; give drift="),
         (lambda: sa.emit("eq:Ttilde", "c"), "has no closed form"),
         (lambda: sa.emit("folds", "c", {"q": 1}), "q is no parameter of folds"),
+        (
+            lambda: sa.emit("eq:Ttilde", "c", {"foo": 1}, drift=sa.friction(mu=3)),
+            "foo is no parameter of eq:Ttilde; its parameters are mu, alpha, z0.",
+        ),
         (lambda: sa.emit("folds", "c", {"mu": -1}), "mu is -1; folds supposes that it is positive"),
         (lambda: sa.emit("folds", "c", {"mu": "x"}), "mu is 'x', which is not a number"),
         (lambda: sa.emit("turning-points", "c", {"mu": 0}), "has no value at mu = 0"),
