@@ -43,10 +43,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         argv = sys.argv[1:]
         # A batch system that stops the job is owed the same tidiness as Ctrl-C.
         signal.signal(signal.SIGTERM, signal.default_int_handler)
+    # Python has None for a stream that was closed, and what is printed there is lost.
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w")  # noqa: SIM115
+    if sys.stdout is None:
+        print("symasym: standard output is closed; open it or redirect it.", file=sys.stderr)
+        return _BAD_INPUT
     for stream in (sys.stdout, sys.stderr):
         _make_printable(stream)
-    arguments = _parser().parse_args(_join_negative(argv))
     try:
+        arguments = _parser().parse_args(_join_negative(argv))
         # A command without the option is waited for.
         with limited(getattr(arguments, "patience", math.inf)):
             status = int(arguments.run(arguments) or 0)

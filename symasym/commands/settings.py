@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NoReturn, TypeAlias
 
-from symasym.base.errors import InputError
+from symasym.base.errors import InputError, OutputError
 from symasym.base.inputs import is_name, meant
 
 
@@ -97,6 +97,18 @@ def takes_patience(parser: argparse.ArgumentParser, seconds: float = 10.0) -> No
         "--patience", type=float, default=seconds, metavar="SECONDS",
         help=f"of processor time that it may take, or inf ({seconds:g})",
     )  # fmt: skip
+
+
+def takes_place(parser: argparse.ArgumentParser, about: str, **options: Any) -> None:
+    """Add the option ``-o PLACE``, a file's or a folder's name that is not empty."""
+    parser.add_argument("-o", "--out", type=_place, help=about, **{"metavar": "FILE", **options})
+
+
+def _place(text: str) -> str:
+    """The text, not empty; argparse lets an OutputError through, and no InputError."""
+    if not text:
+        raise OutputError("--out is ''; give the name of a file or a folder.")
+    return text
 
 
 def takes_settings(parser: Parser, about: str) -> None:

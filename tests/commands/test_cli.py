@@ -153,6 +153,7 @@ def test_options_reach_the_verb(capsys: pytest.CaptureFixture[str]) -> None:
         (["value", "escape-time", "--drift", "poly"], "polynomial"),
         (["value", "density"], "stationary-density"),
         (["emit", "folds", "--target", "js"], "javascript"),
+        (["emit", "eq:Ttilde", "--target", "c", "--drift", "friction", "--set", "muu=1"], "mu"),
         ([*ESCAPE, "--order", "optmal"], "optimal"),
         ([*RELEASE, "--set", "muu=1"], "mu"),
     ],
@@ -386,6 +387,22 @@ def test_bad_input_is_one_sentence(
             ["show", "expansion:T", "--drift", "tanh", "--noise", "strong"],
             "symasym value escape-time --method strong_noise and its like take numbers.",
         ),
+        (
+            [
+                "value",
+                "escape-time",
+                "--drift",
+                "linear",
+                "--set",
+                "a_minus=1",
+                "--set",
+                "a_plus=-1",
+            ]
+            + ["--kappa", "3", "--r", "2", "--method", "laplace", "--order", "optimal"],
+            "Laplace's method with any order: the next terms are as large as the value; use "
+            "--method exact.",
+        ),
+        (["show", "φ"], "'φ' is no formula; symasym show --all lists them."),
     ],
 )
 def test_advice_is_in_the_command_lines_words(
@@ -488,6 +505,26 @@ def test_full_standard_output_is_one_sentence() -> None:
     assert done.stderr.count("\n") == 1
 
 
+@pytest.mark.skipif(not Path("/bin/sh").exists(), reason="needs a shell")
+@pytest.mark.parametrize("words", [ESCAPE, ["figure"], ["figure", "phase"], ["--version"]])
+def test_closed_standard_output_is_one_sentence(words: list[str], tmp_path: Path) -> None:
+    for closed, told in (
+        (">&-", "symasym: standard output is closed; open it or redirect it.\n"),
+        (">&- 2>&-", ""),
+    ):
+        line = f"{shlex.join([*PROGRAM, *words])} {closed}"
+        done = subprocess.run(["/bin/sh", "-c", line], capture_output=True, text=True, cwd=tmp_path)
+        assert (done.returncode, done.stdout, done.stderr) == (2, "", told)
+    assert not [*tmp_path.iterdir()]
+
+
+@pytest.mark.skipif(not Path("/bin/sh").exists(), reason="needs a shell")
+def test_closed_standard_error_keeps_the_sentence_off_the_output() -> None:
+    line = f"{shlex.join([*PROGRAM, *ESCAPE, '--dps', '0'])} 2>&-"
+    done = subprocess.run(["/bin/sh", "-c", line], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (2, "")
+
+
 def test_value_loads_neither_sympy_nor_matplotlib() -> None:
     code = (
         "import sys; from symasym.commands.main import main; main(sys.argv[1:])\n"
@@ -539,11 +576,15 @@ def test_places_that_are_no_files(
         ("table", "t.toml", "-o", "."),
         ("figure", "phase", "-o", "dir.png"),
         ("figure", "phase", "-o", ""),
+        ("verify", "-o", ""),
+        ("report", "--out="),
+        ("reproduce", "-o", ""),
+        ("derive", "eq:V", "-o", ""),
         ("emit", "fr1", "--target", "c", "-o", ""),
         ("emit", "fr1", "--target", "python", "-o", ""),
         ("emit", "fr1", "--target", "python", "-o", "dir.png"),
     ):
-        assert (arguments[-1] or "''") in refused(capsys, *arguments)
+        assert (arguments[-1].removeprefix("--out=") or "''") in refused(capsys, *arguments)
     assert {p.name for p in tmp_path.iterdir()} == {"dir.png", "dir.jsonl", "t.toml"}
 
 

@@ -861,6 +861,11 @@ REFUSED = {
             lambda: done("show", "expansion:T", "--expr", "mu/2 - u", "--set", "mu=1"),
         ],
     ),
+    "--out": Refused(
+        command,
+        *("emit", "fr1", "--target", "c", "-o", ""),
+        then=[lambda: done("emit", "fr1", "--target", "c", "--out", "fr1.c")],
+    ),
     "no label": Refused(
         command, "show", then=[lambda: done("show", "--all"), lambda: done("show", "fr1")]
     ),
