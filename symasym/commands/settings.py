@@ -57,7 +57,10 @@ class Parser(argparse.ArgumentParser):
         takes = [name for name, parser in self.beside.items() if known in parser._options()]
         if takes and known not in self._options():
             return f"; {' and '.join(takes)} take{'s' * (len(takes) == 1)} {known}"
-        return meant(known, self._options())
+        # Of three letters one that differs makes another word: --eps is not --dps.
+        other = {name for name in self._options() if len(name) == len(known) == len("--eps")}
+        same = {name for name in other if sorted(name) == sorted(known)}
+        return meant(known, (name for name in self._options() if name not in other - same))
 
     def _options(self) -> list[str]:
         """Its own options."""

@@ -20,7 +20,9 @@ from symasym.commands.main import _join_negative, _parser, in_options, main
 from symasym.methods import METHODS
 from symasym.release.answer import METHODS as RELEASE_METHODS
 from symasym.scenes import quantity_of
+from symasym.workshop.figures import FIGURES
 from symasym.workshop.report.measure import chosen
+from symasym.workshop.reproduce import _chosen
 from tests.processes import PROGRAM
 
 FRICTION = ["--drift", "friction", "--set", "mu=3", "--set", "alpha=1", "--set", "z0=-0.4"]
@@ -178,6 +180,7 @@ def test_what_may_have_been_meant(
         ("value escape-time --kappa 1 --r 2 --workers 2", "--workers 2"),
         ("value escape-time --kappa 1 --r 2 --out f", "--out f"),
         ("value escape-time --kappa 1 --r 2 --seed 2", "--seed 2"),
+        ("value escape-time --kappa 1 --r 2 --eps 1", "--eps 1"),
         ("derive fr1 --latex", "--latex"),
         ("emit folds --target c --latex", "--latex"),
         ("figure fil --points 3", "--points 3"),
@@ -237,6 +240,22 @@ def test_help_has_two_examples_that_are_read(command: str) -> None:
         assert read.run
         if command == "report":
             chosen(read.scene)
+        if command == "figure":
+            assert read.name in FIGURES
+        if command == "reproduce":
+            assert _chosen(read.only)
+
+
+def test_the_programs_own_examples_run(capsys: pytest.CaptureFixture[str]) -> None:
+    lines = helped().partition("examples:\n")[2].splitlines()
+    assert len(lines) == 2
+    for line in lines:
+        try:
+            status = main(shlex.split(line)[1:])
+        except SystemExit as end:
+            status = int(end.code or 0)
+        assert status == 0
+        assert capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
