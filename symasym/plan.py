@@ -21,7 +21,6 @@ from symasym.base.call_context import own_context, patient, to_mpf
 from symasym.base.errors import AccuracyError, InputError, RangeError, SymasymError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import (
-    BeyondFloat,
     FloatArray,
     IntArray,
     Number,

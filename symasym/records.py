@@ -13,7 +13,7 @@ from typing import Any, Self
 from symasym.base.errors import InputError
 from symasym.base.inputs import meant, shown
 
-__all__ = ["Record", "definition", "labels"]
+__all__ = ["Record", "definition", "definitions", "labels"]
 
 #: Status of a hypothesis -> the word that its line begins with.
 _LEDGER = {"assumed": "Assumes", "checked": "Checked", "fails": "Does not hold"}
@@ -123,8 +123,13 @@ class Record:
 
 def definition(label: str) -> Mapping[str, str] | None:
     """A definition of the paper by its label (latex, text, reason); None for anything else."""
-    definition: Mapping[str, str] | None = _all()["definitions"].get(label)
-    return definition
+    return definitions().get(label)
+
+
+def definitions() -> Mapping[str, Mapping[str, str]]:
+    """The paper's definitions by their labels, as of `definition`."""
+    known: Mapping[str, Mapping[str, str]] = _all()["definitions"]
+    return known
 
 
 def labels() -> tuple[str, ...]:

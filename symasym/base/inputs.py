@@ -77,23 +77,54 @@ def flag(name: str, value: object) -> bool:
 def meant(given: object, known: Iterable[str]) -> str:
     """The end of a sentence about an unknown name: which known one is close to it, if any.
 
-    A label's ``eq:`` may be missing.
+    Close are few slips of the hand, up to 3 in long names, and what begins or ends one name alone.
+    A label's ``eq:`` and an option's dashes may be missing.
 
     Examples
     --------
     >>> meant("frictoin", ["friction", "linear"]), meant("x", ["friction"])
     ("; perhaps you mean 'friction'", '')
     """
-    from difflib import get_close_matches
 
     def plain(name: str) -> str:
-        return name.lower().replace("_", "-").rpartition(":")[2]
+        return name.lower().replace("_", "-").rpartition(":")[2].lstrip("-")
 
     if not isinstance(given, str):
         return ""
     names = {plain(name): name for name in known}
-    near = get_close_matches(plain(given[:100]), names, 1)
+    word = plain(given[:100])
+    slips = {name: _slips(word, name) for name in names}
+    near = [name for name in names if slips[name] <= _SLIPS[min(max(len(word), len(name)), 9)]]
+    # Of names as near, letters that changed places are likelier than others.
+    near.sort(key=lambda name: (slips[name], sorted(name) != sorted(word)))
+    parts = [name for name in names if name.startswith(word) or name.endswith(word)]
+    if not near and len(parts) == 1 and (len(word) > 2 or len(parts[0]) == len(word) + 1):
+        near = parts
     return f"; perhaps you mean {names[near[0]]!r}" if near else ""
+
+
+#: How many slips are a near miss, by the length of the longer name; the last is for longer ones.
+_SLIPS = (0, 0, 0, 1, 1, 2, 2, 2, 2, 3)
+
+
+def _slips(given: str, known: str) -> int:
+    """Letters left out, put in, changed, or changed in place with the next, from one to the other.
+
+    Examples
+    --------
+    >>> _slips("tahn", "tanh"), _slips("tahn", "tan"), _slips("digits", "drift")
+    (1, 1, 4)
+    """
+    rows = [list(range(len(known) + 1))]
+    for i, a in enumerate(given, 1):
+        row = [i]
+        for j, b in enumerate(known, 1):
+            least = min(rows[-1][j] + 1, row[-1] + 1, rows[-1][j - 1] + (a != b))
+            if i > 1 and j > 1 and (a, b) == (known[j - 2], given[i - 2]):
+                least = min(least, rows[-2][j - 2] + 1)
+            row.append(least)
+        rows.append(row)
+    return rows[-1][-1]
 
 
 def choice(name: str, value: _Word, known: Iterable[str]) -> _Word:

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from symasym.base.errors import SymasymError
-from symasym.commands.settings import Commands, document
+from symasym.commands.settings import Commands, document, takes_place
 
 
 def add_parser(subparsers: Commands) -> None:
@@ -16,13 +16,10 @@ def add_parser(subparsers: Commands) -> None:
         "derive", help="check the derivation of a label and of all it rests on (default: every one)"
     )
     parser.add_argument("labels", nargs="*", metavar="LABEL", help="such as eq:Ttilde, fr1, folds")
-    parser.add_argument(
-        "-o",
-        "--out",
-        type=Path,
-        default=Path("build/derivations"),
-        help="folder of pages, trace and cache (default: %(default)s)",
-    )
+    takes_place(
+        parser, "folder of pages, trace and cache (%(default)s)", default="build/derivations",
+        metavar="DIR",
+    )  # fmt: skip
     parser.add_argument("--fresh", action="store_true", help="take nothing from the cache")
     parser.add_argument(
         "--errata",
@@ -43,7 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
     from derivations.report import derive
 
     try:
-        records = derive(arguments.labels, arguments.out, fresh=arguments.fresh)
+        records = derive(arguments.labels, Path(arguments.out), fresh=arguments.fresh)
     except SymasymError as error:
         # A DerivationError, without SymPy, which its module loads.
         if not isinstance(error, ArithmeticError):

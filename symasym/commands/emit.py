@@ -6,7 +6,14 @@ import argparse
 import re
 
 from symasym.base.errors import InputError
-from symasym.commands.settings import Commands, command, settings, takes_patience, takes_settings
+from symasym.commands.settings import (
+    Commands,
+    command,
+    settings,
+    takes_patience,
+    takes_place,
+    takes_settings,
+)
 from symasym.drift.ready_made.named import DRIFTS, named_drift
 
 
@@ -22,7 +29,7 @@ def add_parser(commands: Commands) -> None:
     # The error names the targets: asking here would load SymPy.
     targets = "numpy, mpmath, python, c, javascript or latex"
     parser.add_argument("--target", required=True, metavar="T", help=targets)
-    parser.add_argument("-o", "--out", metavar="FILE", help="where to (standard output)")
+    takes_place(parser, "where to (standard output)")
     parser.add_argument("--header", action="store_true", help="of C: write FILE.h beside FILE.c")
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--drift", choices=DRIFTS, help="put this drift into the formula")

@@ -10,13 +10,14 @@ import os
 import re
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NoReturn, TextIO
 
 from symasym.base.call_context import limited
 from symasym.base.errors import SymasymError
 from symasym.commands import derive, emit, release, show, table, value, workshop
 from symasym.commands.settings import Parser, document
+from symasym.drift.ready_made.named import DRIFTS
 
 _BAD_INPUT = 2
 _INTERRUPTED = 130
@@ -42,10 +43,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         argv = sys.argv[1:]
         # A batch system that stops the job is owed the same tidiness as Ctrl-C.
         signal.signal(signal.SIGTERM, signal.default_int_handler)
+    # Python has None for a stream that was closed, and what is printed there is lost.
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w")  # noqa: SIM115
+    if sys.stdout is None:
+        print("symasym: standard output is closed; open it or redirect it.", file=sys.stderr)
+        return _BAD_INPUT
     for stream in (sys.stdout, sys.stderr):
         _make_printable(stream)
-    arguments = _parser().parse_args(_join_negative(argv))
     try:
+        arguments = _parser().parse_args(_join_negative(argv))
         # A command without the option is waited for.
         with limited(getattr(arguments, "patience", math.inf)):
             status = int(arguments.run(arguments) or 0)
@@ -93,9 +100,37 @@ def _make_printable(stream: TextIO) -> None:
         stream.reconfigure(errors="symasym")
 
 
+def _as_command(call: re.Match[str]) -> str:
+    """``sa.escape_time(method='uniform')`` as a command."""
+    options = [in_options(part) for part in (call[2] or "").split(", ") if "=" in part]
+    return " ".join(["symasym value", call[1].replace("_", "-"), *options])
+
+
+def _as_drift(found: re.Match[str]) -> str:
+    """``sa.tanh(steepness=5)``, or ``sa.Drift('1 - b*u').bind(b=3)``, as options."""
+    words = f"--drift {found[1]}" if found[1] in DRIFTS else f"--expr {found[1]}"
+    for number, part in enumerate((found[2] or "…").split(", ")):
+        name, equals, value = part.replace("'", "").rpartition("=")
+        if value not in ("", "…"):
+            # Without names are a polynomial's coefficients alone.
+            words += f" --set {name if equals else f'c{number}'}={value}"
+    return words
+
+
+#: A text in quotes is a caller's own, and stays.
+_QUOTED = r"""(?<![\w=])(?:'[^']*'|"[^"]*")"""
 # How Python says it, and how the command line does.
-_AS_OPTIONS = [
-    (r"\bbind\((\w+)=…\)", r"--set \1=…"),
+_AS_OPTIONS: list[tuple[str, str | Callable[[re.Match[str]], str]]] = [
+    (
+        r"\bsa\.(escape_time|exit_probability|occupation|stationary_density)\b(?:\(([^()]*)\))?",
+        _as_command,
+    ),
+    (r"\bname its variable, as in sa\.Drift\(.*'\)", "write it in u"),
+    (rf"\bsa\.({'|'.join(DRIFTS)})\b(?:\(([^()]*)\))?", _as_drift),
+    (rf"\bsa\.Drift\(({_QUOTED})\)(?:\.bind\(([^()]*)\))?", _as_drift),
+    (r"\bDrift\.general\(\)", "the general drift"),
+    (r"\bbind\((\w+=…(?:, \w+=…)*)\)", lambda found: f"--set {found[1].replace(', ', ' --set ')}"),
+    (r"\bbind (them|it)\b(?! with)", r"set \1 with --set NAME=X"),
     (r"\bdrift=…", "--drift NAME or --expr A"),
     (r"\bsa\.labels\(\) lists them", "symasym show --all lists them"),
     (r"\b(log|complement)=True\b", r"--\1"),
@@ -104,22 +139,34 @@ _AS_OPTIONS = [
     (r"\b(dps|order)=(?:n|…)", r"--\1 N"),
     (r"\brtol=…", "--rtol X"),
     (r"\bpatience=…", "--patience SECONDS"),
-    (r"\b(method|order|dps)='?(\w+)'?", r"--\1 \2"),
-    (r"\bescape_time\b", "escape-time"),
+    (r"\bcase='([^']*)'", r'--case "\1"'),
+    (
+        r"\bmethod=('\w+'(?:(?:, | or )'\w+')+)",
+        lambda found: f"--method {found[1].replace(chr(39), '')}",
+    ),
+    (r"\b(method|noise|order|dps)='?(\w+)'?", r"--\1 \2"),
+    (r"\b(ask for|take|use|call) escape_time\b", r"\1 escape-time"),
 ]
 
 
 def in_options(message: str) -> str:
-    """A message whose advice is for Python, for the command line.
+    """A message whose advice is for Python, for the command line; what it quotes stays.
 
     Examples
     --------
     >>> in_options("mu has no value; set it with bind(mu=…), or pass log=True.")
     'mu has no value; set it with --set mu=…, or pass --log.'
+    >>> in_options("'escape_time' is unknown; use sa.escape_time(method='uniform').")
+    "'escape_time' is unknown; use symasym value escape-time --method uniform."
     """
-    for pattern, option in _AS_OPTIONS:
-        message = re.sub(pattern, option, message)
-    return message
+
+    def said(found: re.Match[str]) -> str:
+        for pattern, option in _AS_OPTIONS:
+            if whole := re.fullmatch(pattern, found[0]):
+                return whole.expand(option) if isinstance(option, str) else option(whole)
+        return found[0]
+
+    return re.sub("|".join([_QUOTED, *(pattern for pattern, _ in _AS_OPTIONS)]), said, message)
 
 
 def _visible(message: str) -> str:

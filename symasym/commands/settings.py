@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NoReturn, TypeAlias
 
-from symasym.base.errors import InputError
+from symasym.base.errors import InputError, OutputError
 from symasym.base.inputs import is_name, meant
 
 
@@ -17,14 +17,19 @@ class Parser(argparse.ArgumentParser):
 
     #: Texts that stand at the end of the help.
     endings: tuple[Callable[[], str], ...] = ()
-    #: Names that its commands go by elsewhere.
-    letters: Mapping[str, str] = MappingProxyType({})
+    #: Names that its commands and options go by elsewhere.
+    elsewhere: Mapping[str, str] = MappingProxyType({})
+    #: The parsers beside it, whose options may be taken for its own, by name.
+    beside: Mapping[str, Parser] = MappingProxyType({})
     _words: Sequence[str] = ()
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """What `argparse` returns; the words are kept for `error`."""
+        """What `argparse` returns; a command refuses unknown words itself, and not the program."""
         self._words = args or ()
-        return super().parse_known_args(args, namespace)
+        known, unknown = super().parse_known_args(args, namespace)
+        if unknown and self._subparsers is None:
+            self.error(f"unrecognized arguments: {' '.join(unknown)}")
+        return known, unknown
 
     def format_help(self) -> str:
         """The help, whose endings are made now: they load what they list."""
@@ -36,23 +41,30 @@ class Parser(argparse.ArgumentParser):
         """The usage, and what is wrong with a word that is close to it."""
         if choice := re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message):
             known = re.findall(r"[\w-]+", choice[2])
-            message += meant(self.letters.get(choice[1], choice[1]), known)
-        elif unknown := re.search(r"unrecognized arguments: (-[\w-]+)", message):
-            others = (option for option in self._options() if option != unknown[1])
-            message += meant(unknown[1], others)
-        elif missing := re.search(r"arguments are required: (.*)", message):
-            given = {word.partition("=")[0] for word in self._words if word.startswith("--")}
+            message += meant(self.elsewhere.get(choice[1], choice[1]), known)
+        elif unknown := re.search(r"unrecognized arguments: .*?(?<!\S)(-[\w-]+)", message):
+            message += self._meant(unknown[1])
+        elif re.search(r"arguments?.* required", message):
+            given = {word.partition("=")[0] for word in self._words}
             for option in sorted(given - {*self._options()}):
-                message += f"; {option} is no option{meant(option, missing[1].split(', '))}"
+                if re.match(r"-{1,2}[a-z]", option) and option[:2] not in self._options():
+                    message += f"; {option} is no option{self._meant(option)}"
         super().error(message)
 
-    def _options(self) -> Iterator[str]:
-        """Every option of this parser and of those below it."""
-        for action in self._actions:
-            yield from action.option_strings
-            if isinstance(action, argparse._SubParsersAction):
-                for parser in action.choices.values():
-                    yield from parser._options()
+    def _meant(self, option: str) -> str:
+        """The end of a sentence about an unknown option: who takes it, or what is close to it."""
+        known = self.elsewhere.get(f"--{option.lstrip('-')}", f"--{option.lstrip('-')}")
+        takes = [name for name, parser in self.beside.items() if known in parser._options()]
+        if takes and known not in self._options():
+            return f"; {' and '.join(takes)} take{'s' * (len(takes) == 1)} {known}"
+        # Of three letters one that differs makes another word: --eps is not --dps.
+        other = {name for name in self._options() if len(name) == len(known) == len("--eps")}
+        same = {name for name in other if sorted(name) == sorted(known)}
+        return meant(known, (name for name in self._options() if name not in other - same))
+
+    def _options(self) -> list[str]:
+        """Its own options."""
+        return [name for action in self._actions for name in action.option_strings]
 
 
 #: What ``add_subparsers`` returns, to which each command adds its parser.
@@ -88,6 +100,18 @@ def takes_patience(parser: argparse.ArgumentParser, seconds: float = 10.0) -> No
         "--patience", type=float, default=seconds, metavar="SECONDS",
         help=f"of processor time that it may take, or inf ({seconds:g})",
     )  # fmt: skip
+
+
+def takes_place(parser: argparse.ArgumentParser, about: str, **options: Any) -> None:
+    """Add the option ``-o PLACE``, a file's or a folder's name that is not empty."""
+    parser.add_argument("-o", "--out", type=_place, help=about, **{"metavar": "FILE", **options})
+
+
+def _place(text: str) -> str:
+    """The text, not empty; argparse lets an OutputError through, and no InputError."""
+    if not text:
+        raise OutputError("--out is ''; give the name of a file or a folder.")
+    return text
 
 
 def takes_settings(parser: Parser, about: str) -> None:

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from symasym.formula import Formula
 
 _OF_EXPANSION = ("drift", "expr", "set", "noise", "order", "start", "case")
+#: The methods that have an expansion's numbers.
+_METHODS = {"weak": "laplace", "strong": "strong_noise", "uniform": "uniform"}
 
 
 def add_parser(subparsers: Commands) -> None:
@@ -93,6 +95,7 @@ def _show_expansion(arguments: argparse.Namespace, given: set[str]) -> None:
     from symasym.drift.drift import Drift
     from symasym.drift.ready_made.named import named_drift
     from symasym.expansions import expand
+    from symasym.scenes import quantity_of
 
     extra = next((name for name in ("all", "steps") if getattr(arguments, name)), None)
     if extra is not None:
@@ -104,12 +107,21 @@ def _show_expansion(arguments: argparse.Namespace, given: set[str]) -> None:
         raise InputError("--set sets a drift's parameter; give --drift or --expr.")
     named = {n: getattr(arguments, n) for n in ("noise", "order", "start", "case") if n in given}
     shown = expand(drift, arguments.label.removeprefix("expansion:"), **named)
-    print(shown.latex() if arguments.latex else shown)
+    if arguments.latex:
+        print(shown.latex())
+        return
+    quantity = quantity_of(shown.quantity)
+    numbers = " ".join(
+        ["symasym value", quantity.verb.replace("_", "-"), *["--complement"] * quantity.complement]
+        + ["--method", _METHODS[shown.noise], "--json"]
+    )
+    print(str(shown).replace("evaluate(…, full=True)", numbers))
 
 
 def _show_all(arguments: argparse.Namespace) -> None:
     """Print every formula, or the document of all with ``--latex``."""
     from symasym.formula import formula, labels
+    from symasym.records import definitions
 
     if not arguments.all:
         raise InputError("no formula is named; give a label, or --all.")
@@ -124,6 +136,8 @@ def _show_all(arguments: argparse.Namespace) -> None:
     for label in labels():
         shown = formula(label)
         print(f"{label}: {shown.title}\n\n{pretty(shown)}\n")
+    for label, defined in definitions().items():
+        print(f"{label}: {defined['reason']}\n\n{defined['text']}\n")
 
 
 def pretty(shown: Formula) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from symasym.commands.settings import Commands, command
+from symasym.commands.settings import Commands, command, takes_place
 
 
 def add_parser(commands: Commands) -> None:
@@ -16,9 +16,7 @@ def add_parser(commands: Commands) -> None:
         description="Make a table of exact values, or what is missing of it.",
     )  # fmt: skip
     parser.add_argument("spec", metavar="SPEC", help="a TOML file: drift, grid, quantities, dps")
-    parser.add_argument(
-        "-o", "--out", required=True, metavar="FILE", help="JSON lines; a CSV file goes beside them"
-    )
+    takes_place(parser, "JSON lines; a CSV file goes beside them", required=True)
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
         "--workers", type=int, metavar="N", help="processes (as many as there are processors)"

@@ -29,6 +29,7 @@ _FLOAT_DIGITS = 17
 _EVALUATED = 12
 _FRICTION = "--drift friction --set mu=3 --set alpha=1 --set z0=-0.4"
 _LINEAR = "--drift linear --set a_minus=1 --set a_plus=-1"
+_ELSEWHERE = {"--digits": "--dps", "--radius": "--r"}
 _EXAMPLES = {
     "escape-time": (
         f"{_FRICTION} --kappa 0.1 --r 10 --dps 30",
@@ -54,7 +55,7 @@ def add_parser(commands: Commands) -> None:
     first = (f"symasym value {name} {_EXAMPLES[name][0]}" for name in ("escape-time", "occupation"))
     document(parser, first, partial(_methods_and_drifts, "escape_time"))
     names = "escape-time", "exit-probability", "occupation", "stationary-density"
-    parser.letters = dict(zip(("T", "C", "P", "p_ss"), names, strict=True))
+    parser.elsewhere = dict(zip(("T", "C", "P", "p_ss"), names, strict=True))
     quantities = parser.add_subparsers(title="quantities", required=True, metavar="QUANTITY")
     for name, verb, about, escapes in (
         ("escape-time", "escape_time", "mean time to leave |u| < r", True),
@@ -63,6 +64,7 @@ def add_parser(commands: Commands) -> None:
         ("stationary-density", "stationary_density", "stationary density at y (sliding)", False),
     ):
         quantity = quantities.add_parser(name, help=about, description=about, allow_abbrev=False)
+        quantity.elsewhere, quantity.beside = _ELSEWHERE, quantities.choices
         lines = [f"symasym value {name} {line}" for line in _EXAMPLES[name]]
         document(quantity, lines, partial(_methods_and_drifts, verb))
         what = quantity.add_mutually_exclusive_group(required=True)

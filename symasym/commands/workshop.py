@@ -11,7 +11,14 @@ from typing import Any
 from symasym.base.errors import InputError
 from symasym.base.files import write_bytes, write_json
 from symasym.base.inputs import meant, whole
-from symasym.commands.settings import Commands, command, settings, takes_patience, takes_settings
+from symasym.commands.settings import (
+    Commands,
+    command,
+    settings,
+    takes_patience,
+    takes_place,
+    takes_settings,
+)
 
 
 def add_reproduce(commands: Commands) -> None:
@@ -22,7 +29,7 @@ def add_reproduce(commands: Commands) -> None:
         description="Make the paper's figures, the reference table and the pages of the "
         "derivations; what is up to date stays.",
     )  # fmt: skip
-    parser.add_argument("-o", "--out", default="build", metavar="DIR", help="output folder (build)")
+    takes_place(parser, "output folder (build)", default="build", metavar="DIR")
     parser.add_argument(
         "--only", nargs="+", action="extend", metavar="NAME", help="these stages, not all"
     )
@@ -68,7 +75,7 @@ def add_figure(commands: Commands) -> None:
     takes_settings(parser, "set a parameter; several values are separated by commas")
     takes_patience(parser, 60.0)
     files = "a .png, .svg or .pdf file; may be repeated (NAME.png and NAME.svg)"
-    parser.add_argument("-o", "--out", action="append", metavar="FILE", help=files)
+    takes_place(parser, files, action="append")
 
 
 def _figure(arguments: argparse.Namespace) -> None:
@@ -133,7 +140,7 @@ def add_verify(commands: Commands) -> None:
     parser.add_argument("--level", default="quick", metavar="NAME", help="quick or full (quick)")
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of random scenes (1)")
     parser.add_argument("--workers", type=int, metavar="N", help="processes (one a processor)")
-    parser.add_argument("-o", "--out", metavar="FILE", help="write the record there, as JSON")
+    takes_place(parser, "write the record there, as JSON")
 
 
 def _verify(arguments: argparse.Namespace) -> int:
@@ -155,7 +162,7 @@ def add_report(commands: Commands) -> None:
     parser = command(
         commands, "report",
         "measure error against run time, of all methods and the other programs that are installed",
-        _report, "symasym report --quick", 'symasym report --scene "friction k=0.1" --quick',
+        _report, "symasym report --quick", "symasym report --scene weak --quick",
     )  # fmt: skip
     parser.add_argument(
         "--scene", nargs="+", action="extend", metavar="NAME", help="these scenes, not all"
@@ -164,7 +171,7 @@ def add_report(commands: Commands) -> None:
     parser.add_argument(
         "--stability", action="store_true", help="digits claimed and true, over the extreme scenes"
     )
-    parser.add_argument("-o", "--out", default="build/report", metavar="DIR", help="output folder")
+    takes_place(parser, "output folder", default="build/report", metavar="DIR")
 
 
 def _report(arguments: argparse.Namespace) -> int:

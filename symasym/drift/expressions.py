@@ -223,7 +223,7 @@ def _symbol(formula: sympy.Expr, u: sympy.Symbol | str | None) -> Any:
     if len(formula.free_symbols) == 1:
         raise InputError(
             f"A = {formula} has no symbol u; name its variable, as in "
-            f"Drift(A, {next(iter(formula.free_symbols))})."
+            f"sa.Drift({shown(str(formula))}, '{next(iter(formula.free_symbols))}')."
         )
     return sympy.Symbol("u")
 

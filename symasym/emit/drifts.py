@@ -239,7 +239,7 @@ def program(
                 raise _taken(name)
     error = emitted.error or what.error
     emitted = replace(emitted, title=f"{what.title}, for {drift!r}", error=error)
-    emitted = fold(require_closed(emitted), rest)
+    emitted = fold(require_closed(emitted), rest, drift.parameters)
     return replace(emitted, folded={**emitted.folded, **quotients(drift.values), **own})
 
 

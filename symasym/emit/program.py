@@ -446,8 +446,10 @@ def in_doubles(functions: Iterable[Ready]) -> str:
 # -- numbers put in, and what they make vanish -----------------------------------------------------
 
 
-def fold(program: Program, parameters: Mapping[str, Any]) -> Program:
+def fold(program: Program, parameters: Mapping[str, Any], also: Iterable[str] = ()) -> Program:
     """The program with these numbers in it: what they make vanish is left out and said.
+
+    Messages name the parameters that it has and those of a drift, `also`.
 
     Raises
     ------
@@ -460,9 +462,10 @@ def fold(program: Program, parameters: Mapping[str, Any]) -> Program:
     known = sorted({s.name for s in symbols})
     for name, value in parameters.items():
         if name not in known:
+            names = list(dict.fromkeys([*also, *known]))
             raise InputError(
                 f"{name} is no parameter of {program.label}; its parameters are "
-                f"{', '.join(known) or 'none at all'}{meant(name, known)}."
+                f"{', '.join(names) or 'none at all'}{meant(name, names)}."
             )
         for s in symbols:
             if s.name == name and ((s.is_positive and value < 0) or (s.is_negative and value > 0)):

@@ -30,6 +30,13 @@ _RENDER: dict[str, Callable[[Program, list[Ready]], str]] = {
 #: What can be emitted; `add_target` adds to it for a process.
 TARGETS = ("numpy", "mpmath", "python", "c", "javascript", "latex")
 
+#: Endings of files -> what is written into them; other endings are free.
+_PYTHON, _JAVASCRIPT = ("python", "numpy", "mpmath"), ("javascript",)
+_ENDINGS = {
+    ".c": ("c",), ".h": ("c",), ".py": _PYTHON, ".js": _JAVASCRIPT, ".mjs": _JAVASCRIPT,
+    ".tex": ("latex",),
+}  # fmt: skip
+
 
 def add_target(name: str, render: Callable[[Program, list[Ready]], str], dialect: Dialect) -> None:
     """Make a language of your own known to `emit`, for this process.
@@ -66,7 +73,9 @@ def check_target(target: str) -> None:
     """Raise InputError for what is none of `TARGETS`, and was not added."""
     if not isinstance(target, str) or (target not in TARGETS and target not in _RENDER):
         known = dict.fromkeys((*TARGETS, *_RENDER))
-        near = meant(target, known)
+        # By the ending of their files, too.
+        ended = _ENDINGS.get(f".{target}", (target,))[0]
+        near = meant(ended, known)
         raise InputError(f"target is {shown(target)}; give one of {', '.join(known)}{near}.")
 
 
@@ -101,13 +110,20 @@ class Source(str):
         Raises
         ------
         InputError
-            If the name of a file in C does not end in ``.c``, or there is no header.
+            If the name of a file in C does not end in ``.c``, or another has the ending of another
+            language, or there is no header.
         OutputError
             If a file cannot be written.
         """
         place = Path(path)
         if self.target == "c" and place.suffix != ".c":
             raise InputError(f"{shown(str(path))} is to hold C; let its name end in .c.")
+        if self.target in TARGETS and self.target not in _ENDINGS.get(place.suffix, TARGETS):
+            own = next(ending for ending, kinds in _ENDINGS.items() if self.target in kinds)
+            raise InputError(
+                f"{shown(str(path))} is to hold {self.target}, and {place.suffix} is for another "
+                f"language; let its name end in {own}."
+            )
         if not header:
             write_bytes(path, str(self).encode())
             return [place]

@@ -150,20 +150,16 @@ class Expansion:
     @property
     def error(self) -> str:
         """The order of the terms that the formula leaves out."""
+        power, numbers = 2 * self.order + 2, "; evaluate(…, full=True) estimates that"
         if self.noise == "strong":
             return (
-                f"relative O(kappa^-{2 * self.order + 2}), whatever r/kappa^2; evaluate(…, "
-                "full=True) proves a bound"
+                f"relative O(kappa^-{power}), whatever r/kappa^2; evaluate(…, full=True) proves a "
+                "bound"
             )
         if self.noise == "uniform":
-            return (
-                f"relative O(kappa^{2 * self.order + 2}), also where well and barrier coalesce; "
-                "evaluate(…, full=True) estimates that"
-            )
-        return (
-            f"each series in kappa^2 is short of O(kappa^{2 * self.order + 2}), relative to its "
-            "first term; evaluate(…, full=True) estimates that"
-        )
+            return f"relative O(kappa^{power}), also where well and barrier coalesce{numbers}"
+        series = f"each series in kappa^2 is short of O(kappa^{power}), relative to its first term"
+        return series if self.quantity == "density" else series + numbers
 
     @cached_property
     def expression(self) -> Expr:
@@ -613,7 +609,8 @@ def _case(drift: Drift, start: Fraction, case: str | Case | None, quantity: str)
                     f"{drift.expression()} simple zeros alone, none at the start or an end"
                     f"{', and wells outermost, as a sliding block has' * sliding}; give the case, "
                     f"as in case={'well' if sliding else 'start well barrier'!r}, or "
-                    "where zeros coincide take numbers of method='uniform'."
+                    "where zeros coincide take numbers of "
+                    f"sa.{'occupation' if sliding else 'escape_time'}(method='uniform')."
                 )
             return cases[0]
         own = asked or read_case("start well" if sliding and not general else "start well barrier")

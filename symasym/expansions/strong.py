@@ -85,7 +85,7 @@ class _Formula:
         if poly is None:
             raise InputError(
                 f"A = {expression} is no polynomial in u, so that the moments of V have no closed "
-                "form; use method='strong_noise' with numbers."
+                "form; sa.escape_time(method='strong_noise') and its like take numbers."
             )
         self.A = poly.to_field()
         self.values: dict[Symbol, Expr] = {}

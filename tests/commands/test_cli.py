@@ -15,10 +15,14 @@ import pytest
 from mpmath import mp, mpf
 
 import symasym as sa
-from symasym.commands.main import _join_negative, _parser, main
+from symasym.base.inputs import meant
+from symasym.commands.main import _join_negative, _parser, in_options, main
 from symasym.methods import METHODS
 from symasym.release.answer import METHODS as RELEASE_METHODS
 from symasym.scenes import quantity_of
+from symasym.workshop.figures import FIGURES
+from symasym.workshop.report.measure import chosen
+from symasym.workshop.reproduce import _chosen
 from tests.processes import PROGRAM
 
 FRICTION = ["--drift", "friction", "--set", "mu=3", "--set", "alpha=1", "--set", "z0=-0.4"]
@@ -117,7 +121,7 @@ def test_options_reach_the_verb(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "meant"),
+    ("arguments", "near"),
     [
         (["valeu"], "value"),
         (["value", "escape_time"], "escape-time"),
@@ -142,16 +146,76 @@ def test_options_reach_the_verb(capsys: pytest.CaptureFixture[str]) -> None:
         (["emit", "folds", "--target", "c", "--set", "alfa=1"], "alpha"),
         (["emit", "eq:Ttilde", "--target", "c", *FRICTION, "--method", "laplac"], "laplace"),
         (["derive", "eq:Ttidle"], "eq:Ttilde"),
+        (["report", "--scene", "modreate"], "moderate"),
+        (["--verison"], "--version"),
+        ([*ESCAPE, "--digits", "20"], "--dps"),
+        ([*ESCAPE[:-2], "--radius", "10"], "--r"),
+        ([*ESCAPE[:2], "--drfit", "linear", "--kappa", "1", "--r", "2"], "--drift"),
+        (["value", "exit-probability", *ESCAPE[2:], "-complement"], "--complement"),
+        (["value", "escape-time", "--drift", "poly"], "polynomial"),
+        (["value", "density"], "stationary-density"),
+        (["emit", "folds", "--target", "js"], "javascript"),
+        (["emit", "eq:Ttilde", "--target", "c", "--drift", "friction", "--set", "muu=1"], "mu"),
         ([*ESCAPE, "--order", "optmal"], "optimal"),
         ([*RELEASE, "--set", "muu=1"], "mu"),
     ],
 )
 def test_what_may_have_been_meant(
-    capsys: pytest.CaptureFixture[str], arguments: list[str], meant: str
+    capsys: pytest.CaptureFixture[str], arguments: list[str], near: str
 ) -> None:
     with contextlib.suppress(SystemExit):
         assert main(arguments) == 2
-    assert re.search(rf"perhaps (you mean )?'?{meant}'?\.?$", capsys.readouterr().err.strip())
+    assert re.search(rf"perhaps (you mean )?'?{near}'?\.?$", capsys.readouterr().err.strip())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "end"),
+    [
+        ("value occupation --kappa 1 --r 2", "--r 2; escape-time and exit-probability take --r"),
+        ("value escape-time --kappa 1 --r 2 --y 3", "--y 3; stationary-density takes --y"),
+        (
+            "value escape-time --kappa 1 --r 2 -complement",
+            "-complement; exit-probability and occupation take --complement",
+        ),
+        ("value escape-time --kappa 1 --r 2 --workers 2", "--workers 2"),
+        ("value escape-time --kappa 1 --r 2 --out f", "--out f"),
+        ("value escape-time --kappa 1 --r 2 --seed 2", "--seed 2"),
+        ("value escape-time --kappa 1 --r 2 --eps 1", "--eps 1"),
+        ("derive fr1 --latex", "--latex"),
+        ("emit folds --target c --latex", "--latex"),
+        ("figure fil --points 3", "--points 3"),
+        ("show fr1 --target c", "--target c"),
+    ],
+)
+def test_no_option_of_another_command_is_suggested(
+    capsys: pytest.CaptureFixture[str], arguments: str, end: str
+) -> None:
+    scene = FRICTION if arguments.startswith("value") else []
+    with pytest.raises(SystemExit):
+        main([*arguments.split(), *scene])
+    told = capsys.readouterr().err
+    assert told.endswith(f"unrecognized arguments: {end}\n")
+    assert told.startswith(f"usage: symasym {arguments.split()[0]} ")
+
+
+@pytest.mark.parametrize(
+    ("given", "known", "near"),
+    [
+        ("tahn", "tan tanh", "tanh"),
+        ("alfa", "alpha mu", "alpha"),
+        ("z", "mu alpha z0", "z0"),
+        ("arctan", "atan tan", "atan"),
+        ("--strat", "--start --set", "--start"),
+        ("poly", "polynomial linear", "polynomial"),
+        ("ttilde", "eq:Ttilde eq:Ttildesmall", "eq:Ttilde"),
+        *[(given, "--r --z --set --drift --order --scene --start --paths --expr", None)
+          for given in ("--y", "--out", "--digits", "--workers", "--seed", "--target", "--latex")],
+        ("nu", "mu alpha", None),
+        ("e", "eps e1 e2", None),
+    ],
+)  # fmt: skip
+def test_what_is_close(given: str, known: str, near: str | None) -> None:
+    assert meant(given, known.split()) == (f"; perhaps you mean '{near}'" if near else "")
 
 
 def helped(*command: str) -> str:
@@ -172,7 +236,26 @@ def test_help_has_two_examples_that_are_read(command: str) -> None:
     for line in lines:
         program, *words = shlex.split(line)
         assert program == "symasym"
-        assert _parser().parse_args(_join_negative(words)).run
+        read = _parser().parse_args(_join_negative(words))
+        assert read.run
+        if command == "report":
+            chosen(read.scene)
+        if command == "figure":
+            assert read.name in FIGURES
+        if command == "reproduce":
+            assert _chosen(read.only)
+
+
+def test_the_programs_own_examples_run(capsys: pytest.CaptureFixture[str]) -> None:
+    lines = helped().partition("examples:\n")[2].splitlines()
+    assert len(lines) == 2
+    for line in lines:
+        try:
+            status = main(shlex.split(line)[1:])
+        except SystemExit as end:
+            status = int(end.code or 0)
+        assert status == 0
+        assert capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -294,6 +377,100 @@ def test_bad_input_is_one_sentence(
     assert told in refused(capsys, *arguments)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "end"),
+    [
+        (
+            ["value", "escape-time", "--expr=1-x", "--kappa", "1", "--r", "2"],
+            "A = 1 - x has no symbol u; write it in u.",
+        ),
+        (
+            ["emit", "eq:Ttilde", "--target", "c", "--drift", "tanh"],
+            "the wells of --drift tanh have no closed form in a_minus, a_plus, steepness; set them "
+            "with --set NAME=X, or use a polynomial drift.",
+        ),
+        (
+            ["show", "expansion:T", "--drift", "sine", "--order", "1", "--noise", "uniform"],
+            "; use symasym value escape-time --method uniform.",
+        ),
+        (
+            ["show", "expansion:T", *FRICTION, "--order", "1", "--case", "start"],
+            "--drift friction --set mu=3 --set alpha=1 --set z0=-0.4 is in the case 'start well "
+            'barrier\'; ask for that one with --case "start well barrier".',
+        ),
+        (
+            ["show", "expansion:T", "--noise", "strong"],
+            "the general drift has no moments; name a drift for --noise strong.",
+        ),
+        (
+            ["show", "expansion:T", "--drift", "tanh", "--noise", "strong"],
+            "symasym value escape-time --method strong_noise and its like take numbers.",
+        ),
+        (
+            [
+                "value",
+                "escape-time",
+                "--drift",
+                "linear",
+                "--set",
+                "a_minus=1",
+                "--set",
+                "a_plus=-1",
+            ]
+            + ["--kappa", "3", "--r", "2", "--method", "laplace", "--order", "optimal"],
+            "Laplace's method with any order: the next terms are as large as the value; use "
+            "--method exact.",
+        ),
+        (["show", "φ"], "'φ' is no formula; symasym show --all lists them."),
+    ],
+)
+def test_advice_is_in_the_command_lines_words(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], end: str
+) -> None:
+    assert refused(capsys, *arguments).endswith(f"{end}\n")
+
+
+@pytest.mark.parametrize(
+    ("python", "options"),
+    [
+        ("sa.friction(mu=3, z0='-0.4').", "--drift friction --set mu=3 --set z0=-0.4."),
+        ("sa.polynomial(1, 0, 0.25)", "--drift polynomial --set c0=1 --set c1=0 --set c2=0.25"),
+        ("sa.Drift('b*(u - 1)').bind(b=0.25)", "--expr 'b*(u - 1)' --set b=0.25"),
+        ("use bind(a=…, b=…), or method='bound' or 'exact'.",
+         "use --set a=… --set b=…, or --method bound or exact."),
+        ("'escape_time, log=True' is Laplace's", "'escape_time, log=True' is Laplace's"),
+        ("my_escape_time.toml: method is 'method=x'", "my_escape_time.toml: method is 'method=x'"),
+    ],
+)  # fmt: skip
+def test_options_for_python(python: str, options: str) -> None:
+    assert in_options(python) == options
+
+
+def test_what_a_caller_wrote_stays(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    spec = tmp_path / "escape_time.toml"
+    spec.write_text('quantities = ["escape_time"]\nkappa = "1"\nr = "2"\nexpr = "1 - u"\n')
+    told = refused(capsys, "table", str(spec), "-o", str(tmp_path / "t.jsonl"))
+    assert "escape_time.toml, line 1, quantities: 'escape_time' is unknown" in told
+
+
+@pytest.mark.parametrize(
+    ("arguments", "end"),
+    [
+        ("T --drift friction", " symasym value escape-time --method laplace --json estimates that"),
+        ("1-C --drift linear --noise strong", "; symasym value exit-probability --complement "
+         "--method strong_noise --json proves a bound"),
+        ("density --drift linear", "relative to its first term"),
+    ],
+)  # fmt: skip
+def test_an_expansion_names_the_command_that_has_its_error(
+    capsys: pytest.CaptureFixture[str], arguments: str, end: str
+) -> None:
+    quantity, *words = arguments.split()
+    text = ok(capsys, "show", f"expansion:{quantity}", "--order", "1", *words)
+    assert text.endswith(f"{end}\n")
+    assert "evaluate(" not in text
+
+
 def test_no_advice_for_python_alone(capsys: pytest.CaptureFixture[str]) -> None:
     told = refused(capsys, "figure", "stokes", "--set", "alpha=1/3", "--set", "points=8")
     assert told.endswith("or use --method exact.\n")
@@ -347,6 +524,26 @@ def test_full_standard_output_is_one_sentence() -> None:
     assert done.stderr.count("\n") == 1
 
 
+@pytest.mark.skipif(not Path("/bin/sh").exists(), reason="needs a shell")
+@pytest.mark.parametrize("words", [ESCAPE, ["figure"], ["figure", "phase"], ["--version"]])
+def test_closed_standard_output_is_one_sentence(words: list[str], tmp_path: Path) -> None:
+    for closed, told in (
+        (">&-", "symasym: standard output is closed; open it or redirect it.\n"),
+        (">&- 2>&-", ""),
+    ):
+        line = f"{shlex.join([*PROGRAM, *words])} {closed}"
+        done = subprocess.run(["/bin/sh", "-c", line], capture_output=True, text=True, cwd=tmp_path)
+        assert (done.returncode, done.stdout, done.stderr) == (2, "", told)
+    assert not [*tmp_path.iterdir()]
+
+
+@pytest.mark.skipif(not Path("/bin/sh").exists(), reason="needs a shell")
+def test_closed_standard_error_keeps_the_sentence_off_the_output() -> None:
+    line = f"{shlex.join([*PROGRAM, *ESCAPE, '--dps', '0'])} 2>&-"
+    done = subprocess.run(["/bin/sh", "-c", line], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (2, "")
+
+
 def test_value_loads_neither_sympy_nor_matplotlib() -> None:
     code = (
         "import sys; from symasym.commands.main import main; main(sys.argv[1:])\n"
@@ -398,11 +595,15 @@ def test_places_that_are_no_files(
         ("table", "t.toml", "-o", "."),
         ("figure", "phase", "-o", "dir.png"),
         ("figure", "phase", "-o", ""),
+        ("verify", "-o", ""),
+        ("report", "--out="),
+        ("reproduce", "-o", ""),
+        ("derive", "eq:V", "-o", ""),
         ("emit", "fr1", "--target", "c", "-o", ""),
         ("emit", "fr1", "--target", "python", "-o", ""),
         ("emit", "fr1", "--target", "python", "-o", "dir.png"),
     ):
-        assert (arguments[-1] or "''") in refused(capsys, *arguments)
+        assert (arguments[-1].removeprefix("--out=") or "''") in refused(capsys, *arguments)
     assert {p.name for p in tmp_path.iterdir()} == {"dir.png", "dir.jsonl", "t.toml"}
 
 
@@ -449,7 +650,8 @@ def test_a_value_has_its_time(capsys: pytest.CaptureFixture[str]) -> None:
 def test_show_prints_expansions(capsys: pytest.CaptureFixture[str]) -> None:
     """The formula of `sa.expand`; without a drift in V's derivatives at a well and a barrier."""
     text = ok(capsys, "show", "expansion:T", "--drift", "friction", "--order", "1")
-    assert text == f"{sa.expand(sa.friction(), 'T', order=1)}\n"
+    python = re.compile(r"evaluate\(…, full=True\)|symasym value .* --json")
+    assert python.sub("", text) == python.sub("", f"{sa.expand(sa.friction(), 'T', order=1)}\n")
     latex = ok(capsys, "show", "expansion:T", "--order", "1", "--latex")
     assert latex == f"{sa.expand(sa.Drift.general(), 'T', order=1).latex()}\n"
     assert "h_1" not in latex
@@ -457,7 +659,7 @@ def test_show_prints_expansions(capsys: pytest.CaptureFixture[str]) -> None:
     drift = sa.Drift("1/2 - u + b*u**3").bind(b="1/10")
     want = sa.expand(drift, "1 - C", noise="strong", order=1, start="-1/4")
     args = ("show", "expansion:1-C", *scene, "--noise", "strong", "--order", "1")
-    assert ok(capsys, *args) == f"{want}\n"
+    assert python.sub("", ok(capsys, *args)) == python.sub("", f"{want}\n")
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import pytest
 from derivations.report import sheet, tex
 from symasym.commands.main import main
 from symasym.formula import formula, labels
+from symasym.records import definitions
 from tests.latex import compiled, needs_latex
 
 
@@ -74,6 +75,8 @@ def test_all_without_latex(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["show", "--all"]) == 0
     printed = capsys.readouterr().out
     assert all(f"{label}: {formula(label).title}\n" in printed for label in labels())
+    assert all(f"\n{label}: {x['reason']}\n\n{x['text']}\n" in printed
+               for label, x in definitions().items())  # fmt: skip
 
 
 @pytest.mark.parametrize(

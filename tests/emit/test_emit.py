@@ -429,6 +429,10 @@ def test_latex_is_typeset(tmp_path):
         (lambda: sa.emit("eq:V"), "has no closed form; give drift="),
         (lambda: sa.emit("eq:Ttilde", "c"), "has no closed form"),
         (lambda: sa.emit("folds", "c", {"q": 1}), "q is no parameter of folds"),
+        (
+            lambda: sa.emit("eq:Ttilde", "c", {"foo": 1}, drift=sa.friction(mu=3)),
+            "foo is no parameter of eq:Ttilde; its parameters are mu, alpha, z0.",
+        ),
         (lambda: sa.emit("folds", "c", {"mu": -1}), "mu is -1; folds supposes that it is positive"),
         (lambda: sa.emit("folds", "c", {"mu": "x"}), "mu is 'x', which is not a number"),
         (lambda: sa.emit("turning-points", "c", {"mu": 0}), "has no value at mu = 0"),
@@ -458,6 +462,10 @@ def test_latex_is_typeset(tmp_path):
         (lambda: sa.emit("eq:Ttildesmall", drift=sa.friction(3, 1, 1)), "has no value at"),
         (lambda: sa.emit("folds", "javascript").load(), "cannot be loaded into Python"),
         (lambda: sa.emit("folds", "c").write("folds.txt"), "let its name end in .c"),
+        (lambda: sa.emit("folds").write("f.c"), r"'f.c' is to hold numpy, and .c .* end in .py"),
+        (lambda: sa.emit("folds", "latex").write("f.mjs"), "let its name end in .tex"),
+        (lambda: sa.emit("folds", "javascript").write("f.h"), "let its name end in .js"),
+        (lambda: sa.emit("folds", "tex"), "perhaps you mean 'latex'"),
         (lambda: sa.emit("folds").write("/proc/none/folds.py"), "cannot be written"),
     ],
 )
@@ -465,6 +473,11 @@ def test_bad_input_is_told_in_one_sentence(call, message):
     with pytest.raises(sa.SymasymError, match=message) as told:
         call()
     assert str(told.value).endswith(".") or "untouched" in str(told.value)
+
+
+def test_unknown_endings_are_free(tmp_path):
+    for target, name in (("numpy", "f.txt"), ("python", "f"), ("javascript", "f.cjs")):
+        assert sa.emit("folds", target).write(tmp_path / name) == [tmp_path / name]
 
 
 def test_without_a_compiler(monkeypatch):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import ast
 import contextlib
 import inspect
@@ -20,6 +21,7 @@ import sympy
 import symasym as sa
 from symasym.commands.main import _parser, in_options
 from symasym.commands.main import main as run_command
+from symasym.commands.settings import Parser
 from symasym.methods import METHODS
 from symasym.numbers.balls import flint_module
 from symasym.release.answer import METHODS as OF_RELEASE
@@ -76,7 +78,16 @@ def parameters() -> set[str]:
 
 @cache
 def options() -> set[str]:
-    return set(_parser()._options())
+    return set(_options(_parser()))
+
+
+def _options(parser: Parser) -> Iterator[str]:
+    """The options of a parser and of those below it."""
+    yield from parser._options()
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for below in action.choices.values():
+                yield from _options(below)
 
 
 ALL = list(sentences())
@@ -109,7 +120,10 @@ def test_what_is_advised_exists(message: str) -> None:
 def test_the_command_line_speaks_its_own_language(message: str) -> None:
     for flag in re.findall(r"(?<![\w-])--[a-z][\w-]*", in_options(message)):
         assert flag in options(), flag
-    assert not re.search(r"\b(log|full|complement)=True|bind\(\w+=", in_options(message))
+    assert not re.search(
+        r"\b(log|full|complement)=True|bind\(\w+=|\bDrift\b\W|case='|sa\.(escape|exit|occ|stat)\w*",
+        in_options(message).replace("give a Drift", ""),
+    )
 
 
 FAR = sa.polynomial(-0.1, 1.6, 3.44, -0.316)
@@ -297,6 +311,11 @@ REFUSED = {
     ),
     "double zero": Refused(
         sa.escape_time, sa.Drift("1 - cos(u)"), "0.1", 2, method="uniform", start="1/2"
+    ),
+    "variable": Refused(
+        sa.Drift,
+        "1-x",
+        then=[lambda: eval(REFUSED["variable"].message.rpartition(" as in ")[2].rstrip("."))],
     ),
     "emit order": Refused(
         sa.emit, "eq:Ttilde", order=1, then=[lambda: _emitted(FRICTION, method="laplace", order=1)]
@@ -841,6 +860,11 @@ REFUSED = {
             lambda: done("show", "expansion:T", "--drift", "friction", "--set", "mu=3"),
             lambda: done("show", "expansion:T", "--expr", "mu/2 - u", "--set", "mu=1"),
         ],
+    ),
+    "--out": Refused(
+        command,
+        *("emit", "fr1", "--target", "c", "-o", ""),
+        then=[lambda: done("emit", "fr1", "--target", "c", "--out", "fr1.c")],
     ),
     "no label": Refused(
         command, "show", then=[lambda: done("show", "--all"), lambda: done("show", "fr1")]

@@ -120,12 +120,12 @@ def of_scene(scene: Scene, request: Request, prove: Prove | None = None) -> Answ
     expanded = [with_digits(quantity.evaluate, composed, at(n)) for n in orders]
     taken = chosen(expanded, prove, request.full, context)
     if taken is None:
-        raise _too_strong(scene.noise, orders[-1])
+        raise _too_strong(scene.noise, orders)
     log, relative = taken.found.log, taken.found.error / taken.found.value
     if request.name == "P":
         log, relative = of_complement(log, relative, Digits(context))
         if not relative < 1:
-            raise _too_strong(scene.noise, orders[-1])
+            raise _too_strong(scene.noise, orders)
     value = log if request.log else context.exp(log)
     size = of_log(relative, taken.kind, context) if request.log else relative * value
     size += abs(value) * context.mpf(10) ** -(digits + 5)
@@ -153,7 +153,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     orders = _orders(request)
     logs, errors = _logs(scenes, request.name, orders, request.full)
     if request.errors == "raise":
-        _require_small(scenes.numbers["kappa"], logs, errors, orders[-1], request.log)
+        _require_small(scenes.numbers["kappa"], logs, errors, orders, request.log)
     else:
         logs = np.where(_lost(logs, errors, request.log), np.nan, logs)
     terms = "wells and kinks" if request.name[-1] == "P" else f"wells, barriers, {_TIME}"
@@ -210,7 +210,7 @@ def parts(scene: Scene, digits: int, orders: range, allowed: Fraction) -> Parts:
         if error <= mpf_of(allowed, context):
             break
     if best is None:
-        raise _too_strong(float_text(values["kappa"]), orders[-1])
+        raise _too_strong(float_text(values["kappa"]), orders)
     return best
 
 
@@ -250,12 +250,14 @@ def digits_lost(r: Fraction, x: Fraction) -> int:
     return math.ceil(0.30103 * ((share.numerator // share.denominator).bit_length() - 1))
 
 
-def _too_strong(kappa: str, order: int) -> AccuracyError:
+def _too_strong(kappa: str, orders: Sequence[int]) -> AccuracyError:
     """The refusal of a scene whose truncation error is as large as its value."""
+    single = len(orders) == 1
     return AccuracyError(
         f"kappa is {kappa}, where the noise is too strong, or a well, a barrier or the start too "
-        f"close to another or to an end, for Laplace's method with order={order}: the next terms "
-        "are as large as the value; give another order, or use method='exact'."
+        "close to another or to an end, for Laplace's method with "
+        f"{f'order={orders[0]}' if single else 'any order'}: the next terms are as large as the "
+        f"value; {'give another order, or ' * single}use method='exact'."
     )
 
 
@@ -446,14 +448,14 @@ def _lost(logs: FloatArray, errors: FloatArray, log: bool) -> Any:
 
 
 def _require_small(
-    kappa: FloatArray, logs: FloatArray, errors: FloatArray, order: int, log: bool
+    kappa: FloatArray, logs: FloatArray, errors: FloatArray, orders: Sequence[int], log: bool
 ) -> None:
     """Raise AccuracyError where an error is infinite or leaves no digit of the value."""
     if errors.max() <= np.log(2):
         return
     bad = np.flatnonzero(~(errors < np.inf))
     if bad.size:
-        raise _too_strong(f"{kappa[bad[0]]:.6g}", order)
+        raise _too_strong(f"{kappa[bad[0]]:.6g}", orders)
     lost = np.flatnonzero(_lost(logs, errors, log))
     if lost.size:
         raise AccuracyError(
