@@ -418,7 +418,7 @@ def test_bad_input_is_one_sentence(
                 "a_plus=-1",
             ]
             + ["--kappa", "3", "--r", "2", "--method", "laplace", "--order", "optimal"],
-            "Laplace's method with any order: the next terms are as large as the value; use "
+            "Laplace's method with any order to 20: the next terms are as large as the value; use "
             "--method exact.",
         ),
         (["show", "φ"], "'φ' is no formula; symasym show --all lists them."),
@@ -676,3 +676,13 @@ def test_show_refuses_what_does_not_fit(
     capsys: pytest.CaptureFixture[str], arguments: str, words: str
 ) -> None:
     assert words in refused(capsys, "show", *arguments.split())
+
+
+def test_a_probability_of_many_nines_is_no_1(capsys) -> None:
+    line = ["value", "occupation", "--drift", "linear", "--set", "a_minus=1", "--set", "a_plus=-1"]
+    # 1 - P is about e^(-100).
+    for digits, ones in (("20", True), ("50", False)):
+        assert main([*line, "--kappa", "0.1", "--dps", digits]) == 0
+        said = capsys.readouterr()
+        assert (said.out.strip(".0\n") == "1") == ones
+        assert ("the value is 1 to these digits" in said.err) == ones

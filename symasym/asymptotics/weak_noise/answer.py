@@ -253,11 +253,11 @@ def digits_lost(r: Fraction, x: Fraction) -> int:
 def _too_strong(kappa: str, orders: Sequence[int]) -> AccuracyError:
     """The refusal of a scene whose truncation error is as large as its value."""
     single = len(orders) == 1
+    tried = f"order={orders[0]}" if single else f"any order to {orders[-1]}"
     return AccuracyError(
         f"kappa is {kappa}, where the noise is too strong, or a well, a barrier or the start too "
-        "close to another or to an end, for Laplace's method with "
-        f"{f'order={orders[0]}' if single else 'any order'}: the next terms are as large as the "
-        f"value; {'give another order, or ' * single}use method='exact'."
+        f"close to another or to an end, for Laplace's method with {tried}: the next terms are as "
+        f"large as the value; {'give another order, or ' * single}use method='exact'."
     )
 
 
