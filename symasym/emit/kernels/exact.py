@@ -10,7 +10,8 @@ exponent. A stretch is crossed in panels of 16 Gauss-Lobatto points: where lam V
 than 8 the exponential is sampled, where it changes by much more M is its slow series with a layer
 at each end (as in `symasym.exact.float_panels`), so that the cost grows with log(lam). Panels are
 joined by the differential equation, stretches by panel-step and both sides by positive-form, every
-term positive.
+term positive. Where log sigma is above 45 at both ends of a stretch, the scale function grows there
+by less than any digit, and w takes the integral of one exponential, up to where that is e^-45.
 """
 
 from __future__ import annotations
@@ -118,6 +119,65 @@ def _layered(sizes: list[float], noise: float, of_sum: float, panel: list[float]
     return max(0.0, missed) + of_sum / low
 
 
+def _sizes(drift: Curve, lam: float, u: float, step: float, sizes: list[float]) -> float:
+    """The largest of the moduli of lam times the drift, in panels, at the points of one."""
+    high = 0.0
+    for j in range(16):
+        sizes[j] = lam * abs(step) * abs(drift(u + _LOBATTO[j] * step))
+        if sizes[j] > high:
+            high = sizes[j]
+    return high
+
+
+def _faded(
+    drift: Curve, rounding: float, lam: float, a: float, b: float, result: list[float]
+) -> float:
+    """The integral from a to b of e^{-lam |V - V(a)|}. Then lam |V(b) - V(a)|, and the errors of
+    that and, relative, of the integral."""
+    sizes, way, falling = [0.0] * 16, [0.0] * 16, [0.0] * 16
+    total, loose, drop, of_drop, u, step = 0.0, 0.0, 0.0, 0.0, a, b - a
+    for _ in range(100000):
+        last: int = abs(step) >= abs(b - u) * (1 - 1e-12)
+        if last == 1:
+            step = b - u
+        h, high, back = abs(step), _sizes(drift, lam, u, step, sizes), 0.0
+        noise, ending = lam * h * rounding, _last_terms(sizes)
+        of_sum, missed = min(noise / 16, 8 * ending + 4e-16 * high), math.inf
+        if drop > 45:
+            # What is left changes no digit of the integral.
+            missed = 0.0 if ending <= max(1e-14 * high, 4 * noise) else math.inf
+        elif high <= 10:
+            _times(_LOBATTO_WITHIN, sizes, way)
+            for j in range(16):
+                falling[j] = math.exp(-way[j])
+                back += _LOBATTO_WITHIN[16 * j + 15] * falling[j]
+            missed = _last_terms(falling) / back
+            missed = 3e-3 * missed * missed + max(0.0, ending / 16 - noise)
+        if missed > 1e-13:
+            step *= 0.5 if high <= 10 or drop > 45 else 9.5 / high
+            if u + step == u:
+                return math.inf
+            continue
+        share = math.exp(-drop) * h * back
+        total += share
+        loose += share * (missed + of_sum + of_drop)
+        fall = 0.0
+        for j in range(16):
+            fall += _LOBATTO_WITHIN[16 * j + 15] * sizes[j]
+        faint: int = drop > 45
+        drop += fall
+        of_drop += of_sum + 2e-16 * fall
+        if last == 1:
+            result[3], result[4], result[5] = drop, of_drop, 1e-14 + loose / total
+            return total
+        u += step
+        if drop > 45:
+            step = 2 * step if faint == 1 else b - u
+        else:
+            step *= min(2.0, 9.5 / max(sizes[15], 1e-300))
+    return math.inf
+
+
 def _crossed(
     drift: Curve, rounding: float, lam: float, p: float, q: float, result: list[float]
 ) -> float:
@@ -131,11 +191,7 @@ def _crossed(
         last: int = abs(step) >= abs(q - u) * (1 - 1e-12)
         if last == 1:
             step = q - u
-        h, high = abs(step), 0.0
-        for j in range(16):
-            sizes[j] = lam * h * abs(drift(u + _LOBATTO[j] * step))
-            if sizes[j] > high:
-                high = sizes[j]
+        h, high = abs(step), _sizes(drift, lam, u, step, sizes)
         # What the drift's rounding makes of the sizes: no halving gets below it.
         noise = lam * h * rounding
         ending = _last_terms(sizes)
@@ -167,7 +223,6 @@ def _crossed(
         result[4] += of_sum
         if last == 1:
             result[0] = ahead
-            result[3] *= 1.0 if drift((p + q) / 2) > 0 else -1.0
             result[5] = 1e-14 + max(loose[0] / ahead, loose[1] / result[1], loose[2] / result[2])
             return ahead
         u += step
@@ -197,22 +252,40 @@ def _sweep(
     sigma, w, loose_sigma, loose, log_lam = -math.inf, -math.inf, 0.0, 0.0, math.log(lam)
     for k in range(count - 1):
         p, q = points[k], points[k + 1]
-        if max(abs(p), abs(q)) > 1:
+        outside: int = max(abs(p), abs(q)) > 1
+        rate = ends[1 if p > 0 else 0] if outside == 1 else drift((p + q) / 2)
+        falls: int = (rate > 0) == (q > p)
+        if outside == 1:
             h = abs(q - p)
-            drop = lam * ends[1 if p > 0 else 0] * h
-            x = abs(drop)
+            x = lam * abs(rate) * h
             ahead = h * _exprel(-x)
             back, area, of_sum, wrong = ahead, h * h * _exprel2(-x), 2e-16 * x, 1e-15
         else:
+            if sigma > 45:
+                # Where sigma stays as large, S hardly grows, and w takes a single integral.
+                alone = _faded(
+                    drift, rounding, lam, q if falls == 1 else p, p if falls == 1 else q, here
+                )
+                x, of_sum, wrong = here[3], here[4], here[5]
+                if alone < math.inf and (falls == 1 or sigma - x > 45):
+                    most[0] = max(most[0], of_sum)
+                    most[1] = max(most[1], wrong)
+                    ahead = log_lam + math.log(alone)
+                    before = w - x if falls == 1 else w
+                    w = _logaddexp(before, ahead)
+                    loose = math.exp(before - w) * loose + of_sum + wrong
+                    w += 0.0 if falls == 1 else x
+                    sigma += x if falls == 1 else -x
+                    loose_sigma += of_sum
+                    continue
             ahead = _crossed(drift, rounding, lam, p, q, here)
-            back, area, drop, x = here[1], here[2], here[3], abs(here[3])
+            back, area, x = here[1], here[2], here[3]
             of_sum, wrong = here[4], here[5]
             most[0] = max(most[0], of_sum)
             most[1] = max(most[1], wrong)
         back = math.log(back)
         area = log_lam + math.log(area)
-        if (drop > 0) == (q > p):
-            # V falls.
+        if falls == 1:
             ahead = log_lam + math.log(ahead)
             total = _logaddexp(sigma, back)
             part = math.exp(area - x - total - ahead)
