@@ -308,9 +308,12 @@ def _of_the_question(error: SymasymError, ask: Ask, elements: Elements, request:
     """True for an error that no element is to blame for: of an option, or of all drifts alike."""
     if not isinstance(error, InputError):
         return False
-    if str(error).startswith(tuple(f"{name} " for name in elements.names)):
-        return False
-    return not _any_answered(ask, elements, request)
+    return not _names(error, elements) and not _any_answered(ask, elements, request)
+
+
+def _names(error: SymasymError, elements: Elements) -> bool:
+    """True where the text begins with the name of an array."""
+    return str(error).startswith(tuple(f"{name} " for name in elements.names))
 
 
 def _any_answered(ask: Ask, elements: Elements, request: Request) -> bool:
@@ -379,7 +382,7 @@ def _elements(drift: Drift, numbers: dict[str, Any]) -> Elements:
 
 
 def _first(ask: Ask, elements: Elements, request: Request, of_all: SymasymError) -> SymasymError:
-    """The error of the first element that is refused, with its index where others are not."""
+    """The error of the first element that is refused, with its index."""
     rows = np.arange(len(elements))
     while len(rows) > 1:
         low = rows[: len(rows) // 2]
@@ -387,9 +390,10 @@ def _first(ask: Ask, elements: Elements, request: Request, of_all: SymasymError)
     error = _refusal(ask, elements, request, rows)
     if error is None:
         return of_all
-    if rows[0] == 0 and not _any_answered(ask, elements, request):
+    others = rows[0] > 0 or _any_answered(ask, elements, request)
+    if not others and isinstance(error, InputError) and not _names(error, elements):
         return error
-    return _at(error, elements, rows[0], True)
+    return _at(error, elements, rows[0], others)
 
 
 def _at(error: SymasymError, elements: Elements, row: int, others: bool) -> SymasymError:
