@@ -74,7 +74,7 @@ def check_target(target: str) -> None:
     if not isinstance(target, str) or (target not in TARGETS and target not in _RENDER):
         known = dict.fromkeys((*TARGETS, *_RENDER))
         # By the ending of their files, too.
-        ended = _ENDINGS.get(f".{target}", (target,))[0]
+        ended = _ENDINGS.get(f".{target}", (target,))[0] if isinstance(target, str) else None
         near = meant(ended, known)
         raise InputError(f"target is {shown(target)}; give one of {', '.join(known)}{near}.")
 

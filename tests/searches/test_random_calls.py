@@ -66,6 +66,7 @@ def test_every_public_name_argument_and_option_is_called() -> None:
     [
         "sa.occupation(sa.tanh('1e-145', '-0.4', '1e150'), '1e900', method='strong_noise', "
         "order=0, dps=20, patience=1)",
+        "sa.formula('folds').emit(target=10**5000)",
         "sa.plan(sa.sine(1e150, '0.1', '-0.4', waves=3), 2, 2, start='0.1', patience=1)",
         "sa.plan(sa.polynomial('0.1', 0, '-0.4', 1e-124), kappa=0.05, r=2).singulants",
         "sa.release(sa.oscillator(3, 1), 1, 10, eps=1e-3, start=('0.1', -0.5), method='march', "

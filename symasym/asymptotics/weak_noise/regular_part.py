@@ -405,14 +405,12 @@ class _Panels:
                 return None
             power = 2 * k + 1 if zero else 0
             # In units of `half` the logarithm of the distance counts from there.
-            total = context.fsum(
-                c
-                * (
-                    primitive(context.mpf(sides[1]), power - j, context)
-                    - primitive(context.mpf(sides[0]), power - j, context)
-                )
-                for j, c in enumerate(series)
-            )
+            parts = []
+            for j, c in enumerate(series):
+                step()
+                low, high = (primitive(context.mpf(x), power - j, context) for x in sides)
+                parts.append(c * (high - low))
+            total = context.fsum(parts)
             if zero and sides[0] == 0:
                 total += series[power - 1] * context.log(width)
             # h_k is in units of 1/half^(k-1), du in those of half; phi itself was not scaled.
