@@ -76,7 +76,7 @@ __all__ = [
 
 # Elements that a process is given at once.
 _BATCH = 8
-# Elements by which an error of all of them is told.
+# Elements that are asked one by one where all may be refused.
 _SAMPLE = 16
 _KINDS: tuple[ErrorKind, ...] = ("none", "estimate", "bound")
 

@@ -333,7 +333,7 @@ def _function(name: str, x: Ball) -> Any:
     if isinstance(x, flint.arb_series) and name in _OF_SERIES:
         try:
             return _OF_SERIES[name](x)
-        except ValueError:  # a divisor whose constant term is too wide to be told from 0
+        except ValueError:  # a divisor whose constant term may be 0
             return flint.arb_series([flint.arb.nan()] * x.prec, x.prec)
     if isinstance(x, flint.acb):
         if name in ("log", "sqrt"):
