@@ -113,8 +113,8 @@ def plot(
         (ax,) = axes("ax", ax)
     given: dict[str, Any] = {"kappa": kappa, "r": r, "start": start, "y": y}
     numbers = {name: x for name, x in given.items() if x is not None and name in _takes(quantity)}
-    for unused in {"r", "y"} - numbers.keys():
-        if given[unused] is not None:
+    for unused in ("r", "y"):
+        if unused not in numbers and given[unused] is not None:
             raise InputError(
                 f"{unused} is given, but {quantity} does not depend on it; leave it out."
             )
