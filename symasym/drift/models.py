@@ -8,7 +8,7 @@ gives its coefficients, which is what makes the fast engines fast.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, ClassVar
@@ -176,21 +176,17 @@ class Hill(Model):
 
 @dataclass(frozen=True)
 class Expression(Model):
-    """A SymPy expression `formula` in the symbol `u`; its other symbols are parameters.
-
-    `ends` are its values at -1 and 1 where they are known.
-    """
+    """A SymPy expression `formula` in the symbol `u`; its other symbols are parameters."""
 
     formula: Any
     u: Any
-    ends: tuple[Fraction, Fraction] | None = field(default=None, compare=False, repr=False)
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        return tuple(self._symbols)
+        return tuple(self.symbols)
 
     @cached_property
-    def _symbols(self) -> dict[str, Any]:
+    def symbols(self) -> dict[str, Any]:
         """The parameters' symbols by name; SymPy walks the whole formula for them."""
         free = self.formula.free_symbols - {self.u}
         return {s.name: s for s in sorted(free, key=lambda s: s.name)}
@@ -214,7 +210,7 @@ class Expression(Model):
 
     def _values(self, p: Values) -> dict[Any, Any]:
         """The parameters' values by symbol."""
-        return {symbol: p[name] for name, symbol in self._symbols.items()}
+        return {symbol: p[name] for name, symbol in self.symbols.items()}
 
     def evaluate(self, u: Operand, p: Values, ops: Operations) -> Any:
         """The formula by its tree, exact until the arithmetic rounds; a constant of u's shape."""
@@ -222,8 +218,6 @@ class Expression(Model):
 
     def end(self, p: Values, side: int) -> Any:
         """A(side) where it is rational, by SymPy; else None."""
-        if self.ends is not None:
-            return self.ends[side > 0]
         import sympy
 
         values = self._values(p)
@@ -239,7 +233,7 @@ class Expression(Model):
         return Fraction(int(value.p), int(value.q)) if value.is_Rational else None
 
     @cached_property
-    def _powers(self) -> list[Any] | None:
+    def powers(self) -> list[Any] | None:
         """Coefficients of A in ascending powers of u, by SymPy; None where A is no polynomial."""
         import sympy
 
@@ -249,9 +243,9 @@ class Expression(Model):
 
     def coefficients(self, p: Values, ops: Operations) -> list[Any] | None:
         """Coefficients in powers of u where SymPy finds A a polynomial, else None."""
-        if self._powers is None:
+        if self.powers is None:
             return None
-        return [evaluate_tree(c, self._values(p), ops) for c in self._powers]
+        return [evaluate_tree(c, self._values(p), ops) for c in self.powers]
 
 
 @dataclass(frozen=True)
