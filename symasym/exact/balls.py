@@ -183,11 +183,14 @@ def panels(drift: Sequence[Piece], lam: Any, begin: fmpq, end: fmpq, digits: int
 
 def _panel(piece: Piece, lam: Any, a: fmpq, b: fmpq, digits: int) -> Panel | None:
     """[a, b] as a panel, or None where it must be halved."""
-    half = (b - a) / 2
+    middle, half = (a + b) / 2, (b - a) / 2
     scale = lam * half
     # An absolute error of lam V is a relative one of e.
-    more = math.ceil(float(abs(scale).log()) / _LOG10) if abs(scale) > 1 else 0
-    series, missed = piece.phi.taylor((a + b) / 2, half, digits + more)
+    size = abs(scale * piece.phi(arb(middle, arb(half)))).upper()
+    if not size.is_finite():
+        return None
+    more = math.ceil(float(size.log()) / _LOG10) if size > 1 else 0
+    series, missed = piece.phi.taylor(middle, half, digits + more)
     slope, blur = list(series * scale) or [arb(0)], abs(missed * scale)
     majorant = arb_poly([abs(c) for c in slope])
     terms, cauchy = _moderate(majorant, digits)
