@@ -625,7 +625,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     closer = Request(request.name, "exact", None, 17, log=True, full=False)
     for row in _in_doubt(found):
         logs[row] = float(of_scene(scene_at(scenes, row), closer).value)
-        errors[row] = ROUNDING * abs(logs[row])
+        errors[row] = ROUNDING * abs(logs[row]) + 5e-324
     return Answers(logs, errors, "estimate", (request.name,))
 
 
