@@ -79,9 +79,9 @@ def approximant(b: list[Any]) -> tuple[list[Any], list[tuple[Any, Any]]]:
     Numerator and denominator have half the degree of the series, less where it is that of a lower
     one: then the equations for the denominator are singular.
     """
-    last = max((k for k, x in enumerate(b) if k and x != 0), default=0)
+    last = max((k for k, x in enumerate(b) if k and not x.contains(0)), default=0)
     # In units of the radius of convergence, about, coefficients and zeros keep their digits.
-    unit = (abs(b[0] / b[last]) ** (arb(1) / last)).mid() if last and b[0] != 0 else arb(1)
+    unit = (abs(b[0] / b[last]) ** (arb(1) / last)).mid() if last and not b[0].contains(0) else arb(1)
     b = [x * unit**k for k, x in enumerate(b)]
     for m in range((len(b) - 1) // 2, 0, -1):
         rows = [[b[m + i - j] for j in range(1, m + 1)] for i in range(1, m + 1)]

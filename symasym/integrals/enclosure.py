@@ -10,6 +10,7 @@ there times R/(m - 1).
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -65,7 +66,7 @@ _HALF = fmpq(1, 2)
 def compiled(e: Expr, x: Symbol) -> Code:
     """The expression as a function of a ball and of whether it must be analytic there."""
     if not e.has(x):
-        constant = number(e)
+        constant = _constant(e)
         return lambda z, a: constant
     if e == x:
         return lambda z, a: z
@@ -74,7 +75,7 @@ def compiled(e: Expr, x: Symbol) -> Code:
         if e.exp.is_Integer:
             whole = int(e.exp)
             return lambda z, a: base(z, a) ** whole
-        p = fmpq(e.exp.p, e.exp.q) if e.exp.is_Rational else number(e.exp)
+        p = fmpq(e.exp.p, e.exp.q) if e.exp.is_Rational else _constant(e.exp)
         return lambda z, a: power(base(z, a), p, a)
     if e.is_Pow:
         return compiled(sympy.exp(e.exp * sympy.log(e.base), evaluate=False), x)
@@ -109,17 +110,27 @@ def number(e: Any) -> Any:
     """A constant expression as an arb at the working precision; nan where it isn't real."""
     if isinstance(e, (Zero, arb)):
         return e.ball() if isinstance(e, Zero) else e
+    value = _constant(e)
+    if isinstance(value, acb):
+        return value.real if value.imag.contains(0) else arb("nan")
+    return value
+
+
+def _constant(e: Expr) -> Any:
     if e.is_Rational:
         return arb(fmpq(int(e.p), int(e.q)))
-    if e in (S.Infinity, S.NegativeInfinity):
-        return arb("inf") if e == S.Infinity else -arb("inf")
-    if e in (S.Pi, S.Exp1):
-        return arb.pi() if e == S.Pi else arb.const_e()
+    known = {S.Pi: arb.pi, S.Exp1: arb.const_e, S.ImaginaryUnit: lambda: acb(0, 1)}
+    known |= {S.Infinity: arb.pos_inf, S.NegativeInfinity: arb.neg_inf, S.NaN: arb.nan}
+    if e in known:
+        return known[e]()
     if isinstance(e, sympy.CRootOf):
-        return Zero(e.poly.as_expr(), e.poly.gen, Fraction(str(e.n(30)))).ball()
+        return Zero(e.poly.as_expr(), e.poly.gen, Fraction(str(e.n(40)))).ball()
     if not e.args:
         raise InputError(f"{e} has no value; give it one.")
-    return compiled(e.xreplace({e.args[0]: Y}), Y)(number(e.args[0]), False)
+    inner = compiled(e.xreplace({e.args[0]: Y}), Y)
+    with suppress(ZeroDivisionError):
+        return inner(_constant(e.args[0]), False)
+    return arb.nan()
 
 
 @dataclass(frozen=True)
@@ -196,10 +207,18 @@ def integral(stretches: Any, lam: Fraction, top: Any, bits: int) -> Any:
     rate, tiny = arb(fmpq(lam.numerator, lam.denominator)), arb(2) ** -bits
     total = arb(0)
     for part in stretches:
-        f, g = compiled(part.f, Y), compiled(part.g, Y)
+        g = compiled(part.g, Y)
+        f, slope, bend = (compiled(e, Y) for e in (part.f, part.f.diff(Y), part.f.diff(Y, 2)))
 
-        def integrand(z: Any, analytic: bool, f: Code = f, g: Code = g) -> Any:
-            return g(z, analytic) * (rate * (f(z, analytic) - top)).exp()
+        def integrand(z: Any, analytic: bool) -> Any:
+            height = f(z, analytic)
+            if rate * height.rad() > 1:
+                # By its Taylor polynomial: beside a maximum the ball is as wide as f is flat.
+                middle = z.mid()
+                t = z - middle
+                near = f(middle, analytic) + t * (slope(middle, analytic) + t * bend(z, analytic) / 2)
+                height = near if near.rad() < height.rad() else height
+            return g(z, analytic) * (rate * (height - top)).exp()
 
         lo, hi, rest = number(part.lo), number(part.hi), arb(0)
         if part.far:

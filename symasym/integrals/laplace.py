@@ -36,7 +36,7 @@ from symasym.derivation.printing import tex
 from symasym.drift.expressions import parse
 from symasym.drift.grammar import functions_inside
 from symasym.integrals import borel
-from symasym.integrals.enclosure import integral, number
+from symasym.integrals.enclosure import integral, name_of, number
 from symasym.integrals.maxima import Maximum, Piece, cut, highest, with_parameters
 from symasym.integrals.terms import Balls, NotAnalytic, Point, exactly, sign_of
 from symasym.numbers.balls import precision, to_mpf
@@ -46,7 +46,7 @@ from symasym.series.power_series import Series
 __all__ = ["Contribution", "LaplaceExpansion", "laplace_integral"]
 
 #: Terms that order="optimal" chooses from, and the most.
-_OPTIMAL, _MOST = 48, 400
+_OPTIMAL, _MOST = 48, 200
 # Bits at which f is compared with itself at other points; digits of coefficients that aren't exact,
 # and terms beyond which irrational constants would swell exact ones.
 _BITS, _DIGITS, _EXACT_TERMS, _MOST_FUNCTIONS = 256, 40, 12, 8
@@ -352,7 +352,8 @@ class LaplaceExpansion:
     def _at(self, lam: Fraction, dps: int | None, log: bool, full: bool) -> Any:
         """The sum at one lam, or an `Estimate` of the integral."""
         wanted = dps or 17
-        for bits in (int(3.33 * wanted) + 64 << k for k in (0, 1, 2, 3)):
+        first = int(3.33 * wanted) + 64 + (borel.BITS if self.order == "borel" else 0)
+        for bits in (first << k for k in range(4)):
             with precision(bits):
                 total, top, used = self._sum(lam, bits)
                 exponent = number(Rational(lam.numerator, lam.denominator)) * top
@@ -622,7 +623,7 @@ def laplace_integral(
     b : Expr or number
         Upper end, above a, possibly oo.
     order : int, "optimal" or "borel"
-        Terms for each maximum, 1 to 400; ``"optimal"``: up to the smallest term at each lam;
+        Terms for each maximum, 1 to 200; ``"optimal"``: up to the smallest term at each lam;
         ``"borel"``: the median Borel–Padé sum of 41 terms, far beyond that, of polynomial f and g
         without free parameters, f's critical points simple (`symasym.integrals.borel`).
     maxima : sequence of Expr, optional
@@ -681,6 +682,8 @@ def laplace_integral(
     conditions: list[str] = []
     with precision(_BITS):
         pieces = cut(f, g, x, a, b)
+        for node in set().union(*(e.atoms(sympy.Function) for p in pieces for e in (p.f, p.g))):
+            name_of(node)
         if free:
             tops, others = with_parameters(pieces, given), []
             origin = "found" if given is None else "given"

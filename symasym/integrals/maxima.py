@@ -65,7 +65,7 @@ class Piece:
             limit = S.NaN
         if limit == -sympy.oo:
             return None
-        if not limit.is_finite or not limit.is_real:
+        if not (limit.is_finite and limit.is_real) or isinstance(limit, sympy.AccumBounds):
             raise InputError(
                 f"f = {self.f} tends to {limit} at {self.x} = {end}, so the integral diverges or "
                 "is complex; give an f that is bounded above on [a, b]."
@@ -388,7 +388,7 @@ def _the_same(pieces: list[Piece], given: list[Expr] | None) -> list[Maximum]:
         tops, _ = highest([p.bound(row) for p in pieces])
         heights = [number(m.point) for m in tops]
         at = [(z, number(z.xreplace(row))) for z in points]
-        found = [z for z, v in at if any(v.overlaps(h) for h in heights)]
+        found = [z for z, v in at if v.is_finite() and any(v.overlaps(h) for h in heights)]
         if len(found) < len(tops) or chosen not in (None, found):
             shown = ", ".join(f"{s} = {v}" for s, v in row.items())
             raise InputError(

@@ -96,9 +96,9 @@ class Exact:
 
     def of(self, e: Expr) -> Any:
         try:
-            return self.domain.from_sympy(e)
+            return self.domain.from_sympy(sympy.expand(e))
         except (ValueError, sympy.CoercionFailed, KeyError):
-            raise _Missing(e) from None
+            raise _Missing(sympy.expand(e)) from None
 
     def expression(self, x: Any) -> Expr:
         return self.domain.to_sympy(x)
