@@ -81,7 +81,9 @@ def approximant(b: list[Any]) -> tuple[list[Any], list[tuple[Any, Any]]]:
     """
     last = max((k for k, x in enumerate(b) if k and not x.contains(0)), default=0)
     # In units of the radius of convergence, about, coefficients and zeros keep their digits.
-    unit = (abs(b[0] / b[last]) ** (arb(1) / last)).mid() if last and not b[0].contains(0) else arb(1)
+    unit = (
+        (abs(b[0] / b[last]) ** (arb(1) / last)).mid() if last and not b[0].contains(0) else arb(1)
+    )
     b = [x * unit**k for k, x in enumerate(b)]
     for m in range((len(b) - 1) // 2, 0, -1):
         rows = [[b[m + i - j] for j in range(1, m + 1)] for i in range(1, m + 1)]

@@ -7,26 +7,28 @@ answer must be the same at all values tried that their assumptions allow.
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import combinations, pairwise, product
 from typing import Any
 
 import numpy as np
 import sympy
-from flint import arb, fmpq
+from flint import arb
 from sympy import Expr, Rational, S, Symbol
 
 from symasym.base.errors import InputError
-from symasym.integrals.enclosure import Y, Stretch, Zero, compiled, number
-from symasym.integrals.terms import Balls, NotAnalytic, Point, samples, values, vanishes
+from symasym.integrals.enclosure import Stretch, Y, Zero, compiled, number
+from symasym.integrals.terms import Balls, NotAnalytic, Point, samples, sign_of, vanishes
 
 _KINKED = (sympy.Abs, sympy.sign, sympy.Heaviside, sympy.Max, sympy.Min, sympy.Piecewise)
-_GRID = 801
-#: Distances at which the fall towards an infinite end is looked at.
-_FAR = (10**2, 10**4, 2 * 10**4, 5 * 10**4, 10**5, 3 * 10**5, 10**6)
+_RELATION = sympy.core.relational.Relational
+#: Terms with which f is compared with a constant.
+FLAT = 24
+# Distances, and lam, at which the fall towards an infinite end is looked at.
+_FAR, _LARGE = (10**4, 30_011, 10**5, 10**6), 10**4
 # Parameters without a sign up to which the signs are tried.
 _MOST_SIGNS = 3
 
@@ -56,8 +58,7 @@ class Piece:
     def _limit(self, end: Expr, side: str) -> Any:
         if end.is_infinite:
             return None
-        value = self.at(end)
-        if value.is_finite():
+        if (value := self.at(end)).is_finite():
             return value
         try:
             limit = sympy.limit(self.f, self.x, end, side)
@@ -77,7 +78,16 @@ class Piece:
         try:
             return compiled(self.f, self.x)(number(point), False)
         except ZeroDivisionError:
-            return arb("nan")
+            return arb.nan()
+
+    def falls(self, point: Any, side: int) -> bool:
+        """True if f falls from a point to one side; also where it has no Taylor series there."""
+        try:
+            c = Point(self.x, point, side, FLAT + 1, Balls()).taylor(self.f).c[1:]
+        except NotAnalytic:
+            return True
+        signs = (Balls().sign(y)[0] for y in c)
+        return next((s for s in signs if s != 0), 1) == -1
 
     @cached_property
     def stretches(self) -> list[Stretch]:
@@ -87,26 +97,25 @@ class Piece:
             distance, far = abs(self.middle - end), self.ends[side] is None
             q = 1 if far else self._steps(end, side)
             of_y, lo, hi = end + side * Y**q, S.Zero, distance ** Rational(1, q)
-            if far:
+            if far and end.is_infinite:
                 of_y, hi = self.middle - side * Y, S.Infinity
-            if far and end.is_finite:
-                of_y, lo = end + side / Y, 1 / distance
-            factor = abs(of_y.diff(Y))
-            f, g = self.f.xreplace({self.x: of_y}), self.g.xreplace({self.x: of_y})
-            g = sympy.Add(*(factor * sympy.powdenest(e, force=True) for e in sympy.Add.make_args(g)))
+            elif far:
+                of_y, lo, hi = end + side / Y, 1 / distance, S.Infinity
+            f, g = (e.xreplace({self.x: of_y}) for e in (self.f, self.g))
+            parts = (sympy.powdenest(e, force=True) for e in sympy.Add.make_args(g))
+            g = sympy.Add(*(abs(of_y.diff(Y)) * e for e in parts))
             found.append(Stretch(f, g, lo, hi, far))
         return found
 
     def _steps(self, end: Expr, side: int) -> int:
         """The q for which f and g are analytic in y at the end, |x - end| = y^q."""
-        fronts: list[Any] = []
-        for e in (self.f, self.g):
-            try:
-                fronts += [p for p, _ in Point(self.x, end, side, 4, Balls()).terms(e)]
-            except (InputError, ValueError, ZeroDivisionError):
-                return 1
+        here = Point(self.x, end, side, 4, Balls())
+        try:
+            fronts = [p for e in (self.f, self.g) for p, _ in here.terms(e)]
+        except (InputError, ValueError, ZeroDivisionError):
+            return 1
         rational = all(p.is_Rational and p.q < 64 for p in fronts)
-        return math.lcm(*(int(p.q) for p in fronts)) if rational and fronts else 1
+        return math.lcm(*(int(p.q) for p in fronts)) if rational else 1
 
     def bound(self, row: dict[Symbol, Expr]) -> Piece:
         """With numbers, or other symbols, for parameters."""
@@ -122,41 +131,42 @@ class Maximum:
     left: Piece | None
     right: Piece | None
 
+    @cached_property
+    def sides(self) -> list[tuple[Piece, Any, str]]:
+        """The pieces in which it is expanded, each with its side."""
+        if self.left is self.right and self.left is not None:
+            return [(self.left, self.point, "both")]
+        both = (self.left, "left"), (self.right, "right")
+        return [(piece, self.point, side) for piece, side in both if piece is not None]
+
 
 def cut(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Piece]:
     """[a, b] cut at the kinks of f and g, with the branches that hold between."""
     kinks = sorted({z for e in (f, g) for z in _kinks(e, x)}, key=str)
-    rows = samples(set().union(*(e.free_symbols for e in (a, b, *kinks))))
     orders = set()
-    for row in rows:
+    for row in samples(set().union(*(e.free_symbols for e in (a, b, *kinks)))):
         lo, hi = (number(e.xreplace(row)) for e in (a, b))
-        placed = [(number(z.xreplace(row)), z) for z in kinks]
-        inside = [(v, z) for v, z in placed if v > lo and v < hi]
-        orders.add(tuple(z for _, z in sorted(inside, key=lambda pair: float(pair[0]))))
+        placed = {z: v for z in kinks if lo < (v := number(z.xreplace(row))) < hi}
+        orders.add(tuple(sorted(placed, key=lambda z: placed[z].mid())))
     if len(orders) > 1:
         raise InputError(
             f"where the kinks {', '.join(map(str, kinks))} lie in ({a}, {b}) depends on the "
             "parameters; give symbols with assumptions, or numbers."
         )
-    ends = [a, *dict.fromkeys(orders.pop()), b]
-    raw = [Piece(x, lo, hi, f, g) for lo, hi in itertools.pairwise(ends)]
-    return [
-        Piece(x, p.lo, p.hi, *(_smooth(e, x, p.middle) for e in (p.f, p.g))) for p in raw
-    ]
+    raw = [Piece(x, lo, hi, f, g) for lo, hi in pairwise([a, *orders.pop(), b])]
+    return [Piece(x, p.lo, p.hi, *(_smooth(e, x, p.middle) for e in (f, g))) for p in raw]
 
 
 def _kinks(e: Expr, x: Symbol) -> set[Expr]:
     """Zeros and crossings of the arguments of what has kinks, and ends of conditions."""
     found: set[Expr] = set()
     for node in e.atoms(*_KINKED):
+        parts = list(node.args[:1])
         if isinstance(node, (sympy.Max, sympy.Min)):
-            inner = [p - q for p, q in itertools.combinations(node.args, 2)]
+            parts = [p - q for p, q in combinations(node.args, 2)]
         elif isinstance(node, sympy.Piecewise):
-            relations = (c.atoms(sympy.core.relational.Relational) for _, c in node.args)
-            inner = [r.lhs - r.rhs for r in set().union(*relations)]
-        else:
-            inner = [node.args[0]]
-        for part in inner:
+            parts = [r.lhs - r.rhs for _, c in node.args for r in c.atoms(_RELATION)]
+        for part in parts:
             try:
                 zeros = sympy.solve(part, x) if part.has(x) else []
             except NotImplementedError:
@@ -170,269 +180,210 @@ def _kinks(e: Expr, x: Symbol) -> set[Expr]:
 
 def _smooth(e: Expr, x: Symbol, middle: Expr) -> Expr:
     """The branch of every kinked function that holds at `middle`, innermost first."""
-    while nodes := [n for n in e.atoms(*_KINKED) if n.has(x)]:
-        node = min(nodes, key=lambda n: (sympy.count_ops(n), str(n)))
-        e = e.xreplace({node: _branch(node, x, middle)})
-    return e
 
-
-def _branch(node: Any, x: Symbol, middle: Expr) -> Expr:
     def positive(part: Expr) -> bool:
-        signs = {bool(v > 0) for v in values(part.xreplace({x: middle}))}
-        if len(signs) > 1:
+        sign = sign_of(part.xreplace({x: middle}))[0]
+        if sign is None:
             raise InputError(
                 f"the sign of {part} depends on the parameters; give symbols with assumptions."
             )
-        return signs.pop()
+        return sign > 0
 
-    if isinstance(node, (sympy.Max, sympy.Min)):
-        best = node.args[0]
-        for other in node.args[1:]:
-            if positive(other - best) is isinstance(node, sympy.Max):
-                best = other
-        return best
-    if isinstance(node, sympy.Piecewise):
-        for value, condition in node.args:
-            holds = condition.replace(
-                lambda c: isinstance(c, sympy.core.relational.Relational),
-                lambda c: S.true if positive(c.gts - c.lts) else S.false,
-            )
-            if holds == True:  # noqa: E712
-                return value
-        raise InputError(f"{node} has no branch at {x} = {middle}; make the last condition True.")
-    up = positive(node.args[0])
-    if isinstance(node, sympy.Heaviside):
-        return S(up)
-    return (S.One if up else S.NegativeOne) * (node.args[0] if isinstance(node, sympy.Abs) else 1)
+    while nodes := [n for n in e.atoms(*_KINKED) if n.has(x)]:
+        node = min(nodes, key=lambda n: (sympy.count_ops(n), str(n)))
+        branch, *others = node.args
+        if isinstance(node, (sympy.Max, sympy.Min)):
+            for other in others:
+                up = positive(other - branch)
+                branch = other if up is isinstance(node, sympy.Max) else branch
+        elif isinstance(node, sympy.Piecewise):
+            holds = [
+                c.replace(lambda r: isinstance(r, _RELATION), lambda r: S(positive(r.gts - r.lts)))
+                for _, c in node.args
+            ]
+            branch = next((v for (v, _), c in zip(node.args, holds, strict=True) if c), None)
+            if branch is None:
+                raise InputError(
+                    f"{node} has no branch at {x} = {middle}; make the last condition True."
+                )
+        elif isinstance(node, sympy.Heaviside):
+            branch = S.One if positive(branch) else S.Zero
+        else:
+            sign = 1 if positive(branch) else -1
+            branch = sign * (branch if isinstance(node, sympy.Abs) else S.One)
+        e = e.xreplace({node: branch})
+    return e
 
 
 def highest(pieces: list[Piece]) -> tuple[list[Maximum], list[Maximum]]:
     """The maxima that share the largest height, and the others; parameters have numbers."""
-    maxima = []
-    for left, right in itertools.pairwise([None, *pieces, None]):
-        if right is not None:
-            maxima += [Maximum(z, right.at(z), right, right) for z in _inside(right)]
-        maxima += _at_end(left, right)
-    top = max((m.height for m in maxima), key=lambda h: h.mid(), default=None)
-    _require_decay(pieces, top)
-    if top is None:
+    maxima = [Maximum(z, p.at(z), p, p) for p in pieces for z in _inside(p)]
+    for left, right in pairwise([None, *pieces, None]):
+        sides = {s: p for s, p in ((-1, left), (1, right)) if p and p.ends[s] is not None}
+        top = max((p.ends[s] for s, p in sides.items()), key=lambda h: h.mid(), default=None)
+        sides = {s: p for s, p in sides.items() if p.ends[s].overlaps(top)}
+        end: Any = right.lo if right else left.hi  # type: ignore[union-attr]
+        if sides and all(p.falls(end, s) for s, p in sides.items()):
+            maxima.append(Maximum(end, top, sides.get(-1), sides.get(1)))
+    _require_decay(pieces)
+    f, x = pieces[0].f, pieces[0].x
+    if not maxima:
         raise InputError(
-            f"f = {pieces[0].f} has no isolated maximum for {pieces[0].x} in [{pieces[0].lo}, "
-            f"{pieces[-1].hi}]; give an f that is not constant, and an interval on which it is "
-            "largest somewhere."
+            f"f = {f} has no isolated maximum for {x} in [{pieces[0].lo}, {pieces[-1].hi}]; give "
+            "an f that is not constant, and an interval on which it is largest somewhere."
         )
     maxima.sort(key=lambda m: -m.height.mid())
-    tops = [m for m in maxima if m.height.overlaps(top)]
-    return tops, [m for m in maxima if m not in tops]
-
-
-def _at_end(left: Piece | None, right: Piece | None) -> list[Maximum]:
-    """The maximum at a finite end of the interval or at a kink, if it is one."""
-    sides = [(p, s) for p, s in ((left, -1), (right, 1)) if p is not None and p.ends[s] is not None]
-    top = max((p.ends[s] for p, s in sides), key=lambda h: h.mid(), default=None)
-    sides = [(p, s) for p, s in sides if p.ends[s].overlaps(top)]
-    end: Any = None
-    for piece, side in sides:
-        end = piece.lo if side > 0 else piece.hi
-        near = side * number(abs(piece.middle - end))
-        falls = [piece.at(number(end) + near / 2**k) - piece.ends[side] for k in (20, 12)]
-        if not next((r for r in falls if not r.contains(0)), arb(1)) < 0:
-            return []
-    both = {side: piece for piece, side in sides}
-    return [Maximum(end, top, both.get(-1), both.get(1))] if both else []
+    tops = [m for m in maxima if m.height.overlaps(maxima[0].height)]
+    return tops, maxima[len(tops) :]
 
 
 def _inside(piece: Piece) -> list[Any]:
-    """The interior points at which f' changes its sign from + to -."""
+    """The interior maxima, those of a rational f' all of them, others between points of a grid."""
     x, slope = piece.x, piece.f.diff(piece.x)
+    above = sympy.fraction(sympy.together(slope))[0]
     if not slope.has(x):
         return []
-    above, below = sympy.fraction(sympy.together(slope))
-    if above.is_polynomial(x) and below.is_polynomial(x):
-        zeros = _roots(above, x)
-        poles = [(number(z), None) for z, _ in _roots(below, x)] if below.has(x) else []
-        marks = sorted([*((number(z), z) for z, _ in zeros), *poles], key=lambda m: m[0].mid())
-        return [z for z in _falling(piece, slope, marks) if z is not None]
-    grid = _grid(piece)
+    if sympy.fraction(sympy.together(slope))[1].is_polynomial(x) and above.is_polynomial(x):
+        zeros = []
+        for factor, _ in sympy.Poly(above, x).sqf_list()[1]:
+            for root in factor.real_roots():
+                short = not root.has(sympy.CRootOf) and sympy.count_ops(root) < 8
+                near = Fraction(str(root.n(40)))
+                zeros.append(root if short else Zero(factor.as_expr(), x, near))
+    else:
+        zeros = _on_grid(piece, slope)
+    lo, hi = number(piece.lo), number(piece.hi)
+    zeros = [z for z in zeros if lo < number(z) < hi]
+    return [z for z in zeros if piece.falls(z, 1) and piece.falls(z, -1)]
+
+
+def _on_grid(piece: Piece, slope: Expr) -> list[Any]:
+    """Zeros of f' where its sign changes from + to - on a grid, by bisection.
+
+    A rational, its multiple of pi, square root or logarithm is recognised.
+    """
+    x, lo, hi = piece.x, float(number(piece.lo)), float(number(piece.hi))
+    parts = np.geomspace(1e-8, 1e-2, 61), np.linspace(0.015, 30, 1201), np.geomspace(31, 1e8, 201)
+    reach = np.concatenate(parts)
+    if np.isfinite(hi - lo):
+        grid = lo + (hi - lo) * (1 - np.cos(np.pi * np.linspace(0, 1, 801)[1:-1])) / 2
+    elif np.isfinite(lo):
+        grid = lo + reach
+    elif np.isfinite(hi):
+        grid = (hi - reach)[::-1]
+    else:
+        grid = np.concatenate([-reach[::-1], [0.0], reach])
     code = sympy.lambdify(x, slope, "scipy" if slope.has(sympy.erf) else "numpy")
     with np.errstate(all="ignore"):
         rise = np.asarray(code(grid) + 0 * grid)
     kept = np.flatnonzero(np.isfinite(rise) & (rise != 0))
-    pairs = [(grid[i], grid[j]) for i, j in itertools.pairwise(kept) if rise[i] > 0 > rise[j]]
-    return [z for low, high in pairs if (z := _between(slope, x, low, high)) is not None]
-
-
-def _roots(p: Expr, x: Symbol) -> list[tuple[Any, int]]:
-    """The real zeros of a polynomial with numbers, in closed form where that is short."""
-    polynomial = sympy.Poly(p, x)
-    found: list[tuple[Any, int]] = []
-    for factor, order in polynomial.sqf_list()[1]:
-        for root in factor.real_roots() if factor.domain.is_Exact else factor.nroots():
-            short = not root.has(sympy.CRootOf) and sympy.count_ops(root) < 8
-            near = Fraction(str(root.n(40)))
-            found.append((root if short else Zero(factor.as_expr(), x, near), order))
+    exact, found = compiled(slope, x), []
+    for i, j in pairwise(kept):
+        if not rise[i] > 0 > rise[j]:
+            continue
+        a, b = arb(float(grid[i])), arb(float(grid[j]))
+        for _ in range(200):
+            m = ((a + b) / 2).mid()
+            value = exact(m, False)
+            a, b = (m, m) if value.contains(0) else (m, b) if value > 0 else (a, m)
+        if abs(exact(a, False)) < max(abs(float(rise[i])), abs(float(rise[j]))):  # else a pole
+            found.append(_recognised(a, slope, x))
     return found
 
 
-def _falling(piece: Piece, slope: Expr, marks: list[tuple[Any, Any]]) -> list[Any]:
-    """Those of the marks inside the piece at which f' changes from + to -."""
-    lo, hi = number(piece.lo), number(piece.hi)
-    marks = [(v, z) for v, z in marks if v > lo and v < hi]
-    if not marks:
-        return []
-    first, last = marks[0][0], marks[-1][0]
-    between = [(a + b) / 2 for (a, _), (b, _) in itertools.pairwise(marks)]
-    before = (first + lo) / 2 if piece.lo.is_finite else first - 1 - abs(first)
-    after = (last + hi) / 2 if piece.hi.is_finite else last + 1 + abs(last)
-    code = compiled(slope, piece.x)
-    signs = [code(v, False) for v in (before, *between, after)]
-    steps = zip(marks, itertools.pairwise(signs), strict=True)
-    return [z for (_, z), (a, b) in steps if a > 0 and b < 0]
-
-
-def _grid(piece: Piece) -> Any:
-    """Floats spread over the piece, Chebyshev points where it is finite."""
-    lo, hi = float(number(piece.lo)), float(number(piece.hi))
-    if np.isfinite(hi - lo):
-        share = (1 - np.cos(np.pi * np.linspace(0, 1, _GRID)[1:-1])) / 2
-        return lo * (1 - share) + hi * share
-    parts = np.geomspace(1e-8, 1e-2, 61), np.linspace(0.015, 30, 1201), np.geomspace(31, 1e8, 201)
-    reach = np.concatenate(parts)
-    if np.isfinite(lo):
-        return lo + reach
-    return (hi - reach)[::-1] if np.isfinite(hi) else np.concatenate([-reach[::-1], [0.0], reach])
-
-
-def _between(slope: Expr, x: Symbol, low: float, high: float) -> Any:
-    """The zero of f' between two floats, recognised if it's a plain number; None at a pole."""
-    code, a, b = compiled(slope, x), arb(float(low)), arb(float(high))
-    steepest = max(abs(code(v, False)).mid() for v in (a, b))
-    for _ in range(200):
-        middle = ((a + b) / 2).mid()
-        value = code(middle, False)
-        if value.contains(0):
-            a = b = middle
-            break
-        a, b = (middle, b) if value > 0 else (a, middle)
-    if not abs(code(a, False)) <= steepest:
-        return None
-    sign = 1 if a > 0 else -1
-    guesses = [(a, lambda r: r), (a / arb.pi(), lambda r: r * sympy.pi), (a * a, lambda r: sign * sympy.sqrt(r)), (a.exp(), sympy.log)]  # fmt: skip
-    for v, form in guesses:
-        exactly = Fraction(str(v.str(50, radius=False)))
-        near = exactly.limit_denominator(10**6)
-        if abs(near - exactly) < Fraction(1, 10**30):
+def _recognised(z: Any, slope: Expr, x: Symbol) -> Any:
+    """The zero of f' at a number, in closed form where it has a plain one."""
+    sign = 1 if z > 0 else -1
+    forms = (z, S), (z / arb.pi(), lambda r: r * sympy.pi), (z.exp(), sympy.log)
+    for value, form in (*forms, (z * z, lambda r: sign * sympy.sqrt(r))):
+        whole = Fraction(str(value.str(50, radius=False)))
+        near = whole.limit_denominator(10**6)
+        if abs(near - whole) < Fraction(1, 10**30):
             guess = form(Rational(near.numerator, near.denominator))
             if vanishes(slope.xreplace({x: guess})):
                 return guess
-    return Zero(slope, x, Fraction(str(a.str(50, radius=False))))
+    return Zero(slope, x, Fraction(str(z.str(50, radius=False))))
 
 
-def _require_decay(pieces: list[Piece], top: Any) -> None:
-    """Refuse an infinite end at which f doesn't stay below its maximum, or g grows too fast."""
-    for end, piece, sign in ((pieces[0].lo, pieces[0], -1), (pieces[-1].hi, pieces[-1], 1)):
-        heights = [piece.at(arb(sign * y)) for y in _FAR] if end.is_infinite else [arb("nan")]
-        if any(h.is_nan() for h in heights):
+def _require_decay(pieces: list[Piece]) -> None:
+    """Refuse an infinite end towards which g e^(lam f) does not fall faster than 1/x, lam = 1e4."""
+    for piece, end, sign in ((pieces[0], pieces[0].lo, -1), (pieces[-1], pieces[-1].hi, 1)):
+        if not end.is_infinite:
             continue
-        weight = compiled(piece.g, piece.x)
+        f, g = compiled(piece.f, piece.x), compiled(piece.g, piece.x)
         logs = [
-            (abs(weight(arb(sign * y), False)).log() + 2 * arb(y).log()).upper()
-            for y in (_FAR[0], _FAR[-1])
+            _LARGE * f(arb(sign * y), False) + (y * abs(g(arb(sign * y), False))).log()
+            for y in _FAR
         ]
-        near, far = heights[0], heights[-1]
-        flat = bool(abs(far - heights[1]) < 0.01)
-        rising = top is None or bool(far >= top)
-        rising |= any(bool(b > a) for a, b in itertools.pairwise(heights[1:]))
-        if rising or (flat and logs[1] > arb(_FAR[-1]).log()):
+        if any(later > earlier for earlier, later in pairwise(logs)):
             raise InputError(
-                f"f = {piece.f} does not fall as {piece.x} tends to {end}, so the integral "
-                "diverges or has no maximum to expand at; give an interval on which f has a "
-                "maximum and decays."
-            )
-        growth = (logs[0] / (top - near).max(arb(1))).max(arb(1))
-        if not flat and logs[1] / (top - far) > 100 * growth:
-            raise InputError(
-                f"g = {piece.g} grows faster than e^(lam f) decays as {piece.x} tends to {end}, so "
-                "the integral diverges for every lam; give a g of slower growth."
+                f"f = {piece.f} does not fall as {piece.x} tends to {end}, or g = {piece.g} grows "
+                "faster, so the integral diverges or has no maximum to expand at; give an interval "
+                "on which f has a maximum and decays."
             )
 
 
 def with_parameters(pieces: list[Piece], given: list[Expr] | None) -> list[Maximum]:
-    """The points where f is largest while parameters are free: ends, kinks and zeros of f'.
-
-    Raises
-    ------
-    InputError
-        Where that depends on the parameters; it asks for a sign where one decides.
-    """
+    """Where f is largest while parameters are free; a sign that decides is asked for."""
     try:
         return _the_same(pieces, given)
     except InputError as refusal:
-        raise InputError(_sign_needed(pieces, given) or str(refusal)) from None
+        error = refusal
+    x, f = pieces[0].x, pieces[0].f
+    free = {s for p in pieces for e in (p.lo, p.hi, p.f, p.g) for s in e.free_symbols} - {x}
+    unknown = sorted((s for s in free if s.is_positive is s.is_negative is None), key=str)
+    calls, rules = [], []
+    for signs in product(("positive", "negative"), repeat=len(unknown)):
+        if len(unknown) > _MOST_SIGNS:
+            break
+        pairs = list(zip(unknown, signs, strict=True))
+        row = {s: Symbol(s.name, **{sign: True}) for s, sign in pairs}
+        try:
+            _the_same([p.bound(row) for p in pieces], given and [z.xreplace(row) for z in given])
+        except InputError:
+            continue
+        calls.append(", ".join(f"Symbol('{s}', {sign}=True)" for s, sign in pairs))
+        rules.append(" and ".join(f"{s} must be {sign}" for s, sign in pairs))
+    if not unknown or not calls:
+        raise error
+    rule = f"where f = {f} is largest depends on the sign of {', '.join(map(str, unknown))}; pass"
+    if len(calls) == 1:
+        rule = f"f = {f} has no maximum for some values of its parameters; {rules[0]}: pass"
+    raise InputError(f"{rule} {' or '.join(calls)}.")
 
 
 def _the_same(pieces: list[Piece], given: list[Expr] | None) -> list[Maximum]:
-    """The same, at all samples; an error where they differ."""
-    points = [e for p in pieces for e in (p.lo, p.hi) if not e.is_infinite]
-    x = pieces[0].x
-    for piece in [] if given is not None else pieces:
+    """The highest of the ends, kinks and zeros of f', or of those given, at all samples."""
+    x, points = pieces[0].x, [e for p in pieces for e in (p.lo, p.hi) if not e.is_infinite]
+    for piece in pieces if given is None else []:
         try:
-            points += [z for z in sympy.solve(piece.f.diff(x), x) if z.is_real is not False]
+            zeros = sympy.solve(piece.f.diff(x), x)
         except NotImplementedError:
             continue
+        points += [z for z in zeros if z.is_real is not False and not z.has(sympy.I)]
     points = list(dict.fromkeys(points if given is None else given))
     parts = [e for p in pieces for e in (p.lo, p.hi, p.f, p.g)]
     free = set().union(*(e.free_symbols for e in (*parts, *points))) - {x}
-    chosen: list[Any] | None = None
-    for row in samples(free):
-        tops, _ = highest([p.bound(row) for p in pieces])
-        heights = [number(m.point) for m in tops]
-        at = [(z, number(z.xreplace(row))) for z in points]
-        found = [z for z, v in at if v.is_finite() and any(v.overlaps(h) for h in heights)]
-        if len(found) < len(tops) or chosen not in (None, found):
-            shown = ", ".join(f"{s} = {v}" for s, v in row.items())
+    rows, chosen = samples(free), set()
+    for row in rows:
+        tops = [number(m.point) for m in highest([p.bound(row) for p in pieces])[0]]
+        at = {z: v for z in points if (v := number(z.xreplace(row))).is_finite()}
+        found = tuple(z for z, v in at.items() if any(v.overlaps(top) for top in tops))
+        chosen.add(found)
+        if len(found) < len(tops) or len(chosen) > 1:
             raise InputError(
                 f"where f = {pieces[0].f} is largest could not be decided for all parameters "
-                f"(tried {shown}); give maxima=[…], symbols with assumptions, or numbers."
+                f"(tried {', '.join(f'{s} = {v}' for s, v in row.items())}); give maxima=[…], "
+                "symbols with assumptions, or numbers."
             )
-        chosen = found
     maxima = []
-    for z in chosen or []:
+    for z in chosen.pop():
         left = next((p for p in pieces if z == p.hi), None)
         right = next((p for p in pieces if z == p.lo), None)
-        if left is None and right is None:
-            row = samples(free, 1)[0]
-            value = number(z.xreplace(row))
-            bounds = [(p, *(number(e.xreplace(row)) for e in (p.lo, p.hi))) for p in pieces]
-            left = right = next(p for p, lo, hi in bounds if value > lo and value < hi)
+        if not (left or right):
+            row = rows[0]
+            for p in pieces:
+                lo, at_z, hi = (number(e.xreplace(row)) for e in (p.lo, z, p.hi))
+                left = right = p if lo < at_z < hi else left
         maxima.append(Maximum(z, None, left, right))
     return maxima
-
-
-def _sign_needed(pieces: list[Piece], given: list[Expr] | None) -> str | None:
-    """The request for the signs of parameters with which the maximum is decided, None for none."""
-    parts = {e for p in pieces for e in (p.lo, p.hi, p.f, p.g)}
-    free = set().union(*(e.free_symbols for e in parts)) - {pieces[0].x}
-    unknown = sorted((s for s in free if s.is_positive is s.is_negative is None), key=str)
-    calls, rules = [], []
-    if len(unknown) <= _MOST_SIGNS:
-        for signs in itertools.product(("positive", "negative"), repeat=len(unknown)):
-            pairs = list(zip(unknown, signs, strict=True))
-            row = {s: Symbol(s.name, **{sign: True}) for s, sign in pairs}
-            try:
-                _the_same([p.bound(row) for p in pieces], given and [z.xreplace(row) for z in given])
-            except InputError:
-                continue
-            calls.append(", ".join(f"Symbol('{s}', {sign}=True)" for s, sign in pairs))
-            rules.append(" and ".join(f"{s} must be {sign}" for s, sign in pairs))
-    if not unknown or not calls:
-        return None
-    if len(calls) == 1:
-        return (
-            f"f = {pieces[0].f} has no maximum for some values of its parameters; {rules[0]}: pass "
-            f"{calls[0]}."
-        )
-    return (
-        f"where f = {pieces[0].f} is largest depends on the sign of "
-        f"{', '.join(map(str, unknown))}; pass {' or '.join(calls)}."
-    )
