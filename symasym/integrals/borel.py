@@ -90,8 +90,10 @@ def approximant(b: list[Any]) -> tuple[list[Any], list[tuple[Any, Any]]]:
         try:
             solved = arb_mat(rows).solve(arb_mat([[-b[m + i]] for i in range(1, m + 1)]))
             q = acb_poly([arb(1), *(x.mid() for x in solved.entries())])
-            zeros = q.roots(tol=arb(2) ** (-BITS // 2))
+            zeros = q.roots(tol=arb(2) ** (-BITS // 2)) if q.degree() == m else None
         except (ValueError, ZeroDivisionError):
+            continue
+        if zeros is None:
             continue
         p = acb_poly((acb_poly(b[: m + 1]) * q).coeffs()[: m + 1])
         poles = [acb(z.real) if z.imag.contains(0) else z for z in zeros]

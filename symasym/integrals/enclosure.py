@@ -234,13 +234,7 @@ def integral(stretches: list[Stretch], lam: Fraction, top: Any, bits: int) -> An
         if part.far:
             hi, rest = part.cut(lam, code, lo, tiny)
         try:
-            found = acb.integral(
-                lambda z, a, code=code: acb(code(z, a)),
-                acb(lo),
-                acb(hi),
-                rel_tol=tiny,
-                abs_tol=tiny,
-            )
+            found = acb.integral(code, acb(lo), acb(hi), rel_tol=tiny, abs_tol=tiny)
         except (ValueError, ZeroDivisionError):
             return arb.nan()
         total += found.real + arb(0, rest)

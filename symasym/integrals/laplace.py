@@ -7,8 +7,8 @@ largest, inside, at ends and at kinks. With f = f(p) - a t^mu (1 + ...) and g = 
     e^(lam f(p)) sum over k of c_k lam^(-(k + beta)/mu)
 
 (Watson's lemma after Lagrange's reversion: DLMF 2.3(ii), 2.3(iii); A. Erdelyi, Asymptotic
-Expansions, 2.4; `symasym.series.local.watson`). On both sides of a smooth maximum the terms with k +
-beta - 1 odd cancel. The error at a given lam is the distance to the integral, enclosed by flint.
+Expansions, 2.4; `symasym.series.local.watson`). On both sides of a smooth maximum the terms with
+k + beta - 1 odd cancel. The error at a given lam is the distance to the integral, enclosed.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import mpmath
@@ -28,9 +28,20 @@ from sympy import Expr, Rational, S, Symbol
 from symasym.base.errors import AccuracyError, InputError, RangeError, SymasymError
 from symasym.base.estimate import Estimate
 from symasym.base.inputs import (
-    Number, Numbers, count, digits, exact, flag, float_text, floats, is_array, is_name, positive,
-    sequence, shown,
-)  # fmt: skip
+    Number,
+    Numbers,
+    count,
+    digits,
+    exact,
+    flag,
+    float_text,
+    floats,
+    is_array,
+    is_name,
+    positive,
+    sequence,
+    shown,
+)
 from symasym.derivation.printing import tex
 from symasym.drift.expressions import parse
 from symasym.integrals import borel
@@ -131,14 +142,13 @@ def contributions(
         steep, weight = (Series(series.c[: ks[-1] + 1]) for series in (steep, weight))
         power = Fraction(int(beta.p), int(beta.q)) if beta.is_Rational else ring.of(beta)
         exponents = tuple((k + beta) / contact for k in ks)
+        reduced = watson(steep, weight, contact, power, first=first, step=step)
         values = []
-        for d, s in zip(watson(steep, weight, contact, power, first=first, step=step), exponents):
+        for d, s in zip(reduced, exponents, strict=True):
             # On each side the moment of t^(mu s - 1) e^(-a t^mu).
-            if ring.exact:
-                moment = step * (sympy.gamma(s) / (contact * a**s))
-            else:
-                moment = step * (number(s).gamma() / (contact * ring.power(a, s)))
-            values.append(ring.expression(d) * moment)
+            gamma = sympy.gamma(s) if ring.exact else number(s).gamma()
+            raised = a**s if ring.exact else ring.power(a, s)
+            values.append(ring.expression(d) * (step * (gamma / (contact * raised))))
         height = ring.expression(lead[0])
         found.append(Contribution(point, side, height, contact, beta, exponents, tuple(values)))
     return found, conditions
@@ -540,7 +550,14 @@ def laplace_integral(
     >>> stirling.evaluate([10.0, 100.0]).round(12).tolist()
     [3.6288097e-05, 0.0]
     """
-    f, g, x, a, b = _read(f, g, x, a, b)
+    return _expansion(*_read(f, g, x, a, b), order, maxima, dps, keep)
+
+
+def _expansion(
+    f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr, order: int | str, maxima: Any,
+    dps: int | None, keep: bool,
+) -> LaplaceExpansion:  # fmt: skip
+    """The expansion of an integral that was read."""
     if order not in ("optimal", "borel"):
         order = count("order", order, 1, _MOST, " of terms", ', "optimal" or "borel"')
     keep, dps = flag("keep", keep), None if dps is None else digits(dps)
@@ -578,12 +595,8 @@ def laplace_integral(
         ]
         kept, dropped = ([*tops, *others], []) if keep else (tops, dropped)
         for row in (row for m in kept for row in m.sides):
-            ring = Balls()
-            found, seen = (
-                exactly(lambda ring, row=row: contributions(*row, 2, ring))
-                if free
-                else contributions(*row, 2, ring)
-            )
+            work: Any = partial(contributions, *row, 2)
+            found, seen = exactly(work) if free else work(Balls())
             conditions += seen
             if order == "borel":
                 borel.require_steps(found[0].point, found[0].exponents)

@@ -31,6 +31,8 @@ FLAT = 24
 _FAR, _LARGE = (10**4, 30_011, 10**5, 10**6), 10**4
 # Parameters without a sign up to which the signs are tried.
 _MOST_SIGNS = 3
+# Operations of a zero of f' in parameters, beyond which no formula is worth having.
+_SHORT = 40
 
 
 @dataclass(frozen=True)
@@ -360,7 +362,7 @@ def _the_same(pieces: list[Piece], given: list[Expr] | None) -> list[Maximum]:
             zeros = sympy.solve(piece.f.diff(x), x)
         except NotImplementedError:
             continue
-        points += [z for z in zeros if z.is_real is not False and not z.has(sympy.I)]
+        points += [z for z in zeros if z.is_real is not False and z.count_ops() <= _SHORT]
     points = list(dict.fromkeys(points if given is None else given))
     parts = [e for p in pieces for e in (p.lo, p.hi, p.f, p.g)]
     free = set().union(*(e.free_symbols for e in (*parts, *points))) - {x}
