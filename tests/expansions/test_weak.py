@@ -15,7 +15,7 @@ import pytest
 import sympy
 
 import symasym as sa
-from symasym.asymptotics.laplace.watson import moment_coefficients
+from tests.moments import moment_coefficients
 from symasym.expansions import cases as cases_of_drifts
 from symasym.expansions.builder import FinitePart
 from symasym.expansions.cases import case_of, contradiction
