@@ -220,7 +220,7 @@ def answer(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
     method = METHODS[request.method]
     request = method.with_order(request)
     if request.dps is None and (not one_scene(drift, numbers) or method.in_float(drift, request)):
-        scenes = float_scenes(drift, numbers, request.name in QUANTITIES)
+        scenes = float_scenes(drift, numbers)
         return as_floats(request, scenes.shape, method.of_scenes(scenes, request))
     scene = read_scene(drift, numbers, request.dps)
     return as_digits(request, method.of_scene(scene, request))

@@ -18,7 +18,7 @@ import numpy as np
 from symasym.base.call_context import mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError, RegionError
 from symasym.base.estimate import ErrorKind
-from symasym.base.inputs import BeyondFloat, FloatArray, IntArray, exact, float_text, is_array
+from symasym.base.inputs import FloatArray, IntArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
 from symasym.generated import mpmath_formulas, numpy_formulas
 from symasym.numbers import balls
@@ -186,7 +186,7 @@ def _log_escape_times(scenes: Scenes) -> FloatArray:
     }
     field = field_of(drift, values, count)
     if np.isnan(field.a_minus + field.a_plus).any():
-        raise BeyondFloat("the drift is beyond the range of float64; pass dps=… for it.")
+        raise InputError("the drift is beyond the range of float64; pass dps=… for it.")
     for bad in np.flatnonzero(np.sign(field.a_minus) * np.sign(field.a_plus) <= 0):
         _refuse_region(field.a_minus[bad % count], field.a_plus[bad % count])
     scene = np.where(field.a_plus[:count] > 0, 0, count) + np.arange(count)

@@ -13,7 +13,6 @@ import numpy as np
 from symasym.base.call_context import step, symbolic
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import (
-    BeyondFloat,
     FloatArray,
     Number,
     Numbers,
@@ -314,11 +313,8 @@ class Drift:
     def _in_float(self) -> bool:
         """False where a number of the drift is beyond the range of float64, or has fewer digits."""
         places = np.array([0.0] if self.shape else [-1.0, 0.0, 1.0])
-        try:
-            with np.errstate(all="ignore"):
-                known = self._model.evaluate(places, self.float_values(), _NUMPY)
-        except BeyondFloat:
-            return False
+        with np.errstate(all="ignore"):
+            known = self._model.evaluate(places, self.float_values(), _NUMPY)
         # Powers of a number may be beyond it too.
         return bool(self.shape) or not np.isnan(known).any()
 
@@ -513,10 +509,7 @@ class Drift:
             Scaled position, broadcast with the parameters.
         """
         position = floats("u", u)
-        try:
-            return landscape.potential_at(self, position)
-        except BeyondFloat as error:
-            raise error.without_digits("V is found") from None
+        return landscape.potential_at(self, position)
 
     def critical_points(self) -> list[CriticalPoint]:
         """Zeros of A in (-1, 1), left to right, with multiplicity and stability.
