@@ -36,7 +36,7 @@ from symasym.base.errors import AccuracyError
 SHARE = 0.55
 # A zero of phi this far from the panels is of no importance to them, nor one whose series
 # reaches it in steps this short.
-_FAR, _SHORT = 1.0, 1e-3
+_FAR, _SHORT, _TINY = 1.0, 1e-3, 1e-30
 # An imaginary part at which rounding may have moved a double zero.
 _REAL = 1e-7
 # How far lam V varies on a panel of the sweep.
@@ -59,12 +59,13 @@ def at(x: Any, y: Any) -> Any:
     return arb_poly(x.coeffs())(y)
 
 
-def radius(x: Any) -> float:
+def radius(x: Any, inverse: bool = True) -> float:
     """Of convergence of x and 1/x: the distance to the next zero or singularity (root test)."""
-    x = x / x[0]
-    pairs = list(enumerate(zip(x.coeffs(), x.inv().coeffs(), strict=False)))[-8:]
-    sizes = [float(abs(c.mid()).root(k)) for k, pair in pairs for c in pair]
-    return 1 / max(_SHORT, *sizes)
+    c = x.coeffs()
+    x = x / (c[0] if inverse else max(map(abs, c[:4]), key=float))
+    series = [x.coeffs(), x.inv().coeffs()] if inverse else [x.coeffs()]
+    last = [(k, c) for row in series for k, c in list(enumerate(row))[4:][-8:]]
+    return 1 / max(_TINY, *(float(abs(c.mid()).root(k)) for k, c in last), 0)
 
 
 class Factor(NamedTuple):
@@ -150,7 +151,8 @@ class Cluster(NamedTuple):
 
     def reaches(self, lo: float, hi: float) -> bool:
         """True where a zero is near [lo, hi]."""
-        return any(abs(z - min(max(z.real, lo), hi)) < _FAR for z in self.zeros)
+        far = max(_FAR, hi - lo)
+        return any(abs(z - min(max(z.real, lo), hi)) < far for z in self.zeros)
 
 
 class Field:
@@ -291,6 +293,21 @@ class Panel(NamedTuple):
     mixed: list[list[Any]]  # [k][l]: that of P_k c_l ds, P_k of h, c_l of g
 
 
+def by_parts(pi: Factor, of: Map, weight: Any, order: int) -> tuple[list[Any], list[Any]]:
+    """P_k = (p, q), p + q s, and the power series of c_k about the zeros, k = 0, 1, ..., N."""
+    d, s = pi.degree, of.s
+    root = pi.split(s)[0][1] if d == 2 else arb(1)
+    top = pi.over(psi(d, of.zeta, s))
+    a = top / of.chi
+    b, P, c = weight * a, [], []
+    for _ in range(order + 1):
+        p, q = pi.split(b)[0]
+        P.append((p, q / root))
+        c.append(pi.over(b - p - q / root * s) / top)
+        b = a * c[-1].derivative()
+    return P, c
+
+
 class _Piece(NamedTuple):
     """s and c_k of both weights on about + [y0, y1], a = du/ds."""
 
@@ -312,35 +329,27 @@ def panel(
     """
     found = central_map(field.taylor(centre), pi)
     d, zeta, s, ks = pi.degree, found.zeta, found.s, range(order + 1)
-    root = pi.split(s)[0][1] if d == 2 else arb(1)
     weights = [g] if g is h else [g, h]
-    P: list[list[Any]] = [[] for _ in weights]
     pieces: list[_Piece] = []
 
-    def add(about: Any, step: Any, a: Any, s: Any, over: Callable[[Any], Any]) -> None:
-        """The disc about a centre; the first is that about the zeros."""
+    def at_centre(u: Any) -> list[Any]:
+        return [arb_series([1]) if w is None else field.taylor(u, w) for w in weights]
+
+    def add(about: Any, step: Any, a: Any, s: Any, used: list[Any], c: list[Any]) -> None:
         y0, y1 = max(-step, lo - about), min(step, hi - about)
-        used = [arb_series([1]) if w is None else field.taylor(about, w) for w in weights]
-        c: list[list[Any]] = [[] for _ in weights]
-        for known, weight, row in zip(P, used, c, strict=True):
-            b = weight * a
-            for k in ks:
-                if len(known) <= k:
-                    p, q = pi.split(b)[0]
-                    known.append((p, q / root))
-                row.append(over(b - known[k][0] - known[k][1] * s))
-                b = a * row[-1].derivative()
         if y0 < y1:
             pieces.append(_Piece(about, y0, y1, a, s, used[0], (c[0], c[-1])))
 
-    top = pi.over(psi(d, zeta, s))
-    near = arb(SHARE * radius(pi.over(field.taylor(centre))))
-    add(centre, near, top / found.chi, s, lambda x: pi.over(x) / top)
+    used = at_centre(centre)
+    P, c = zip(*(by_parts(pi, found, w, order) for w in used), strict=True)
+    near = arb(SHARE * min(radius(pi.over(field.taylor(centre))), *(radius(w, False) for w in used)))
+    add(centre, near, pi.over(psi(d, zeta, s)) / found.chi, s, used, c)
     for side, end in ((-1, lo), (1, hi)):
         edge, here = centre + side * near, at(s, side * near)
         while side * (end - edge) > 0:
             # Further out about other centres, where primitive(s) = eps int phi as well.
-            step = arb(SHARE / (1 + SHARE) * radius(field.taylor(edge)))
+            room = min(radius(field.taylor(edge)), *(radius(w, False) for w in at_centre(edge)))
+            step = arb(SHARE / (1 + SHARE) * room)
             if step < _SHORT:
                 raise three_together(edge)
             about, t = edge + side * step, arb_series([here])
@@ -349,8 +358,15 @@ def panel(
             level += primitive(d, zeta, here) - at(level, -side * step)
             for _ in range(4 + 2 * ctx.cap.bit_length()):
                 t = middle(t - (primitive(d, zeta, t) - level) / psi(d, zeta, t))
-            below = psi(d, zeta, t)
-            add(about, step, below / phi, t, lambda x, below=below: x / below)  # type: ignore[misc]
+            below, used, c = psi(d, zeta, t), at_centre(about), []
+            a = below / phi
+            for known, weight in zip(P, used, strict=True):
+                row, rest = [], weight * a
+                for p, q in known:
+                    row.append((rest - p - q * t) / below)
+                    rest = a * row[-1].derivative()
+                c.append(row)
+            add(about, step, a, t, used, c)
             edge, here = about + side * step, at(t, side * step)
     pieces.sort(key=lambda piece: float(piece.about))
 
@@ -413,7 +429,7 @@ def canonical(L: Any, d: int, zeta: Any, lo: Any, hi: Any, nats: float) -> Canon
         mid, half = ((a + b) / 2).mid(), ((b - a) / 2).mid()
         g = [L * half * c for c in ([mid * mid - zeta, 2 * mid * half, half * half], [mid, half])[d == 1]]
         p = [[half], [half * mid, half * half]][:d]
-        sizes = [abs(float(c)) for c in g]
+        sizes = [float(abs(c)) for c in g]
         if sum(c / (k + 1) for k, c in enumerate(sizes)) < _REACH:
             found.append(_moderate(g, p, half, nats))
         elif terms := _slow_terms(sizes, nats):
@@ -426,7 +442,7 @@ def canonical(L: Any, d: int, zeta: Any, lo: Any, hi: Any, nats: float) -> Canon
 
 def _moderate(g: list[Any], p: list[list[Any]], half: Any, nats: float) -> Canonical:
     """The integrals of a panel by power series about its middle."""
-    sizes = [abs(float(c)) / (k + 1) for k, c in enumerate(g)]
+    sizes = [float(abs(c)) / (k + 1) for k, c in enumerate(g)]
     whole = nats + sum(sizes)
     before, ctx.cap = ctx.cap, math.ceil(
         min(
@@ -434,7 +450,7 @@ def _moderate(g: list[Any], p: list[list[Any]], half: Any, nats: float) -> Canon
             for rho in (1.5, 2.0, 3.0, 4.5, 6.5, 10.0, 16.0, 32.0, 100.0, 1e4)
         )
     ) + 2  # fmt: skip
-    q = arb_series(g).integral()
+    q = _series(g).integral()
     down, up = (-q).exp(), q.exp()
     low = _ends(down)[0]
     rows = [arb_series(x) for x in p]
@@ -450,6 +466,10 @@ def _moderate(g: list[Any], p: list[list[Any]], half: Any, nats: float) -> Canon
     )
     ctx.cap = before
     return result
+
+
+def _series(c: list[Any]) -> Any:
+    return (acb_series if isinstance(c[0], acb) else arb_series)(c)
 
 
 def _ends(x: Any) -> tuple[Any, Any]:
@@ -478,7 +498,7 @@ def _slow_terms(sizes: list[float], nats: float) -> int:
 
 def _slow(g: list[Any], p: list[list[Any]], half: Any, terms: int) -> Canonical:
     """The integrals of a panel on which L psi is large, from the slow solutions of both signs."""
-    e = (-_between(arb_series(g))).exp()
+    e = (-_between(_series(g))).exp()
     back = [_slow_solution([-c for c in g], x, terms) for x in p]
     ahead = [_slow_solution(g, x, terms) for x in p]
     ends, B = [_of_ends(t) for t in ahead], []
