@@ -37,9 +37,10 @@ from symasym.asymptotics.weak_noise.series import Series
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.emit.forms import LOCAL
-from symasym.emit.symbolic_sums import BEYOND_1, LAM, Sum, Symbolic
-from symasym.expansions.builder import Symbols, U
-from symasym.expansions.cases import Case
+from symasym.formulas.builder import Symbols
+from symasym.formulas.cases import Case
+from symasym.formulas.letters import U
+from symasym.formulas.symbolic_sums import BEYOND_1, LAM, Sum, Symbolic
 from symasym.generated.formulas import canonical, over_end, pair_norm
 from symasym.numbers.polynomials import float_zeros, poly
 from symasym.series.quadratic_factor import Pair, mirrored
@@ -49,7 +50,7 @@ from symasym.special.exponentials import quotients
 
 __all__ = [
     "PAIRED", "Coalescing", "Locals", "PairSymbols", "Place", "airy_functions",
-    "gaussian_functions", "place_of", "require_pair",
+    "gaussian_functions", "has_formula", "place_of", "require_pair",
 ]  # fmt: skip
 
 #: The cases with one pair; the last is that of a complex one.
@@ -125,6 +126,13 @@ class Place(NamedTuple):
 
     side: int
     sign: int
+
+
+def has_formula(case: Case, quantity: str) -> bool:
+    """True of a case that the uniform formula of a quantity is for."""
+    if quantity == "T":
+        return str(case) in PAIRED or len(case.kinds) < 2
+    return str(case) in WELLS
 
 
 def require_pair(case: Case) -> None:
