@@ -187,10 +187,10 @@ class Expression(Model):
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        return tuple(self._symbols)
+        return tuple(self.symbols)
 
     @cached_property
-    def _symbols(self) -> dict[str, Any]:
+    def symbols(self) -> dict[str, Any]:
         """The parameters' symbols by name; SymPy walks the whole formula for them."""
         free = self.formula.free_symbols - {self.u}
         return {s.name: s for s in sorted(free, key=lambda s: s.name)}
@@ -214,7 +214,7 @@ class Expression(Model):
 
     def _values(self, p: Values) -> dict[Any, Any]:
         """The parameters' values by symbol."""
-        return {symbol: p[name] for name, symbol in self._symbols.items()}
+        return {symbol: p[name] for name, symbol in self.symbols.items()}
 
     def evaluate(self, u: Operand, p: Values, ops: Operations) -> Any:
         """The formula by its tree, exact until the arithmetic rounds; a constant of u's shape."""
@@ -239,7 +239,7 @@ class Expression(Model):
         return Fraction(int(value.p), int(value.q)) if value.is_Rational else None
 
     @cached_property
-    def _powers(self) -> list[Any] | None:
+    def powers(self) -> list[Any] | None:
         """Coefficients of A in ascending powers of u, by SymPy; None where A is no polynomial."""
         import sympy
 
@@ -249,9 +249,9 @@ class Expression(Model):
 
     def coefficients(self, p: Values, ops: Operations) -> list[Any] | None:
         """Coefficients in powers of u where SymPy finds A a polynomial, else None."""
-        if self._powers is None:
+        if self.powers is None:
             return None
-        return [evaluate_tree(c, self._values(p), ops) for c in self._powers]
+        return [evaluate_tree(c, self._values(p), ops) for c in self.powers]
 
 
 @dataclass(frozen=True)
