@@ -195,7 +195,9 @@ def escape_time(points: list[Point], regular: Any, at: Any) -> Any:
     return (of.above * left + of.below * right + of.own * of.below * of.above) * at.lam / of.total
 
 
-def parts(points: list[Point], regular: Any, at: Any) -> Iterator[tuple[int, tuple[Point, ...], Any]]:
+def parts(
+    points: list[Point], regular: Any, at: Any
+) -> Iterator[tuple[int, tuple[Point, ...], Any]]:
     """T as a sum of parts: the side of the start (0 for its own), the pair of points, the value."""
     of = shares(points, regular, at)
     for side, chance, row in zip((-1, 1), (of.above, of.below), of.sides, strict=True):
