@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from symasym.drift.ready_made.smoothings import hill, linear, polynomial, sine, tanh
     from symasym.drift.reduction import Reduction, reduce
     from symasym.emit import emit
-    from symasym.expansions import Expansion, expand
+    from symasym.formulas import Expansion, expand
     from symasym.formula import Formula, formula, labels
     from symasym.plan import Plan, plan
     from symasym.plot import plot
@@ -57,7 +57,7 @@ _HOMES = {
         "drift.drift": "Drift",
         "drift.critical_points": "CriticalPoint",
         "base.estimate": "Estimate",
-        "expansions": "Expansion expand",
+        "formulas": "Expansion expand",
         "formula": "Formula formula labels",
         "asymptotics.proofs.range_bound": "RangeBound weak_noise_bound",
         "base.scales": "Scales rescale",

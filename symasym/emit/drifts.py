@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from fractions import Fraction
-from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sympy
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import choice, is_array, shown
+from symasym.base.inputs import choice, is_array
 from symasym.drift.drift import Drift
-from symasym.emit.asymptotic_time import uniform_time, weak_noise_time
+from symasym.emit.asymptotic_time import uniform_time
 from symasym.emit.forms import (
     by_name,
     called,
@@ -205,7 +203,6 @@ def program(
     drift: Drift,
     numbers: Mapping[str, Any],
     method: str | None = None,
-    order: int | str | None = None,
 ) -> Program:
     """A formula of `LABELS` for a drift; `numbers` are the drift's parameters, or the others."""
     if what.label not in LABELS:
@@ -222,15 +219,9 @@ def program(
     if arrays:
         raise InputError(f"{arrays[0]} is an array; leave it free, it becomes an argument.")
     rest = {name: value for name, value in numbers.items() if name not in own}
-    chosen = _method_of(what, method, order)
+    chosen = _method_of(what, method)
     if chosen == "uniform":
         emitted = uniform_time(what, drift)
-    elif chosen == "laplace":
-        r = rest.pop("r", None)
-        radius = None if r is None else Fraction(int(r.p), int(r.q))
-        kappa = float(rest["kappa"]) if "kappa" in rest else None
-        emitted = weak_noise_time(what, drift, order, radius, kappa)
-        own = {**own, **({} if r is None else {"r": r})}
     else:
         emitted = LABELS[what.label](what, drift)
     for function in emitted.functions:
@@ -250,24 +241,15 @@ def _taken(name: str) -> InputError:
     )
 
 
-def _method_of(what: Record, method: str | None, order: int | str | None) -> str:
+def _method_of(what: Record, method: str | None) -> str:
     """The method of the escape time that is asked for, ``"exact"`` by default."""
-    if method is None and order is None:
+    if method is None:
         return "exact"
     if what.label != "eq:Ttilde":
-        raise InputError(f"{what.label} has no method or order; eq:Ttilde has.")
-    if method is not None:
-        choice("method", method, ("exact", "laplace", "uniform"))
-    if method == "uniform":
-        whole = isinstance(order, Integral) and not isinstance(order, bool)
-        if order is not None and not (whole and order == 0):
-            raise InputError(
-                f"order is {shown(order)}; with method='uniform' order 0 is emitted, call "
-                "sa.escape_time for more."
-            )
-    elif method != "laplace" and order is not None:
-        raise InputError("order is for method='laplace'; the exact time has none.")
-    return method or "exact"
+        raise InputError(f"{what.label} has no method; eq:Ttilde has.")
+    if method == "laplace":
+        raise InputError("weak noise is emitted by sa.expand(drift, order=…).emit(target).")
+    return choice("method", method, ("exact", "uniform"))
 
 
 def _program(what: Record, *functions: Function, **more: Any) -> Program:

@@ -1,152 +1,122 @@
-"""The strong-noise expansion as a formula: powers of lam = 2/kappa^2 with the moments of V.
+"""Strong noise: T, C and P in powers of lam = 2/kappa^2, uniformly in r/kappa^2, over any ring.
 
-The sweep is that of `strong_noise.panel` and the moments are the iterated integrals of
-`symasym.asymptotics.strong_noise.sweep`, both run over SymPy: polynomials in u whose coefficients
-are polynomials in the drift's parameters. Outside the layer all is closed form, of (e^x - 1)/x and
-(e^x - 1 - x)/x^2, which stand as functions (`symasym.emit.forms.exprel`).
+A stretch [a, b] has I = int e^(lam (V(w) - V(b))) dw, M = int e^(-lam (V(u) - V(a))) du, N the
+double integral of e^(lam (V(w) - V(u))) over w < u, and climb = e^(lam (V(a) - V(b))). With sigma
+and w those of all that lies between an absorbing end and a point, one more stretch makes of them
+
+    sigma climb + I,    w + N + sigma M,
+
+and T = lam (sigma_R w_L + sigma_L w_R)/(sigma_L + sigma_R), C = sigma_R/(sigma_L + sigma_R), from
+both ends to the start, the right one in the mirror. Straight stretches are closed form; in the
+layer each integral is a power series in lam, since f_0 = 1 (or u - a), f_k = int_a A f_(k-1) are
+(V(a) - V)^k/k! and its nested kin (Cauchy's formula for repeated integration, in V).
+
+A ring gives `number`, `exp`, `exprel(y)` = (e^y - 1)/y, `exprel2(y)` = (e^y - 1 - y)/y^2, and
+polynomials in u: `polynomial(coefficients)`, `area(f, a, b)` and `primitive(f, a)`.
 """
 
 from __future__ import annotations
 
-from fractions import Fraction
-from typing import Any
-
-import sympy
-from sympy import Expr, Poly, Rational, S, Symbol
-
-from symasym.asymptotics.strong_noise.panel import Record, Swept, carried, escape_time, first
-from symasym.asymptotics.strong_noise.sweep import (
-    Moments,
-    layer_record,
-    moments_of,
-    odds_outside,
-    odds_right,
-)
-from symasym.base.call_context import step
-from symasym.base.errors import InputError
-from symasym.drift.drift import Drift
-from symasym.emit.forms import exprel, exprel2
-from symasym.emit.symbolic_sums import BEYOND_1, LAM
-from symasym.expansions.builder import U
-
-__all__ = ["strong"]
+from typing import Any, NamedTuple
 
 
-class _Polynomials:
-    """Polynomials in u on [a, b] (`sweep.Primitives`)."""
+class Stretch(NamedTuple):
+    """I, M, N and climb."""
 
-    def __init__(self, A: Poly, a: Expr, b: Expr) -> None:
-        self.A, self.a, self.b = A, a, b
-        # The function 1, and du/du.
-        self.one: Any = A * 0 + 1
-        self.rate: Any = self.one
-
-    def primitive(self, f: Any) -> tuple[Any, Any]:
-        """The integral of f from a, as a function; its value at b."""
-        step()
-        whole = f.integrate(U)
-        whole = whole - whole.eval(self.a)
-        return whole, whole.eval(self.b)
-
-    def area(self, f: Any) -> Any:
-        """The integral of f over [a, b]."""
-        return self.primitive(f)[1]
-
-    def times_slope(self, f: Any) -> Any:
-        """A f."""
-        return self.A * f
+    scale: Any
+    speed: Any
+    nested: Any
+    climb: Any
 
 
-class _Terms:
-    """The terms that are kept (`sweep.Arithmetic`)."""
-
-    def tail(self, x: Expr, count: int) -> Expr:
-        """Nothing: what is left out is not in the formula."""
-        return S.Zero
-
-    def exponential(self, x: Expr) -> Expr:
-        """e^x."""
-        return sympy.exp(x)
-
-    def truncated(self, terms: list[Any], tail: Expr, size: Expr, x: Expr) -> Any:
-        """The sum of all terms but the last."""
-        return sum(terms[:-1], S.Zero)
+def straight(slope: Any, length: Any, lam: Any, ring: Any) -> Stretch:
+    """A stretch where phi is constant."""
+    length = ring.number(length)
+    y = slope * length * lam
+    whole = ring.exprel(y) * length
+    return Stretch(whole, whole, ring.exprel2(y) * length * length, ring.exp(y))
 
 
-class _Formula:
-    """The stretches of one drift with a symbol for each moment (`sweep.Layered`)."""
+class Moments(NamedTuple):
+    """V(a) - V(b), and the coefficients of I, M and N in powers of lam."""
 
-    lam: Any = LAM
-
-    def __init__(self, drift: Drift, order: int) -> None:
-        self.order = order
-        expression = drift.expression()
-        poly = expression.as_poly(U)
-        if poly is None:
-            raise InputError(
-                f"A = {expression} is no polynomial in u, so that the moments of V have no closed "
-                "form; sa.escape_time(method='strong_noise') and its like take numbers."
-            )
-        self.A = poly.to_field()
-        self.values: dict[Symbol, Expr] = {}
-        self.tex: dict[Symbol, str] = {}
-        self.slopes = {side: self._named(f"phi({side})", "a^+" if side > 0 else "a^-",
-                                         expression.subs(U, side)) for side in (-1, 1)}  # fmt: skip
-
-    def _named(self, name: str, tex: str, value: Expr) -> Symbol:
-        symbol = Symbol(name, real=True)
-        self.values[symbol], self.tex[symbol] = sympy.sympify(value), tex
-        return symbol
-
-    def slope(self, mirrored: bool) -> Expr:
-        """phi left of the layer."""
-        return -self.slopes[1] if mirrored else self.slopes[-1]
-
-    def layer(self, mirrored: bool, a: Expr, b: Expr, mark: str = "") -> Record:
-        """The stretch [a, b] of the layer, expanded."""
-        A = -self.A.compose(Poly(-U, U)) if mirrored else self.A
-        drop, *lists = moments_of(_Polynomials(A, a, b), self.order + 1, S.One)
-        upper = f"^{{{mark}}}" if mark else ""
-        rows = [
-            [self._named(f"{letter}{k}{mark}", f"{letter}_{{{k}}}{upper}", value)
-             for k, value in enumerate(values)]
-            for letter, values in zip("nfm", lists, strict=True)
-        ]  # fmt: skip
-        fall = self._named(f"d{mark}", f"d{upper}", drop)
-        known = Moments(b - a, fall, rows[0], rows[1], rows[2], S.Zero)
-        return layer_record(known, LAM, self.order, _Terms())
-
-    def straight(self, mirrored: bool, side: int, length: Expr) -> Record:
-        """A stretch of that length left (side -1) or right (1) of the layer."""
-        phi = self.slope(mirrored) if side < 0 else -self.slope(not mirrored)
-        x = phi * LAM * length
-        once, twice = length * exprel(x), length**2 * exprel2(x)
-        return Record(once, once, twice, S.One, sympy.exp(x))
-
-    def side(self, mirrored: bool, start: Expr, mark: str) -> Swept:
-        """sigma and w at the start, absorbed at -r, r > 1 and before the start."""
-        before = BEYOND_1 + min(start + 1, S.Zero)
-        swept = first(self.straight(mirrored, -1, before), LAM)
-        if start > -1:
-            layer = self.layer(mirrored, -S.One, min(start, S.One), mark)
-            swept = carried(swept, layer, LAM)
-        if start > 1:
-            swept = carried(swept, self.straight(mirrored, 1, start - 1), LAM)
-        return swept
+    drop: Any
+    scale: list[Any]
+    speed: list[Any]
+    nested: list[Any]
 
 
-def strong(
-    drift: Drift, quantity: str, order: int, start: Fraction
-) -> tuple[Expr, dict[Symbol, Expr], dict[Symbol, str]]:
-    """The formula in lam, r and the moments; what these are in the parameters; their LaTeX."""
-    made = _Formula(drift, order)
-    at = Rational(start.numerator, start.denominator)
-    if quantity in ("P", "1 - P"):
-        formula = 1 / (1 + odds_outside(made, quantity != "P", S.One))
-    else:
-        left, right = made.side(False, at, "-"), made.side(True, -at, "+")
-        if quantity == "T":
-            formula = escape_time(left, right)
-        else:
-            formula = 1 / (1 + odds_right(left, right, quantity != "C"))
-    return formula, made.values, made.tex
+def moments(A: Any, ring: Any, a: Any, b: Any, order: int) -> Moments:
+    """Those of [a, b] to an order."""
+    rows, ends = [], []
+    for f in (ring.polynomial([1]), ring.polynomial([-a, 1])):
+        row, end = [], []
+        for _ in range(max(order, 1) + 1):
+            row.append(ring.area(f, a, b))
+            end.append(f(b))
+            f = ring.primitive(A * f, a)
+        rows.append(row)
+        ends.append(end)
+    count = order + 1
+    return Moments(ends[0][1], ends[1][:count], rows[0][:count], rows[1][:count])
+
+
+def layer(known: Moments, lam: Any, ring: Any) -> Stretch:
+    """The stretch of the layer from its moments."""
+
+    def total(row: list[Any]) -> Any:
+        value = row[-1]
+        for c in row[-2::-1]:
+            value = value * lam + c
+        return value
+
+    sums = map(total, (known.scale, known.speed, known.nested))
+    return Stretch(*sums, ring.exp(known.drop * lam))
+
+
+def swept(stretches: list[Stretch]) -> tuple[Any, Any]:
+    """sigma and w behind all stretches, from an absorbing end on."""
+    sigma: Any = 0
+    w: Any = 0
+    for s in stretches:
+        sigma, w = sigma * s.climb + s.scale, w + s.nested + sigma * s.speed
+    return sigma, w
+
+
+def escape_time(left: list[Stretch], right: list[Stretch], lam: Any) -> Any:
+    """T."""
+    (s, w), (t, z) = swept(left), swept(right)
+    return (t * w + s * z) / (s + t) * lam
+
+
+def exit_probability(left: list[Stretch], right: list[Stretch], complement: bool = False) -> Any:
+    """C, or 1 - C."""
+    s, t = swept(left)[0], swept(right)[0]
+    return (s if complement else t) / (s + t)
+
+
+def outside_odds(a_minus: Any, inside: Stretch, a_plus: Any, lam: Any) -> Any:
+    """(1 - P)/P: int e^(-lam V) over |u| > 1 over that over the layer."""
+    return (1 / (a_minus * lam) + inside.climb / (-a_plus * lam)) / inside.speed
+
+
+def stretches(
+    drift: Any, order: int, lam: Any, ring: Any, r: Any, start: Any, wide: bool
+) -> list[list[Stretch]]:
+    """Those left and, in the mirror, right of the start.
+
+    `drift` has `moments(mirrored, a, b, order)` and `slope(mirrored, side)`; `wide` tells that
+    r > 1.
+    """
+    sides = []
+    for mirrored in (False, True):
+        x, row = (-start if mirrored else start), list[Stretch]()
+        if wide:
+            row.append(straight(drift.slope(mirrored, -1), r + min(x, -1), lam, ring))
+        a, b = -1 if wide else max(-r, -1), min(x, 1)
+        if a < b:
+            row.append(layer(drift.moments(mirrored, a, b, order), lam, ring))
+        if x > 1:
+            row.append(straight(drift.slope(mirrored, 1), x - 1, lam, ring))
+        sides.append(row)
+    return sides

@@ -33,7 +33,7 @@ TANGENT = [
 
 
 def formula(target="python", drift=None):
-    return sa.emit("eq:Ttilde", target, drift=drift or sa.friction(), method="uniform", order=0)
+    return sa.emit("eq:Ttilde", target, drift=drift or sa.friction(), method="uniform")
 
 
 def library(drift, kappa, r):

@@ -1,7 +1,7 @@
 """T and 1 - P through a coalescence to order 1, with a symbol for all that depends on the drift.
 
 The sums are those of `symasym.asymptotics.uniform.answer`, run over SymPy's expressions: Laplace's
-series (`symasym.expansions.builder`), the canonical Airy form of the pair (C. Chester, B. Friedman,
+series (`symasym.formulas.builder`), the canonical Airy form of the pair (C. Chester, B. Friedman,
 F. Ursell, Proc. Camb. Phil. Soc. 53 (1957) 599), and at the start and both ends of the layer the
 corrections of a Gaussian that is truncated there (N. Bleistein, Comm. Pure Appl. Math. 19 (1966)
 353). With u = u(s), phi du = (s^2 - zeta) ds, an integration by parts lowers u' to p + q s and then
@@ -43,10 +43,12 @@ from symasym.base.call_context import own_context
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField
-from symasym.emit.symbolic_sums import BEYOND_1, LAM, X
-from symasym.expansions.builder import Rule, Symbols, U
-from symasym.expansions.cases import Case
-from symasym.expansions.uniform import (
+from symasym.formulas.builder import Symbols
+from symasym.formulas.cases import Case
+from symasym.formulas.formula import Rule
+from symasym.formulas.letters import U
+from symasym.formulas.symbolic_sums import BEYOND_1, LAM, X
+from symasym.formulas.uniform import (
     P0,
     PAIRED,
     Q0,
@@ -65,7 +67,7 @@ from symasym.expansions.uniform import (
     require_pair,
     signed,
 )  # fmt: skip
-from symasym.expansions.universal import at_zero
+from symasym.formulas.universal import at_zero
 from symasym.numbers.polynomials import float_zeros, poly
 from symasym.series.quadratic_factor import Pair
 from symasym.special.airy import AiryProducts

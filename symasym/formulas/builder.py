@@ -3,7 +3,7 @@
 `Symbols` is the `Builder` of `symasym.asymptotics.weak_noise.one_sided` whose numbers are SymPy
 expressions: each critical point is a symbol u1, u2, ..., left to right, each height V(u_k), V(-1),
 V(1) above V(start) another, each series a third. What they stand for is a chain of definitions:
-series in V's derivatives (`symasym.expansions.universal`), these in the parameters and u_k, and
+series in V's derivatives (`symasym.formulas.universal`), these in the parameters and u_k, and
 u_k by the equation A(u_k) = 0, or solved for where A is of degree 1 or 2.
 """
 
@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import sympy
 from sympy import Expr, Rational, S, Symbol
@@ -29,43 +29,16 @@ from symasym.asymptotics.weak_noise.series import Numbers, Part, Series, added, 
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.drift.models import General
-from symasym.emit.symbolic_sums import LAM, X
-from symasym.expansions.cases import Case
-from symasym.expansions.universal import (
-    Beside,
-    at_zero,
-    beside_start,
-    endpoint,
-    gaussian,
-    put_in,
-)
+from symasym.formulas.cases import Case
+from symasym.formulas.formula import Rule
+from symasym.formulas.letters import FinitePart, U
+from symasym.formulas.symbolic_sums import X
+from symasym.formulas.universal import at_zero, endpoint, gaussian, put_in
 
 if TYPE_CHECKING:
     from symasym.numbers.arithmetic import Arithmetic
 
-__all__ = ["FinitePart", "Rule", "SeriesOf", "Symbols", "U", "nested"]
-
-#: The scaled position.
-U = Symbol("u", real=True)
-
-
-class Rule(NamedTuple):
-    """LaTeX lines that say what some symbols are, in other symbols."""
-
-    lines: tuple[str, ...]
-    of: tuple[Symbol, ...]
-
-
-class FinitePart(sympy.Function):  # type: ignore[misc]
-    """Hadamard's finite part of the integral of h over u from a to b: FinitePart(h, u, a, b)."""
-
-    nargs = 4
-
-    def _latex(self, printer: Any, exp: str = "") -> str:
-        h, u, a, b = (printer._print(x) for x in self.args)
-        text = rf"\mathrm{{f.p.}}\!\int_{{{a}}}^{{{b}}} {h}\,d{u}"
-        return rf"\left({text}\right)^{{{exp}}}" if exp else text
-
+__all__ = ["SeriesOf", "Symbols"]
 
 @dataclass(frozen=True)
 class SeriesOf:
@@ -78,24 +51,6 @@ class SeriesOf:
     def expression(self) -> Expr:
         """The sum, with the symbol x."""
         return self.front * sum((c * X**n for n, c in enumerate(self.coefficients)), S.Zero)
-
-
-def nested(expression: Expr) -> Expr:
-    """The expression with its polynomials in x in Horner's form, in which no power is taken."""
-
-    def by_horner(total: Expr) -> Expr:
-        value, below = S.Zero, 0
-        rows: dict[int, Expr] = {}
-        for term in total.args:
-            c, n = term.as_coeff_exponent(X)
-            if c.has(X) or not n.is_Integer or n < 0:
-                return total
-            rows[int(n)] = rows.get(int(n), S.Zero) + c
-        for n in sorted(rows, reverse=True):
-            value, below = value * X ** (below - n if below else 0) + rows[n], n
-        return value * X**below
-
-    return expression.replace(lambda e: e.is_Add and e.has(X), by_horner)
 
 
 class Symbols(Builder):
@@ -117,7 +72,7 @@ class Symbols(Builder):
     tex : dict
         The symbols' LaTeX.
     code, growth : dict
-        What is written otherwise in code (`symasym.expansions.emitted.Quotient`).
+        What is written otherwise in code (`symasym.formulas.emitted.Quotient`).
     """
 
     def __init__(self, drift: Drift, case: Case, order: int, start: Fraction) -> None:
@@ -325,55 +280,7 @@ class Symbols(Builder):
         rows = [row * sign for row in rows]
         rows[0] += extra
         series = self._named(f"M{side}", f"M_{side}", X, rows)
-        if self.case.at_start:
-            endpoint_product = Symbol(f"N{side}", real=True)
-            self.tex[endpoint_product], self.values[endpoint_product] = (
-                f"N_{side}",
-                self._endpoint_product(sign),
-            )
-            series = added(series, Series([Part(0.0, 0, [endpoint_product])]))
         return series
-
-    # -- a start on a zero of A ---------------------------------------------------------------
-
-    def _beside(self) -> tuple[Beside, list[Expr], Expr]:
-        """The polynomials, their g_j to the right, and |phi'|."""
-        bend, barrier = self.derivative(2, self.start), self.case.at_start == "barrier"
-        g = [
-            self.derivative(j + 2, self.start) / (sympy.factorial(j + 1) * bend)
-            for j in range(1, 2 * self.count)
-        ]
-        kept = None if self.kept is None else self.kept - 1
-        return beside_start(self.count, kept, barrier), g, -bend if barrier else bend
-
-    def _endpoint_product(self, sign: int) -> Expr:
-        """The double integral beside the start, the regular part apart."""
-        known, g, steep = self._beside()
-        g = [x * sign**j for j, x in enumerate(g, 1)]
-        plain, log, half = (
-            sum((put_in(p, g) * X**n / steep**n for n, p in enumerate(row)), S.Zero)
-            for row in (known.plain, known.log, known.half)
-        )
-        y = X / steep
-        whole = plain + log * (sympy.log(2 * steep * LAM) + sympy.EulerGamma)
-        return y * (whole + sympy.sqrt(2 * sympy.pi * y) * half)
-
-    def beginning(self, sign: int) -> tuple[Series, Series, bool]:
-        """Half of a Gaussian, of a well in e^{-lam V}; else the formal series of a start."""
-        if not self.case.at_start:
-            return super().beginning(sign)
-        known, g, steep = self._beside()
-        odd = [put_in(p, g) / steep ** (n + 1) for n, p in enumerate(known.odd)]
-        formal = [c if n % 2 else -c for n, c in enumerate(odd)]
-        barrier, half = self.case.at_start == "barrier", self._gaussian(self.start, 0)
-        half = Series([Part(0.0, 0, [c / 2 for c in half.parts[0].coefficients])])
-        scale, speed = (
-            mirrored(self._named(name, name, X, row), sign)
-            for name, row in zip("YZ", (odd, formal) if barrier else (formal, odd), strict=True)
-        )
-        if barrier:
-            return added(half, scale), speed, False
-        return scale, added(half, speed), True
 
     # -- the regular part ---------------------------------------------------------------------
 
@@ -398,8 +305,7 @@ class Symbols(Builder):
         if not self.kept:
             return (hi - lo) / self.A if k == 1 else S.Zero
         total = S.Zero
-        at_start = [self.start] if self.case.at_start else []
-        for z in [*self.zeros, *self.others_outside, *at_start]:
+        for z in [*self.zeros, *self.others_outside]:
             rate = -self.derivative(2, z)
             g = [
                 -self.derivative(j + 2, z) / (sympy.factorial(j + 1) * rate)
@@ -427,8 +333,6 @@ class Symbols(Builder):
             self._in_symbols(one, side)
             for one, side in zip(super().both_sides(), ("-", "+"), strict=True)
         )
-        if self.case.at_start:
-            return left, right
         # Of both sides of the start together, at a kink alone, the series of e^{-lam V} counts.
         speed = added(left.speed_start, right.speed_start)
         own = self._symbol_of(right.scale_start, "Y", "")

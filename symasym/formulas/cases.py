@@ -21,9 +21,8 @@ import sympy
 
 from symasym.base.errors import InputError, SymasymError
 from symasym.drift.drift import Drift
-from symasym.numbers.polynomials import float_zeros
 
-__all__ = ["Case", "case_of", "contradiction", "found_cases", "read_case", "slides"]
+__all__ = ["Case", "case_of", "found_cases", "read_case", "slides"]
 
 _WORDS = ("well", "start", "barrier", "start=well", "start=barrier")
 # Values that are tried for each free parameter, and the least of one that is positive.
@@ -34,11 +33,11 @@ _TRIED: tuple[Fraction | int, ...] = (
     Fraction(-1, 32),
 )  # fmt: skip
 _LEAST = Fraction(1, 32)
-_MOST_TRIED = 20_000
+_MOST_TRIED = 4_000
 # Points in u at which signs are looked at, and parameters for which a case is verified.
 _POINTS = 400
 _MOST_CHECKED = 20
-# How far zeros are from each other at least, the double precision of double ones being less.
+# How far zeros, the start and the ends are from each other at least.
 _APART = 1e-4
 # A zero as near to the start as this is the start, where that is known to be one.
 _SAME = 1e-9
@@ -176,59 +175,6 @@ def found_cases(drift: Drift, start: Fraction, sliding: bool = False) -> tuple[C
     return tuple(sorted(found, key=_rank))
 
 
-def contradiction(drift: Drift, start: Fraction, case: Case) -> str:
-    """The reason why no parameters are in the case, as far as signs show it, or an empty text.
-
-    Where a polynomial has at most one zero besides those of the case, all its zeros are real and
-    in known intervals, so that their sum is in one, too.
-    """
-    kinds = [kind for word in case.words if (kind := word.removeprefix("start").lstrip("="))]
-    if not kinds:
-        return ""
-    u, powers, model = sympy.Symbol("u", real=True), _powers(drift), drift.model
-    known = {
-        s: sympy.Symbol(
-            s.name, real=True, positive=s.name in model.positive or None,
-            nonnegative=s.name in (*model.not_negative, *model.positive) or None,
-        )
-        for s in drift.expression().free_symbols - {u}
-    }  # fmt: skip
-    A = drift.expression().xreplace(known)
-    at = sympy.Rational(start.numerator, start.denominator)
-    ends = (-sympy.S.One, sympy.Min(sympy.Max(at, -1), 1), sympy.S.One)
-    # A rises through barriers.
-    after = kinds[-1] == "barrier"
-    for place, rising in ((ends[0], kinds[0] == "well"), (ends[2], after)):
-        value = A.subs(u, place)
-        if value.is_nonpositive if rising else value.is_nonnegative:
-            return f"A({place}) = {value} is not {'positive' if rising else 'negative'}"
-    sides = [ends[:2]] * case.before + [ends[1:]] * (len(case.kinds) - case.before)
-    for k, (low, high) in enumerate(sides, 1):
-        root = sympy.Symbol(
-            f"u{k}", real=True, positive=low >= 0 or None, negative=high <= 0 or None
-        )
-        if (value := A.subs(u, root)).is_nonzero:
-            return f"A({root}) = {value} is not 0"
-    others = len(kinds) if powers is None else powers.degree() - len(kinds)
-    if powers is None or others > 1:
-        return ""
-    lead, total = (e.xreplace(known) for e in (powers.LC(), -powers.all_coeffs()[1] / powers.LC()))
-    sides += [(at, at)] * bool(case.at_start)
-    reason = ""
-    for positive in (True, False):
-        if lead.is_nonpositive if positive else lead.is_nonnegative:
-            continue
-        if others == 0 and positive != after:
-            reason = reason or f"the leading coefficient {lead} has the other sign"
-            continue
-        beyond = [(1, sympy.oo) if positive != after else (-sympy.oo, -1)] * others
-        low, high = (sum(x) for x in zip(*sides, *beyond, strict=True))
-        if low == high or not ((low - total).is_nonnegative or (total - high).is_nonnegative):
-            return ""
-        reason = f"all zeros of A add up to {sympy.cancel(total)}, and these do not"
-    return reason
-
-
 def slides(kinds: Sequence[str]) -> bool:
     """True where the outermost points are wells: the drift points to the layer on both sides."""
     return bool(kinds) and kinds[0] == kinds[-1] == "well"
@@ -279,31 +225,21 @@ def _plain(e: sympy.Expr) -> sympy.Expr:
 
 
 def _checked(drift: Drift, given: dict[str, Any], start: Fraction, on_zero: bool) -> Case | None:
-    """The case at these parameters.
-
-    None where zeros are multiple, or at the start or an end, or A has a pole.
-    """
-    if _powers(drift) is None:
-        try:
-            return case_of(drift.bind(**given), start)
-        except SymasymError:
-            return None
-    c = drift.bind(**given).exact_coefficients() or ()
-    roots = float_zeros(c)
-    apart = np.abs(roots[:, None] - roots) + 1e9 * np.eye(len(roots))
-    if np.any(apart < _APART * (1 + np.abs(roots))):
+    """The case at these parameters; None where zeros, the start and ends are not apart."""
+    try:
+        bound = drift.bind(**given)
+        c = bound.exact_coefficients()
+        if c is None:
+            return case_of(bound, start)
+    except SymasymError:
         return None
-    slope = [k * float(x) for k, x in enumerate(c)][1:] or [0.0]
-    points = []
-    for root in roots:
-        if abs(root.imag) > 1e-6:
-            continue
-        u = float(root.real)
-        rate = float(np.polynomial.polynomial.polyval(u, slope))
-        at_start = on_zero and abs(u - float(start)) < _SAME
-        away = abs(u - float(start)) if abs(u) < 1 and not at_start else 1.0
-        if min(abs(u - 1), abs(u + 1), away, abs(rate)) < 1e-6:
-            return None
-        if abs(u) < 1:
-            points.append((u, "well" if rate < 0 else "barrier"))
+    row = np.trim_zeros([float(x) for x in c], "b")
+    roots = np.roots(row[::-1])
+    inside = [float(z.real) for z in roots if abs(z.imag) < _SAME and abs(z.real) < 1]
+    marks = np.array([*roots, -1, 1, *[float(start)] * (abs(start) < 1 and not on_zero)])
+    gaps = np.abs(marks[:, None] - marks) + np.eye(len(marks))
+    if gaps.min() < _APART:
+        return None
+    slopes = np.polynomial.polynomial.polyval(inside, [k * x for k, x in enumerate(row)][1:] or [0])
+    points = [(u, "well" if slope < 0 else "barrier") for u, slope in zip(inside, slopes, strict=True)]
     return Case(_ordered(points, float(start), on_zero), given)

@@ -15,8 +15,8 @@ import pytest
 import sympy
 
 import symasym as sa
-from symasym.expansions.uniform import TURNS
-from tests.expansions.test_weak import by_definitions
+from symasym.formulas.uniform import TURNS
+from tests.formulas.values import by_definitions
 from tests.latex import compiled, needs_latex
 
 DIGITS = 30
