@@ -108,9 +108,9 @@ def expand(
             raise InputError("quantity is 'density', which has a formula for weak noise only.")
         return _strong(drift, quantity, order, at)
     if noise == "uniform":
-        from symasym.formulas.composition import uniform
+        from symasym.formulas.uniform import uniform
 
-        return uniform(drift, quantity, order, at, case, _case)
+        return uniform(drift, quantity, order, at, case)
     return _weak(drift, quantity, order, at, _case(drift, at, case, quantity))
 
 

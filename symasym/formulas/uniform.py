@@ -9,8 +9,10 @@ Friedman, F. Ursell, Proc. Camb. Phil. Soc. 53 (1957) 599),
 Z = lam^(2/3) zeta (DLMF 9.11.4 and its derivative). R is the finite part of int du/phi from the
 start to 1, without the pair's own pi/(-D)^(1/2). All of it is analytic in D, so that the formula
 is one and the same on both sides of the fold. Of a cubic A = (y^2 - D)(psi0 + psi1 y) everything is
-explicit: m = b + k T_(1/3)(w), where A(b + k x) is c3 k^3 (4 x^3 - 3 x - ...) and T_(1/3) the
-Chebyshev function of degree 1/3; of another bound A the pair is found in numbers.
+explicit: m = b + k T_(1/3)(w) with the turning points b +- k, 2 c3 k^3 w = A(b) and T_(1/3)(w) =
+cos(acos(w)/3), since 4 (m - b)^3 - 3 k^2 (m - b) = A(b)/(2 c3); the end u = 1 before which a barrier
+stands adds E_1 (N. Bleistein, Comm. Pure Appl. Math. 19 (1966) 353). Of another bound A the pair is
+found in numbers, and E_1 left out.
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ from symasym.base.errors import InputError
 from symasym.base.inputs import float_text
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
-from symasym.expansions.canonical import Factor, Field, by_parts, central_map, panel
+from symasym.expansions.canonical import Field, by_parts, central_map, panel
 from symasym.formulas.letters import KAPPA, LAM, R, U
 from symasym.numbers.balls import exact_ball, precision, to_mpf
 
@@ -34,12 +36,15 @@ __all__ = ["NAMES", "text", "uniform"]
 
 M, D, K, W, ZETA, Z, N = sympy.symbols("m D k w zeta Z N", real=True)
 PSI0, PSI1 = sympy.symbols("psi0 psi1", real=True)
-P2, Q2, REST, SLOPE = sympy.symbols("p^2 q^2 R_0 a_+", real=True)
+P2, Q2, REST, SLOPE, BESIDE, EDGE = sympy.symbols("p^2 q^2 R_0 a_+ x_1 E_1", real=True)
 #: LaTeX of the symbols.
-NAMES = {LAM: r"\lambda", PSI0: r"\psi_0", PSI1: r"\psi_1", REST: "R_0", SLOPE: "a_+"}
+NAMES = {
+    LAM: r"\lambda", PSI0: r"\psi_0", PSI1: r"\psi_1", REST: "R_0", SLOPE: "a_+", P2: "p^2", Q2: "q^2",
+    BESIDE: "x_1", EDGE: "E_1",
+}  # fmt: skip
 _DIGITS = 30
-# Of lam times the fall of V from the barrier to the end, e^-this being left out.
-_FALL = 8
+# Of lam V, that it falls at least from the barrier to the end, and from the start to the well.
+_END, _START = 2, 4
 
 
 def third(w: Expr) -> Expr:
@@ -57,7 +62,7 @@ def formula() -> Expr:
     ai, bi, ai1, bi1 = (f(Z) for f in (sympy.airyai, sympy.airybi, sympy.airyaiprime, sympy.airybiprime))
     third_power = LAM ** Rational(1, 3)
     airy = P2 * third_power * (ai**2 + bi**2) - Q2 / third_power * (ai1**2 + bi1**2)
-    return sympy.pi**2 * airy + REST + (R - 1) / SLOPE
+    return sympy.pi**2 * airy + REST + EDGE + (R - 1) / SLOPE
 
 
 def of_cubic(A: Expr, start: Expr) -> dict[Any, Expr]:
@@ -130,20 +135,47 @@ def _tangent(x: Any) -> Any:
     return (root.atan() if x < 0 else ((1 + root) / abs(1 - root)).log() / 2) / root
 
 
-def conditions(A: Expr, start: Expr, known: dict[Any, Expr]) -> list[Any]:
-    """Where the formula holds: the layer's end and the start are not near the pair."""
-    if PSI0 not in known:
-        return [sympy.Gt(R, 1)]
-    y, top = sympy.Symbol("y", real=True), sympy.sqrt(sympy.Max(D, 0))
-    fall = sympy.integrate(sympy.expand((y**2 - D) * (PSI0 + PSI1 * y)), y)
-    found = [sympy.Gt(R, 1), sympy.Gt(PSI0, 0), sympy.Gt(SLOPE, 0)]
-    for high, low in ((1 - M, top), (-top, start - M)):
-        found.append(sympy.Gt(LAM * (fall.subs(y, high) - fall.subs(y, low)), _FALL))
+def fall(y: Expr) -> Expr:
+    """V(m) - V(m + y) of a cubic A."""
+    return PSI0 * (y**3 / 3 - D * y) + PSI1 * (y**4 / 4 - D * y**2 / 2)
+
+
+def beside_end() -> dict[Any, Expr]:
+    """What the layer's end changes before a barrier: its Gaussian is cut off there, and a straight
+    line of slope a+ follows, with x^2 = lam (V(u2) - V(1)).
+
+    First the time in the well times the change of int e^{lam V} behind it; then the time beyond
+    the end, where int e^{-lam V} before it is no longer e^{-lam V(1)}/(lam a+). A pair that is close
+    together, as seen from the end, has all of it in its Airy functions.
+    """
+    root, climb = sympy.sqrt(D), Rational(4, 3) * Z ** Rational(3, 2)
+    well, top = 2 * root * (PSI0 - PSI1 * root), 2 * root * (PSI0 + PSI1 * root)
+    share = 1 - (1 + 8 * climb / BESIDE**2) * sympy.exp(-8 * climb / BESIDE**2)
+    tail, pi = sympy.exp(-(BESIDE**2)), sympy.pi
+    left = sympy.exp(-LAM * SLOPE * (R - 1)) / (LAM * SLOPE)
+    cut = pi / (2 * root * N) * sympy.exp(climb) * (tail / (sympy.sqrt(pi) * BESIDE) - sympy.erfc(BESIDE))
+    over = sympy.sqrt(2 * pi * LAM / well) * sympy.exp(climb - BESIDE**2) * left
+    dawson = sympy.sqrt(pi) / 2 * tail * sympy.erfi(BESIDE)
+    slow = sympy.sqrt(2 * LAM / top) * (dawson - 1 / (2 * BESIDE)) * (1 / (LAM * SLOPE) - left)
+    return {
+        BESIDE: sympy.sqrt(LAM * (fall(1 - M) - fall(root))),
+        EDGE: sympy.Piecewise((share * (cut - over + slow), D > 0), (0, True)),
+    }
+
+
+def conditions(known: dict[Any, Expr], start: Expr) -> list[Any]:
+    """Where the formula holds: neither the layer's end nor the start comes too near to the pair."""
+    found = [sympy.Gt(R, 1), sympy.Gt(SLOPE, 0)]
+    if PSI0 in known:
+        top = sympy.sqrt(sympy.Max(D, 0))
+        found.append(sympy.Gt(PSI0, 0))
+        found.append(sympy.Gt(LAM * (fall(1 - M) - fall(top)), _END))
+        found.append(sympy.Gt(LAM * (fall(-top) - fall(start - M)), _START))
     return found
 
 
 def uniform(
-    drift: Drift, quantity: str, order: int, start: Fraction, case: Any, find: Any = None
+    drift: Drift, quantity: str, order: int, start: Fraction, case: Any = None
 ) -> Any:
     """The formula as an `symasym.formulas.formula.Expansion`."""
     from symasym.formulas.cases import read_case
@@ -170,15 +202,15 @@ def uniform(
         if drift.free or drift.shape:
             if not cubic:
                 continue
-            known = of_cubic(seen, begin)
+            known = of_cubic(seen, begin) | beside_end()
         else:
             numbers = in_numbers(drift, mirrored, start)
             if numbers is None:
                 continue
-            known = of_cubic(seen, begin) if cubic else numbers
+            known = of_cubic(seen, begin) | beside_end() if cubic else {**numbers, EDGE: S.Zero}
         known |= {Z: LAM ** Rational(2, 3) * ZETA, SLOPE: seen.subs(U, 1), LAM: 2 / KAPPA**2}
         own = read_case("barrier well start" if mirrored else "start well barrier")
-        where = tuple(c for c in conditions(seen, begin, known) if c is not sympy.true)
+        where = tuple(c for c in conditions(known, begin) if c is not sympy.true)
         return Expansion(
             "T", "uniform", 0, drift, start, own, formula(), known, conditions=where, tex=NAMES
         ).with_own_names()
@@ -186,3 +218,58 @@ def uniform(
         f"{drift!r} from {float_text(start)} has no well with a barrier behind it that the formula "
         "is of: it takes a cubic A, or any bound drift; sa.escape_time(method='uniform') has numbers."
     )
+
+
+_SPECIAL = ("airyai", "airyaiprime", "airybi", "airybiprime", "erfc", "erfi", "hyp2f1")
+_HEADS = {
+    "numpy": """import numpy
+import scipy.constants
+from scipy.special import airy, erfc, erfi, hyp2f1
+
+airyai, airyaiprime, airybi, airybiprime = (lambda z, k=k: airy(z)[k] for k in range(4))
+""",
+    "mpmath": """import mpmath
+from mpmath import airyai, airybi, erfc, erfi, hyp2f1
+
+airyaiprime, airybiprime = (lambda z, f=f: f(z, derivative=1) for f in (airyai, airybi))
+""",
+}
+
+
+def code(e: Any, target: str, name: str) -> str:
+    """The formula as a function of kappa, r and the parameters, by SymPy's printers."""
+    from sympy.printing.numpy import SciPyPrinter
+    from sympy.printing.pycode import MpmathPrinter
+
+    if target not in _HEADS:
+        raise InputError(
+            f"target is {target!r}, which has no Airy functions of its own; the uniform formula is "
+            "written for numpy (with SciPy) and mpmath, and latex."
+        )
+    kind = SciPyPrinter if target == "numpy" else MpmathPrinter
+    printer = kind({"user_functions": {f: f for f in _SPECIAL}})
+    order: dict[Any, Expr] = {}
+
+    def visit(value: Expr) -> None:
+        for s in sorted(value.free_symbols, key=str):
+            if s in e.definitions and s not in order:
+                visit(e.definitions[s])
+                order[s] = e.definitions[s]
+
+    visit(e.formula)
+    free = set().union(e.formula.free_symbols, *(v.free_symbols for v in order.values())) - set(order)
+    plain = {s: sympy.Symbol({"p^2": "p2", "q^2": "q2", "a_+": "slope"}.get(s.name, s.name)) for s in {*order, *free}}
+
+    def printed(value: Expr) -> str:
+        value = value.replace(sympy.hyper, lambda a, b, z: sympy.Function("hyp2f1")(*a, *b, z))
+        for f in (sympy.airyai, sympy.airyaiprime, sympy.airybi, sympy.airybiprime, sympy.erfc, sympy.erfi):
+            value = value.replace(f, lambda z, f=f: sympy.Function(f.__name__)(z))
+        return str(printer.doprint(value.xreplace(plain)))
+
+    lines = [f"{plain[s]} = {printed(v)}" for s, v in order.items()] + [f"return {printed(e.formula)}"]
+    if target == "numpy":
+        lines = ['with numpy.errstate(all="ignore"):', *(f"    {line}" for line in lines)]
+    arguments = ", ".join(sorted(str(plain[s]) for s in free))
+    about = f'"""T of {e.drift!r}, uniform to order 0, relative O(kappa^2)."""'
+    body = "\n".join(f"    {line}" for line in (about, *lines))
+    return f"{_HEADS[target]}\n\ndef {name}({arguments}):\n{body}\n"
