@@ -6,8 +6,6 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from symasym.asymptotics.coalescence.integral import uniform_integral
-    from symasym.asymptotics.coalescence.result import UniformExpansion
     from symasym.asymptotics.laplace.integral import laplace_integral
     from symasym.asymptotics.laplace.result import LaplaceExpansion
     from symasym.asymptotics.proofs.range_bound import RangeBound, weak_noise_bound
@@ -28,8 +26,9 @@ if TYPE_CHECKING:
     from symasym.drift.ready_made.smoothings import hill, linear, polynomial, sine, tanh
     from symasym.drift.reduction import Reduction, reduce
     from symasym.emit import emit
-    from symasym.formulas import Expansion, expand
     from symasym.formula import Formula, formula, labels
+    from symasym.formulas import Expansion, expand
+    from symasym.integrals.uniform import UniformExpansion, uniform_integral
     from symasym.plan import Plan, plan
     from symasym.plot import plot
     from symasym.quantities import escape_time, exit_probability, occupation, stationary_density
@@ -73,8 +72,7 @@ _HOMES = {
         "plot": "plot",
         "drift.reduction": "Reduction reduce",
         "stokes": "stokes_multiplier",
-        "asymptotics.coalescence.integral": "uniform_integral",
-        "asymptotics.coalescence.result": "UniformExpansion",
+        "integrals.uniform": "UniformExpansion uniform_integral",
     }.items()
     for name in names.split()
 }

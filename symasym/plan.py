@@ -363,40 +363,12 @@ def _planned(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: 
             kept = " with ".join(t.name for t in planned.terms if t.kept)
             return replace(planned, singulants=tuple(_singulants(drift, scene.lam, kept)))
         refused["laplace"] = f"its stated error is {float(parts.error):.2g} at best"
-    try:
-        relative, estimate = _uniform(drift, numbers, request.log)
-    except SymasymError as error:
-        refused["uniform"] = str(error)
-    else:
-        if relative <= rtol:
-            cost = _UNIFORM_COST
-            return Plan("uniform", 0, (), relative, "estimate", cost, rtol, refused, estimate)
-        refused["uniform"] = (
-            f"its stated error in float64, order 0, is {relative:.2g}"
-            if relative < np.inf
-            else "its error in float64, order 0, is not known here"
-        )
     estimate, more = _cheapest(drift, numbers, allowed, request, ("strong_noise",))
     refused |= more
     cost = _EXACT_COST if estimate.method == "exact" else _STRONG_COST
     relative = float(_relative(estimate, request.log))
     method, order, kind = estimate.method, estimate.order, estimate.error_kind
     return Plan(method, order, (), relative, kind, cost, rtol, refused, estimate)
-
-
-def _uniform(drift: Drift, numbers: dict[str, Any], log: bool) -> tuple[float, Estimate]:
-    """The uniform formula of order 0, as for arrays; its relative error, infinite if refused."""
-    logs, errors = _uniform_logs(drift, float_scenes(drift, numbers), np.zeros(1, dtype=np.intp))
-    relative = float(np.expm1(errors[0])) * (1 + 1e-12)
-    with own_context(30) as context:
-        value = error = context.mpf(0)
-        if relative < np.inf:
-            value, error = context.mpf(logs[0]), context.mpf(errors[0])
-            if not log:
-                value = context.exp(value)
-                error = value * relative
-        value, error = to_mpf(value, 30), to_mpf(error, 30)
-    return relative, Estimate(value, error, "estimate", "uniform", 0)
 
 
 def _of_parts(parts: Parts, rtol: float, request: Request) -> Plan:
@@ -513,7 +485,7 @@ def _of_arrays(
     # Of a value, not of its logarithm.
     most = np.log1p(float(allowed)) * (1 - 1e-12)
     plans: list[tuple[str, int | None]] = [("laplace", n) for n in _ARRAY_ORDERS]
-    plans += [("uniform", 0)] * (request.name == "T") + [("exact", None)]
+    plans += [("exact", None)]
     # Other drifts than polynomials are analysed with more digits than float64 has.
     in_float = drift.coefficients(drift.float_values(), NumpyOps()) is not None
     used: list[str] = []
@@ -601,22 +573,8 @@ def _attempt(
     """
     from symasym.asymptotics.weak_noise import answer as weak_noise
 
-    (method, order, in_float), scenes = how, float_scenes(drift, numbers)
+    (_, order, in_float), scenes = how, float_scenes(drift, numbers)
     try:
-        if method == "laplace":
-            return weak_noise.array_logs(scenes, name, order, index, not in_float)
-        return _uniform_logs(drift, scenes, index)
+        return weak_noise.array_logs(scenes, name, order, index, not in_float)
     except SymasymError:
         return np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
-
-
-def _uniform_logs(drift: Drift, scenes: Scenes, index: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Order 0 in float64: polynomial A, everything else would cost more than the integral."""
-    from symasym.asymptotics.uniform.order_zero import escape_time
-    from symasym.asymptotics.uniform.pairing_arrays import paired_of
-    from symasym.asymptotics.weak_noise.arrays import logs_of
-
-    logs, errors = logs_of(
-        drift, scenes, [], (0,), escape_time, None, True, find=paired_of, index=index
-    )
-    return logs, np.where(errors >= 0, errors, np.inf)

@@ -20,7 +20,13 @@ from symasym.drift.evaluate import pieces
 from symasym.expansions.canonical import Field, central_map
 from symasym.numbers.balls import exact_ball, precision, to_mpf
 from symasym.scenes import (
-    FLOAT_DIGITS, Scene, float_scenes, one_scene, read_scene, require_drift, scene_at,
+    FLOAT_DIGITS,
+    Scene,
+    float_scenes,
+    one_scene,
+    read_scene,
+    require_drift,
+    scene_at,
 )  # fmt: skip
 
 if TYPE_CHECKING:

@@ -12,7 +12,6 @@ import sympy
 from symasym.base.errors import InputError
 from symasym.base.inputs import choice, is_array
 from symasym.drift.drift import Drift
-from symasym.emit.asymptotic_time import uniform_time
 from symasym.emit.forms import (
     by_name,
     called,
@@ -219,11 +218,8 @@ def program(
     if arrays:
         raise InputError(f"{arrays[0]} is an array; leave it free, it becomes an argument.")
     rest = {name: value for name, value in numbers.items() if name not in own}
-    chosen = _method_of(what, method)
-    if chosen == "uniform":
-        emitted = uniform_time(what, drift)
-    else:
-        emitted = LABELS[what.label](what, drift)
+    _require_method(what, method)
+    emitted = LABELS[what.label](what, drift)
     for function in emitted.functions:
         for name in drift.free:
             if function.arguments.count(name) > 1:
@@ -241,15 +237,19 @@ def _taken(name: str) -> InputError:
     )
 
 
-def _method_of(what: Record, method: str | None) -> str:
-    """The method of the escape time that is asked for, ``"exact"`` by default."""
+def _require_method(what: Record, method: str | None) -> None:
+    """Refuse a method other than that of the exact escape time."""
     if method is None:
-        return "exact"
+        return
     if what.label != "eq:Ttilde":
         raise InputError(f"{what.label} has no method; eq:Ttilde has.")
-    if method == "laplace":
-        raise InputError("weak noise is emitted by sa.expand(drift, order=…).emit(target).")
-    return choice("method", method, ("exact", "uniform"))
+    if method in ("laplace", "uniform"):
+        noise = "weak" if method == "laplace" else "uniform"
+        raise InputError(
+            f"method is {method!r}; such a formula is emitted by "
+            f"sa.expand(drift, noise={noise!r}).emit(target)."
+        )
+    choice("method", method, ("exact",))
 
 
 def _program(what: Record, *functions: Function, **more: Any) -> Program:

@@ -22,13 +22,13 @@ n' = P - L psi n gives them. Numbers are midpoints of balls: rounding is not enc
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
 from functools import cached_property, reduce
 from itertools import pairwise
+from operator import mul
 from typing import Any, NamedTuple
 
 import numpy as np
-from flint import acb, acb_series, arb, arb_poly, arb_series, ctx
+from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx
 
 from symasym.base.errors import AccuracyError
 
@@ -43,7 +43,6 @@ _REAL = 1e-7
 _REACH = 30.0
 # Bits that series of e^{lam V} lose there.
 _MORE = 90
-_LOG10 = math.log(10)
 
 
 # -- power series in y -----------------------------------------------------------------------------
@@ -129,7 +128,9 @@ def central_map(phi: Any, pi: Factor) -> Map:
     else:
         c, D = chi.coeffs(), pi.square
         odd = enumerate(c[1::2], 1)
-        mean = sum((3 * x * D**k / ((2 * k + 1) * (2 * k + 3)) for k, x in enumerate(c[::2])), arb(0))
+        mean = sum(
+            (3 * x * D**k / ((2 * k + 1) * (2 * k + 3)) for k, x in enumerate(c[::2])), arb(0)
+        )
         zeta, s = D * mean.root(3) ** 2, mean.root(3) * y
         # The mean of g over both zeros, where the one of s^3/3 - zeta s is 0.
         g += sum((x * D ** (k + 1) / (2 * k * (k + 1)) for k, x in odd), arb(0))
@@ -183,35 +184,25 @@ class Field:
     @cached_property
     def zeros(self) -> list[complex]:
         """Those of the Chebyshev interpolant which are zeros of phi."""
-        known = np.polynomial.Chebyshev([0.0])
+        half, values = (self.hi - self.lo) / 2, np.vectorize(lambda t: float(self.phi(arb(t))))
         for degree in (16, 32, 64, 128, 256, 512):
-            known = np.polynomial.Chebyshev.interpolate(
-                lambda x: np.array([float(self.phi(arb(t))) for t in x]), degree, (self.lo, self.hi)
-            )
-            size = abs(known.coef).max()
-            if abs(known.coef[-4:]).max() < 1e-13 * size:
+            known = np.polynomial.Chebyshev.interpolate(values, degree, (self.lo, self.hi))
+            size = 1e-13 * abs(known.coef).max()
+            if abs(known.coef[-4:]).max() < size:
                 break
-        known = known.trim(1e-13 * size)
-        half = (self.hi - self.lo) / 2
-        found = []
-        for z in map(complex, known.roots() if len(known.coef) > 1 else []):
-            out = abs(z.real - (self.lo + self.hi) / 2) - half
-            if max(out, abs(z.imag)) < max(_FAR, half) and self._vanishes(z):
-                found.append(z)
-        return found
+        known, far = known.trim(size), max(_FAR, half)
+        return [
+            z for z in map(complex, known.roots() if len(known.coef) > 1 else [])
+            if max(abs(z.real - self.lo - half) - half, abs(z.imag)) < far and self._vanishes(z)
+        ]  # fmt: skip
 
     def _vanishes(self, z: complex) -> bool:
         """True for a zero of the interpolant that is one of phi."""
-        x = self.taylor_at(z)
+        line, coefficients = acb_series([acb(z), 1], 3), getattr(self.phi, "coefficients", [])
+        x = reduce(lambda x, c: x * line + c, reversed(coefficients), 0 * line)
+        x = x if coefficients else self.phi(line)
         value, slope, curve = (abs(complex(x[k])) for k in range(3))
         return value < 1e-3 * slope + 1e-9 * curve + 1e-12
-
-    def taylor_at(self, z: complex) -> Any:
-        """Three terms of the series of phi at a complex point."""
-        line = acb_series([acb(z), 1], 3)
-        if hasattr(self.phi, "coefficients"):
-            return reduce(lambda x, c: x * line + c, reversed(self.phi.coefficients), 0 * line)
-        return self.phi(line)
 
     def factor(self, cluster: Cluster) -> tuple[Any, Factor]:
         """A zero, or the middle m and D of a pair, to all digits: Newton, Bairstow."""
@@ -288,7 +279,7 @@ class Panel(NamedTuple):
     zeta: Any
     ends: tuple[Any, Any]
     P: tuple[list[Any], list[Any]]  # of the weights g and h: P_k(s) = p + q s
-    c: tuple[list[Any], list[Any]]  # of g and h: c_k at both ends
+    c: list[list[Any]]  # of g and h: c_k at both ends
     own: list[Any]  # the integral of g c_k du, c_k of h
     mixed: list[list[Any]]  # [k][l]: that of P_k c_l ds, P_k of h, c_l of g
 
@@ -309,46 +300,44 @@ def by_parts(pi: Factor, of: Map, weight: Any, order: int) -> tuple[list[Any], l
 
 
 class _Piece(NamedTuple):
-    """s and c_k of both weights on about + [y0, y1], a = du/ds."""
+    """s, g and c_k of both weights on about + [y0, y1]."""
 
     about: Any
     y0: Any
     y1: Any
-    a: Any
     s: Any
     g: Any
     c: tuple[list[Any], list[Any]]
 
 
-def panel(
-    field: Field, centre: Any, pi: Factor, lo: Any, hi: Any, order: int, g: Any = None, h: Any = None
-) -> Panel:
+def panel(field: Field, centre: Any, pi: Factor, lo: Any, hi: Any, order: int, *gh: Any) -> Panel:
     """The panel [lo, hi] with the zeros pi about `centre`; u < v have the weights g(u), h(v).
 
-    The weights are functions of power series; None: 1.
+    The weights are functions of power series; left out, or None: 1.
     """
     found = central_map(field.taylor(centre), pi)
     d, zeta, s, ks = pi.degree, found.zeta, found.s, range(order + 1)
-    weights = [g] if g is h else [g, h]
+    weights = list(dict.fromkeys(gh or [None]))
     pieces: list[_Piece] = []
 
-    def at_centre(u: Any) -> list[Any]:
+    def weighed(u: Any) -> list[Any]:
         return [arb_series([1]) if w is None else field.taylor(u, w) for w in weights]
 
-    def add(about: Any, step: Any, a: Any, s: Any, used: list[Any], c: list[Any]) -> None:
+    def add(about: Any, step: Any, s: Any, used: list[Any], c: Any) -> None:
         y0, y1 = max(-step, lo - about), min(step, hi - about)
         if y0 < y1:
-            pieces.append(_Piece(about, y0, y1, a, s, used[0], (c[0], c[-1])))
+            pieces.append(_Piece(about, y0, y1, s, used[0], (c[0], c[-1])))
 
-    used = at_centre(centre)
+    used = weighed(centre)
     P, c = zip(*(by_parts(pi, found, w, order) for w in used), strict=True)
-    near = arb(SHARE * min(radius(pi.over(field.taylor(centre))), *(radius(w, False) for w in used)))
-    add(centre, near, pi.over(psi(d, zeta, s)) / found.chi, s, used, c)
+    near = min(radius(pi.over(field.taylor(centre))), *(radius(w, False) for w in used))
+    near = arb(SHARE * near)
+    add(centre, near, s, used, c)
     for side, end in ((-1, lo), (1, hi)):
         edge, here = centre + side * near, at(s, side * near)
         while side * (end - edge) > 0:
             # Further out about other centres, where primitive(s) = eps int phi as well.
-            room = min(radius(field.taylor(edge)), *(radius(w, False) for w in at_centre(edge)))
+            room = min(radius(field.taylor(edge)), *(radius(w, False) for w in weighed(edge)))
             step = arb(SHARE / (1 + SHARE) * room)
             if step < _SHORT:
                 raise three_together(edge)
@@ -358,7 +347,7 @@ def panel(
             level += primitive(d, zeta, here) - at(level, -side * step)
             for _ in range(4 + 2 * ctx.cap.bit_length()):
                 t = middle(t - (primitive(d, zeta, t) - level) / psi(d, zeta, t))
-            below, used, c = psi(d, zeta, t), at_centre(about), []
+            below, used, c = psi(d, zeta, t), weighed(about), []
             a = below / phi
             for known, weight in zip(P, used, strict=True):
                 row, rest = [], weight * a
@@ -366,10 +355,9 @@ def panel(
                     row.append((rest - p - q * t) / below)
                     rest = a * row[-1].derivative()
                 c.append(row)
-            add(about, step, a, t, used, c)
+            add(about, step, t, used, c)
             edge, here = about + side * step, at(t, side * step)
     pieces.sort(key=lambda piece: float(piece.about))
-
     own, mixed = [arb(0) for _ in ks], [[arb(0) for _ in ks[: order + 1 - k]] for k in ks if d]
     for p in pieces:
 
@@ -385,21 +373,17 @@ def panel(
             for k in range(len(row)):
                 row[k] += over(weight * p.c[0][k])
     first, last = pieces[0], pieces[-1]
-    return Panel(
-        found.eps, d, zeta,
-        (at(first.s, first.y0), at(last.s, last.y1)),
-        (P[0], P[-1]),
-        [[(at(first.c[j][k], first.y0), at(last.c[j][k], last.y1)) for k in ks] for j in (0, 1)],
-        own, mixed,
-    )  # fmt: skip
+    ends = at(first.s, first.y0), at(last.s, last.y1)
+    c = [[(at(first.c[j][k], first.y0), at(last.c[j][k], last.y1)) for k in ks] for j in (0, 1)]
+    return Panel(found.eps, d, zeta, ends, (P[0], P[-1]), c, own, mixed)
 
 
 # -- the canonical integrals -----------------------------------------------------------------------
 
 
 class Canonical(NamedTuple):
-    """Over a stretch of s, with e' = -L psi e from 1 and n_i' = s^i - L psi n_i from 0: e and n_i at
-    its end, and the integrals of e s^j and of n_i s^j."""
+    """Over a stretch of s, with e' = -L psi e from 1 and n_i' = s^i - L psi n_i from 0: e and n_i
+    at its end, and the integrals of e s^j and of n_i s^j."""
 
     e: Any
     n: list[Any]
@@ -408,15 +392,13 @@ class Canonical(NamedTuple):
 
     def then(self, other: Canonical) -> Canonical:
         """This stretch and the next."""
-        return Canonical(
-            self.e * other.e,
-            [x * other.e + y for x, y in zip(self.n, other.n, strict=True)],
-            [x + self.e * y for x, y in zip(self.B, other.B, strict=True)],
-            [
-                [x + y + n * b for x, y, b in zip(p, q, other.B, strict=True)]
-                for p, q, n in zip(self.J, other.J, self.n, strict=True)
-            ],
-        )
+        J = [
+            [x + y + n * b for x, y, b in zip(p, q, other.B, strict=True)]
+            for p, q, n in zip(self.J, other.J, self.n, strict=True)
+        ]
+        n = [x * other.e + y for x, y in zip(self.n, other.n, strict=True)]
+        B = [x + self.e * y for x, y in zip(self.B, other.B, strict=True)]
+        return Canonical(self.e * other.e, n, B, J)
 
 
 def canonical(L: Any, d: int, zeta: Any, lo: Any, hi: Any, nats: float) -> Canonical:
@@ -427,60 +409,48 @@ def canonical(L: Any, d: int, zeta: Any, lo: Any, hi: Any, nats: float) -> Canon
     while waiting:
         a, b = waiting.pop()
         mid, half = ((a + b) / 2).mid(), ((b - a) / 2).mid()
-        g = [L * half * c for c in ([mid * mid - zeta, 2 * mid * half, half * half], [mid, half])[d == 1]]
-        p = [[half], [half * mid, half * half]][:d]
+        shape = [mid * mid - zeta, 2 * mid * half, half * half] if d == 2 else [mid, half]
+        g, p = [L * half * c for c in shape], [[half], [half * mid, half * half]][:d]
         sizes = [float(abs(c)) for c in g]
         if sum(c / (k + 1) for k, c in enumerate(sizes)) < _REACH:
-            found.append(_moderate(g, p, half, nats))
+            found.append(_moderate(g, p, sizes, nats))
         elif terms := _slow_terms(sizes, nats):
-            found.append(_slow(g, p, half, terms))
+            found.append(_slow(g, p, terms))
         else:
             waiting += [((a + b) / 2, b), (a, (a + b) / 2)]
     ctx.prec = before
     return reduce(Canonical.then, found)
 
 
-def _moderate(g: list[Any], p: list[list[Any]], half: Any, nats: float) -> Canonical:
-    """The integrals of a panel by power series about its middle."""
-    sizes = [float(abs(c)) / (k + 1) for k, c in enumerate(g)]
-    whole = nats + sum(sizes)
-    before, ctx.cap = ctx.cap, math.ceil(
-        min(
-            (whole + sum(c * rho ** (k + 1) for k, c in enumerate(sizes))) / math.log(rho)
-            for rho in (1.5, 2.0, 3.0, 4.5, 6.5, 10.0, 16.0, 32.0, 100.0, 1e4)
-        )
-    ) + 2  # fmt: skip
-    q = _series(g).integral()
-    down, up = (-q).exp(), q.exp()
-    low = _ends(down)[0]
-    rows = [arb_series(x) for x in p]
-    n = []
+def _moderate(g: list[Any], p: list[list[Any]], sizes: list[float], nats: float) -> Canonical:
+    """The integrals of a panel by power series about its middle, as many terms as Cauchy's
+    estimate takes."""
+    sizes = [c / (k + 1) for k, c in enumerate(sizes)]
+    counts = [
+        (nats + sum(sizes) + sum(c * rho ** (k + 1) for k, c in enumerate(sizes))) / math.log(rho)
+        for rho in (1.5, 2.0, 3.0, 4.5, 6.5, 10.0, 16.0, 32.0, 100.0, 1e4)
+    ]
+    before, ctx.cap = ctx.cap, math.ceil(min(counts)) + 2
+    q = (acb_series if isinstance(g[0], acb) else arb_series)(g).integral()
+    down, up, rows, n = (-q).exp(), q.exp(), [arb_series(x) for x in p], []
+    low, high = _ends(down.coeffs())
     for row in rows:
         area = (row * up).integral()
-        n.append(down * (area - _ends(area)[0]))
-    result = Canonical(
-        _ends(down)[1] / low,
-        [_ends(x)[1] for x in n],
-        [_between(row * down) / low for row in rows],
-        [[_between(row * x) for row in rows] for x in n],
-    )
+        n.append(down * (area - _ends(area.coeffs())[0]))
+    B = [_between(row * down) / low for row in rows]
+    J = [[_between(row * x) for row in rows] for x in n]
     ctx.cap = before
-    return result
+    return Canonical(high / low, [_ends(x.coeffs())[1] for x in n], B, J)
 
 
-def _series(c: list[Any]) -> Any:
-    return (acb_series if isinstance(c[0], acb) else arb_series)(c)
-
-
-def _ends(x: Any) -> tuple[Any, Any]:
-    """A power series at -1 and 1."""
-    c = x.coeffs()
+def _ends(c: list[Any]) -> tuple[Any, Any]:
+    """A polynomial of these coefficients at -1 and 1."""
     even, odd = sum(c[::2], arb(0)), sum(c[1::2], arb(0))
     return (even - odd).mid(), (even + odd).mid()
 
 
 def _between(x: Any) -> Any:
-    """Its integral from -1 to 1."""
+    """The integral of a polynomial or power series from -1 to 1."""
     return sum((c / (k + 0.5) for k, c in enumerate(x.coeffs()[::2])), arb(0)).mid()
 
 
@@ -496,55 +466,38 @@ def _slow_terms(sizes: list[float], nats: float) -> int:
     return least
 
 
-def _slow(g: list[Any], p: list[list[Any]], half: Any, terms: int) -> Canonical:
+def _slow(g: list[Any], p: list[list[Any]], terms: int) -> Canonical:
     """The integrals of a panel on which L psi is large, from the slow solutions of both signs."""
-    e = (-_between(_series(g))).exp()
-    back = [_slow_solution([-c for c in g], x, terms) for x in p]
+    poly = acb_poly if isinstance(g[0], acb) else arb_poly
+    e = (-_between(poly(g))).exp()
     ahead = [_slow_solution(g, x, terms) for x in p]
-    ends, B = [_of_ends(t) for t in ahead], []
-    for before, after in map(_of_ends, back):
-        B.append(after * e - before)
-    return Canonical(
-        e,
-        [after - before * e for before, after in ends],
-        B,
-        [
-            [_weighed(t, x) - before * b for x, b in zip(p, B, strict=True)]
-            for t, (before, _) in zip(ahead, ends, strict=True)
-        ],
-    )
+    back = [_ends(_slow_solution([-c for c in g], x, terms)) for x in p]
+    ends, B = [_ends(t) for t in ahead], [after * e - before for before, after in back]
+    J = [
+        [_between(poly(t) * arb_poly(x)) - before * b for x, b in zip(p, B, strict=True)]
+        for t, (before, _) in zip(ahead, ends, strict=True)
+    ]
+    return Canonical(e, [after - before * e for before, after in ends], B, J)
 
 
 def _slow_solution(g: list[Any], p: list[Any], terms: int) -> list[Any]:
     """Taylor coefficients of the slow solution of t' = p - g t, found from the last one down."""
-    m, row, right = len(g), g, arb(0)
+    row, right, t = g, arb(0), list[Any]()
     rows = [(row, right)]
     for k in range(terms - 1, 0, -1):
-        # (k + 1) t_{k+1} + sum g_j t_{k-j} = p_k, of which t_{k+1} is put in.
+        # k t_k + sum g_j t_{k-1-j} = p_{k-1}, of which t_k is put in.
         factor = k / row[0]
         right = (p[k - 1] if k <= len(p) else 0) - factor * right
         row = [c - factor * x for c, x in zip(g, [*row[1:], 0], strict=True)]
         rows.append((row, right))
-    t: list[Any] = []
     for row, right in reversed(rows):
-        for c, x in zip(row[1:], t[: -m : -1], strict=False):
-            right = right - c * x
-        t.append((right / row[0]).mid())
+        t.append(((right - dot(row[1:], t[: -len(g) : -1])) / row[0]).mid())
     return t
 
 
-def _of_ends(t: list[Any]) -> tuple[Any, Any]:
-    """A polynomial at -1 and 1."""
-    even, odd = sum(t[::2], arb(0)), sum(t[1::2], arb(0))
-    return even - odd, even + odd
-
-
-def _weighed(t: list[Any], x: list[Any]) -> Any:
-    """The integral of a polynomial with another of two terms or one, from -1 to 1."""
-    total = sum((c / (k + 0.5) for k, c in enumerate(t[::2])), arb(0)) * x[0]
-    if len(x) > 1:
-        total += sum((c / (k + 1.5) for k, c in enumerate(t[1::2])), arb(0)) * x[1]
-    return total
+def dot(x: list[Any], y: list[Any]) -> Any:
+    """The sum of products, of the shorter one."""
+    return sum(map(mul, x, y), arb(0))
 
 
 # -- at one lam ------------------------------------------------------------------------------------
@@ -561,44 +514,32 @@ class Way(NamedTuple):
 
     def then(self, other: Way) -> Way:
         """This stretch and the next."""
-        return Way(
-            self.m * other.E + other.m,
-            self.E * other.E,
-            self.B + self.E * other.B,
-            self.J + other.J + self.m * other.B,
-        )
+        J = self.J + other.J + self.m * other.B
+        return Way(self.m * other.E + other.m, self.E * other.E, self.B + self.E * other.B, J)
 
 
 def ways(one: Panel, lam: Any, nats: float) -> list[Way]:
     """The panel at one lam, to the orders 0, 1, ..., N."""
-    L, d = one.eps * lam, one.degree
-    if d:
-        known = canonical(L, d, one.zeta, *one.ends, nats)
+    L, zero, found = one.eps * lam, arb(0), []
+    if one.degree:
+        known = canonical(L, one.degree, one.zeta, *one.ends, nats)
     else:
         known = Canonical((-L * (one.ends[1] - one.ends[0])).exp(), [], [], [])
-    zero, found = arb(0), []
-    P, Q = [zero] * 2, [zero] * 2
-    low, high, B, J = zero, zero, zero, zero
-    h, power = one.c[1], 1 / L
-    ends = [zero, zero]
+    P, Q, slow, ends, regular = [zero] * 2, [zero] * 2, [zero] * 2, [zero] * 2, zero
+
+    def more(total: list[Any], factor: Any, terms: Any) -> list[Any]:
+        return [x + factor * y for x, y in zip(total, terms, strict=True)]
+
     for k in range(len(one.own)):
-        sign = (-1) ** k
-        P = [x + sign * power * L * y for x, y in zip(P, one.P[0][k], strict=True)]
-        Q = [x + power * L * y for x, y in zip(Q, one.P[1][k], strict=True)]
-        low, high = (x + sign * power * y for x, y in zip((low, high), one.c[0][k], strict=True))
-        ends = [x + power * y for x, y in zip(ends, h[k], strict=True)]
-        J += power * one.own[k]
-        for i in range(k + 1 if d else 0):
-            J += (-1) ** (k - i) * power * one.mixed[i][k - i]
-        n = sum((p * x for p, x in zip(P, known.n, strict=False)), -low * known.e)
-        B = sum((q * x for q, x in zip(Q, known.B, strict=False)), zero)
-        m = n + high
-        nested = sum(
-            (p * sum((q * x for q, x in zip(Q, row, strict=False)), zero) for p, row in zip(P, known.J, strict=False)),
-            -low * B,
-        )
-        found.append(Way(m, known.e, B - (known.e * ends[1] - ends[0]), nested + J - m * ends[1]))
-        power = power / L
+        sign, power = (-1) ** k, 1 / L ** (k + 1)
+        P, Q = more(P, sign * power * L, one.P[0][k]), more(Q, power * L, one.P[1][k])
+        slow, ends = more(slow, sign * power, one.c[0][k]), more(ends, power, one.c[1][k])
+        mixed = sum((-1) ** (k - i) * row[k - i] for i, row in enumerate(one.mixed[: k + 1]))
+        regular += power * (one.own[k] + mixed)
+        B = dot(Q, known.B)
+        m = dot(P, known.n) - slow[0] * known.e + slow[1]
+        J = dot(P, [dot(Q, row) for row in known.J]) - slow[0] * B + regular - m * ends[1]
+        found.append(Way(m, known.e, B - known.e * ends[1] + ends[0], J))
     return found
 
 

@@ -25,7 +25,6 @@ import numpy as np
 from flint import arb, ctx, fmpq
 
 from symasym.base.errors import AccuracyError
-from symasym.base.inputs import float_text
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
 from symasym.expansions.canonical import SHARE, Field, Panel, Way, straight, ways
@@ -89,9 +88,7 @@ def _refused(scene: Scene, request: Request) -> AccuracyError:
     )
 
 
-def _estimates(
-    scenes: list[Scene], request: Request, digits: int
-) -> Iterator[tuple[Any, Any]]:
+def _estimates(scenes: list[Scene], request: Request, digits: int) -> Iterator[tuple[Any, Any]]:
     """The value and its error, of scenes of one drift, radius and start."""
     order, most = request.order, max(scene.lam for scene in scenes)
     nats = math.log(10) * digits + math.log(2 + most)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 import sympy
 from sympy import Expr, S, Symbol
 
-from symasym.emit.forms import erfcx, height_exp, larger
+from symasym.emit.forms import height_exp, larger
 from symasym.emit.program import Case, Function, Program, by_logarithm
 from symasym.formulas.letters import LAM, expanded, joined
 
@@ -146,7 +146,6 @@ def program(
 def _in_code(e: Expr) -> Expr:
     """The expression in functions that every language has."""
     e = e.replace(sympy.acosh, lambda w: sympy.log(w + sympy.sqrt(w**2 - 1)))
-    e = e.replace(sympy.erfc, lambda x: sympy.exp(-(x**2)) * erfcx(x))
     # One of two exponentials may overflow where their product does not.
     return joined(e)
 

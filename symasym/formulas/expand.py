@@ -24,6 +24,7 @@ from symasym.formulas.cases import Case, case_of, found_cases, read_case, slides
 from symasym.formulas.formula import OF_START, Contribution, Expanded, Expansion, Noise
 from symasym.formulas.letters import KAPPA, LAM, Field, Letters, R, Terms, U, X, joined
 from symasym.formulas.strong import strong
+from symasym.formulas.uniform import NAMES, uniform
 from symasym.scenes import require_drift
 
 __all__ = ["expand"]
@@ -108,9 +109,10 @@ def expand(
             raise InputError("quantity is 'density', which has a formula for weak noise only.")
         return _strong(drift, quantity, order, at)
     if noise == "uniform":
-        from symasym.formulas.uniform import uniform
-
-        return uniform(drift, quantity, order, at, case)
+        own, formula, known, where = uniform(drift, quantity, order, at, case)
+        return Expansion(
+            quantity, noise, order, drift, at, own, formula, known, conditions=where, tex=NAMES
+        ).with_own_names()
     return _weak(drift, quantity, order, at, _case(drift, at, case, quantity))
 
 

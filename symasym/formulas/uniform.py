@@ -29,6 +29,7 @@ from symasym.base.inputs import float_text
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
 from symasym.expansions.canonical import Field, by_parts, central_map, panel
+from symasym.formulas.cases import Case, read_case
 from symasym.formulas.letters import KAPPA, LAM, R, U
 from symasym.numbers.balls import exact_ball, precision, to_mpf
 
@@ -59,7 +60,9 @@ def inverse_tangent(x: Expr) -> Expr:
 
 def formula() -> Expr:
     """T in the symbols."""
-    ai, bi, ai1, bi1 = (f(Z) for f in (sympy.airyai, sympy.airybi, sympy.airyaiprime, sympy.airybiprime))
+    ai, bi, ai1, bi1 = (
+        f(Z) for f in (sympy.airyai, sympy.airybi, sympy.airyaiprime, sympy.airybiprime)
+    )
     third_power = LAM ** Rational(1, 3)
     airy = P2 * third_power * (ai**2 + bi**2) - Q2 / third_power * (ai1**2 + bi1**2)
     return sympy.pi**2 * airy + REST + EDGE + (R - 1) / SLOPE
@@ -153,7 +156,12 @@ def beside_end() -> dict[Any, Expr]:
     share = 1 - (1 + 8 * climb / BESIDE**2) * sympy.exp(-8 * climb / BESIDE**2)
     tail, pi = sympy.exp(-(BESIDE**2)), sympy.pi
     left = sympy.exp(-LAM * SLOPE * (R - 1)) / (LAM * SLOPE)
-    cut = pi / (2 * root * N) * sympy.exp(climb) * (tail / (sympy.sqrt(pi) * BESIDE) - sympy.erfc(BESIDE))
+    cut = (
+        pi
+        / (2 * root * N)
+        * sympy.exp(climb)
+        * (tail / (sympy.sqrt(pi) * BESIDE) - sympy.erfc(BESIDE))
+    )
     over = sympy.sqrt(2 * pi * LAM / well) * sympy.exp(climb - BESIDE**2) * left
     dawson = sympy.sqrt(pi) / 2 * tail * sympy.erfi(BESIDE)
     slow = sympy.sqrt(2 * LAM / top) * (dawson - 1 / (2 * BESIDE)) * (1 / (LAM * SLOPE) - left)
@@ -174,13 +182,8 @@ def conditions(known: dict[Any, Expr], start: Expr) -> list[Any]:
     return found
 
 
-def uniform(
-    drift: Drift, quantity: str, order: int, start: Fraction, case: Any = None
-) -> Any:
-    """The formula as an `symasym.formulas.formula.Expansion`."""
-    from symasym.formulas.cases import read_case
-    from symasym.formulas.formula import Expansion
-
+def uniform(drift: Drift, quantity: str, order: int, start: Fraction, case: Any = None) -> tuple[Case, Expr, dict[Any, Expr], tuple[Any, ...]]:
+    """The case, the formula, what its symbols are, and where it holds."""
     if quantity != "T" or order:
         raise InputError(
             f"quantity is {quantity!r} and order {order}; the uniform formula is that of T to order "
@@ -211,9 +214,7 @@ def uniform(
         known |= {Z: LAM ** Rational(2, 3) * ZETA, SLOPE: seen.subs(U, 1), LAM: 2 / KAPPA**2}
         own = read_case("barrier well start" if mirrored else "start well barrier")
         where = tuple(c for c in conditions(known, begin) if c is not sympy.true)
-        return Expansion(
-            "T", "uniform", 0, drift, start, own, formula(), known, conditions=where, tex=NAMES
-        ).with_own_names()
+        return own, formula(), known, where
     raise InputError(
         f"{drift!r} from {float_text(start)} has no well with a barrier behind it that the formula "
         "is of: it takes a cubic A, or any bound drift; sa.escape_time(method='uniform') has numbers."
@@ -257,16 +258,30 @@ def code(e: Any, target: str, name: str) -> str:
                 order[s] = e.definitions[s]
 
     visit(e.formula)
-    free = set().union(e.formula.free_symbols, *(v.free_symbols for v in order.values())) - set(order)
-    plain = {s: sympy.Symbol({"p^2": "p2", "q^2": "q2", "a_+": "slope"}.get(s.name, s.name)) for s in {*order, *free}}
+    free = set().union(e.formula.free_symbols, *(v.free_symbols for v in order.values())) - set(
+        order
+    )
+    plain = {
+        s: sympy.Symbol({"p^2": "p2", "q^2": "q2", "a_+": "slope"}.get(s.name, s.name))
+        for s in {*order, *free}
+    }
 
     def printed(value: Expr) -> str:
         value = value.replace(sympy.hyper, lambda a, b, z: sympy.Function("hyp2f1")(*a, *b, z))
-        for f in (sympy.airyai, sympy.airyaiprime, sympy.airybi, sympy.airybiprime, sympy.erfc, sympy.erfi):
+        for f in (
+            sympy.airyai,
+            sympy.airyaiprime,
+            sympy.airybi,
+            sympy.airybiprime,
+            sympy.erfc,
+            sympy.erfi,
+        ):
             value = value.replace(f, lambda z, f=f: sympy.Function(f.__name__)(z))
         return str(printer.doprint(value.xreplace(plain)))
 
-    lines = [f"{plain[s]} = {printed(v)}" for s, v in order.items()] + [f"return {printed(e.formula)}"]
+    lines = [f"{plain[s]} = {printed(v)}" for s, v in order.items()] + [
+        f"return {printed(e.formula)}"
+    ]
     if target == "numpy":
         lines = ['with numpy.errstate(all="ignore"):', *(f"    {line}" for line in lines)]
     arguments = ", ".join(sorted(str(plain[s]) for s in free))

@@ -26,13 +26,33 @@ from sympy import Expr, Symbol
 from symasym.base.call_context import symbolic
 from symasym.base.errors import AccuracyError, InputError, RangeError
 from symasym.base.estimate import Estimate
-from symasym.base.inputs import Number, Numbers, count, digits, exact, flag, floats, is_array
-from symasym.base.inputs import is_name, positive, shown
+from symasym.base.inputs import (
+    Number,
+    Numbers,
+    count,
+    digits,
+    exact,
+    flag,
+    floats,
+    is_array,
+    is_name,
+    positive,
+    shown,
+)
 from symasym.drift.evaluate import profile
 from symasym.drift.expressions import parse
 from symasym.drift.models import Expression
 from symasym.expansions.canonical import (
-    SHARE, Factor, Field, Way, at, by_parts, central_map, panel, primitive, ways,
+    SHARE,
+    Factor,
+    Field,
+    Way,
+    at,
+    by_parts,
+    central_map,
+    panel,
+    primitive,
+    ways,
 )  # fmt: skip
 from symasym.numbers.balls import exact_ball, precision, to_mpf
 
@@ -213,7 +233,11 @@ class UniformExpansion:
             else:
                 total += (p * ai / third + eps * q * slope / third**2) / (eps * lam) ** k
             rows.append(total)
-        front = 2 * arb.pi() * (acb(0, lam * level).exp() if turned else acb(0, 1) * (lam * level).exp())
+        front = (
+            2
+            * arb.pi()
+            * (acb(0, lam * level).exp() if turned else acb(0, 1) * (lam * level).exp())
+        )
         return [front * self._factor(self.g)[0] * y for y in rows]
 
     def _by_panels(self, lam: Any, terms: int, nats: float) -> list[Any]:
@@ -252,7 +276,9 @@ class UniformExpansion:
                 # Outwards, or half of what is left at a time.
                 steps = (2.0**k for k in range(60))
                 inside = max(near, float(found[0]) + 1) if found else near
-                marks = [inside + side * y if here is None else here + (inside - here) / y for y in steps]
+                marks = [
+                    inside + side * y if here is None else here + (inside - here) / y for y in steps
+                ]
                 heights = [float(f(arb(y))) for y in marks]
                 falls = (
                     k for k, y in enumerate(heights)
