@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from fractions import Fraction
 from functools import cached_property, lru_cache, partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -20,6 +21,7 @@ import numpy as np
 from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx, fmpq
 
 from symasym.base.errors import AccuracyError, InputError
+from symasym.base.inputs import BeyondFloat, to_float
 from symasym.drift.models import Expression, Model
 from symasym.numbers.balls import precision
 
@@ -316,6 +318,18 @@ def rational(x: Any) -> Any:
 # -- float64 ---------------------------------------------------------------------------------------
 
 
+def _in_floats(of: Callable[..., Any], *arguments: Any) -> Any:
+    """What a function of models is in float64."""
+    try:
+        with np.errstate(all="ignore"):
+            found = of(*arguments, balls=False)
+        return [x if np.ndim(x) else float(x) for x in found] if isinstance(found, list) else found
+    except OverflowError:
+        raise BeyondFloat(
+            "A number of the drift is beyond the range of float64; pass dps=… for it."
+        ) from None
+
+
 class Sampled:
     """A over rows of parameters in float64, some of them perhaps complex (the complex step).
 
@@ -333,10 +347,10 @@ class Sampled:
         self._drift, self._numbers, self._rows, self._pairs = drift, numbers, rows, pairs
         self._arrays = {k: x for k, x in numbers.items() if isinstance(x, np.ndarray)}
         self._floats: dict[str, Any] = {
-            k: x if k in self._arrays else float(x) for k, x in numbers.items()
+            k: to_float("A number of the drift", x) if isinstance(x, Fraction) else x
+            for k, x in numbers.items()
         }
-        with np.errstate(all="ignore"):
-            self._c = _coefficients(drift.model, self._floats, balls=False)
+        self._c = _in_floats(_coefficients, drift.model, self._floats)
         self.exact, self.careful = self._c is not None, pairs is not None
         self.terms = ANALYTIC if self._c is None else len(self._c)
 
@@ -344,8 +358,7 @@ class Sampled:
         """A at `u`, of shape (many, len(rows)), each column with the parameters of its row."""
         if self._c is None:
             values = {k: x[rows] if k in self._arrays else x for k, x in self._floats.items()}
-            with np.errstate(all="ignore"):
-                return _value(self._drift.model, u, values, balls=False)
+            return _in_floats(_value, self._drift.model, u, values)
         c = [x[rows] if np.ndim(x) else x for x in self._c]
         value = c[-1] + 0 * u
         for x in c[-2::-1]:
