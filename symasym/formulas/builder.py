@@ -30,8 +30,7 @@ from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.drift.models import General
 from symasym.formulas.cases import Case
-from symasym.formulas.formula import Rule
-from symasym.formulas.letters import FinitePart, U
+from symasym.formulas.letters import FinitePart, Rule, U
 from symasym.formulas.symbolic_sums import X
 from symasym.formulas.universal import at_zero, endpoint, gaussian, put_in
 

@@ -46,11 +46,12 @@ _L, _R, _D_MINUS, _D_PLUS = sympy.symbols("L R D- D+", positive=True)
 
 def uniform(
     drift: Drift, quantity: Expanded, order: int, start: Fraction, case: str | Case | None,
-    find: Callable[..., Case],
+    find: Callable[..., Case], verb: Callable[..., Expansion],
 ) -> Expansion:  # fmt: skip
     """The uniform formula of the case asked for, or of the first that has one.
 
-    `find` gives the first case of a drift, a start, a case asked for and a quantity.
+    `find` gives the first case of a drift, a start, a case asked for and a quantity; `verb` is
+    `symasym.expand`.
     """
     if quantity == "T" and (abs(start) >= 1 or zero_at(drift, start)):
         where = "a zero of A" if abs(start) < 1 else "outside of the layer"
@@ -65,7 +66,7 @@ def uniform(
         )
     own = find(drift, start, case, quantity)
     if not drift.free or drift.shape or drift == Drift.general():
-        return _of_case(drift, quantity, order, start, own)
+        return _of_case(drift, quantity, order, start, own, verb)
     asked: tuple[Case, ...] = (own,)
     if case is None or drift.expression().as_poly(U) is None:
         # Of what is no polynomial with parameters at which it is in the case asked for.
@@ -74,7 +75,7 @@ def uniform(
     refused = []
     for one in asked:
         try:
-            return _of_case(drift, quantity, order, start, one)
+            return _of_case(drift, quantity, order, start, one, verb)
         except InputError as error:
             refused.append(str(error))
     several = f"no case of {drift!r} has the uniform formula; of the first, '{own}': "
@@ -83,8 +84,9 @@ def uniform(
 
 @lru_cache(maxsize=32)
 def _of_case(
-    drift: Drift, quantity: Expanded, order: int, start: Fraction, case: Case
-) -> Expansion:
+    drift: Drift, quantity: Expanded, order: int, start: Fraction, case: Case,
+    verb: Callable[..., Expansion],
+) -> Expansion:  # fmt: skip
     """T or 1 - P through a coalescence."""
     symbols = uniform_symbols(drift, quantity, order, start, case)
     sums = dict[Symbol, Expr]()
@@ -108,7 +110,7 @@ def _of_case(
     e = Expansion(
         quantity, "uniform", order, drift, start, case, formula, known, symbols.equations, (),
         tuple(c for c in conditions if c is not sympy.true), symbols.integrals, symbols.rules, tex,
-        rows, tuple(sums), symbols.code, symbols.growth,
+        rows, tuple(sums), symbols.code, symbols.growth, verb,
     ).with_own_names()  # fmt: skip
     # That A is 0 at u1, u2, ... is how these are defined; SymPy would take seconds to find it.
     others = (c for c in e.conditions if not isinstance(c, sympy.Eq))

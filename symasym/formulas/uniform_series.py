@@ -45,8 +45,7 @@ from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField
 from symasym.formulas.builder import Symbols
 from symasym.formulas.cases import Case
-from symasym.formulas.formula import Rule
-from symasym.formulas.letters import U
+from symasym.formulas.letters import Rule, U
 from symasym.formulas.symbolic_sums import BEYOND_1, LAM, X
 from symasym.formulas.uniform import (
     P0,

@@ -191,8 +191,6 @@ def test_javascript_throws_where_it_has_no_value(tmp_path):
         (lambda: formula(drift=sa.tanh(1, -1, 5)), "is no polynomial in u"),
         (lambda: formula(drift=sa.polynomial(*range(1, 15))), "has degree 13; the uniform time"),
         (lambda: formula("mpmath"), "is emitted in double precision"),
-        (lambda: sa.emit("eq:Ttilde", drift=sa.friction(), method="uniform", order=1),
-         "order is 1; with method='uniform' order 0 is emitted"),
     ],
 )  # fmt: skip
 def test_bad_input_is_told_in_one_sentence(call, message):

@@ -41,9 +41,10 @@ _NUMBER_FIELD = "products and quotients of a + b sqrt(D)"
 ALLOWED = {
     "workshop/problems.py constant_drift": "symasym verify's, which shares nothing with engines",
     "workshop/problems.py time": "part of that",
-    "expansions/uniform_series.py __mul__": _NUMBER_FIELD,
-    "expansions/uniform_series.py __truediv__": _NUMBER_FIELD,
+    "formulas/uniform_series.py __mul__": _NUMBER_FIELD,
+    "formulas/uniform_series.py __truediv__": _NUMBER_FIELD,
     "emit/kernels/exact.py _crossed": "a sum of errors, x y + z w y",
+    "series/local.py steepness": "over any ring",
     "release/expansions.py expanded": "the motion of both slow variables, x y + z w v",
 }
 

@@ -317,8 +317,8 @@ REFUSED = {
         "1-x",
         then=[lambda: eval(REFUSED["variable"].message.rpartition(" as in ")[2].rstrip("."))],
     ),
-    "emit order": Refused(
-        sa.emit, "eq:Ttilde", order=1, then=[lambda: _emitted(FRICTION, method="laplace", order=1)]
+    "emit method": Refused(
+        sa.emit, "eq:Ttilde", method="exact", then=[lambda: _emitted(FRICTION, method="exact")]
     ),
     "multiple zero": Refused(sa.escape_time, sa.Drift("u**3 - u**2"), "0.1", 2, method="laplace"),
     "flat": Refused(sa.escape_time, sa.Drift("u**20*(1 - u) - u + 1"), "0.01", 2, method="laplace"),
@@ -333,15 +333,11 @@ REFUSED = {
         drift=sa.tanh(),
         then=[lambda: sa.emit("eq:pss", drift=LINES), lambda: sa.emit("eq:pss", drift=sa.linear())],
     ),
-    "emit uniform order": Refused(
+    "emit laplace": Refused(
         _emitted,
         FRICTION,
-        method="uniform",
-        order=1,
-        then=[lambda: sa.escape_time(FRICTION, "0.1", 10, method="uniform", order=1)],
-    ),
-    "emit exact order": Refused(
-        _emitted, FRICTION, order=1, then=[lambda: _emitted(FRICTION, method="laplace", order=1)]
+        method="laplace",
+        then=[lambda: sa.expand(FRICTION, order=1).emit("numpy")],
     ),
     "fold": Refused(
         sa.emit,
@@ -351,6 +347,11 @@ REFUSED = {
             lambda: sa.emit("eq:S", drift=sa.friction()),
             lambda: sa.stokes_multiplier(sa.friction(3, 1, -1), "0.1"),
         ],
+    ),
+    "emit command order": Refused(
+        command,
+        *("emit", "folds", "--target", "c", "--order", "1"),
+        then=[lambda: done("emit", "expansion:T", "--target", "c", "--order", "1")],
     ),
     "header": Refused(
         command,
@@ -611,7 +612,6 @@ REFUSED = {
     ),
     "label": Refused(sa.formula, 3, then=[lambda: sa.formula(sa.labels()[0])]),
     "labels": Refused(sa.formula, "qqq", then=[lambda: sa.formula(sa.labels()[0])]),
-    "varies fast": Refused(sa.escape_time, sa.tanh(3, 1, 5), 8, 2, method="laplace"),
     "lam f beyond its digits": Refused(
         sa.laplace_integral("10**60*(x/3 + sin(x) - x**3)", 1, "x", -1, 1).evaluate,
         3,
@@ -921,7 +921,7 @@ NOT_FOLLOWED = {
     "– of – paths are held": "a million steps",
     "no proved bound of A was found": "not brought about",
     "A is – to order –": "not brought about",
-    "A varies too fast, or nearly": "followed in 'varies fast', another noise",
+    "A varies too fast": "not brought about",
     "the irrational constants": "not brought about",
     "kappa is –, so small that": "not brought about",
     "d log(–)/d(–) is outside": "not brought about",
@@ -933,7 +933,6 @@ NOT_FOLLOWED = {
     "kappa is –, where the two bounds": "not brought about",
     "f = – has no two saddles": "not brought about",
     "– has no value; set it with bind": "followed in 'parameters', where all are listed",
-    "– may be complex": "not brought about",
 }
 
 
