@@ -1,6 +1,6 @@
 """The strong-noise expansion as a formula: powers of lam = 2/kappa^2 with the moments of V.
 
-The sweep is that of `symasym.exact.sweep` and the moments are the iterated integrals of
+The sweep is that of `strong_noise.panel` and the moments are the iterated integrals of
 `symasym.asymptotics.strong_noise.sweep`, both run over SymPy: polynomials in u whose coefficients
 are polynomials in the drift's parameters. Outside the layer all is closed form, of (e^x - 1)/x and
 (e^x - 1 - x)/x^2, which stand as functions (`symasym.emit.forms.exprel`).
@@ -14,6 +14,7 @@ from typing import Any
 import sympy
 from sympy import Expr, Poly, Rational, S, Symbol
 
+from symasym.asymptotics.strong_noise.panel import Record, Swept, carried, escape_time, first
 from symasym.asymptotics.strong_noise.sweep import (
     Moments,
     layer_record,
@@ -26,7 +27,6 @@ from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.emit.forms import exprel, exprel2
 from symasym.emit.symbolic_sums import BEYOND_1, LAM
-from symasym.exact.sweep import Record, Swept, carried, escape_time, first
 from symasym.expansions.builder import U
 
 __all__ = ["strong"]
