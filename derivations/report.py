@@ -202,7 +202,7 @@ def trace(records: dict[str, dict[str, Any]]) -> dict[str, Any]:
     """Every step with its rule, check, result and time, under a versioned schema."""
     return {
         "schema": SCHEMA,
-        "versions": versions("sympy", "mpmath", "gmpy2", "numpy"),
+        "versions": versions("sympy", "mpmath", "numpy"),
         "derivations": list(records.values()),
         "definitions": REASONS,
     }

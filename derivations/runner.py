@@ -34,7 +34,7 @@ ALWAYS = (
     "symasym.derivation",
 )
 _BEGUN = time.time()
-LIBRARIES = ("sympy", "mpmath", "gmpy2", "numpy")
+LIBRARIES = ("sympy", "mpmath", "numpy")
 
 
 def slug(label: str) -> str:

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     )
     from symasym.base.estimate import Estimate
     from symasym.base.scales import Scales, rescale
+    from symasym.drift.critical_points import CriticalPoint
     from symasym.drift.drift import Drift
-    from symasym.drift.landscape import CriticalPoint
     from symasym.drift.ready_made.friction import Folds, Friction, friction
     from symasym.drift.ready_made.smoothings import hill, linear, polynomial, sine, tanh
     from symasym.drift.reduction import Reduction, reduce
@@ -55,7 +55,7 @@ _HOMES = {
         "base.errors": "AccuracyError InputError OutputError RangeError "
         "RegionError SymasymError TimeLimitError",
         "drift.drift": "Drift",
-        "drift.landscape": "CriticalPoint",
+        "drift.critical_points": "CriticalPoint",
         "base.estimate": "Estimate",
         "formulas": "Expansion expand",
         "formula": "Formula formula labels",

@@ -156,24 +156,13 @@ def _without_error(drift: Drift, request: Request) -> bool:
     return not request.full
 
 
-def _unproved(drift: Drift, request: Request) -> bool:
-    """True where no error is asked for, or none can be proved."""
-    from symasym.numbers import balls
-
-    return not (request.full and balls.available())
-
-
 def _proof(scene: Scene, request: Request) -> Prove | None:
     """The proof of bounds at an order, in weak noise; None for C, which has none."""
     return None if request.name[-1] == "C" else partial(_bounds, scene, request)
 
 
 def _bounds(scene: Scene, request: Request, order: int) -> Any:
-    """The enclosure of T or 1 - P with the series to `order`; None without python-flint."""
-    from symasym.numbers import balls
-
-    if not balls.available():
-        return None
+    """The enclosure of T or 1 - P with the series to `order`."""
     from symasym.asymptotics.proofs.enclosures import enclosure, enclosure_outside
 
     drift, kappa, digits = scene.drift, scene.numbers["kappa"], request.digits
@@ -190,7 +179,7 @@ _NOISE = "symasym.asymptotics"
 
 #: By their names, in the order in which messages list them.
 METHODS = {method.name: method for method in (
-    Method("exact", (*_ALL, "p_ss"), "symasym.exact.digits", "the integral, nothing dropped",
+    Method("exact", (*_ALL, "p_ss"), "symasym.exact.balls", "the integral, nothing dropped",
            in_float=_without_error, in_floats="symasym.exact.floats"),
     Method("paper", _ALL, "symasym.paper", "the paper's own leading order"),
     Method("laplace", _ALL, "symasym.expansions.answer", "weak noise, in powers of kappa^2",
@@ -200,7 +189,7 @@ METHODS = {method.name: method for method in (
     Method("uniform", ("T", "P", "1 - P"), f"{_NOISE}.uniform.answer",
            "weak noise, also where wells, barriers, the start or an end meet", (2, 6)),
     Method("strong_noise", _ALL, f"{_NOISE}.strong_noise.answer", "in powers of 2/kappa^2",
-           (2, 100), in_float=_unproved),
+           (2, 100), in_float=_without_error),
     Method("bound", ("C", "1 - C"), f"{_NOISE}.proofs.exit_bounds",
            "two proved bounds, which close as kappa goes to 0"),
 )}  # fmt: skip

@@ -305,7 +305,6 @@ def _exit_value(scene: Scene, request: Request) -> tuple[arb, arb]:
             f"start is {float_text(values['start'])}; the paper's bound is for start 0, use "
             "method='bound' or 'exact'."
         )
-    balls.flint_module()
     kappa, r = values["kappa"], values["r"]
     profile = balls.profile_of(drift)
     profile = profile.mirrored() if complement else profile
@@ -368,8 +367,7 @@ def _lower_bound(
 ) -> tuple[mpf, ErrorKind]:
     """The unlabelled bound before eq:Psmall2, with the largest L that the drift allows.
 
-    Where the error is asked for, it is a bound if balls show it, and an estimate elsewhere: without
-    python-flint.
+    Where the error is asked for, it is a bound if balls show it, and an estimate elsewhere.
     """
     from symasym.drift.field.taylor_field import ExactField
 
@@ -387,11 +385,7 @@ def _lower_bound(
         a_minus, a_plus = (mpf_of(field.value(Fraction(x)), context) for x in (-1, 1))
         noise = mpf_of(kappa, context)
         share = mpmath_formulas.occupation_bound(context, noise, a_minus, a_plus, length, top)
-    if (
-        full
-        and balls.available()
-        and _proved(scene, mirrored, exact("L", length), exact("P", share))
-    ):
+    if full and _proved(scene, mirrored, exact("L", length), exact("P", share)):
         return share, "bound"
     return share, "estimate"
 

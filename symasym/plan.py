@@ -9,7 +9,6 @@ the predicted cost of the exact integrals.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, Context
 from fractions import Fraction
@@ -272,35 +271,10 @@ def automatic(drift: Drift, numbers: dict[str, Any], rtol: Number | None, reques
 
 
 def _of_one(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: Request) -> Any:
-    """The exact value, which is cheaper than to analyse the drift; an expansion where it fails."""
-    from symasym.exact.digits import of_scene
-    from symasym.exact.floats import ROUNDING, TOLERANCE, float_logs, of_scenes
-
-    exactly = request._replace(method="exact")
-    # With digits an expansion is not cheaper, and its error not smaller.
-    if request.dps is None:
-        answers = None
-        # What is wrong for digits, too, is said below.
-        with suppress(InputError, AccuracyError):
-            scenes = float_scenes(drift, numbers)
-            if not request.full:
-                answers = of_scenes(scenes, exactly)
-            elif _floats_do(drift, scenes, request.name, allowed):
-                # With its error by running analysis, which is cheaper than a proof.
-                logs, errors = float_logs(scenes, request.name)
-                if errors[0] <= TOLERANCE * max(1.0, abs(logs[0])):
-                    answers = Answers(logs, errors, "estimate", (request.name,))
-        if answers is not None and answers.errors is not None:
-            rounding = 0.0
-            if request.log:
-                # Where an error is stated, it is no more than float64's; else what exact gives.
-                size = abs(answers.logs[0])
-                rounding = ROUNDING * size if request.full else TOLERANCE * max(1.0, size)
-            if answers.errors[0] <= np.log1p(float(allowed)) + rounding:
-                return as_floats(exactly, (), answers)
+    """The proved exact value, cheaper than to analyse the drift; an expansion where it fails."""
     try:
-        scene = read_scene(drift, numbers, request.dps)
-        return as_digits(exactly, of_scene(scene, exactly))
+        exactly = answer(drift, numbers, request._replace(method="exact", full=True))
+        return exactly if request.full else exactly.value
     except RangeError:
         raise
     except AccuracyError:
@@ -313,33 +287,6 @@ def _of_one(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: R
         return as_digits(
             request, Answer(value, error, estimate.error_kind, estimate.terms, estimate.dropped)
         )
-
-
-def _floats_do(drift: Drift, scenes: Scenes, name: str, allowed: Fraction) -> bool:
-    """True unless a proof is as cheap as float64: for an A that hardly varies, for probabilities
-    where it is linear, or one panel does for what is no polynomial, and where the rounding of lam
-    times the barrier exceeds `allowed`, so that float64 is tried in vain."""
-    with np.errstate(all="ignore"):
-        phi = _on_grid(drift, scenes)[0]
-        if not scenes.lam[0] * (phi.max() - phi.min()) > 1e-6:
-            return False
-        size = np.abs(phi).max()
-        if name != "T" and np.abs(np.diff(phi, 2)).max() <= 1e-12 * size:
-            return False
-        one_panel = scenes.lam[0] * size < 2 and np.abs(np.diff(phi, 8)).max() <= 1e-5 * size
-        if name != "T" and one_panel and drift.exact_coefficients() is None:
-            return False
-        beyond = max(float(scenes.numbers["r"][0]) - 1.0, 0.0) if "r" in scenes.numbers else 0.0
-        moved = (phi[1:] + phi[:-1]) / (len(phi) - 1)
-        potential = -np.cumsum([0.0, phi[0] * beyond, *moved, phi[-1] * beyond])
-        # To the right, and to the left.
-        rises = [(v - np.minimum.accumulate(v)).max() for v in (potential, potential[::-1])]
-        # T is that of the lower barrier; a probability depends on both, and may be near 1.
-        rise, enough = min(rises), float(allowed)
-        if name != "T":
-            rise, enough = max(rises), min(enough, float(_FLOAT_RTOL))
-        rounding = _ROUNDINGS * np.finfo(float).eps * scenes.lam[0] * rise
-        return bool(rounding <= enough)
 
 
 def _cheapest(

@@ -1,27 +1,30 @@
-"""How much a quantity changes with each of its parameters."""
+"""How much a quantity changes with each of its parameters, by the complex step.
+
+For an analytic Q of real values dQ/dp = Im Q(p + ih)/h + O(h^2), where nothing is subtracted
+(Squire and Trapp 1998): both exact engines take complex parameters as they are. In the start x and
+the radius r the derivatives are closed forms of the sweeps (eq:Ttilde, eq:C; docs/sensitivity.md).
+"""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from fractions import Fraction
-from functools import partial
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
+from flint import acb, arb, fmpq
 
-from symasym.base.call_context import expect, mpf_of, own_context, patient, to_mpf
-from symasym.base.errors import AccuracyError, InputError, RangeError, TimeLimitError
+from symasym.base.errors import AccuracyError, InputError, RangeError
 from symasym.base.estimate import IN_WORDS, ErrorKind, with_errors
-from symasym.base.inputs import FloatArray, Numbers, choice, digits, exact
+from symasym.base.inputs import FloatArray, Numbers, choice, digits
 from symasym.drift.drift import Drift
-from symasym.methods import answer, require_drift_of
-from symasym.numbers.trees import MpmathOps
+from symasym.drift.evaluate import Piece, pieces, rational, sampled
+from symasym.drift.models import Expression
+from symasym.exact import balls, floats
+from symasym.methods import require_drift_of
+from symasym.numbers.balls import precision, to_mpf
 from symasym.scenes import (
-    FLOAT_DIGITS,
     QUANTITIES,
-    Request,
     Scene,
     Scenes,
     float_scenes,
@@ -30,22 +33,15 @@ from symasym.scenes import (
     scene_at,
 )
 
-if TYPE_CHECKING:
-    from mpmath import mpf
-    from mpmath.ctx_mp import MPContext
-    from numpy.typing import NDArray
-
 __all__ = ["Sensitivity", "sensitivity"]
 
-_ATTEMPTS = 12
-_MOST_DIGITS = 10_000
-# Error of p d/dp in float64, relative to the largest of a scene or to 1, that more digits are taken
-# for.
+_MOST_DIGITS, _FLOAT_DIGITS = 1_000, 17
+_MOST_BITS = 20_000  # beyond those that the digits take
+_RADIUS = 70  # 10^-70 of a parameter survives what a panel's series cancels
+_STEP = 1e-40
+# An error of p d/dp in float64, beside the largest of the scene or 1, above which it is in doubt.
 _ENOUGH = 1e-7
-# Values that a derivative is made of.
-_NODES = 4
-# More than the relative rounding of a division in float64; beyond its range.
-_ROUNDING, _LARGEST = 1.2e-16, 2.0**1023
+_FACTOR = 4.0  # of errors of derivatives over that of the value, checked against balls
 
 
 @dataclass(frozen=True)
@@ -88,7 +84,6 @@ class Sensitivity:
         return "\n".join(rows)
 
 
-@patient
 def sensitivity(
     drift: Drift,
     kappa: Numbers,
@@ -97,7 +92,6 @@ def sensitivity(
     start: Numbers = 0,
     quantity: Literal["T", "C", "1 - C", "P", "1 - P"] = "T",
     dps: int | None = None,
-    patience: float | None = None,
 ) -> Sensitivity:
     """Logarithmic derivatives and condition numbers with respect to every parameter.
 
@@ -110,40 +104,28 @@ def sensitivity(
     quantity : {"T", "C", "1 - C", "P", "1 - P"}
         Escape time, exit probability, occupation; the last two take no `r`.
     dps : int, optional
-        Digits, 1 to 4,000. None: float64, arrays allowed, mostly right to 1e-11.
-    patience : float, optional
-        Seconds of processor time that it may take, 10 if left out.
+        Digits, 1 to 1,000. None: float64, arrays allowed, mostly right to 1e-11.
 
     Returns
     -------
     Sensitivity
         For each drift parameter and for kappa, r and start. With `dps` each derivative is right to
-        so many digits, or places where it is below 1.
+        so many digits, or places where it is below 1, and proved.
 
     Raises
     ------
     InputError
         As the quantity itself does.
     AccuracyError
-        If the differences do not settle, as where the quantity is not differentiable.
+        As the exact quantity does with digits.
+    RangeError
+        If a derivative is outside the range of float64.
 
     Notes
     -----
-    In float64: forward differentiation of the panels' integrals and of the sweep over them, from
-    one set of samples; the error is an estimate, by running analysis of the derivatives' rounding
-    and of what the nodes miss of the derivative of A by p. Where it is above 1e-7 (of p times the
-    derivative, beside the largest of the scene or 1), it is found with 20 digits as below.
-
-    With `dps`, python-flint and moderate noise: the exact integrals differentiated panel by panel
-    in ball arithmetic, and the errors are proved (`error_kind` ``"bound"``).
-
-    Otherwise (``"estimate"``): the sweeps to many digits with numbers that carry their derivatives
-    (`symasym.exact.digit_derivatives`), computed with more digits than are claimed. Where a
-    derivative of A varies too fast for A's own panels: differences of the exact integrals, central
-    or at the end of a parameter's range one-sided, with so many digits that the step is as small as
-    the digits asked for need. Two steps h and 2h are extrapolated to h^4; the error claimed is that
-    of the *single* step, the difference of the two, which is of order h^2, plus the rounding. This
-    takes about four evaluations for each parameter of a scene.
+    In float64 the error is an estimate, the value's own error times the largest derivative of the
+    scene. Where that is above 1e-7 of the largest ``|p d/dp|`` of the scene or of 1, and for an
+    expression of one's own that is no polynomial, the scene is answered in balls.
 
     Examples
     --------
@@ -159,8 +141,7 @@ def sensitivity(
     numbers = _numbers(quantity, kappa, r, start)
     require_drift_of(quantity, drift)
     if dps is not None:
-        most = _MOST_DIGITS * 2 // 5
-        dps = digits(dps, most)
+        dps = digits(dps, _MOST_DIGITS)
         return _in_digits(quantity, read_scene(drift, numbers, dps), dps)
     return _in_floats(quantity, float_scenes(drift, numbers, laplace=False))
 
@@ -175,248 +156,125 @@ def _numbers(quantity: str, kappa: Numbers, r: Numbers | None, start: Numbers) -
     return {name: given[name] for name in takes}
 
 
-# -- one scene -------------------------------------------------------------------------------
+# -- in balls --------------------------------------------------------------------------------------
 
 
-class _Slope(NamedTuple):
-    """A derivative of log(quantity) and its error."""
+def _proved(quantity: str, scene: Scene, digits: int) -> tuple[Any, dict[str, Any]]:
+    """Balls with log(quantity) and its derivatives, right to `digits` digits, or places below 1."""
+    numbers = {name: rational(x) for name, x in scene.numbers.items()}
+    parameters = {name: rational(x) for name, x in scene.drift.scalars().items()}
+    far, kappa = balls.reach(quantity, numbers), numbers["kappa"]
+    guard = balls.exponent_bits(rational(scene.lam), far)
 
-    value: Any
-    error: Any
+    def log(working: int, **moved: Any) -> Any:
+        """log(quantity), some parameters moved."""
+        drift = pieces(scene.drift, far, {n: x for n, x in moved.items() if n in parameters})
+        noise = moved.get("kappa", arb(kappa))
+        return balls.enclosure(quantity, drift, 2 / noise**2, numbers, working, log=True)
 
+    def slope(name: str, x: fmpq, working: int, more: int) -> Any:
+        """The complex step, and a bound of what it misses.
 
-class _Slopes(NamedTuple):
-    """log(quantity), its derivatives, and the values of the parameters there."""
+        On a box of half width R about x the engine encloses log(quantity) by M and shows it to be
+        analytic, so that by Cauchy's estimate h^2 M/R^3 + h^4 M/R^5 + ... is missed. A panel's
+        series may cancel 10^52, and exponents move by lam R.
+        """
+        unit = abs(x) or fmpq(1)
+        places = _RADIUS + guard // 3, _RADIUS + guard // 2 + working // 2 + _RADIUS // 2
+        with precision(balls.bits(25, 2 * guard + 4 * _RADIUS + more)):
+            radius = (arb(unit) * arb(10) ** -places[0]).upper()
+            around = arb(0, radius)
+            largest = abs(log(25, **{name: acb(arb(x) + around, around)}))
+        with precision(balls.bits(working + places[1], guard + more)):
+            h = arb(unit) * arb(10) ** -places[1]
+            step = log(working + places[1], **{name: acb(arb(x), h)}).imag / h
+            return step + arb(0, (2 * h**2 * largest / radius**3).upper())
 
-    log: Any
-    slopes: dict[str, _Slope]
-    values: dict[str, Fraction]
+    def right(ball: arb) -> bool:
+        return bool(ball.rad() < arb(10) ** -digits * abs(ball).lower().max(arb(1)))
 
-
-def _log(quantity: str, drift: Drift, numbers: Mapping[str, Fraction], dps: int) -> mpf:
-    """The exact integral's logarithm to `dps` digits."""
-    return answer(drift, dict(numbers), Request(quantity, "exact", None, dps, True, False))
-
-
-def _by_differences(quantity: str, scene: Scene, dps: int) -> _Slopes:
-    """Derivatives from differences of the exact integrals."""
-    drift, numbers = scene.drift, scene.numbers
-    at = {**drift.scalars(), **numbers}
-
-    seconds: list[float] = []
-
-    def log_at(name: str, value: Fraction, n: int) -> mpf:
-        """The logarithm with another value of one parameter, to n digits."""
-        begun = time.thread_time()
-        if name in numbers:
-            log = _log(quantity, drift, {**numbers, name: value}, n)
-        else:
-            log = _log(quantity, drift.bind(**{name: value}), numbers, n)
-        seconds.append(time.thread_time() - begun)
-        if len(seconds) > 1:
-            # What is found of a drift makes later values faster.
-            rest = _NODES * len(at) - len(seconds)
-            expect(min(seconds) * rest, f"{rest} more values for the differences")
-        return log
-
-    size = _size(drift, numbers)
-    slopes = {
-        # At the end of its range a parameter can move one way only.
-        name: _slope(
-            partial(log_at, name), value, _unit(name, at), _at_an_end(drift, name, value), size, dps
-        )
-        for name, value in at.items()
-    }
-    return _Slopes(_log(quantity, drift, numbers, dps), slopes, at)
-
-
-def _by_balls(quantity: str, scene: Scene, dps: int) -> _Slopes | None:
-    """The same, proved; None where balls are missing or take too long."""
-    from symasym.exact.balls import derivatives
-    from symasym.numbers import balls
-
-    if not balls.available():
-        return None
-    drift, numbers = scene.drift, scene.numbers
-    try:
-        if "r" in numbers:
-            enclosed = derivatives.log_slopes(quantity, drift, **numbers, dps=dps)
-        else:
-            enclosed = derivatives.log_slopes_of_occupation(quantity, drift, numbers["kappa"], dps)
-    # A derivative of A may be singular where A is not; what is wrong for itself is said later.
-    except (AccuracyError, InputError):
-        return None
-    at = {**drift.scalars(), **numbers}
-    slopes = {name: _Slope(*balls.to_mpf(enclosed[name], dps + 10)) for name in at}
-    return _Slopes(balls.to_mpf(enclosed[derivatives.LOG], dps + 10)[0], slopes, at)
-
-
-def _by_digits(quantity: str, scene: Scene, dps: int) -> _Slopes:
-    """Derivatives from sweeps that carry them; differences where A's derivatives prevent it."""
-    from symasym.exact import digit_derivatives
-
-    drift, numbers = scene.drift, dict(scene.numbers)
-    size = _size(drift, numbers)
-    try:
-        log, found = digit_derivatives.log_slopes(quantity, drift, numbers, dps, size)
-    except TimeLimitError:
-        raise
-    except (AccuracyError, InputError):
-        return _by_differences(quantity, scene, dps)
-    at = {**drift.scalars(), **numbers}
-    with own_context(dps) as context:
-        # The sweeps hold more digits; half a unit of the last one that is asked for is claimed.
-        half = context.mpf(10) ** -dps / 2
-        slopes = {name: _Slope(found[name], half * max(1, abs(found[name]))) for name in at}
-    return _Slopes(log, slopes, at)
-
-
-def _unit(name: str, at: Mapping[str, Fraction]) -> Fraction:
-    """A distance within which log(quantity) is taken for smooth, the noise left aside."""
-    unit = min(Fraction(1), abs(at[name]) or Fraction(1))
-    if name in ("r", "start") and "r" in at:
-        unit = min(unit, at["r"] - abs(at["start"]))
-    return unit
-
-
-def _at_an_end(drift: Drift, name: str, value: Fraction) -> bool:
-    """True where a drift's parameter is 0 and no less is allowed."""
-    if value or name not in drift.parameters:
-        return False
-    try:
-        drift.bind(**{name: Fraction(-1, 2**30)})
-    except InputError:
-        return True
-    return False
-
-
-def _size(drift: Drift, numbers: Mapping[str, Fraction]) -> int:
-    """log10 of how fast the exponents change with a parameter, roughly; never below 0."""
-    with own_context(15) as context:
-        ops = MpmathOps(context)
-        points = (ops.rational(Fraction(k, 4)) for k in range(-4, 5))
-        most = exact("A", max(abs(drift.evaluate(u, ops)) for u in points))
-    total = (2 / numbers["kappa"] ** 2) * (1 + most) * (1 + numbers.get("r", 0))
-    return max(0, (total.numerator.bit_length() - total.denominator.bit_length()) * 3 // 10 + 1)
-
-
-def _slope(
-    log_at: Callable[[Fraction, int], Any],
-    value: Fraction,
-    unit: Fraction,
-    one_sided: bool,
-    size: int,
-    dps: int,
-) -> _Slope:
-    """The derivative at `value`, with steps and digits until both of its errors are small.
-
-    The step is 10^-places units, the working precision n digits.
-    """
-    places = size + dps // 2 + 4
-    unit_places = max(0, -_exponent(unit))
-    n = dps + places + unit_places + 4
-    for _ in range(_ATTEMPTS):
-        if n > _MOST_DIGITS:
-            break
-        h = unit / 10**places
-        with own_context(n + 10) as context:
-            logs = [context.convert(log_at(x, n)) for x in _nodes(value, h, one_sided)]
-            step = mpf_of(h, context)
-            single, double = _differences(logs, step, one_sided)
-            slope = single + (single - double) / 3
-            truncation = abs(single - double)
-            # `n` digits of each logarithm, the weights of a difference adding up to 8 at most.
-            rounding = 8 * max(1, max(map(abs, logs))) * context.mpf(10) ** -n / step
-            allowed = max(1, abs(slope)) * context.mpf(10) ** -dps / 2
-            if truncation + rounding <= allowed:
-                return _Slope(slope, truncation + rounding)
-            # A step smaller by 10 makes the truncation smaller by 100, the rounding larger by 10.
-            finer = 0
-            if truncation > allowed / 2:
-                finer = _lacking(context, truncation, allowed) // 2 + 1
-            places += finer
-            n += 2 * finer
-            if rounding > allowed / 2:
-                n += _lacking(context, rounding, allowed) + 1
+    more = 0
+    while more < _MOST_BITS:
+        working = digits + 4 + more // 8
+        found = {n: slope(n, x, working, more) for n, x in {**parameters, "kappa": kappa}.items()}
+        with precision(balls.bits(working, guard + more)):
+            if "r" in numbers:
+                found |= _of_ends(quantity, pieces(scene.drift, far), numbers, working)
+            whole = log(working)
+            if all(map(right, found.values())):
+                return whole, found
+        more = 2 * more + 60
     raise AccuracyError(
-        "the differences of the logarithm do not settle; ask for fewer digits, or move away from "
-        "where the quantity is not smooth."
+        f"log({quantity}) has fewer than {digits} digits of its derivatives right in "
+        f"{_MOST_BITS} bits; ask for fewer digits, or move away from where it is not smooth."
     )
 
 
-def _nodes(value: Fraction, h: Fraction, one_sided: bool) -> list[Fraction]:
-    """The parameter values of the two difference quotients."""
-    return [value + k * h for k in ((0, 1, 2, 4) if one_sided else (-2, -1, 1, 2))]
-
-
-def _differences(logs: list[Any], h: mpf, one_sided: bool) -> tuple[Any, Any]:
-    """Two values of the derivative, with errors of order h^2 and (2h)^2."""
-    if one_sided:
-        here, one, two, four = logs
-        return (4 * one - two - 3 * here) / (2 * h), (4 * two - four - 3 * here) / (4 * h)
-    below2, below, above, above2 = logs
-    return (above - below) / (2 * h), (above2 - below2) / (4 * h)
-
-
-def _exponent(x: Fraction) -> int:
-    """log10, rounded down or one less."""
-    return (x.numerator.bit_length() - x.denominator.bit_length() - 1) * 30103 // 100_000
-
-
-def _lacking(context: MPContext, error: mpf, allowed: mpf) -> int:
-    """Digits by which `error` is too large."""
-    return int(context.ceil(context.log10(error / allowed))) + 1
-
-
-# -- as what was asked for -------------------------------------------------------------------
+def _of_ends(
+    quantity: str, drift: list[Piece], numbers: Mapping[str, fmpq], digits: int
+) -> dict[str, Any]:
+    """d log(quantity)/dr and d log(quantity)/d(start) in balls."""
+    r, start, lam = numbers["r"], numbers["start"], arb(2 / numbers["kappa"] ** 2)
+    left, right = balls.sides(drift, lam, r, start, digits)
+    far_left = balls.swept(drift, lam, start, r, digits, left)
+    far_right = balls.swept(balls.mirrored(drift), lam, -start, r, digits, right)
+    (a, (_, wa)), (b, (_, wb)), (far_a, (_, far_wa)), (far_b, (_, far_wb)) = (
+        left, right, far_left, far_right,
+    )  # fmt: skip
+    if quantity == "T":
+        time = wa * b + wb * a
+        return {"r": (a * far_wa / far_a + b * far_wb / far_b) / time, "start": (wb - wa) / time}
+    moved = a / far_a - b / far_b
+    if quantity == "C":
+        return {"r": moved / b, "start": -1 / b}
+    return {"r": -moved / a, "start": 1 / a}
 
 
 def _in_digits(quantity: str, scene: Scene, dps: int) -> Sensitivity:
-    """Derivatives of one scene to so many digits, proved where balls allow it."""
-    proved = _by_balls(quantity, scene, dps)
-    found = proved or _by_digits(quantity, scene, dps)
-    kind: ErrorKind = "bound" if proved else "estimate"
-    result = Sensitivity(quantity, {}, {}, {}, {}, kind)
-    with own_context(dps + 10) as context:
-        log = abs(context.convert(found.log))
-        for name, slope in found.slopes.items():
-            value = context.convert(slope.value)
-            condition = abs(value * mpf_of(found.values[name], context))
-            relative = condition and (condition / log if log else context.inf)
-            rounded = to_mpf(value, dps)
-            # Rounding the value is part of its error, and the error itself is rounded, too.
-            error = context.convert(slope.error) + abs(context.convert(rounded) - value)
-            result.derivative[name] = rounded
-            result.error[name] = to_mpf(error * (1 + context.mpf(2) ** -20), max(dps, 15))
-            result.condition[name] = to_mpf(condition, dps)
-            result.log_condition[name] = to_mpf(relative, dps)
-    return result
+    """Derivatives of one scene to so many digits, proved."""
+    whole, slopes = _proved(quantity, scene, dps)
+    at = {**scene.drift.scalars(), **scene.numbers}
+    parts: list[dict[str, Any]] = [{}, {}, {}, {}]
+    with precision(balls.bits(dps + 10)):
+        for name in at:
+            condition = abs(slopes[name] * arb(rational(at[name])))
+            relative = condition / abs(whole) if condition > 0 else condition
+            shown = (to_mpf(x, dps)[0] for x in (condition, relative))
+            for part, x in zip(parts, (*to_mpf(slopes[name], dps), *shown), strict=True):
+                part[name] = x
+    return Sensitivity(quantity, *parts, "bound")
+
+
+# -- in float64 ------------------------------------------------------------------------------------
 
 
 def _in_floats(quantity: str, scenes: Scenes) -> Sensitivity:
-    """Derivatives of many scenes in float64; by more digits where forward ones say little."""
-    from symasym.exact.floats import pieces
-
-    names, *found = zip(*(_by_floats(quantity, some) for some in pieces(scenes)), strict=True)
-    logs, slopes, errors, fine = (np.concatenate(parts, axis=-1) for parts in found)
-    for k in np.flatnonzero(~fine):
-        closer = _by_digits(quantity, scene_at(scenes, k), FLOAT_DIGITS)
-        logs[k] = float(closer.log)
-        with own_context(FLOAT_DIGITS + 10) as context:
-            for j, name in enumerate(names[0]):
-                value, error = map(context.convert, closer.slopes[name])
-                slopes[j, k] = float(value)
-                errors[j, k] = float(error + abs(value - slopes[j, k]))
-    beyond = np.argwhere(~(np.abs(slopes) < _LARGEST))
-    if beyond.size:
-        name = names[0][beyond[0][0]]
+    """Derivatives of many scenes in float64; in balls where these say little."""
+    names = [*scenes.parameters, *scenes.numbers]
+    count = len(scenes.lam)
+    at = {n: np.broadcast_to(np.float64(x), count) for n, x in scenes.parameters.items()}
+    at |= scenes.numbers
+    if isinstance(scenes.drift.model, Expression) and scenes.drift.model.powers is None:
+        # A needle of dA/dp may lie between the nodes that suffice for A.
+        logs, doubt = np.empty(count), np.arange(count)
+        slopes, errors = np.empty((2, len(names), count))
+    else:
+        logs, slopes, errors = _by_floats(quantity, scenes, at)
+        unit = np.array([np.where(at[n] == 0, 1.0, np.abs(at[n])) for n in names])
+        size = np.maximum(1.0, np.abs(slopes * unit).max(axis=0))
+        doubt = np.flatnonzero(~(errors * unit <= _ENOUGH * size).all(axis=0))
+    for k in doubt:
+        whole, found = _proved(quantity, scene_at(scenes, k), _FLOAT_DIGITS)
+        logs[k] = float(whole)
+        for j, name in enumerate(names):
+            slopes[j, k] = float(found[name].mid())
+            errors[j, k] = 2e-16 * abs(slopes[j, k]) + float(found[name].rad())
+    if not np.isfinite(slopes).all():
+        name = names[np.argwhere(~np.isfinite(slopes))[0][0]]
         raise RangeError(
             f"d log({quantity})/d({name}) is outside the range of float64; pass dps=…."
         )
-    # What float64 takes for 0 is none.
-    errors = np.maximum(errors * (1 + 2.0**-20), 5e-324)
-    at = {**scenes.parameters, **scenes.numbers}
-    values = np.array([np.broadcast_to(np.float64(at[n]), logs.shape) for n in names[0]])
+    values = np.array([at[n] for n in names])
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         conditions = np.abs(slopes * values)
         relative = np.where(conditions == 0, 0.0, conditions / np.abs(logs))
@@ -424,34 +282,65 @@ def _in_floats(quantity: str, scenes: Scenes) -> Sensitivity:
     def shaped(rows: FloatArray) -> dict[str, Any]:
         """By the name of the parameter, floats or arrays of the answer's shape."""
         each = (x.reshape(scenes.shape) if scenes.shape else x.item() for x in rows)
-        return dict(zip(names[0], each, strict=True))
+        return dict(zip(names, each, strict=True))
 
-    parts = shaped(slopes), shaped(errors), shaped(conditions), shaped(relative)
-    return Sensitivity(quantity, *parts, "estimate")
+    return Sensitivity(quantity, *map(shaped, (slopes, errors, conditions, relative)), "estimate")
 
 
 def _by_floats(
-    quantity: str, scenes: Scenes
-) -> tuple[list[str], FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Forward differentiation in float64.
+    quantity: str, scenes: Scenes, at: Mapping[str, FloatArray]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """log(quantity), its derivatives by every parameter, and their estimated errors."""
+    count, stepped = len(scenes.lam), [*scenes.parameters, "kappa"]
+    h = [_STEP * np.where(at[n] == 0, 1.0, np.abs(at[n])) for n in stepped]
+    moved = {n: np.tile(x, len(stepped)).astype(complex) for n, x in at.items() if n in stepped}
+    for k, name in enumerate(stepped):
+        moved[name][k * count : (k + 1) * count] += 1j * h[k]
+    of = sampled(scenes.drift, {n: moved[n] for n in scenes.parameters}, count * len(stepped))
+    others = {n: np.tile(x, len(stepped)) for n, x in scenes.numbers.items() if n != "kappa"}
+    logs, errors = floats.logs_of(quantity, of, {"kappa": moved["kappa"], **others})
+    logs, errors = logs.reshape(-1, count), errors.reshape(-1, count).max(axis=0)
+    slopes = logs.imag / np.array(h)
+    # An exponent that is off moves all derivatives like the value, at most as the largest of them.
+    unit = np.array(h) / _STEP
+    largest = np.abs(slopes * unit).max(axis=0)
+    errors = _FACTOR * (errors + 1e-15) * (np.abs(slopes) + (1.0 + largest) / unit)
+    if "r" in scenes.numbers:
+        ends = _of_ends_in_floats(quantity, scenes, at)
+        slopes, errors = (np.vstack((x, y)) for x, y in zip((slopes, errors), ends, strict=True))
+    return logs[0].real, slopes, errors
 
-    Returns the parameters' names, log(quantity), its derivatives and their errors (parameters
-    first), and where these say something.
-    """
-    from symasym.drift.field.directions import Directions
-    from symasym.exact.floats import float_logs
 
-    moved = scenes.moved.get("start", 0.0)
-    directions = Directions(scenes.drift, scenes.parameters, scenes.numbers, moved)
-    logs, errors = float_logs(scenes, quantity, directions)
-    names = [n.removeprefix("log ") for n in directions.names]
-    names += ["start"] if "start" in scenes.numbers else []
-    # What counts is the relative change of a parameter, beside that of all.
-    with np.errstate(over="ignore"):
-        allowed = _ENOUGH * np.maximum(1.0, directions.largest_change(logs.slopes))
-        fine = (errors.slopes <= allowed).all(axis=0)
-        slopes, off = logs.slopes, errors.slopes + _ROUNDING * np.abs(logs.slopes)
-        of_kappa = names.index("kappa")
-        for part in (slopes, off):
-            part[of_kappa] /= scenes.numbers["kappa"]
-    return names, logs.value, slopes, off, fine
+def _of_ends_in_floats(
+    quantity: str, scenes: Scenes, at: Mapping[str, FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """The rows of r and of the start, and their errors: with y = 1/sigma and w = lam Q/sigma."""
+    rows = np.arange(len(scenes.lam))
+    of = sampled(scenes.drift, {n: at[n] for n in scenes.parameters}, len(rows))
+    r, start = at["r"], at["start"]
+    with np.errstate(all="ignore"):
+        (ya, yb), (wa, wb) = floats.sides(of, scenes.lam, r, (start, -start), rows)
+        (far_ya, far_yb), (far_wa, far_wb) = floats.sides(of, scenes.lam, r, (r, r), rows)
+        w = floats.Logs(np.logaddexp(wa.log, wb.log), np.maximum(wa.error, wb.error) + 4e-16)
+        terms = {
+            "T": ([(yb, far_wa, w), (ya, far_wb, w)], [(ya, wb, w)], [(yb, wa, w)]),
+            "C": ([(yb, far_ya, ya)], [], [(yb,)]),
+            "1 - C": ([(ya, far_yb, yb)], [(ya,)], []),
+        }[quantity]
+        up, right, left = (np.array([_product(*t) for t in some]) for some in terms)
+        down = {"T": [], "C": [(far_yb,)], "1 - C": [(far_ya,)]}[quantity]
+        minus = np.array([_product(*t) for t in down])
+    slopes, errors = [], []
+    for plus, less in ((up, minus), (right, left)):
+        both = [x.reshape(-1, 2, len(rows)) for x in (plus, less)]
+        slopes.append(both[0][:, 0].sum(axis=0) - both[1][:, 0].sum(axis=0))
+        errors.append(both[0][:, 1].sum(axis=0) + both[1][:, 1].sum(axis=0))
+    return np.array(slopes), np.array(errors)
+
+
+def _product(*of: Any) -> FloatArray:
+    """The first number times the second over the third, and its error."""
+    signs = (1, 1, -1)
+    log = sum(s * x.log for s, x in zip(signs, of, strict=False))
+    error = sum(x.error for x in of) + 1e-15
+    return np.array([np.exp(log), np.exp(log) * error])

@@ -13,6 +13,7 @@ import pytest
 from symasym.asymptotics.uniform import answer as uniform_noise
 from symasym.asymptotics.uniform.truncated_gaussian import Truncations
 from symasym.base.call_context import limited
+from tests.guard import is_public
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -24,6 +25,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """
     seen: Counter[str] = Counter()
     for item in items:
+        function = getattr(item, "function", None)
+        if function and is_public(function.__module__, function.__name__):
+            item.add_marker("public")
         if mark := item.get_closest_marker("every"):
             (n,), name = mark.args, item.nodeid.partition("[")[0]
             row, place = divmod(seen[name], n)

@@ -327,7 +327,7 @@ def float_with_error(value: mpf, error: mpf) -> tuple[float, float]:
 
 
 def mpf_of(x: Rational | int, context: MPContext) -> mpf:
-    """The rational `x` (int, Fraction or gmpy2's) in mpmath's `context`, rounded as it rounds."""
+    """The rational `x` in mpmath's `context`, rounded as it rounds."""
     # Not by libmp, which would give an interval context one end, and no enclosure.
     return context.mpf(x.numerator) / x.denominator
 

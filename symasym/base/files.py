@@ -128,7 +128,7 @@ def reference_value(x: Mapping[str, str], estimate: Estimate, dps: int) -> dict[
         "error_kind": estimate.error_kind,
         "dps": dps,
         "method": estimate.method,
-        "versions": versions("mpmath", "gmpy2", "python-flint"),
+        "versions": versions("mpmath", "python-flint"),
     }
 
 

@@ -238,7 +238,7 @@ def exact(name: str, value: object) -> Fraction:
         value = value.item()
     if isinstance(value, (complex,)):
         raise InputError(f"{name} is {shown(value)}, which is complex; give a real number.")
-    if isinstance(value, Rational):  # int, and the rationals of gmpy2
+    if isinstance(value, Rational):  # int, and others' rationals
         return _bounded(name, Fraction(int(value.numerator), int(value.denominator)))
     if isinstance(value, (float, Decimal)):
         if not (value.is_finite() if isinstance(value, Decimal) else math.isfinite(value)):

@@ -14,8 +14,7 @@ def stage(
 ) -> Iterator[Callable[..., object]]:
     """Announce a stage of `total` steps; call what it gives after every step.
 
-    A bar with rate and time left on a terminal where tqdm is installed, one line a stage
-    otherwise.
+    A bar with rate and time left on a terminal, one line a stage elsewhere.
 
     Parameters
     ----------
@@ -33,16 +32,11 @@ def stage(
     ...         _ = step()
     """
     if sys.stderr.isatty():
-        try:
-            from tqdm import tqdm
-        except ImportError:
-            pass
-        else:
-            with tqdm(
-                total=total, initial=done, desc=name, file=sys.stderr, dynamic_ncols=True
-            ) as bar:
-                yield bar.update
-            return
+        from tqdm import tqdm
+
+        with tqdm(total=total, initial=done, desc=name, file=sys.stderr, dynamic_ncols=True) as bar:
+            yield bar.update
+        return
     before = f", {done} of them made before" if done else ""
     print(f"{name}: {total} steps{before}", file=sys.stderr, flush=True)
     yield (lambda count=1: None) if every is None else _lines(name, total, done, every)

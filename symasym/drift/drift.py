@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from symasym.base.call_context import patient, step, symbolic
+from symasym.base.call_context import step, symbolic
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import (
     SMALLEST,
@@ -44,13 +43,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from sympy import Expr, Symbol
 
+    from symasym.drift.critical_points import CriticalPoint
+
 __all__ = ["Drift"]
 
 _NUMPY = NumpyOps()
 _BALLS = ComplexBallOps(_NUMPY)
-# Rounding a million times too large leaves the range in which balls themselves are rounded,
-# and is still small enough to be linear.
-_ROUNDED = ComplexBallOps(_NUMPY, 2.0**-33)
 # Values of an array in `repr`.
 _MOST_SHOWN = 1000
 # Scenes whose parameters are kept beside the drift.
@@ -64,12 +62,10 @@ _MOST_DIGITS = 8_000
 class FlatValues(dict[str, Any]):
     """Parameters of scenes, each one number or an array with one element a scene.
 
-    `field` is the field of the drift that was made of them, where it was kept, and `changes` are
-    the derivatives of its coefficients.
+    `field` is the field of the drift that was made of them, where it was kept.
     """
 
     field: Any = None
-    changes: Any = None
 
 
 class Drift:
@@ -329,14 +325,6 @@ class Drift:
         # Powers of a number may be beyond it too.
         return bool(self.shape) or not np.isnan(known).any()
 
-    def rounding(self, u: FloatArray, values: dict[str, FloatArray]) -> FloatArray:
-        """Bound on the error of `evaluate_float`, rounding `u` and the parameters included."""
-        with np.errstate(all="ignore"):
-            image = self._model.evaluate(_ROUNDED.ball(u, 0.0 * u), values, _ROUNDED)
-            radius = (_ROUNDED.ball(0.0 * u, 0.0 * u) + image).radius * 2.0**-20
-        result: FloatArray = np.where(np.isnan(radius), np.inf, radius)
-        return result
-
     def flat_values(self, shape: tuple[int, ...]) -> FlatValues:
         """The parameters of scenes of this shape, the same object when asked again."""
         flat = self._flat.get(shape)
@@ -501,25 +489,6 @@ class Drift:
             return formula.subs(self._model.u, sympy.Symbol("u", real=True))
         return self._model.evaluate(sympy.Symbol("u", real=True), values, SympyOps())
 
-    def derivative(self, name: str) -> Drift:
-        """The derivative of A in the parameter `name` at the bound values, as a drift."""
-        import sympy
-
-        from symasym.drift import expressions
-
-        self._require_parameter(name)
-        values = {**self.scalars()}
-        at = SympyOps().rational(values.pop(name))
-        slope = sympy.diff(
-            Drift.of(self._model, **values).expression(), sympy.Symbol(name, real=True)
-        )
-        slope = slope.subs(sympy.Symbol(name, real=True), at)
-        model = expressions.read(slope, sympy.Symbol("u", real=True), None, None)
-        if "a_minus" in self._model.parameters:
-            ends = (Fraction(name == "a_minus"), Fraction(name == "a_plus"))
-            model = replace(model, ends=ends)
-        return Drift.of(model)
-
     def phi(self) -> Expr:
         """phi(u) as a SymPy Piecewise in the real symbol ``u`` (eq:phi)."""
         from symasym.drift import expressions
@@ -552,21 +521,27 @@ class Drift:
         except BeyondFloat as error:
             raise error.without_digits("V is found") from None
 
-    @patient
-    def critical_points(self) -> list[landscape.CriticalPoint]:
+    def critical_points(self) -> list[CriticalPoint]:
         """Zeros of A in (-1, 1), left to right, with multiplicity and stability.
 
         Returns
         -------
-        list of symasym.drift.landscape.CriticalPoint
-        """
-        return landscape.critical_points(self)
+        list of symasym.drift.critical_points.CriticalPoint
 
-    def wells(self) -> list[landscape.CriticalPoint]:
+        Raises
+        ------
+        AccuracyError
+            If A vanishes on all of [-1, 1], or zeros cannot be told apart.
+        """
+        from symasym.drift.critical_points import critical_points
+
+        return critical_points(self)
+
+    def wells(self) -> list[CriticalPoint]:
         """Local minima of V in (-1, 1), left to right, as critical points."""
         return [point for point in self.critical_points() if point.kind == "well"]
 
-    def barriers(self) -> list[landscape.CriticalPoint]:
+    def barriers(self) -> list[CriticalPoint]:
         """Local maxima of V in (-1, 1), left to right, as critical points."""
         return [point for point in self.critical_points() if point.kind == "barrier"]
 

@@ -9,17 +9,18 @@ from typing import Any
 
 import numpy as np
 import sympy
+from flint import fmpq
 
 from symasym.base.call_context import SIMPLER, expect, limited, own_context, step, watched
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, exact, float_text, is_name, shown
-from symasym.drift import grammar, models
-from symasym.numbers.complex_balls import ComplexBallOps
+from symasym.drift import evaluate, grammar, models
+from symasym.numbers.balls import precision
 from symasym.numbers.trees import FractionOps, MpmathOps, NotRational, evaluate_tree
 from symasym.series.coefficient_fields import sampled_parameters
 
-# Halvings of [-1, 1], and balls, of which a smooth drift takes a few hundred at most.
-_DEEPEST, _MOST_BALLS = 120, 5_000
+# Halvings of [-1, 1], and boxes, of which a smooth drift takes a few hundred at most.
+_DEEPEST, _MOST_BOXES = 120, 5_000
 # Seconds that SymPy takes for a squared operation at least, of those far from a sum of powers; and
 # functions in each other, each of which more makes it take three times as long.
 _SECONDS, _INSIDE = 2e-5, 2
@@ -27,7 +28,7 @@ _SECONDS, _INSIDE = 2e-5, 2
 _FRACTIONS = 12
 # Digits with which ends are compared, so that 160 may cancel.
 _COMPARED = 200
-_OVERLAP = Fraction(9, 16)  # half would let neighbouring balls touch only
+_OVERLAP = fmpq(9, 16)  # half would let neighbouring balls touch only
 
 
 def read(
@@ -61,12 +62,12 @@ def _checked(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
             raise InputError(
                 f"A has the symbol {shown(s.name)}; give symbols names of letters, digits and _."
             )
-    _check_functions(formula, symbol)
+    evaluate.require_admitted(formula)
     for name, given, end in (("a-", a_minus, -1), ("a+", a_plus, 1)):
         if given is None:
             continue
         outside, inside = parse(name, given), formula.subs(symbol, end)
-        _check_functions(outside, symbol)
+        evaluate.require_admitted(outside)
         if not _equal(inside, outside):
             raise InputError(
                 f"A jumps at u = {end}: A({end}) is {shown(inside)} but {name} is "
@@ -228,61 +229,30 @@ def _symbol(formula: sympy.Expr, u: sympy.Symbol | str | None) -> Any:
     return sympy.Symbol("u")
 
 
-def _check_functions(formula: sympy.Expr, symbol: sympy.Symbol) -> None:
-    """Refuse what is not analytic, before anything is evaluated."""
-
-    class Dry:
-        def rational(self, value: Fraction) -> int:
-            return 1
-
-        def pi(self) -> int:
-            return 1
-
-        def power(self, base: int, exponent: Fraction) -> int:
-            return 1
-
-        def __getattr__(self, name: str) -> Any:
-            return lambda x: 1
-
-    evaluate_tree(formula, dict.fromkeys(formula.free_symbols | {symbol}, 1), Dry())
-
-
 def check_regular(model: models.Expression, values: dict[str, Fraction]) -> None:
-    """Refuse an A that is singular or complex on [-1, 1], by its range over complex balls.
+    """Refuse an A that is singular or complex on [-1, 1], by its range over complex boxes.
 
-    A ball on which the range stays unbounded however small it is made holds a
-    singularity (or one that cancels, which the formula should be freed of).
+    A box on which the range stays unbounded however small it is made holds a singularity (or one
+    that cancels, which the formula should be freed of).
     """
-    # 60 digits for centres on balls of width 2^-120.
-    with limited(way_out=SIMPLER), own_context(60) as context:
-        ops = ComplexBallOps(MpmathOps(context))
-        numbers = {name: ops.rational(value) for name, value in values.items()}
-
-        def regular(lo: Fraction, hi: Fraction) -> bool:
-            """True if the range over a ball that holds [lo, hi] is bounded."""
-            # Balls overlap, so that together they cover a neighbourhood of [-1, 1].
-            ball = ops.ball(ops.rational((lo + hi) / 2), ops.rational((hi - lo) * _OVERLAP))
-            try:
-                return bool((model.evaluate(ball, numbers, ops) + 0 * ball).radius < context.inf)
-            except (ArithmeticError, ValueError, TypeError):  # at the centre itself
-                return False
-
-        pending = [(Fraction(-1), Fraction(1), 0)]
+    with precision(4 * _DEEPEST):
+        phi = evaluate.profile(model, {k: evaluate.rational(x) for k, x in values.items()})
+        pending = [] if isinstance(phi, evaluate.Polynomial) else [(fmpq(-1), fmpq(1), 0)]
         for looked_at in count():
             if not pending:
                 break
-            step()
-            lo, hi, depth = pending.pop()
-            if regular(lo, hi):
+            low, high, depth = pending.pop()
+            middle = (low + high) / 2
+            # Boxes overlap, so that together they cover a neighbourhood of [-1, 1].
+            size = (high - low) * _OVERLAP
+            if phi(evaluate.box(middle, size, size)).is_finite():
                 continue
-            if depth == _DEEPEST or looked_at > _MOST_BALLS or (depth > 6 and len(pending) > 400):
+            if depth == _DEEPEST or looked_at > _MOST_BOXES:
                 raise InputError(
                     f"A = {model.formula} is singular, complex or too steep to tell near u = "
-                    f"{float(lo):.6g}; "
-                    "give an A that is real and smooth on [-1, 1]."
+                    f"{float(low):.6g}; give an A that is real and smooth on [-1, 1]."
                 )
-            middle = (lo + hi) / 2
-            pending += [(middle, hi, depth + 1), (lo, middle, depth + 1)]
+            pending += [(middle, high, depth + 1), (low, middle, depth + 1)]
 
 
 def phi(A: sympy.Expr) -> Any:

@@ -8,7 +8,7 @@ gives its coefficients, which is what makes the fast engines fast.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, ClassVar
@@ -176,14 +176,10 @@ class Hill(Model):
 
 @dataclass(frozen=True)
 class Expression(Model):
-    """A SymPy expression `formula` in the symbol `u`; its other symbols are parameters.
-
-    `ends` are its values at -1 and 1 where they are known.
-    """
+    """A SymPy expression `formula` in the symbol `u`; its other symbols are parameters."""
 
     formula: Any
     u: Any
-    ends: tuple[Fraction, Fraction] | None = field(default=None, compare=False, repr=False)
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -222,8 +218,6 @@ class Expression(Model):
 
     def end(self, p: Values, side: int) -> Any:
         """A(side) where it is rational, by SymPy; else None."""
-        if self.ends is not None:
-            return self.ends[side > 0]
         import sympy
 
         values = self._values(p)

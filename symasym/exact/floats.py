@@ -1,360 +1,661 @@
-"""float64 values of the exact integrals, for many scenes at once (`of_scenes`).
+"""Float64 values of the exact integrals, for many scenes at once (`of_scenes`).
 
-The sweeps of `symasym.exact.sweep` in logarithms (`symasym.numbers.float_arrays`), which carry
-bounds on their errors. Panels are sampled where lam V varies by a few units and replaced by their
-layers where it varies by hundreds (`symasym.exact.float_panels`), so the cost does not grow with
-lam. What float64 cannot promise to a relative `TOLERANCE` is computed with more digits.
+From the left end sigma' = 1 + lam phi sigma, Q' = sigma, both 0 at -r; from the right end the same
+of the mirror image -phi(-u). With y = 1/sigma and w = lam Q/sigma at the start (docs/exact.md)
+
+    T = (w_L + w_R)/(y_L + y_R),    C = y_L/(y_L + y_R),
+
+and with -phi in place of phi sigma is the time spent on one side: P is sigma at 1 beside the times
+outside, p_ss = 1/(sigma_L + sigma_R). All terms are positive, so that nothing cancels.
+
+A panel is known by e = e^{lam (V - V(a))} at its end, int e, int 1/e and the nested integral. There
+lam phi times half the width is a Chebyshev series. Three ways to cross [-1, 1]:
+
+- *together*: `_GROUP` and more rows of similar shape share panels of 16 Gauss nodes, exponents are
+  one matrix product, sigma and Q are plain numbers. Taken where lam V moves by less than
+  `_MODERATE`, sigma stays below e^`_HIGHEST`, and one series holds A on [-1, 1]. Where sigma is so
+  large that S is constant, w is an integral of 1/e, cut to where it is not below e^-`_FAINT`.
+- *sampled*: a row's own panels, on which lam V moves by some 20 units and e is known by its values
+  at 20 Gauss nodes; joined in logarithms.
+- *slow*: lam |phi| is large on a panel and phi has no zero near, so that t_0 = -1/(lam phi),
+  t_{k+1} = t_k'/(lam phi) has as sum a solution of t' = 1 + lam phi t, which gives the integrals.
+
+What a panel misses is below `_MISSED` by bounds on ellipses about it; one that passed no such test
+has error infinity. The claimed error is an estimate: rounding to first order, with constants that
+were checked against balls. A row in doubt is swept once more with A by compensated Horner, then in
+balls. lam and the drift's parameters may be complex (derivatives by a complex step).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+import math
+from collections.abc import Iterator, Mapping
+from functools import cache
+from types import SimpleNamespace
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.base.call_context import step
-from symasym.base.inputs import FloatArray, is_array
-from symasym.drift.field.float_field import Field, IntArray, field_of
-from symasym.exact import float_panels, float_sides, sweep
-from symasym.exact.float_blocks import MODERATE, partition
-from symasym.exact.float_records import Records, merged, records_of
-from symasym.exact.sweep import InLayer, Record, Swept
-from symasym.generated import formulas
-from symasym.numbers.float_arrays import (
-    DualArray,
-    LogPositive,
-    LogSlopes,
-    slopes_of,
-    value_of,
-    with_log,
-)
-from symasym.scenes import (
-    Answers,
-    Request,
-    Scenes,
-    input_rounding,
-    quantity_of,
-    rows_of,
-    scene_at,
-)
-
-if TYPE_CHECKING:
-    from symasym.drift.field.directions import Directions
+from symasym.base.inputs import is_array
+from symasym.drift.evaluate import Sampled, sampled
+from symasym.scenes import Answers, Request, Scenes, input_rounding, quantity_of, scene_at
 
 #: Relative error of float64 values (of the logarithm, where that is larger than 1).
 TOLERANCE = 1e-12
-#: Relative error of a logarithm that more digits gave and float64 rounded.
+#: Relative error of a logarithm that balls gave and float64 rounded.
 ROUNDING = 4e-16
-_SCENES_AT_ONCE = 4096
-# Behind a float64 value that was in doubt.
-_FLOAT_DIGITS = 17
-_ULP = 3e-16  # of a logarithm, its sum included
-_UNDERFLOW = 1e-300  # below which slopes lose digits
 
+_MISSED = math.log(1e-16)
+_ULP = 2.3e-16
+_OF_A = 0.37 * _ULP  # rounding of A, for each of its terms
+_OWN = 4e-15  # relative error of a panel's integrals
+_FEW, _COEFFICIENTS = 8, 16384  # of A; of all scenes at once, whose panels stay in memory
 
-def of_scenes(scenes: Scenes, request: Request) -> Answers:
-    """Logarithms right to `TOLERANCE`, and their errors by running analysis."""
-    found = [_right_logs(some, request.name) for some in pieces(scenes)]
-    logs, errors = found[0] if len(found) == 1 else map(np.concatenate, zip(*found, strict=True))
-    return Answers(logs, errors, "estimate", (request.name,))
+_NODES, _COMMON = 20, 16  # of a row's own panels, and of those that many share
+_SLOW, _TERMS = 44.0, 40  # the slow series is right to e^{-44}
+_CLIMB = 8.0  # of lam V on a sampled panel: the nested integral loses so much of e^x ulp
+_UNITS, _MOST = 20.0, 24  # exponent on pieces that a row begins with, and their number
+_DEEPEST, _PANELS, _AT_ONCE = 38, 2000, 1024  # halvings, panels of a row, columns in the cache
 
+_DOWN, _UP = 10.0, 7.5  # what lam V falls and climbs by on a shared panel
+_FAINT = 45.0  # e^{-45} changes nothing
+_MODERATE, _HIGHEST = 2500.0, 650.0  # of the exponents of plain numbers
+_CELLS, _GROUP = 16, 200
 
-def pieces(scenes: Scenes) -> Iterator[Scenes]:
-    """The scenes, so many at once that their numbers stay in the cache."""
-    number = len(scenes.lam)
-    if number <= _SCENES_AT_ONCE:
-        yield scenes
-        return
-    for low in range(0, number, _SCENES_AT_ONCE):
-        part = slice(low, low + _SCENES_AT_ONCE)
-        parameters = {n: x[part] if is_array(x) else x for n, x in scenes.parameters.items()}
-        yield rows_of(scenes, part)._replace(parameters=parameters)
-
-
-def float_logs(scenes: Scenes, name: str, directions: Directions | None = None) -> tuple[Any, Any]:
-    """Logarithms in float64 and their errors, however large these are; dual arrays where
-    `directions` are given."""
-    quantity = quantity_of(name)
-    count = len(scenes.lam)
-    numbers: dict[str, Any] = {n: scenes.numbers[n] for n in quantity.numbers if n != "kappa"}
-    numbers |= {"complement": quantity.complement} if quantity.has_complement else {}
-    with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
-        field = field_of(scenes.drift, scenes.parameters, count, directions)
-        logs, errors = globals()[quantity.verb](field, scenes.lam, **numbers)
-        errors += input_rounding(scenes, field.size()[:count])
-        if directions:
-            # What the start changes is known better (`_with_start`).
-            change = input_rounding(scenes, field.size()[:count], ("kappa", "start"))
-            errors.slopes += change * directions.largest_change(logs.slopes)
-        return logs, errors
-
-
-def _right_logs(scenes: Scenes, name: str) -> tuple[FloatArray, FloatArray]:
-    """Logarithms in float64 and their errors; what is in doubt is evaluated with more digits."""
-    logs, errors = float_logs(scenes, name)
-    if (errors <= TOLERANCE).all():
-        return logs, errors
-    from symasym.exact.digits import of_scene
-
-    closer = Request(name, "exact", None, _FLOAT_DIGITS, log=True, full=False)
-    for row in np.flatnonzero(~(errors <= TOLERANCE * np.maximum(1.0, np.abs(logs)))):
-        logs[row] = float(of_scene(scene_at(scenes, row), closer).value)
-        errors[row] = ROUNDING * abs(logs[row])
-    return logs, errors
+_AXES = 2.0 ** np.array([1.25, 2.0, 2.75, 3.5])[:, None]  # sums of the half axes of ellipses
+_ENDS = np.array([3.0, 4.5, 8.0])[:, None]  # where others end
+_STRENGTH = (_ENDS - 1.0) ** 2 / (2 * _ENDS)
 
 
 class Logs(NamedTuple):
-    """Natural logarithms of a quantity, and a bound on their absolute error by running analysis.
+    """Natural logarithms of positive numbers, and estimates of their errors."""
 
-    Of a field with directions, dual arrays: the slopes of `error` estimate the errors of slopes.
-    """
-
-    value: Any
+    log: Any
     error: Any
 
+    def of(self, rows: Any) -> Logs:
+        """Those of some rows, which are the last axis."""
+        return Logs(self.log.take(rows, axis=-1), self.error.take(rows, axis=-1))
 
-def escape_time(field: Field, lam: FloatArray, r: FloatArray, start: FloatArray) -> Logs:
-    """log T (eq:Ttilde) of each scene; the error of a scene that is not resolved may be infinite.
-
-    Parameters
-    ----------
-    field : Field
-        Each scene and, after all of them, each mirror image.
-    lam, r, start : arrays of shape (scenes,)
-    """
-    left, right = _from_both_ends(field, lam, r, start)
-    time = _logs(sweep.escape_time(left, right))
-    return _with_start(field, lam, time, "T", start, left, right)
+    def put(self, rows: Any, new: Logs) -> None:
+        """Others in the place of these rows."""
+        for x, y in zip((*self.log, *self.error), (*new.log, *new.error), strict=True):
+            x[rows] = y
 
 
-def exit_probability(
-    field: Field, lam: FloatArray, r: FloatArray, start: FloatArray, complement: bool
-) -> Logs:
-    """log C (eq:C), or log(1 - C); parameters as in `escape_time`."""
-    left, right = _from_both_ends(field, lam, r, start)
-    sigmas = (right.sigma, left.sigma) if complement else (left.sigma, right.sigma)
-    share = _logs(formulas.exit_share(*sigmas))
-    return _with_start(field, lam, share, "1 - C" if complement else "C", start, left, right)
+@cache
+def matrices(terms: int, nodes: int = _NODES) -> Any:
+    """What acts on Chebyshev coefficients, so many terms, and on values at Gauss's nodes."""
+    cheb, leg = np.polynomial.chebyshev, np.polynomial.legendre
+    x = leg.leggauss(nodes)[0]
+    for _ in range(2):  # NumPy's are right to 1e-13 only
+        p = leg.legvander(x, nodes)
+        slope = nodes * (x * p[:, -1] - p[:, -2]) / (x * x - 1)
+        x = x - p[:, -1] / slope
+    weights = 2 / ((1 - x * x) * slope**2)
+    to_series = (np.arange(nodes)[:, None] + 0.5) * leg.legvander(x, nodes - 1).T * weights
+    until, ends = np.append(x, 1.0), np.append(x, [-1.0, 1.0])
+    k, marks = np.arange(terms), np.linspace(-1.0, 1.0, _CELLS + 1)
+    fit: Any = np.cos(np.pi / 2 * (np.outer(k, 2 * k + 1) % (4 * terms)) / terms) * 2 / terms
+    fit[0] /= 2
 
+    def each(act: Any, number: int = terms) -> Any:
+        return np.stack([act(row) for row in np.eye(number)], axis=1)
 
-def stationary_density(field: Field, lam: FloatArray, y: FloatArray) -> Logs:
-    """log p_ss(y) (eq:pss) of each scene, which must slide."""
-    n = len(lam)
-    end = np.concatenate((y, -y))
-    rate = _rates(field, np.tile(lam, 2))
-    panels = _panels(field, np.tile(lam, 2), np.full(2 * n, -np.inf), end)
-    (w,) = panels.through(
-        lambda w, p, lam: (sweep.carried_freely(w[0], p, lam),),
-        (LogPositive.of(formulas.tail_left(field.a_minus)),),
-        rate,
+    def padded(c: Any) -> Any:
+        return np.append(c, np.zeros(terms))[:terms]
+
+    def half(side: int) -> Any:  # exact up to degree 25 or so
+        line: Any = cheb.Chebyshev([side / 2, 0.5])
+        return each(lambda row: padded(cheb.Chebyshev(row)(line).coef / 2))
+
+    return SimpleNamespace(
+        fit=fit,  # coefficients from values at `points`
+        points=np.cos(np.pi * (k + 0.5) / terms),
+        marks=marks,
+        at_marks=cheb.chebvander(marks, terms - 1),
+        to_end=each(lambda row: cheb.chebval(marks[:-1], cheb.chebint(row, lbnd=1))),
+        values=cheb.chebvander(ends, terms - 1),
+        integrals=each(lambda row: cheb.chebval(until, cheb.chebint(row, lbnd=-1))),
+        halves=(half(-1), half(1)),
+        antiderivative=each(lambda row: cheb.chebint(row)[1:]),
+        heights=np.cosh((k + 1) * np.log(_AXES)) + 1.0,  # of that on ellipses, and on [-1, 1]
+        accuracy=-2 * nodes * np.log(_AXES),  # of Gauss's rule
+        sizes=np.cosh(k[1:] * np.arccosh(_ENDS)),
+        powers=each(lambda row: padded(cheb.cheb2poly(row)) / (k + 1)),  # integrated
+        weights=weights,
+        running=each(lambda row: leg.legval(until, leg.legint(row, lbnd=-1)), nodes) @ to_series,
+        slopes=each(lambda row: leg.legval(ends, leg.legder(row)), nodes) @ to_series,
     )
-    return _logs(sweep.density(rate[:n], w[:n], w[n:]))
 
 
-def occupation(field: Field, lam: FloatArray, complement: bool) -> Logs:
-    """log P (eq:P), or log(1 - P), of each scene, which must slide."""
-    n = len(lam)
+class Side(NamedTuple):
+    """`sign` A(u) of rows, and where `mirror` is -1 the mirror image -`sign` A(-u)."""
+
+    of: Sampled
+    rows: Any
+    mirror: Any
+    sign: float
+    off: Any  # the error of A
+    edges: Any  # between them A is held by its Chebyshev terms
+
+    def slope(self, some: Any, lam: Any, left: Any, half: Any) -> Any:
+        """Chebyshev coefficients of lam phi times `half` on [left, left + 2 half]."""
+        act, m = matrices(self.of.terms), self.mirror[some]
+        u = m * ((left + half) + half * act.points[:, None])
+        return act.fit @ self.of(u, self.rows[some]) * (self.sign * m * lam * half)
+
+    def end(self, side: int) -> tuple[Any, Any]:
+        """The value at an end, and its error."""
+        left, right = (x[self.rows] for x in self.of.ends)
+        a = self.sign * self.mirror * np.where(side * self.mirror < 0, left, right)
+        return a, (_ULP * np.abs(a) + 1e-16 * self.off if self.of.careful else self.off)
+
+
+def seen(of: Sampled, rows: Any, sign: float, both: bool) -> Side:
+    """These rows of a drift, and behind them, where asked, their mirror images."""
+    act = matrices(of.terms)
+    c = act.fit @ of(act.points[:, None] + np.zeros(len(rows)), rows)
+    size = np.abs(c).sum(axis=0)
+    if of.exact:  # a polynomial's terms may be much larger than their sum
+        size = np.maximum(size, np.abs(act.powers @ c).sum(axis=0))
+    off = _OF_A * (of.terms if of.exact else _FEW) * size
+    edges = np.array([-1.0, 1.0]) if of.exact else _resolved(of, rows, off)
+    mirror = np.repeat([1.0, -1.0] if both else [1.0], len(rows))
+    return Side(of, np.tile(rows, 1 + both), mirror, sign, np.tile(off, 1 + both), edges)
+
+
+def _resolved(of: Sampled, rows: Any, off: Any) -> Any:
+    """Ends, in both orientations, of intervals on which a series holds A of all rows.
+
+    Between neighbouring cuts that is proved. They are joined where the last terms are small and the
+    series is right at cuts and midway: what is narrower than its nodes is seen there.
+    """
+    act, marks = matrices(of.terms), np.concatenate(([-1.0], of.cuts, [1.0]))
+
+    def holds(i: int, j: int) -> bool:
+        a, half = marks[i], (marks[j] - marks[i]) / 2
+        c = act.fit @ of(a + half + half * act.points[:, None] + 0 * off, rows)
+        allowed = 1e-14 * np.abs(c).sum(axis=0) + 2 * off
+        if (np.abs(c[-2:]) > allowed).any():
+            return False
+        u = np.concatenate((marks[i:j], (marks[i:j] + marks[i + 1 : j + 1]) / 2))
+        values = np.polynomial.chebyshev.chebvander((u - a) / half - 1.0, of.terms - 1) @ c
+        return bool((np.abs(of(u[:, None] + 0 * off, rows) - values) <= allowed).all())
+
+    found, waiting = [1.0], [(0, len(marks) - 1)]
+    while waiting:
+        i, j = waiting.pop()
+        m = int(np.searchsorted(marks, (marks[i] + marks[j]) / 2))
+        if j == i + 1 or holds(i, j):
+            found.append(marks[i])
+        else:
+            waiting += [(m, j), (i, m)]
+    return np.unique([*found, *-np.array(found)])
+
+
+def panels(phi: Side, rows: Any, lam: Any, low: Any, high: Any) -> tuple[Logs, Any, Any]:
+    """Records of [low, high]: pieces between edges, halved until they suffice; the first of each
+    row, then the second ones, ... And the rows, those with most panels first, how many have a k-th.
+    """
+    act, n = matrices(phi.of.terms), len(rows)
+    ends = np.clip(phi.edges[:, None], low, high)
+    piece, row = np.nonzero(np.diff(ends, axis=0) > 0.0)
+    left, half = ends[piece, row], (ends[piece + 1, row] - ends[piece, row]) / 2
+    slope = phi.slope(rows[row], lam[row], left, half)
+    # Where few are needed they are made at once; where many are, some may be slow.
+    units = np.abs(slope).sum(axis=0) * (2 / _UNITS) + 1e-9
+    few = np.bincount(row, units, n)[row] < _MOST
+    count = np.where(few, np.ceil(units), 1.0).astype(int)
+    step = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    row, left, half = (np.repeat(x, count) for x in (row, left, half / count))
+    left = left + 2 * half * step
+    slope = phi.slope(rows[row], lam[row], left, half)
+    off = np.abs(lam[row]) * half * phi.off[rows[row]]
+    if not phi.of.exact:  # the last terms tell what is missing, noise included
+        off += 2 * np.abs(slope[-2:]).max(axis=0)
+    kept = []
+    for level in range(_DEEPEST + 1):
+        blocks = range(0, slope.shape[1], _AT_ONCE)
+        strength = np.concatenate([_tested(act, slope[:, i : i + _AT_ONCE]) for i in blocks])
+        done = (strength >= 0.0) | ~(np.abs(slope[0]) < np.inf) | (level == _DEEPEST)
+        done |= np.bincount(row[~done], minlength=n)[row] > _PANELS
+        at = np.flatnonzero(done)
+        kept.append([x.take(at, axis=-1) for x in (row, left, half, off, strength, slope)])
+        at = np.flatnonzero(~done)
+        if not at.size:
+            break
+        slope = slope.take(at, axis=1)
+        slope = np.hstack([m @ slope for m in act.halves])
+        row, half, off = (np.tile(x[at], 2) for x in (row, half / 2, off / 2))
+        left = np.tile(left[at], 2)
+        left[len(at) :] += 2 * half[len(at) :]
+        off += _ULP * np.abs(slope).sum(axis=0)
+    parts = [np.concatenate(x, axis=-1) for x in zip(*kept, strict=True)]
+    row, left = parts[:2]
+    number = np.bincount(row, minlength=n)
+    order = np.argsort(-number, kind="stable")
+    widths = np.searchsorted(-number[order], -np.arange(number.max(initial=0)), side="left")
+    by_row = np.lexsort((left, row))
+    rank = np.arange(len(row)) - np.repeat(np.cumsum(number) - number, number)
+    turned, where = np.argsort(order), np.zeros_like(by_row)
+    where[(np.cumsum(widths) - widths)[rank] + turned[row[by_row]]] = by_row
+    row, left, half, off, strength, slope = (x.take(where, axis=-1) for x in parts)
+    if phi.of.careful:
+        # Once more where the panels are: what is left of rounding is relative to A there.
+        slope = phi.slope(rows[row], lam[row], left, half)
+        size = np.abs(slope)
+        off = _OF_A * phi.of.terms * size.sum(axis=0) + _ULP / half * size[1:].sum(axis=0)
+    return records(half, slope, off, strength), order, widths
+
+
+def _tested(act: Any, slope: Any) -> Any:
+    """0 where sampling suffices, the strength of the slow series where that does, else -1."""
+    if len(slope) > _FEW:  # high terms that are rounding alone
+        slope = np.where(np.abs(slope) < 4e-15 * np.abs(slope).sum(axis=0), 0.0, slope)
+    # e^{lam (V(x) - V(u))} on ellipses, beside the error of Gauss's rule on them.
+    heights = act.heights @ np.abs(act.antiderivative @ slope)
+    heights += act.accuracy
+    fits = (heights.min(axis=0) < _MISSED) & ((act.integrals[-1] @ slope).real > -_CLIMB)
+    # Where |phi| is between 0 and twice its mean on an ellipse, the slow series is known.
+    found, size = np.where(fits, 0.0, -1.0), np.abs(slope)
+    at = np.flatnonzero(~fits & (size[0] > _SLOW / _STRENGTH[-1, 0]) & (size[0] < np.inf))
+    if at.size:
+        size = size.take(at, axis=1)
+        free = act.sizes @ size[1:] < size[0]
+        strength = size[0] * (free * _STRENGTH).max(axis=0)
+        found[at] = np.where(free[0] & (strength > _SLOW), strength, -1.0)
+    return found
+
+
+def records(half: Any, slope: Any, off: Any, strength: Any) -> Logs:
+    """Of panels, e(b) = f/c, the larger 1: f, c, c int e, f int 1/e, f times the nested one."""
+    act = matrices(len(slope))
+    falls = act.integrals[-1] @ slope  # lam (V(a) - V(b))
+    found, slow = np.ones((3, len(falls)), falls.dtype), strength > 0
+    for mask, integrals in ((strength == 0, _sampled), (slow, _slow)):
+        index = np.flatnonzero(mask)
+        for low in range(0, len(index), _AT_ONCE):
+            at = index[low : low + _AT_ONCE]
+            found[:, at] = integrals(act, slope.take(at, axis=1), falls[at], strength[at])
+    h, ends = np.log(half), _ends(falls, 2.0 * off)
+    own = _OWN + 2.0 * off / np.where(slow, np.maximum(np.abs(slope[0]), 1e-300), 1.0)
+    own[strength < 0] = np.inf  # neither kind of panel is known to be right
+    lost = np.where(slow, 0.0, 0.3 * _ULP * np.exp(np.minimum(-falls.real, _CLIMB)))
+    logs = np.log(found) + np.stack((h, h, 2 * h))
+    return Logs(np.concatenate((ends.log, logs)), np.stack((*ends.error, own, own, 2 * own + lost)))
+
+
+def _ends(falls: Any, moved: Any) -> Logs:
+    """The smaller of e(b) and 1/e(b), the other being 1."""
+    error = 1.5 * _ULP * np.abs(falls) + moved
+    log = np.stack((np.minimum(-falls, 0.0), np.minimum(falls, 0.0)))
+    return Logs(log, np.where(log < 0, error, 0.0))
+
+
+def _sampled(act: Any, slope: Any, falls: Any, _: Any) -> Any:
+    """The three integrals for half width 1, from values at the nodes."""
+    e = act.integrals[:-1] @ slope
+    np.exp(np.negative(e, out=e), out=e)
+    inverse = 1.0 / e
+    running = act.running @ e
+    fall, climb = np.exp(np.minimum(-falls, 0.0)), np.exp(np.minimum(falls, 0.0))
+    nested = act.weights @ (running[:-1] * inverse)
+    return np.stack((running[-1] * climb, (act.weights @ inverse) * fall, nested * fall))
+
+
+def _slow(act: Any, slope: Any, falls: Any, strength: Any) -> Any:
+    """The same from the slow series, seen from the lower end of V; seen from the other end its odd
+    terms change their signs."""
+    g = act.values @ slope
+    down = np.flatnonzero(falls > 0)
+    g[:_NODES, down] = -g[_NODES - 1 :: -1, down]
+    g[_NODES:, down] = -g[_NODES:, down][::-1]
+    order = np.argsort(strength)
+    g, small = g.take(order, axis=1), np.exp(-np.maximum(falls, -falls)[order])
+    # k terms are enough where k!/strength^k < e^{-38}.
+    j = np.arange(1.0, _TERMS + 1)
+    enough = np.maximum.accumulate(-np.exp((np.cumsum(np.log(j)) + 38.0) / j))
+    needed = np.searchsorted(enough, -strength[order])
+    inverse = np.negative(1.0 / g)
+    term = inverse.copy()
+    even, odd = term.copy(), np.zeros_like(term)
+    for k in range(1, _TERMS + 1):
+        n = np.searchsorted(-needed, -k, side="right")
+        if not n:
+            break
+        term = (act.slopes @ term[:_NODES, :n]) * -inverse[:, :n]
+        (odd if k % 2 else even)[:, :n] += term
+    t, (back_a, back_b) = even + odd, (even - odd)[_NODES:]
+    *inside, t_a, t_b = t
+    int_e, int_inverse = t_b - t_a * small, back_a - back_b * small
+    found = np.zeros((3, len(order)), falls.dtype)
+    found[:, order] = int_e, int_inverse, act.weights @ inside - t_a * int_inverse
+    found[2, down] = found[0, down] * found[1, down] - np.exp(-falls[down]) * found[2, down]
+    return found
+
+
+def constant(rate: Any, width: Any, off: Any) -> Logs:
+    """The record of an interval of any width on which lam phi is `rate`, in closed form."""
+    x = np.maximum(rate * width, -rate * width)
+    mean = -np.expm1(-x) / x
+    other = (1.0 - mean) / x
+    if (some := np.flatnonzero(x.real < 0.5)).size:
+        near, series = x[some], np.zeros(len(some))
+        for k in range(15, 1, -1):
+            series = 1.0 / math.factorial(k) - series * near
+        mean[some], other[some] = 1.0 - near * series, series
+    one, own = np.log(width * mean), 2e-15 + 2 * off / np.maximum(x.real, 1.0)
+    nested = np.log(np.where(rate > 0, mean * mean - np.exp(-x) * other, other)) + 2 * np.log(width)
+    ends = _ends(rate * width, off + 2 * _ULP * x.real)
+    return Logs(np.stack((*ends.log, one, one, nested)), np.stack((*ends.error, own, own, 2 * own)))
+
+
+def carried(before: Logs, panel: Logs, lam: Any) -> Logs:
+    """y' = f y/(c + I y), w' = (f w + lam J + lam N y)/(c + I y), and e' = e f/c.
+
+    An error counts by its share.
+    """
+    (y, w, e), (of_y, of_w, of_e) = before
+    (fall, climb, i, j, n), (of_fall, of_climb, of_i, of_j, of_n) = panel
+    # Whatever of c and I y is larger is divided out: neither may lose the other's digits.
+    x = climb - y - i
+    less = x.real < 0
+    sigma, one = np.where(less, -y - i, -climb), np.where(less, -i, y - climb)
+    tail, log_lam = np.exp(-np.maximum(x, -x)), np.log(lam)
+    small = (tail / (1.0 + tail)).real
+    kept = np.where(less, small, 1.0 - small)
+    old, new, nested, log_n = _shares(fall + w + sigma, log_lam + j + sigma, log_lam + n + one)
+    log_d, lost = np.log1p(tail), 1.0 - kept
+    common = kept * of_climb + lost * of_i
+    of_rate = of_fall + kept * of_y + common
+    of_time = old * (of_fall + of_w) + new * of_j + nested * of_n + common
+    of_time += np.abs(nested - lost) * of_y
+    log = np.stack((fall + one - log_d, log_n - log_d, e + fall - climb))
+    error = np.stack((of_rate, of_time, of_e + of_fall + of_climb))
+    return Logs(log, error + _ULP * (2 + np.abs(log)))
+
+
+def _shares(*logs: Any) -> tuple[Any, ...]:
+    """The shares of positive numbers in their sum, and its logarithm."""
+    top = np.maximum(logs[0], logs[1])
+    for x in logs[2:]:
+        top = np.maximum(top, x)
+    parts = [np.exp(x - top) for x in logs]
+    whole = sum(parts[1:], parts[0])
+    return *((p / whole).real for p in parts), top + np.log(whole)
+
+
+def absorbing(lam: Any) -> Logs:
+    """y, w and e where a sweep begins, sigma being 0."""
+    nothing = np.zeros((3, len(lam)), lam.dtype)
+    return Logs(nothing + np.array([[np.inf], [-np.inf], [0.0]]), nothing.real.copy())
+
+
+def swept(phi: Side, lam: Any, begin: Any, end: Any, state: Logs) -> Logs:
+    """y, w and e at `end` from those at `begin`, where e is 1."""
+    low, high = np.clip(begin, -1.0, 1.0), np.clip(end, -1.0, 1.0)
+    _outside(state, phi.end(-1), lam, np.minimum(end, -1.0) - begin)
+    some = np.flatnonzero(high > low)
+    if some.size and not phi.of.careful:
+        some = some[~_together(state, phi, lam[some], low[some], high[some], some)]
+    if some.size:
+        of, order, widths = panels(phi, some, lam[some], low[some], high[some])
+        order, ends = some[order], np.cumsum(widths)
+        now = state.of(order)
+        for n, end_of in zip(widths, ends, strict=True):
+            first, panel = (
+                Logs(*(x[:, :n] for x in now)),
+                Logs(*(x[:, end_of - n : end_of] for x in of)),
+            )
+            now.put(slice(n), carried(first, panel, lam[order[:n]]))
+        state.put(order, now)
+    _outside(state, phi.end(1), lam, end - np.maximum(begin, 1.0))
+    return state
+
+
+def _outside(state: Logs, end: tuple[Any, Any], lam: Any, width: Any) -> None:
+    """Across an interval of constant drift, whose width may be 0."""
+    if (some := np.flatnonzero(width > 0)).size:
+        (a, off), lam, width = (x[some] for x in end), lam[some], width[some]
+        panel = constant(lam * a, width, np.abs(lam) * width * off)
+        state.put(some, carried(state.of(some), panel, lam))
+
+
+# -- many rows together ----------------------------------------------------------------------------
+
+
+def _together(state: Logs, phi: Side, lam: Any, begin: Any, high: Any, rows: Any) -> Any:
+    """Carry plain numbers through panels that many rows share; of which rows that was done.
+
+    Where sigma is so large that S is constant, w is an integral of 1/e, cut to where it counts.
+    """
+    act, width = matrices(phi.of.terms, _COMMON), high - begin
+    slope = phi.slope(rows, lam, begin, width / 2)
+    reach, falls = 2.0 * np.abs(slope).sum(axis=0), act.integrals[-1] @ slope
+    (y, w, e), (of_y, of_w, of_e) = now = state.of(rows)
+    of_a = np.abs(lam) * phi.off[rows] / 2
+    moved = 2.0 * of_a * width + 3.0 * _ULP * reach
+    e -= falls
+    of_e += moved + _ULP * np.abs(e)
+    low = (reach + falls.real) / 2 - y.real < _HIGHEST
+    faint = (-y.real > _FAINT + reach) & ((reach > 2 * _DOWN) | ~low)
+    if (at := np.flatnonzero(faint)).size:
+        y[at] -= falls[at]
+        of_y[at] += moved[at] + _ULP * np.abs(y[at])
+        for _ in range(_DEEPEST):
+            if not (at := at[reach[at] > 2 * _FAINT]).size:
+                break
+            c = slope.take(at, axis=1)
+            highest = np.maximum.accumulate((act.to_end @ c).real, axis=0)
+            # Between ends of a cell lam V is above both by at most an eighth of its width^2 V''.
+            above = np.arange(len(c)) ** 2 @ np.abs(c) * (2.0 / _CELLS) ** 2 / 8
+            hidden = highest < -_FAINT - np.log1p(reach[at]) - np.maximum(w[at].real, 0.0) - above
+            share = 1.0 - np.maximum(hidden.sum(axis=0) - 1, 0) / _CELLS
+            at, share = at[share < 1.0], share[share < 1.0]
+            width[at], w[at] = width[at] * share, -np.inf
+            slope[:, at] = phi.slope(rows[at], lam[at], high[at] - width[at], width[at] / 2)
+            reach[at] = 2.0 * np.abs(slope.take(at, axis=1)).sum(axis=0)
+    done = (low | faint) & (reach < _MODERATE) & (len(phi.edges) == 2)
+    # [-1, 1] is the interval of each row; the error of lam V per unit of it.
+    off, half = of_a * width + 1.5 * _ULP * reach, lam * width / 2
+    for at, some, common in _alike(act, slope, reach, np.flatnonzero(done & faint), done):
+        whole = np.exp(w[at])
+        for j, f in _crossed(act, some, common, True):
+            for gain, fall in zip(half[at] * j, f, strict=True):
+                whole += gain
+                whole /= fall
+        w[at] = np.log(whole)
+        of_w[at] += 2.0 * off[at] + 2 * _OWN + _ULP * np.abs(w[at])
+    for at, some, common in _alike(act, slope, reach, np.flatnonzero(done & ~faint), done):
+        sigma = np.exp(-y[at]) * (lam[at] / half[at])
+        time = sigma * np.exp(w[at]) / half[at]
+        # With absolute errors, of sigma and of int 1/e both, and of their time.
+        both = np.array([sigma, sigma * of_y[at]])
+        whole = np.array([time, time * (of_y + of_w)[at]])
+        for h, i, j, n, f in _crossed(act, some, common, False):
+            own = off[at] * h + _OWN
+            lost = own + (0.3 * _ULP / np.abs(f) + _OWN)
+            i, n = np.stack((i, i * own), axis=1), np.stack((n, n * lost), axis=1)
+            for gain, inverse, nested, fall, error in zip(i, j, n, f, own, strict=True):
+                whole += nested
+                whole += both * inverse
+                both += gain
+                both *= fall
+                both[1] += both[0] * error
+        y[at] = -np.log(both[0] * (half[at] / lam[at]))
+        w[at] = np.log(whole[0] / both[0] * half[at])
+        of_y[at] = (both[1] / both[0]).real + _ULP * np.abs(y[at])
+        of_w[at] = (whole[1] / whole[0]).real + of_y[at] + _ULP * np.abs(w[at])
+    state.put(rows[done], now.of(np.flatnonzero(done)))
+    return done
+
+
+def _alike(act: Any, slope: Any, reach: Any, index: Any, done: Any) -> Iterator[Any]:
+    """Groups of rows of similar reach with panels for all of them; others are not done."""
+    index = index[np.argsort(reach[index])]
+    size, low = reach[index], 0
+    while low < len(index):
+        last = (2.0 if size[-1] < 2.0 * size[low] + 15.0 else 1.5) * size[low] + 15.0
+        high = min(np.searchsorted(size, last), low + 2 * _AT_ONCE)
+        at = index[low:high]
+        some = slope.take(at, axis=1)
+        common = _common(act, some) if len(at) >= min(_GROUP, len(done) / 8) else None
+        done[at] = common is not None
+        if common:
+            yield at, some, common
+        low = high
+
+
+def _common(act: Any, slope: Any) -> tuple[Any, Any] | None:
+    """Half widths of panels of [-1, 1] that suffice for all rows, and what acts on `slope` to make
+    their coefficients; None where each row for itself is faster."""
+    terms, rows = slope.shape
+    steep = (act.at_marks @ slope[:, ::-4]).real  # the steepest row among them
+    each = np.maximum(steep / _DOWN, steep / -_UP)
+    steep = each.max(axis=1)
+    until = np.append(0.0, np.cumsum(np.maximum(steep[1:], steep[:-1]) + 1e-9)) * (2.0 / _CELLS)
+    count = math.ceil(until[-1])
+    if count > 2 + 2.5 * (2.0 * each.mean()):
+        return None
+    ends = np.interp(np.arange(count + 1) / count * until[-1], until, act.marks)
+    for _ in range(_DEEPEST):
+        h = np.diff(ends) / 2
+        points = ends[:-1, None] + h[:, None] * (1.0 + act.points)
+        maps = act.fit @ np.polynomial.chebyshev.chebvander(points, terms - 1)
+        maps *= h[:, None, None]
+        step, found = max(1, _AT_ONCE // rows), []
+        for low in range(0, len(h), step):
+            c = maps[low : low + step] @ slope
+            found.append((np.abs(c).max(axis=2), (act.integrals[-1] @ c).real.min(axis=1)))
+        largest, rise = (np.concatenate(x) for x in zip(*found, strict=True))
+        size = np.abs(act.antiderivative) @ largest.T
+        bad = (act.heights @ size + act.accuracy).min(axis=0) > _MISSED
+        bad |= rise < -_CLIMB
+        if not bad.any():
+            return h, maps
+        ends = np.sort(np.append(ends, (ends[:-1] + h)[bad]))
+    return None
+
+
+def _crossed(act: Any, slope: Any, common: tuple[Any, Any], single: bool) -> Iterator[Any]:
+    """Of some panels at once: widths, int e, int 1/e, nested, 1/e(b); `single`: int 1/e, 1/e(b)."""
+    (h, maps), (terms, rows) = common, slope.shape
+    step = max(1, _AT_ONCE // rows)
+    v = (act.integrals @ maps).swapaxes(0, 1)
+    work = np.zeros((3, len(v) * min(step, len(h)) * rows), slope.dtype)  # kept in the cache
+    for low in range(0, len(h), step):
+        some = h[low : low + step, None]
+        shape = len(v), len(some) * rows
+        exponents, e, running = (x[: shape[0] * shape[1]].reshape(shape) for x in work)
+        np.matmul(v[:, low : low + step].reshape(-1, terms), slope, out=exponents.reshape(-1, rows))
+        np.exp(exponents, out=exponents)
+        inverse, fall = exponents[:-1], exponents[-1].reshape(-1, rows)
+        int_inverse = (act.weights @ inverse).reshape(-1, rows) * some
+        if single:
+            yield int_inverse, fall
+            continue
+        np.matmul(act.running, np.divide(1.0, inverse, out=e[:-1]), out=running)
+        inside = np.multiply(running[:-1], inverse, out=e[:-1])
+        nested = (act.weights @ inside).reshape(-1, rows) * some**2
+        yield 2.0 * some, running[-1].reshape(-1, rows) * some, int_inverse, nested, fall
+
+
+@np.errstate(all="ignore")
+def logs_of(name: str, of: Sampled, numbers: Mapping[str, Any]) -> Logs:
+    """log of "T", "C", "1 - C", "P", "1 - P" or "p_ss", and its estimated error, maybe infinite.
+
+    `numbers` are arrays: kappa, which may be complex, and the quantity's own ones.
+    """
+    lam = 2.0 / (numbers["kappa"] * numbers["kappa"])
+    found, many = [], max(256, _COEFFICIENTS // of.terms)
+    for low in range(0, len(lam), many):
+        rows = np.arange(low, min(low + many, len(lam)))
+        some = {n: x[rows] for n, x in numbers.items()}
+        found.append(_logs_of(name, of, lam[rows], some, rows))
+    logs, errors = map(np.concatenate, zip(*found, strict=True))
+    return Logs(logs, np.where(np.isnan(logs + errors), np.inf, errors))
+
+
+def _logs_of(name: str, of: Sampled, lam: Any, numbers: Mapping[str, Any], rows: Any) -> Logs:
+    if name in ("T", "C", "1 - C"):
+        start = numbers["start"]
+        rate, w = sides(of, lam, numbers["r"], (start, -start), rows)
+        if name == "T":
+            (log, error), (other, of_other) = _total(*w), _total(*rate)
+            return Logs(log - other, error + of_other)
+        return _share(*(rate if name == "C" else rate[::-1]))
+    n, phi = len(lam), seen(of, rows, -1.0, name == "p_ss")
+    if name == "p_ss":
+        y, lam = np.concatenate((numbers["y"], -numbers["y"])), np.tile(lam, 2)
+        a, of_a = phi.end(-1)
+        state = absorbing(lam)
+        state.log[0], state.log[1] = np.log(-lam * a), 0.0
+        state.error[0] = of_a / -a.real + _ULP * (2 + np.abs(state.log[0]))
+        (log, *_), (error, *_) = swept(phi, lam, np.minimum(y, -1.0), y, state)
+        total = _total(Logs(-log[:n], error[:n]), Logs(-log[n:], error[n:]))
+        return Logs(-total.log, total.error)
     one = np.ones(n)
-    panels = _panels(field, lam, -one, one)
-    nothing = LogPositive.of(np.zeros(n))
-    a_minus, a_plus = _ends(field, n)
-    before = LogPositive.of(formulas.tail_left(a_minus))
-    layer = panels.through(
-        lambda state, p, lam: sweep.carried_in_layer(InLayer(*state), p, lam),
-        (nothing, before),
-        _rates(field, lam),
-    )
-    after = LogPositive.of(formulas.tail_right(a_plus))
-    wanted, rest = sweep.layer_times(InLayer(*layer), after, complement)
-    return _logs(formulas.occupation_share(wanted, rest))
+    (y, _, e), (of_y, _, of_e) = swept(phi, lam, -one, one, absorbing(lam))
+    (left, of_left), (right, of_right) = phi.end(-1), phi.end(1)
+    before = Logs(-e - np.log(-lam * left), of_e + of_left / -left.real + 4 * _ULP)
+    after = Logs(-np.log(lam * right), of_right / right.real + 4 * _ULP)
+    inside, outside = Logs(-y, of_y), _total(before, after)
+    return _share(inside, outside) if name == "P" else _share(outside, inside)
 
 
-def _logs(quantity: LogPositive) -> Logs:
-    """Logarithms and their errors, infinite where they are unknown."""
-    bad = np.isnan(quantity.log + quantity.error)
-    error = np.where(bad, np.inf, quantity.error)
-    if not isinstance(quantity, LogSlopes):
-        return Logs(np.asarray(quantity.log), error)
-    unknown = np.isnan(quantity.slopes) | np.isnan(quantity.slope_error)
-    return Logs(
-        DualArray(quantity.log, quantity.slopes),
-        DualArray(error, np.where(unknown, np.inf, quantity.slope_error + _UNDERFLOW)),
-    )
+@np.errstate(all="ignore")
+def sides(of: Sampled, lam: Any, r: Any, ends: tuple[Any, Any], rows: Any) -> list[list[Logs]]:
+    """y and w, each from the left at ends[0] and from the right at -ends[1]."""
+    n, phi, two = len(lam), seen(of, rows, 1.0, True), np.tile(lam, 2)
+    found = swept(phi, two, -np.tile(r, 2), np.concatenate(ends), absorbing(two))
+    log, error = (x.reshape(3, 2, n) for x in found)
+    return [[Logs(log[k, side], error[k, side]) for side in (0, 1)] for k in (0, 1)]
 
 
-def _with_start(
-    field: Field,
-    lam: FloatArray,
-    logs: Logs,
-    quantity: str,
-    start: FloatArray,
-    left: Swept,
-    right: Swept,
-) -> Logs:
-    """The logarithms with their derivative in the start, from both sides of it, as the last.
-
-    T' = (w_R sigma_R - w_L sigma_L)/(sigma_L + sigma_R); sigma is S/S' (see `exact.sweep`). Where
-    r stretches the interval it has moved the start as well. A start that is not the one given moves
-    the slopes, its own as T'' = -lam (1 + phi T') and C'' = -lam phi C'.
-    """
-    if not field.directions:
-        return logs
-    nothing = 0 * left.sigma
-    if quantity == "T":
-        w = left.w + right.w
-        terms = right.w / w / left.sigma, left.w / w / right.sigma
-    else:
-        terms = (1 / left.sigma, nothing) if quantity == "1 - C" else (nothing, 1 / right.sigma)
-    first, second = (np.exp(x.log) for x in terms)
-    error = first * (terms[0].error + 4e-16) + second * (terms[1].error + 4e-16)
-    error += _UNDERFLOW
-    slope, error = first - second, np.where(np.isnan(error), np.inf, error)
-    if off := 2.0 * field.directions.off:
-        scene = np.arange(len(start))
-        inside = field.phi(scene, np.clip(start, -1.0, 1.0)[:, None])[:, 0]
-        ends = field.a_minus[scene], field.a_plus[scene]
-        phi = np.where(start < -1.0, ends[0], np.where(start > 1.0, ends[1], inside))
-        curved = phi * slope + (np.exp(-logs.value.value) if quantity == "T" else 0.0)
-        error += off * (np.abs(lam * curved) + slope * slope)
-        logs.error.slopes[:] += off * np.abs(first * terms[0].slopes - second * terms[1].slopes)
-    moved = start * field.directions.stretch[: len(start)]
-    logs.value.slopes[-1] -= moved * slope
-    logs.error.slopes[-1] += np.abs(moved) * error
-    return Logs(
-        DualArray(logs.value.value, np.vstack((logs.value.slopes, slope))),
-        DualArray(logs.error.value, np.vstack((logs.error.slopes, error))),
-    )
+def _total(x: Logs, y: Logs) -> Logs:
+    """The sum of positive numbers."""
+    of_x, of_y, log = _shares(x.log, y.log)
+    return Logs(log, of_x * x.error + of_y * y.error + _ULP * (2 + np.abs(log)))
 
 
-def _rates(field: Field, lam: FloatArray) -> LogPositive:
-    """lam, which changes with kappa."""
-    return LogPositive.of(field.directions.rate(lam) if field.directions else lam)
+def _share(x: Logs, rest: Logs) -> Logs:
+    """x/(x + rest)."""
+    part, other, log = _shares(x.log, rest.log)
+    value = np.where(part > 0.5, -np.log1p(np.exp(rest.log - x.log)), x.log - log)
+    error = other * (x.error + rest.error + _ULP * (np.abs(x.log) + np.abs(rest.log)))
+    return Logs(value, error + _ULP * (1 + np.abs(value)))
 
 
-def _ends(field: Field, count: int) -> tuple[Any, Any]:
-    """a- and a+ of the first scenes."""
-    ends = field.a_minus[:count], field.a_plus[:count]
-    if not field.directions:
-        return ends
-    return field.directions.at_end(ends[0], -1.0), field.directions.at_end(ends[1], 1.0)
+def of_scenes(scenes: Scenes, request: Request) -> Answers:
+    """Logarithms right to `TOLERANCE`, and their estimated errors; in doubt by balls."""
+    logs, errors = found = float_logs(scenes, request.name)
+    if (rows := _in_doubt(found)).size:
+        from symasym.exact.balls import of_scene
+
+        closer = Request(request.name, "exact", None, 17, log=True, full=False)
+        for row in rows:
+            logs[row] = float(of_scene(scene_at(scenes, row), closer).value)
+            errors[row] = ROUNDING * abs(logs[row])
+    return Answers(logs, errors, "estimate", (request.name,))
 
 
-def _from_both_ends(
-    field: Field, lam: FloatArray, r: FloatArray, start: FloatArray
-) -> tuple[Swept, Swept]:
-    """sigma and w at the start from the left and from the right."""
-    n, rates = len(lam), np.concatenate((lam, lam))
-    end, r = np.concatenate((start, -start)), np.concatenate((r, r))
-    moderate, known = float_sides.swept(field, rates, r, end)
-    sigma, w = known
-    if len(moderate) < 2 * n:
-        # A side that is known has no panels: both of its ends are -1.
-        low, high = -r, end.copy()
-        low[moderate] = high[moderate] = -1.0
-        unknown = LogPositive.of(np.full(2 * n, np.nan))
-        sigma, w = _panels(field, rates, low, high).through(
-            lambda state, p, lam: sweep.carried(Swept(*state), p, lam),
-            (unknown, unknown),
-            _rates(field, rates),
-            sweep.first,
-        )
-        for whole, some in zip((sigma, w), known, strict=True):
-            whole[moderate] = some
-    return Swept(sigma[:n], w[:n]), Swept(sigma[n:], w[n:])
+def float_logs(scenes: Scenes, name: str) -> Logs:
+    """Logarithms in float64 and their errors, however large these are, in two rounds."""
+    numbers = {n: scenes.numbers[n] for n in quantity_of(name).numbers}
+    values, count = scenes.parameters, len(scenes.lam)
+    of = sampled(scenes.drift, values, count)
+    found = logs_of(name, of, numbers)
+    if of.exact and (some := _in_doubt(found)).size:
+        values = {n: x[some] if is_array(x) else x for n, x in values.items()}
+        careful = sampled(scenes.drift, values, len(some)).carefully()
+        better = logs_of(name, careful, {n: x[some] for n, x in numbers.items()})
+        found.log[some], found.error[some] = better
+    if any(scenes.moved.values()):
+        size = seen(of, np.arange(count), 1.0, False).off / _OF_A
+        found.error[:] += input_rounding(scenes, size)
+    return found
 
 
-class _Panels(NamedTuple):
-    """Panels of many scenes, of each from `begin` on."""
-
-    records: Record
-    begin: IntArray
-    number: IntArray
-
-    def through(
-        self,
-        onward: Callable[[tuple[LogPositive, ...], Record, LogPositive], tuple[LogPositive, ...]],
-        start: tuple[LogPositive, ...],
-        lam: LogPositive,
-        first: Callable[[Record, LogPositive], tuple[LogPositive, ...]] | None = None,
-    ) -> tuple[LogPositive, ...]:
-        """The numbers that `onward` makes of those at the `start`, one panel of each scene at once.
-
-        The first panel takes `first` in its place where that is given.
-        """
-        # Scenes with more panels come first: those with a k-th one are the first of all.
-        order = np.argsort(-self.number, kind="stable")
-        lam, at, count = lam[order], self.begin[order], self.number[order]
-        state = tuple(x[order] for x in start)
-        for k in range(count.max(initial=0)):
-            step()
-            n = int(np.searchsorted(-count, -k, side="left"))
-            panel = Record(*(x[at[:n] + k] for x in self.records))
-            if first and k == 0:
-                changed = first(panel, lam[:n])
-            else:
-                changed = onward(tuple(x[:n] for x in state), panel, lam[:n])
-            state = tuple(x.followed_by(y[n:]) for x, y in zip(changed, state, strict=True))
-        back = np.argsort(order)
-        return tuple(x[back] for x in state)
-
-
-def _panels(field: Field, lam: FloatArray, start: FloatArray, end: FloatArray) -> _Panels:
-    """Panels from `start` to `end`; from u = -1 where `start` is -inf."""
-    left = np.flatnonzero(np.isfinite(start) & (start < -1.0))
-    before = _outer(field, lam, left, -1, np.minimum(end[left], -1.0) - start[left])
-    blocks, anchors = partition(field, lam, np.maximum(start, -1.0), np.minimum(end, 1.0))
-    ahead = np.full(len(lam), -np.inf)
-    rise, int_e = (value_of(x) for x in before.moments[:2])
-    ahead[left] = np.log(int_e) + np.maximum(-rise, 0.0)
-    inside = records_of(field, lam, blocks, anchors, ahead)
-    right = np.flatnonzero(end > 1.0)
-    parts = [before, inside]
-    if right.size:
-        parts.append(_outer(field, lam, right, 1, end[right] - np.maximum(1.0, start[right])))
-    records = merged(Records.joined(parts).sorted())
-    count = np.bincount(records.scene, minlength=len(lam))
-    # A panel is good to about 20 ulp, and to the rounding of phi in its exponent where phi
-    # is not taken about a nearby centre.
-    rounding = lam * field.size()[: len(lam)]
-    local = 5e-15 + 8e-18 * np.where(rounding < MODERATE, rounding, 1e3)
-    own = local[records.scene] + records.local
-    rise = records.moments.rise
-    up = rise > 0
-    moved: Any = _ULP * np.abs(value_of(rise)) + value_of(records.shift)
-    if isinstance(rise, DualArray):
-        moved = DualArray(moved, _ULP * np.abs(rise.slopes) + slopes_of(records.shift))
-    _, int_e, int_inverse, nested = records.moments
-    logs = Record(
-        LogPositive.of(int_e, own),
-        LogPositive.of(int_inverse, own),
-        LogPositive.of(nested, own),
-        fall=with_log(np.where(up, 0.0, rise), np.where(up, 0.0, moved)),
-        climb=with_log(np.where(up, -rise, 0.0), np.where(up, moved, 0.0)),
-    )
-    return _Panels(logs, np.cumsum(count) - count, count)
-
-
-def _outer(field: Field, lam: FloatArray, scene: IntArray, side: int, h: FloatArray) -> Records:
-    """One record a scene outside [-1, 1], in closed form."""
-    part = -1 if side < 0 else np.iinfo(np.intp).max
-    drift: Any = (field.a_minus if side < 0 else field.a_plus)[: len(lam)]
-    if not field.directions:
-        return Records.exactly(scene, part, float_panels.constant(lam[scene] * drift[scene], h))
-    rate: Any = (field.directions.rate(lam) * field.directions.at_end(drift, side))[scene]
-    width: Any = field.directions.outer_width(h) if side < 0 else h
-    records = Records.exactly(scene, part, float_panels.constant(rate, width))
-    known = field.rounding(scene, np.full((len(scene), 1), float(side)))[:, 0]
-    relative = 1e-15 + 4 * known / np.maximum(field.size()[scene], 1e-300)
-    missed = relative * np.abs(rate.slopes)
-    missed[: len(field.directions.largest)] += (
-        relative * lam[scene] * field.directions.largest[:, scene]
-    )
-    shift = h * missed + 1e-15 * np.abs(slopes_of(records.moments.rise))
-    # The moments depend on x = lam a h no faster than on log x, or than e^x.
-    local = missed * h / np.maximum(1.0, np.abs(rate.value) * h)
-    local += 2e-15 * np.abs(slopes_of(width)) / h
-    errors: dict[str, Any] = {
-        "shift": DualArray(records.shift, shift), "local": DualArray(records.local, local)
-    }  # fmt: skip
-    return records._replace(**errors)
+def _in_doubt(found: Logs) -> Any:
+    return np.flatnonzero(~(found.error <= TOLERANCE * np.maximum(1.0, np.abs(found.log))))

@@ -1,4 +1,4 @@
-"""The drift in ball arithmetic, and how python-flint is reached (see `exact.balls.sweep`)."""
+"""The drift in ball arithmetic, and the one place that sets the precision of python-flint."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from fractions import Fraction
 from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Any, Protocol
+
+import flint
 
 from symasym.base.errors import AccuracyError
 from symasym.numbers.trees import FUNCTIONS
@@ -26,31 +28,10 @@ class NotProved(Exception):
     """A step of a proof does not go through; an estimate remains possible."""
 
 
-def available() -> bool:
-    """True if python-flint can be imported, which every proof needs."""
-    try:
-        import flint  # noqa: F401
-    except ImportError:
-        return False
-    return True
-
-
-def flint_module() -> Any:
-    """The module flint; AccuracyError where it is not installed."""
-    try:
-        import flint
-    except ImportError:
-        raise AccuracyError(
-            "proved balls need python-flint, which is not installed; "
-            "install it with pip install python-flint, or ask for dps without a ball."
-        ) from None
-    return flint
-
-
 @contextmanager
 def precision(bits: int) -> Iterator[None]:
     """Arb at `bits` bits. Its context is global: one thread at a time, and put back after."""
-    context = flint_module().ctx
+    context = flint.ctx
     with _lock:
         before = context.prec, context.cap
         context.prec = bits
@@ -62,7 +43,6 @@ def precision(bits: int) -> Iterator[None]:
 
 def exact_ball(value: Fraction) -> Any:
     """The ball of a rational: exact but for the rounding of a quotient."""
-    flint = flint_module()
     return flint.arb(flint.fmpq(value.numerator, value.denominator))
 
 
@@ -127,7 +107,6 @@ class _Polynomial:
 
     def value(self, u: Fraction) -> Any:
         """A(u), its rational value rounded once."""
-        flint = flint_module()
         return flint.arb(self._exact(flint.fmpq(u.numerator, u.denominator)))
 
     def bound(self, center: Fraction, radius: Fraction) -> Any:
@@ -135,11 +114,11 @@ class _Polynomial:
         # The sum of |c_k| radius^k is attained on the circle within a factor of two or so,
         # where a ball in place of z would count the same radius once per power.
         shifted = self._shifted(center, radius).coeffs()
-        return sum((abs(c) for c in shifted), flint_module().arb(0))
+        return sum((abs(c) for c in shifted), flint.arb(0))
 
     def series(self, center: Fraction, half: Fraction, terms: int) -> Any:
         """The Taylor polynomial in t of A(center + half t)."""
-        return flint_module().arb_series(self._shifted(center, half).coeffs(), terms)
+        return flint.arb_series(self._shifted(center, half).coeffs(), terms)
 
     def terms(self) -> int | None:
         return len(self.coefficients)
@@ -149,12 +128,10 @@ class _Polynomial:
 
     @cached_property
     def _exact(self) -> Any:
-        flint = flint_module()
         return flint.fmpq_poly([flint.fmpq(c.numerator, c.denominator) for c in self.coefficients])
 
     def _shifted(self, center: Fraction, half: Fraction) -> Any:
         """The coefficients of A(center + half t) in t."""
-        flint = flint_module()
         return flint.arb_poly(self._exact)(_linear(center, half, flint.ctx.prec))
 
 
@@ -175,7 +152,6 @@ class _Analytic:
 
     def bound(self, center: Fraction, radius: Fraction) -> Any:
         """|A| on a square around the disk, nan unless A is analytic there."""
-        flint = flint_module()
         disk = center, radius, flint.ctx.prec
         if disk not in self._bounds:
             square, ops = _square(self.sign * center, radius, flint.ctx.prec)
@@ -187,7 +163,6 @@ class _Analytic:
 
     def series(self, center: Fraction, half: Fraction, terms: int) -> Any:
         """The Taylor series in t of A(center + half t), by Arb."""
-        flint = flint_module()
         line, ops = _line(self.sign * center, self.sign * half, terms, flint.ctx.prec)
         return self.sign * flint.arb_series(self.drift.evaluate(line, ops), terms)
 
@@ -205,7 +180,7 @@ class _Sharpened:
         self._whole, self._lost = whole, lost
 
     def _bits(self) -> int:
-        bits: int = flint_module().ctx.prec
+        bits: int = flint.ctx.prec
         return bits + self._lost
 
     def value(self, u: Fraction) -> Any:
@@ -215,7 +190,6 @@ class _Sharpened:
     def bound(self, center: Fraction, radius: Fraction) -> Any:
         """By the Taylor coefficients, and Cauchy's bound of others on a disk 2^_WIDER as large,
         whose own bound is that of terms which do not cancel."""
-        flint = flint_module()
         largest = self._whole.bound(center, 2**_WIDER * radius)
         if not largest.is_finite():
             return self._whole.bound(center, radius)
@@ -270,14 +244,13 @@ def profile_of(drift: Drift) -> Profile:
 @lru_cache(maxsize=4)
 def _linear(center: Fraction, half: Fraction, bits: int) -> Any:
     """The polynomial center + half t, on which the changes of a drift are asked for in turn."""
-    return flint_module().arb_poly([exact_ball(center), exact_ball(half)])
+    return flint.arb_poly([exact_ball(center), exact_ball(half)])
 
 
 @lru_cache(maxsize=4)
 def _square(center: Fraction, radius: Fraction, bits: int) -> tuple[Any, BallOps]:
     """The square about a disk, and the arithmetic in which drifts share what they have in common
     there."""
-    flint = flint_module()
     spread = flint.arb(0, exact_ball(radius))
     return flint.acb(exact_ball(center) + spread, spread), BallOps({})
 
@@ -285,7 +258,7 @@ def _square(center: Fraction, radius: Fraction, bits: int) -> tuple[Any, BallOps
 @lru_cache(maxsize=4)
 def _line(center: Fraction, half: Fraction, terms: int, bits: int) -> tuple[Any, BallOps]:
     """The series of center + half t, and such an arithmetic."""
-    return flint_module().arb_series([exact_ball(center), exact_ball(half)], terms), BallOps({})
+    return flint.arb_series([exact_ball(center), exact_ball(half)], terms), BallOps({})
 
 
 class BallOps:
@@ -302,11 +275,10 @@ class BallOps:
         return exact_ball(value)
 
     def pi(self) -> Any:
-        return flint_module().arb.pi()
+        return flint.arb.pi()
 
     def power(self, base: Ball, exponent: Fraction) -> Any:
         """A rational power, on a complex ball nan where it touches the cut."""
-        flint = flint_module()
         rational = flint.fmpq(exponent.numerator, exponent.denominator)
         if isinstance(base, flint.acb):
             return base.pow(flint.acb(exact_ball(exponent)), analytic=True)
@@ -329,7 +301,6 @@ class BallContext:
 
 def _function(name: str, x: Ball) -> Any:
     """An elementary function of x, not finite where it is not analytic on all of a complex x."""
-    flint = flint_module()
     if isinstance(x, flint.arb_series) and name in _OF_SERIES:
         try:
             return _OF_SERIES[name](x)

@@ -12,8 +12,10 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+import flint
+
 from symasym.base.errors import InputError
-from symasym.numbers.balls import exact_ball, flint_module, precision
+from symasym.numbers.balls import exact_ball, precision
 from symasym.numbers.trees import evaluate_tree
 
 if TYPE_CHECKING:
@@ -40,9 +42,9 @@ class ExtendedInterval:
     @classmethod
     def of(cls, value: ExtendedInterval | arb | int) -> ExtendedInterval:
         """An interval as it is; the smallest around a ball or a whole number."""
-        if isinstance(value, cls):
+        if isinstance(value, ExtendedInterval):
             return value
-        ball = flint_module().arb(value)
+        ball = flint.arb(value)
         return cls(ball, ball)
 
     def image(self, increasing: Callable[[Any], Any]) -> Any:
@@ -84,18 +86,18 @@ class ExtendedInterval:
             return (-self).__truediv__(-divisor)
         if not (low >= 0 and high > 0):
             raise Undefined
-        inverse = flint_module().arb("inf") if low.is_zero() else 1 / low
+        inverse = flint.arb("inf") if low.is_zero() else 1 / low
         return self * ExtendedInterval(1 / high, inverse)
 
     def __abs__(self) -> ExtendedInterval:
         if self.low >= 0:
             return self
-        return ExtendedInterval((-self.high).max(flint_module().arb(0)), (-self.low).max(self.high))
+        return ExtendedInterval((-self.high).max(flint.arb(0)), (-self.low).max(self.high))
 
 
 def _product(a: arb, b: arb) -> arb:
     """a b, with 0 for 0 times an infinite end."""
-    return flint_module().arb(0) if a.is_zero() or b.is_zero() else a * b
+    return flint.arb(0) if a.is_zero() or b.is_zero() else a * b
 
 
 class _Functions:
@@ -114,7 +116,7 @@ class _Functions:
         return ExtendedInterval(ball, ball)
 
     def pi(self) -> ExtendedInterval:
-        ball = flint_module().arb.pi()
+        ball = flint.arb.pi()
         return ExtendedInterval(ball, ball)
 
     def power(self, base: ExtendedInterval, exponent: Fraction) -> ExtendedInterval:
@@ -142,7 +144,7 @@ class _Functions:
 
     def _wave(self, x: ExtendedInterval, name: str) -> ExtendedInterval:
         """Sine or cosine: the range of the ball within [-1, 1]."""
-        one = flint_module().arb(1)
+        one = flint.arb(1)
         ball = x.low.union(x.high)
         if not ball.is_finite():
             return ExtendedInterval(-one, one)
@@ -165,7 +167,6 @@ class _Functions:
 
 def _at_end(name: str, x: arb) -> Any:
     """The function's value or limit at one end, where Arb has no value."""
-    flint = flint_module()
     if name == "log" and x.is_zero():
         return flint.arb("-inf")
     if name == "atanh" and abs(x) == 1:
@@ -178,7 +179,7 @@ def _at_end(name: str, x: arb) -> Any:
 def enclosure(expression: Expr, x: Symbol, lo: float, hi: float) -> tuple[float, float] | None:
     """Floats between which the expression lies for lo <= x <= hi, None where none are shown."""
     with precision(_BITS):
-        domain = ExtendedInterval(flint_module().arb(lo), flint_module().arb(hi))
+        domain = ExtendedInterval(flint.arb(lo), flint.arb(hi))
         try:
             values = evaluate_tree(expression, {x: domain}, _Functions())
         except (Undefined, InputError):

@@ -12,7 +12,9 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from symasym.numbers.balls import NotProved, flint_module
+import flint
+
+from symasym.numbers.balls import NotProved
 
 if TYPE_CHECKING:
     from flint import arb
@@ -47,7 +49,7 @@ class Model(NamedTuple):
         return self._replace(coefficients=tuple(sums), tail_bound=tail.upper())
 
     def __mul__(self, other: Model) -> Model:  # type: ignore[override]
-        flint, count, top = flint_module(), self.over.terms, self.over.top
+        count, top = self.over.terms, self.over.top
         product = flint.arb_poly(list(self.coefficients)) * flint.arb_poly(list(other.coefficients))
         all_terms = [product[k] for k in range(2 * count)]
         tail = _sizes(all_terms[count:], top)
@@ -56,7 +58,7 @@ class Model(NamedTuple):
 
     def __truediv__(self, other: Model) -> Model:
         """The quotient; NotProved where the divisor is not shown to be positive."""
-        flint, count, top = flint_module(), self.over.terms, self.over.top
+        count, top = self.over.terms, self.over.top
         least = other.least()
         if not other.coefficients[0] > 0:
             raise NotProved
@@ -76,7 +78,6 @@ class Model(NamedTuple):
     def least(self) -> Any:
         """A positive lower bound of y^(-power) f; NotProved where there is none."""
         top, count = self.over.top, self.over.terms
-        flint = flint_module()
         low = flint.arb("inf")
         for part in _parts(flint.arb(0), top):
             low = low.min(_value(self.coefficients, part).lower())
@@ -112,7 +113,7 @@ SmallTerms = tuple[SmallTerm, ...]
 
 def supremum(terms: Iterable[SmallTerm], power: int, low: arb, top: arb) -> Any:
     """An upper bound of sum |terms| y^(-power) for low <= y <= top."""
-    total = flint_module().arb(0)
+    total = flint.arb(0)
     for size, own, gap in terms:
         if not gap > 0:
             raise NotProved
@@ -135,7 +136,7 @@ def _parts(low: arb, top: arb) -> list[Any]:
 
 def _value(coefficients: Sequence[Any], y: arb) -> Any:
     """sum c_k y^k."""
-    total = flint_module().arb(0)
+    total = flint.arb(0)
     for c in reversed(coefficients):
         total = total * y + c
     return total
@@ -143,7 +144,6 @@ def _value(coefficients: Sequence[Any], y: arb) -> Any:
 
 def _largest(coefficients: Sequence[Any], top: arb, low: arb | int = 0) -> Any:
     """An upper bound of |sum c_k y^k| for low <= y <= top."""
-    flint = flint_module()
     most = flint.arb(0)
     for part in _parts(flint.arb(low), top):
         most = most.max(abs(_value(coefficients, part)).upper())
@@ -152,5 +152,4 @@ def _largest(coefficients: Sequence[Any], top: arb, low: arb | int = 0) -> Any:
 
 def _sizes(coefficients: Sequence[Any], top: arb) -> Any:
     """sum |c_k| top^k."""
-    flint = flint_module()
     return _value([abs(flint.arb(c)) for c in coefficients], top)

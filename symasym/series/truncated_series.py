@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 from symasym.base.call_context import mpf_of, step
 from symasym.base.errors import AccuracyError, InputError
-from symasym.numbers.rationals import Rational
 from symasym.numbers.trees import integer_power
 
 if TYPE_CHECKING:
@@ -116,8 +115,8 @@ class TruncatedSeries:
         """Coefficients of a TruncatedSeries, or of a number that turned out constant."""
         series = value if isinstance(value, TruncatedSeries) else ops.constant(value)
         if series.e >= 0:
-            return [Rational(x << series.e) for x in series.c]
-        return [Rational(x, 1 << -series.e) for x in series.c]
+            return [Fraction(x << series.e) for x in series.c]
+        return [Fraction(x, 1 << -series.e) for x in series.c]
 
     @staticmethod
     def coefficients_of(value: TruncatedSeries | mpf | int, ops: SeriesOps) -> list[Any]:

@@ -18,7 +18,6 @@ import numpy as np
 
 from symasym.base.inputs import FloatArray
 from symasym.numbers.arithmetic import FLOATS, Arithmetic, Number
-from symasym.numbers.balls import flint_module
 from symasym.numbers.polynomials import poly
 
 if TYPE_CHECKING:
@@ -102,7 +101,8 @@ def spread_of_place(x: FloatArray) -> FloatArray:
 
 def ball_quotient(x: arb, order: int) -> Any:
     """A ball of phi_order(x), also where x is or contains 0."""
-    flint = flint_module()
+    import flint
+
     if not abs(x) < 2:
         if order == 1:
             return x.expm1() / x

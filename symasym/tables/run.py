@@ -44,7 +44,7 @@ _BATCH_DIGITS = 800
 _MOST_IN_BATCH = 16
 #: Batches that are asked for before the first of them is written.
 AHEAD = 64
-_LIBRARIES = ("mpmath", "gmpy2", "python-flint")
+_LIBRARIES = ("mpmath", "python-flint")
 _SECONDS_BETWEEN_LINES = 10.0
 _NUMBER = re.compile(r"\d+(\.\d*)?(e[+-]?\d{1,30})?", re.ASCII)
 _BEGINNING = b'{"drift": '

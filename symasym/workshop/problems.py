@@ -14,7 +14,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import mpmath
@@ -214,8 +213,10 @@ class Problem:
                 of[f"p({y})"] = partial(sa.stationary_density, drift, self.kappa, y)
         return of
 
-    def engine_questions(self, engine: ModuleType) -> dict[str, Callable[[int], Any]]:
-        """The same of a module of `symasym.exact` with exact arguments, as functions of dps."""
+    def by_quadrature(self) -> dict[str, Callable[[int], Any]]:
+        """The same by plain quadrature of the printed integrals, as functions of dps."""
+        from symasym.workshop import reference_quadrature as engine
+
         drift = self.make()
         kappa, r, start = (Fraction(x) for x in (self.kappa, self.r, self.start))
         asked: dict[str, Callable[[int], Any]] = {

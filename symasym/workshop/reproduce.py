@@ -189,7 +189,7 @@ def _chosen(only: Iterable[str] | None) -> list[Stage]:
 
 # -- what is up to date ----------------------------------------------------------------------
 
-_LIBRARIES = ("numpy", "mpmath", "matplotlib", "gmpy2", "python-flint", "sympy")
+_LIBRARIES = ("numpy", "mpmath", "matplotlib", "python-flint", "sympy")
 
 
 def _folder_hash(*packages: ModuleType) -> str:

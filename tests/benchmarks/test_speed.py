@@ -30,7 +30,6 @@ def test_digits(benchmark: Any, kappa: str, dps: int) -> None:
 
 @pytest.mark.parametrize("kappa", ["1", "0.3", "0.1"])
 def test_proved(benchmark: Any, kappa: str) -> None:
-    pytest.importorskip("flint")
     found = benchmark(lambda: sa.escape_time(friction(), kappa, 10, dps=30, full=True))
     assert found.error_kind == "bound"
 

@@ -201,17 +201,6 @@ def test_the_caller_s_precision_is_left_alone() -> None:
     assert found.error == pytest.approx(again.error, rel=1e-6)
 
 
-def test_without_flint_there_is_an_estimate(monkeypatch: pytest.MonkeyPatch) -> None:
-    from symasym.numbers import balls
-
-    monkeypatch.setattr(balls, "available", lambda: False)
-    result = sa.laplace_integral("log(x) - x", 1, x, 0, "oo", 3)
-    found = result.evaluate(500, dps=25, full=True)
-    assert found.error_kind == result.error_kind == "estimate"
-    value, error = scaled(result, found, 500)
-    assert abs(value - truth("Stirling", 500)) <= error
-
-
 @scenes
 def test_estimates_are_honest_too(scene: Integral, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(laplace_errors.ErrorModel, "proof", None)
@@ -267,11 +256,13 @@ def test_a_weight_singular_at_an_end_has_a_bounded_integral(power: str) -> None:
 
 
 def test_a_polygon_around_another_zero_proves_nothing() -> None:
+    import flint
+
     from symasym.asymptotics.laplace.cauchy_disk import _proved, _Surroundings
-    from symasym.numbers.balls import flint_module, precision
+    from symasym.numbers.balls import precision
 
     f = sympy.sympify("-x**2*(1 + x)")
-    zero = flint_module().arb(0)
+    zero = flint.arb(0)
     around = _Surroundings(f, sympy.Integer(1), x, zero, zero, 2, Fraction(1), 0)
     circle = np.exp(2j * np.pi * np.arange(64) / 64)
     with precision(100):

@@ -13,7 +13,6 @@ from collections.abc import Collection, Iterator, Sequence
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
 import pytest
 import sympy
@@ -23,7 +22,6 @@ from symasym.commands.main import _parser, in_options
 from symasym.commands.main import main as run_command
 from symasym.commands.settings import Parser
 from symasym.methods import METHODS
-from symasym.numbers.balls import flint_module
 from symasym.release.answer import METHODS as OF_RELEASE
 
 ROOTS = [Path(str(sa.__file__)).parent, Path(str(sa.__file__)).parent.parent / "derivations"]
@@ -216,16 +214,6 @@ VALUE = ("value", "escape-time", "--drift", "friction", "--set", "mu=3", "--set"
 RELEASE = ("release", "--kappa", "1", "--r", "2", "--eps", "0.1", "--z", "0")
 
 
-def _without(module: str, call: Any) -> Any:
-    """The call where that module is not installed."""
-
-    def run(**options: Any) -> Any:
-        with mock.patch.dict("sys.modules", {module: None}):
-            return call(**options)
-
-    return run
-
-
 def _released(**options: Any) -> Any:
     """The block's release, other options put in."""
     known: dict[str, Any] = {"kappa": "0.1", "r": 10, "eps": "0.01", "start": (0, "-0.4")}
@@ -371,18 +359,6 @@ REFUSED = {
     "float": Refused(
         lambda: float(sa.escape_time(FRICTION, "0.001", 10, dps=20, full=True)),
         then=[lambda: sa.escape_time(FRICTION, "0.001", 10, dps=20, full=True).value],
-    ),
-    "no flint": Refused(
-        _without("flint", lambda: flint_module()),
-        then=[lambda: sa.escape_time(FRICTION, 1, 10, dps=20)],
-    ),
-    "strong noise, no flint": Refused(
-        _without(
-            "flint",
-            lambda **o: sa.escape_time(
-                FRICTION, **{"kappa": 5, "r": 10, "dps": 20, "method": "strong_noise"} | o
-            ),
-        )
     ),
     "density": Refused(
         lambda: sa.expand(SLIDING, "density").evaluate(1),

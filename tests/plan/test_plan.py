@@ -267,55 +267,6 @@ def test_bad_input() -> None:
         sa.plan("friction", "0.1", 10)
 
 
-def test_auto_of_one_scene_computes_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What float64 can't hold is not tried first, and what it gives is not computed again."""
-    from symasym.exact import floats
-
-    calls: list[int] = []
-    computed = floats.escape_time
-
-    def counted(*args: Any, **options: Any) -> Any:
-        calls.append(1)
-        return computed(*args, **options)
-
-    monkeypatch.setattr(floats, "escape_time", counted)
-    for kappa, full, log, times in (
-        ("1e-8", True, True, 0),
-        ("1e-8", False, True, 1),
-        ("0.1", True, True, 1),
-        ("0.1", False, False, 1),
-    ):
-        calls.clear()
-        sa.escape_time(FRICTION, kappa, 10, method="auto", rtol=1e-6, full=full, log=log)
-        assert len(calls) == times
-
-
-def test_auto_of_a_probability_tries_no_float64_in_vain(monkeypatch: pytest.MonkeyPatch) -> None:
-    """log C is that of the higher barrier, where T has the lower one's rounding; and of a linear
-    drift its proof is as cheap."""
-    from symasym.exact import floats
-
-    calls: list[str] = []
-    computed = floats.float_logs
-
-    def counted(scenes: Any, name: str) -> Any:
-        calls.append(name)
-        return computed(scenes, name)
-
-    monkeypatch.setattr(floats, "float_logs", counted)
-    drift = sa.Drift("(1 - u/3 + u**3/9)/2")
-    options: dict[str, Any] = {"method": "auto", "rtol": 1e-6, "full": True, "log": True}
-    sa.escape_time(drift, "1e-7", 10, **options)
-    assert calls == ["T"]
-    found = sa.exit_probability(drift, "1e-7", 10, **options)
-    assert calls == ["T"]
-    assert found.value == sa.exit_probability(drift, "1e-7", 10, full=True, log=True).value
-    for slope, asked in ((sa.linear(1, "1/2"), []), (drift, ["C"])):
-        calls.clear()
-        sa.exit_probability(slope, 1, 10, **options)
-        assert calls == asked
-
-
 def test_auto_keeps_rtol_where_the_value_is_large() -> None:
     """A value's rtol is not that of its logarithm, which float64 has to 1e-12."""
     scene = FRICTION, "0.0202", 10

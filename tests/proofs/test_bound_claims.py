@@ -6,7 +6,6 @@ import ast
 import contextlib
 import itertools
 import re
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,6 @@ from symasym.numbers import balls
 from symasym.numbers.float_intervals import Compensated, Intervals, log_sum
 from tests.searches import bound_claims, fooling
 
-needs_flint = pytest.mark.skipif(not balls.available(), reason="python-flint is not installed")
 ROOT = Path(__file__).parents[2]
 
 
@@ -59,7 +57,6 @@ def test_the_page_lists_every_place() -> None:
     assert listed == _saying_bound()
 
 
-@needs_flint
 def test_the_page_lists_every_call() -> None:
     from symasym.methods import METHODS
 
@@ -84,7 +81,6 @@ def test_the_page_lists_every_call() -> None:
 # -- claims ----------------------------------------------------------------------------------------
 
 
-@needs_flint
 def test_a_start_outside_at_the_height_of_the_barrier() -> None:
     drift = sa.polynomial("-2.16", "0.3", "3")
     kappa = np.geomspace(2e-5, 6e-5, 12)
@@ -96,7 +92,6 @@ def test_a_start_outside_at_the_height_of_the_barrier() -> None:
         assert abs(exact - mpmath.mpf(value)) <= error < 1e-9
 
 
-@needs_flint
 @pytest.mark.parametrize("count", [1500, pytest.param(100_000, marks=pytest.mark.slow)])
 def test_random_claims(count: int) -> None:
     search = bound_claims.Search(count)
@@ -105,7 +100,6 @@ def test_random_claims(count: int) -> None:
     assert search.claims.total() >= count
 
 
-@needs_flint
 def test_the_search_sees_a_claim_that_is_a_little_too_small(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -123,7 +117,6 @@ def test_the_search_sees_a_claim_that_is_a_little_too_small(
     assert search.violated
 
 
-@needs_flint
 def test_nothing_depends_on_global_precisions() -> None:
     drift, sliding, answers = sa.tanh("1.5", "-1", 3), sa.linear("1.5", "-1"), set()
     for precisions in bound_claims.PRECISIONS:
@@ -138,33 +131,9 @@ def test_nothing_depends_on_global_precisions() -> None:
     assert len(answers) == 1
 
 
-def test_without_flint_nothing_says_bound(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "flint", None)
-    assert not balls.available()
-    sliding, crossing = sa.linear(1, -1), sa.linear(1, 1)
-    full: dict[str, Any] = {"full": True}
-    for ask in (
-        lambda: sa.occupation(sliding, "0.5", method="paper", **full),
-        lambda: sa.occupation(sliding, "0.2", method="laplace", **full),
-        lambda: sa.escape_time(crossing, 1, 5, **full),
-        lambda: sa.escape_time(sliding, "0.2", 5, method="laplace", **full),
-        lambda: sa.laplace_integral("-x**2", "1", "x", -1, 1, 1).evaluate(50, **full),
-    ):
-        assert ask().error_kind == "estimate"
-    for refused in (
-        lambda: sa.exit_probability(crossing, 1, 5, method="bound", **full),
-        lambda: sa.exit_probability(crossing, [1.0], 5, method="bound", **full),
-        lambda: sa.exit_probability(crossing, 1, 5, method="paper", **full),
-        lambda: sa.weak_noise_bound(crossing, 5),
-    ):
-        with pytest.raises(sa.AccuracyError, match="python-flint"):
-            refused()
-
-
 # -- intervals of float64 --------------------------------------------------------------------------
 
 
-@needs_flint
 def test_intervals_hold_what_balls_say() -> None:
     from flint import arb
 
@@ -184,7 +153,6 @@ def test_intervals_hold_what_balls_say() -> None:
     assert arb(float(total.low[0])) <= ball <= arb(float(total.high[0]))
 
 
-@needs_flint
 def test_sums_that_cancel_keep_what_a_float_loses() -> None:
     from flint import arb
 
@@ -263,7 +231,6 @@ def test_the_search_fools_an_error_of_two_terms(
     assert fooling.judged(12, 1, search, 0).ratios.max() > 10
 
 
-@needs_flint
 def test_an_estimate_below_what_is_proved_says_so() -> None:
     drift = sa.linear(1, 2)
     found = sa.escape_time(drift, "0.2", 5, method="laplace", order=2, full=True)

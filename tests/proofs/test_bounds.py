@@ -13,13 +13,11 @@ from hypothesis import given, settings
 import symasym as sa
 from symasym.asymptotics.proofs.layer_bounds import layer_of
 from symasym.exact.balls import sweep as ball_sweep
-from symasym.numbers import balls
 from symasym.numbers.balls import precision
 from symasym.workshop import reference_quadrature
 from tests.problems import PROBLEMS, Problem, constant_drift, distance, relative
 from tests.strategies import ALL, SAMPLE, scenes
 
-needs_flint = pytest.mark.skipif(not balls.available(), reason="python-flint is not installed")
 FRICTION = sa.friction(3, 1, "-0.3")
 BOUND: dict[str, Any] = {"method": "bound"}
 LAPLACE: dict[str, Any] = {"method": "laplace"}
@@ -54,7 +52,6 @@ def check_both(drift: sa.Drift, kappa: Any, r: Any, start: Any) -> list[float]:
 
 
 @pytest.mark.every(4)
-@needs_flint
 @pytest.mark.parametrize(
     "problem", [p for p in PROBLEMS if not p.tags & {"slow", "refused", "narrow"}], ids=str
 )
@@ -63,14 +60,12 @@ def test_holds_on_the_table(problem: Problem) -> None:
     check_both(problem.make(), "1/4", problem.r, problem.start)
 
 
-@needs_flint
 @settings(SAMPLE, max_examples=20)
 @given(scenes(weakest=-2))
 def test_random_scenes_sample(scene: Any) -> None:
     check_both(*scene)
 
 
-@needs_flint
 @pytest.mark.slow
 @ALL
 @given(scenes(weakest=-3))
@@ -78,7 +73,6 @@ def test_random_scenes(scene: Any) -> None:
     check_both(*scene)
 
 
-@needs_flint
 def test_floats_hold() -> None:
     z0 = np.linspace(-1.9, 3.9, 15)
     kappa = np.geomspace(0.05, 50, 9)[:, None]
@@ -96,7 +90,6 @@ def test_floats_hold() -> None:
                 assert relative(float(found.error[i, j]), one.error) < 0.02
 
 
-@needs_flint
 @pytest.mark.parametrize("count", [3, 40])
 def test_few_scenes_and_many_of_a_drift_hold(count: int) -> None:
     """Few are bounded in balls, many in intervals of float64; also where a window is too wide."""
@@ -110,7 +103,6 @@ def test_few_scenes_and_many_of_a_drift_hold(count: int) -> None:
 # -- they close ----------------------------------------------------------------------------------
 
 
-@needs_flint
 @pytest.mark.parametrize(
     ("drift", "r", "start"),
     [
@@ -133,7 +125,6 @@ def test_they_close_as_kappa_squared(drift: sa.Drift, r: Any, start: str) -> Non
         assert widths[2] <= widths[0] / 97e6 + mpmath.mpf("1e-42")
 
 
-@needs_flint
 def test_they_do_not_open_with_r() -> None:
     """In a crossing region C falls like e^{-lam a- r}, and the ratio of the bounds stays."""
     errors = [
@@ -144,7 +135,6 @@ def test_they_do_not_open_with_r() -> None:
     assert relative(errors[2], errors[0]) < 1e-6
 
 
-@needs_flint
 def test_constant_drift() -> None:
     closed = constant_drift("23.02585")["C"]
     drift = sa.linear("23.02585", "23.02585")
@@ -156,7 +146,6 @@ def test_constant_drift() -> None:
         assert distance(found.value, wanted) <= found.error < 1e-9
 
 
-@needs_flint
 def test_layer_against_plain_quadrature() -> None:
     wanted = reference_quadrature.exit_probability(
         FRICTION, Fraction(2, 5), Fraction(2), Fraction(1, 5), 15
@@ -215,7 +204,6 @@ def test_laplace_of_arrays() -> None:
 # -- the paper's bound ---------------------------------------------------------------------------
 
 
-@needs_flint
 def test_the_paper_s_bound() -> None:
     for kappa in ("0.2", "1", "3"):
         found = sa.exit_probability(FRICTION, kappa, 12, method="paper", full=True, dps=30)
@@ -242,7 +230,6 @@ def test_the_paper_s_bound() -> None:
     assert (some.error >= some.value).all()
 
 
-@needs_flint
 def test_where_the_paper_s_bound_would_be_wrong() -> None:
     """The erratum's counterexample: V_max <= r/4 as printed, but not <= a- r/4."""
     steep = sa.Drift("3*(u + 19/20)*(u - 3/5)")
@@ -255,7 +242,6 @@ def test_where_the_paper_s_bound_would_be_wrong() -> None:
             sa.exit_probability(steep, kappa, r, method="paper")
 
 
-@needs_flint
 @pytest.mark.parametrize(
     ("drift", "options", "match"),
     [
@@ -276,7 +262,6 @@ def test_where_the_paper_has_no_bound(drift: sa.Drift, options: Any, match: str)
 # -- refusals ------------------------------------------------------------------------------------
 
 
-@needs_flint
 def test_refusals() -> None:
     near_edge = sa.friction(3, 1, "-1e-9")  # the barrier is 1e-10 away from the layer's end
     for kappa in ("1e-5", [1e-5]):
@@ -293,20 +278,3 @@ def test_refusals() -> None:
         sa.exit_probability(FRICTION, "0.1", 10, **BOUND, order=1)
     with pytest.raises(sa.InputError, match="start"):
         sa.exit_probability(FRICTION, "0.1", 10, **BOUND, start=11)
-
-
-def test_without_flint(monkeypatch: pytest.MonkeyPatch) -> None:
-    import builtins
-
-    real = builtins.__import__
-
-    def refuse(name: str, *rest: Any, **more: Any) -> Any:
-        if name == "flint":
-            raise ImportError(name)
-        return real(name, *rest, **more)
-
-    monkeypatch.setattr(builtins, "__import__", refuse)
-    for kappa in ("0.3", [0.3]):
-        with pytest.raises(sa.AccuracyError, match="python-flint"):
-            sa.exit_probability(FRICTION, kappa, 10, **BOUND)
-    assert sa.exit_probability(FRICTION, "0.01", 10, **LAPLACE, log=True) < -1e5

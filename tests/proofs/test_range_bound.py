@@ -5,6 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
+import flint
 import mpmath
 import pytest
 from hypothesis import given
@@ -15,13 +16,11 @@ import symasym as sa
 from symasym.asymptotics.proofs import all_noise, dominance
 from symasym.asymptotics.proofs.all_noise import Formal, FormalSum, Proof, expansion
 from symasym.base.call_context import own_context
-from symasym.numbers import balls
-from symasym.numbers.balls import exact_ball, flint_module, precision
+from symasym.numbers.balls import exact_ball, precision
 from symasym.series.taylor_models import Model, Range, SmallTerm, supremum
 from symasym.workshop import reference_quadrature
 from tests.strategies import ALL, SAMPLE, powers_of_ten, rationals
 
-pytestmark = pytest.mark.skipif(not balls.available(), reason="python-flint is not installed")
 FRICTION = sa.friction(3, 1, "-0.3")
 SHARES = [Fraction(1), Fraction(1, 2), Fraction(1, 20)]
 
@@ -201,13 +200,11 @@ def test_beyond_the_range_nothing_is_said() -> None:
 
 
 def _model(coefficients: list[Any], rest: Any, top: Any, power: int = 0) -> Model:
-    flint = flint_module()
     balls = tuple(flint.arb(c) for c in coefficients)
     return Model(power, balls, flint.arb(rest), Range(top, len(balls)))
 
 
 def test_models_hold_what_they_are_made_of() -> None:
-    flint = flint_module()
     with precision(128):
         top = flint.arb("0.25")
         # e^y and 2/(1 - y/2) with the Lagrange rests of their series, y <= 1/4.
@@ -227,7 +224,6 @@ def test_models_hold_what_they_are_made_of() -> None:
 
 
 def test_a_quotient_has_the_rest_of_its_own() -> None:
-    flint = flint_module()
     with precision(128):
         top = flint.arb("0.5")
         found = _model([1, 1, 1], 0, top) / _model([2, 1, 0], 0, top)
@@ -238,7 +234,6 @@ def test_a_quotient_has_the_rest_of_its_own() -> None:
 
 
 def test_the_largest_of_an_exponential() -> None:
-    flint = flint_module()
     with precision(128):
         for power, gap, low, top in ((3, "0.1", 0, "0.5"), (6, "2", "0.1", "0.3"), (-1, "1", 0, 1)):
             term = SmallTerm(flint.arb(2), 1, flint.arb(gap))
@@ -259,7 +254,7 @@ def test_the_expansion_is_the_one_that_is_evaluated(scene: Any) -> None:
     )
     with precision(400), own_context(50) as context:
         labels = proof._cells.labels
-        top = exact_ball(kappa) / flint_module().arb(2).sqrt()
+        top = exact_ball(kappa) / flint.arb(2).sqrt()
         sums = expansion(proof._both, proof._r, Formal(labels, 90, order, top))
         value = _at(sums[0], labels, top) / _at(sums[1], labels, top) / top**2
         found = context.mpf(value.log().mid().str(45, radius=False))
@@ -272,7 +267,7 @@ def test_a_lesser_well_is_in_the_errors(kappa: str) -> None:
     drift, start = sa.polynomial("1/100", 2, 0, -3), Fraction(-1, 3)
     proof = Proof(drift, Fraction(3), start, 3)
     with precision(320):
-        top = exact_ball(Fraction(kappa)) / flint_module().arb(2).sqrt()
+        top = exact_ball(Fraction(kappa)) / flint.arb(2).sqrt()
         found = all_noise._Evaluation(proof._cells, Range(top, 12))
         model, errors = found.main(proof._leading)
         algebraic = sum(c * top**k for k, c in enumerate(model.coefficients))
@@ -280,13 +275,12 @@ def test_a_lesser_well_is_in_the_errors(kappa: str) -> None:
         exponent = proof._cells.labels.height(proof._leading.key) / top**2
         main = algebraic * top ** (model.power - 2) * exponent.exp()
         exact = sa.escape_time(drift, kappa, 3, start=start, dps=30)
-        share = flint_module().arb(str(exact)) / main - 1
+        share = flint.arb(str(exact)) / main - 1
         assert 0.02 < share <= supremum(errors, 0, 0 * top, top) + off + 1e-20
         assert off < share / 3
 
 
 def _at(found: FormalSum, labels: dominance.Labels, y: Any) -> Any:
-    flint = flint_module()
     total = flint.arb(0)
     for key, powers in found.parts.items():
         for power, c in powers.items():

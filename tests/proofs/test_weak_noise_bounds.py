@@ -15,13 +15,11 @@ import symasym as sa
 from symasym.asymptotics.proofs import cells as weak_noise_cells
 from symasym.asymptotics.proofs import enclosures
 from symasym.asymptotics.weak_noise import answer, compose
-from symasym.numbers import balls
 from symasym.numbers.balls import exact_ball, precision
 from symasym.workshop import reference_quadrature
 from tests.problems import distance
 from tests.strategies import ALL, SAMPLE, powers_of_ten, rationals
 
-pytestmark = pytest.mark.skipif(not balls.available(), reason="python-flint is not installed")
 FRICTION = sa.friction(3, 1, "-0.3")
 Scene = tuple[sa.Drift, Fraction, Fraction, Fraction]
 

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from symasym.exact import digits as arbitrary
 from tests.problems import BY_NAME, distance, logarithm, relative
 
 # -- arrays --------------------------------------------------------------------------------------
@@ -193,9 +192,3 @@ def test_arguments_are_not_changed() -> None:
     assert z0.tolist() == [-0.3, -0.4]
     drift.bind(z0=1)
     assert drift.values["z0"].tolist() == [-0.3, -0.4]
-
-
-def test_engine_functions_are_what_the_verbs_call() -> None:
-    problem = BY_NAME["friction k=0.3"]
-    for quantity, ask in problem.engine_questions(arbitrary).items():
-        assert ask(30) == problem.questions()[quantity](dps=30)

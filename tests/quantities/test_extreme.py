@@ -330,28 +330,6 @@ def test_a_well_far_thinner_than_rounding(kappa: str, high: str, steepness: str)
     assert sa.occupation(drift, kappa, log=True) == 0.0
 
 
-@pytest.mark.parametrize("drift", [sa.tanh(1, "-1/2", "1.4"), sa.sine(1, -1, "-2")], ids=str)
-def test_an_unresolved_block_claims_what_it_does_not_know(
-    drift: sa.Drift, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from symasym.exact import float_blocks, float_records
-    from symasym.exact.floats import float_logs
-    from symasym.scenes import float_scenes
-
-    # Hardly bisected, the drift is taken for constant on wide blocks.
-    monkeypatch.setattr(float_records, "_DEEPEST", 2)
-    monkeypatch.setattr(float_records, "_OPEN", 1e9)
-    monkeypatch.setattr(float_blocks, "hidden", lambda *given: np.ones(len(given[4]), dtype=bool))
-    kappa = F(1, 4)
-    for name, wanted in (
-        ("T", sa.escape_time(drift, kappa, 2, log=True, dps=20)),
-        ("1 - P", sa.occupation(drift, kappa, complement=True, log=True, dps=20)),
-    ):
-        numbers = {"kappa": kappa} | ({"r": 2, "start": 0} if name == "T" else {})
-        logs, errors = float_logs(float_scenes(drift, numbers), name)
-        assert 1e-4 < abs(logs[0] - wanted) <= errors[0] < 1e3
-
-
 @pytest.mark.parametrize("kappa", ["1e-40", "1e-60", "1e-124"])
 @pytest.mark.parametrize(("high", "steepness"), [("1", "1.4"), ("2", "3")])
 def test_the_share_outside_such_a_well(kappa: str, high: str, steepness: str) -> None:

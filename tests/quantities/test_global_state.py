@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import flint
 import mpmath
 import numpy as np
 import pytest
@@ -129,12 +130,7 @@ def plain(x: Any) -> Any:
 def answers(dps: int, bits: int) -> dict[str, Any]:
     """Every call's answer, or its refusal, at these precisions outside."""
     mpmath.mp.dps, mpmath.iv.dps = dps, dps
-    try:
-        import flint
-    except ImportError:
-        flint = None
-    else:
-        flint.ctx.prec, flint.ctx.cap = bits, 7
+    flint.ctx.prec, flint.ctx.cap = bits, 7
     found = {}
     for name, call in CALLS.items():
         try:
@@ -142,7 +138,7 @@ def answers(dps: int, bits: int) -> dict[str, Any]:
         except sa.SymasymError as refusal:
             found[name] = f"{type(refusal).__name__}: {refusal}"
         assert (mpmath.mp.dps, mpmath.iv.dps) == (dps, dps), name
-        assert flint is None or (flint.ctx.prec, flint.ctx.cap) == (bits, 7), name
+        assert (flint.ctx.prec, flint.ctx.cap) == (bits, 7), name
     return found
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import typing
 from fractions import Fraction as F
-from typing import Any
 
 import mpmath
 import numpy as np
@@ -13,15 +12,11 @@ import pytest
 
 import symasym as sa
 from symasym import quantities
-from symasym.exact.balls import sweep as ball_sweep
-from symasym.numbers import balls
-from symasym.workshop import reference_quadrature
 from tests.asking import ASKED, ask_or_refuse, each, later, reference
 from tests.problems import (
     BY_NAME,
     PROBLEMS,
     Problem,
-    answered,
     distance,
     logarithm,
     relative,
@@ -55,67 +50,27 @@ def test_thirty_digits_are_the_first_of_sixty(problem: Problem) -> None:
         assert found is None or relative(found, value) <= mpmath.mpf(10) ** -30, quantity
 
 
-def enclosures(problem: Problem, dps: int) -> dict[str, Any]:
-    """Proved enclosures of those quantities that `ball` does not refuse."""
-    found = {}
-    for quantity, ask in problem.engine_questions(ball_sweep).items():
-        try:
-            found[quantity] = ask(dps)
-        except sa.AccuracyError:
-            continue
-    return found
-
-
-@pytest.mark.parametrize("problem", later(ASKED, "stiff", "weak", "extreme", "narrow"))
-def test_proved_balls_contain_the_values(problem: Problem) -> None:
-    if not balls.available():
-        pytest.skip("python-flint is not installed")
-    for quantity, enclosure in enclosures(problem, 25).items():
-        value = reference(problem.name, quantity)
-        if value is None:
-            continue
-        middle, radius = balls.to_mpf(enclosure, 60)
-        assert distance(value, middle) <= radius, quantity
-        assert radius <= abs(middle) * mpmath.mpf("1.01e-25"), quantity
-
-
-def test_balls_cover_most_of_the_table() -> None:
-    if not balls.available():
-        pytest.skip("python-flint is not installed")
-    mild = [p for p in answered() if p.tags & {"moderate", "strong"}]
-    refused = []
-    for problem in mild:
-        try:
-            problem.engine_questions(ball_sweep)["T"](12)
-        except sa.AccuracyError:
-            refused.append(problem.name)
-    assert len(mild) >= 30
-    assert not refused
-
-
-def test_digits_at_weak_noise_take_no_balls(monkeypatch: pytest.MonkeyPatch) -> None:
-    if not balls.available():
-        pytest.skip("python-flint is not installed")
-    drift = sa.tanh(1, -1, 2)
-    proved = sa.escape_time(drift, "0.03", 5, dps=17, full=True)
-    assert proved.error_kind == "bound"
-    monkeypatch.delattr(ball_sweep, "escape_time")
-    assert relative(sa.escape_time(drift, "0.03", 5, dps=17), proved.value) <= 1e-17
-    with pytest.raises(KeyError):
-        sa.escape_time(drift, "0.3", 5, dps=17)
+@pytest.mark.parametrize("problem", later(ASKED, "narrow"))
+def test_digits_are_proved_and_nested(problem: Problem) -> None:
+    for quantity, ask, value in each(problem):
+        found = ask_or_refuse(problem, ask, dps=25, full=True)
+        if found is not None:
+            assert found.error_kind == "bound"
+            assert distance(value, found.value) <= found.error, quantity
+            assert found.error <= abs(found.value) * mpmath.mpf("1.01e-25"), quantity
 
 
 @pytest.mark.parametrize("problem", tagged("quadrature"), ids=str)
 def test_plain_quadrature_agrees(problem: Problem) -> None:
     quantity = "1-P" if problem.slides else "T"
-    found = problem.engine_questions(reference_quadrature)[quantity](12)
+    found = problem.by_quadrature()[quantity](12)
     assert relative(found, reference(problem.name, quantity)) <= 1e-12
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("problem", tagged("quadrature"), ids=str)
 def test_plain_quadrature_agrees_on_everything(problem: Problem) -> None:
-    for quantity, ask in problem.engine_questions(reference_quadrature).items():
+    for quantity, ask in problem.by_quadrature().items():
         assert relative(ask(20), reference(problem.name, quantity)) <= 1e-20, quantity
 
 
@@ -190,9 +145,8 @@ def test_claimed_errors_hold(problem: Problem) -> None:
 
 def test_kinds_of_error() -> None:
     drift = sa.friction(3, 1, "-0.3")
-    strong, stiff = (sa.escape_time(drift, k, 10, dps=20, full=True) for k in ("0.3", "1e-6"))
-    assert strong.error_kind == ("bound" if balls.available() else "estimate")
-    assert stiff.error_kind == "estimate"
+    for kappa in ("0.3", "1e-6"):
+        assert sa.escape_time(drift, kappa, 10, dps=20, full=True).error_kind == "bound"
     many = sa.escape_time(drift, [0.3, 1.0], 10, full=True)
     assert many.error_kind == "estimate"
     assert many.value.shape == many.error.shape == (2,)

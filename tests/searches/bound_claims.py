@@ -6,20 +6,19 @@ outside the layer at the height of a barrier, at ends, at kinks and beside zeros
 says "bound" is compared with the exact value: arrays with that in float64 and its own error, and
 those claims that this cannot tell from violated ones, and single scenes, with more digits
 (`symasym.exact.digits`, which shares nothing with the bounds). Integrals by Laplace are compared
-with Arb's quadrature, and `weak_noise_bound` with T at random noise below kappa0. Without flint,
-which some scenes are asked to do without, nothing may say "bound".
+with Arb's quadrature, and `weak_noise_bound` with T at random noise below kappa0.
 """
 
 from __future__ import annotations
 
 import argparse
-import sys
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from fractions import Fraction
 from typing import Any
 
+import flint
 import mpmath
 import numpy as np
 
@@ -39,24 +38,13 @@ _LOOKED_AT, _HARD = 1, 3
 @contextmanager
 def global_precisions(mpmath_bits: int, flint_bits: int) -> Iterator[None]:
     """Both global contexts at these precisions while the block runs."""
-    context = balls.flint_module().ctx
+    context = flint.ctx
     before = mpmath.mp.prec, context.prec
     mpmath.mp.prec, context.prec = mpmath_bits, flint_bits
     try:
         yield
     finally:
         mpmath.mp.prec, context.prec = before
-
-
-@contextmanager
-def without_flint() -> Iterator[None]:
-    """No python-flint while the block runs."""
-    known = sys.modules["flint"]
-    sys.modules["flint"] = None  # type: ignore[assignment]
-    try:
-        yield
-    finally:
-        sys.modules["flint"] = known
 
 
 class Search:
@@ -180,9 +168,6 @@ class Search:
             self._integral()
         elif kind < 7:
             self._derivative()
-        elif kind == 7:
-            with without_flint():
-                self._scalar()
         else:
             self._scalar()
 
@@ -285,9 +270,6 @@ class Search:
         try:
             claimed = ask(drift, *numbers, **options, **more)
             if claimed.error_kind != "bound":
-                return
-            if not balls.available():
-                self.violated.append(f"{name}, {method} without flint: {drift} {numbers} {options}")
                 return
             exact = ask(drift, *numbers, **options, dps=45, patience=_PATIENCE)
         except sa.SymasymError:

@@ -22,7 +22,6 @@ from tests.asking import exact_value
 from tests.problems import PROBLEMS, Problem, constant_drift, distance, linear_sliding, relative
 from tests.strategies import ALL, SAMPLE, WHOLE, scenes
 
-needs_flint = pytest.mark.skipif(not balls.available(), reason="python-flint is not installed")
 STRONG: dict[str, Any] = {"method": "strong_noise"}
 FRICTION = sa.friction(3, 1, "-0.3")
 
@@ -31,7 +30,6 @@ FRICTION = sa.friction(3, 1, "-0.3")
 
 
 @pytest.mark.every(4)
-@needs_flint
 @pytest.mark.parametrize(
     "problem", [p for p in PROBLEMS if not p.tags & {"slow", "refused", "narrow"}], ids=str
 )
@@ -95,14 +93,12 @@ def check_scene(scene: Any, order: int) -> None:
         assert distance(found.value, exact.value) <= found.error + exact.error
 
 
-@needs_flint
 @SAMPLE
 @given(scenes(weakest=-0.2), st.integers(0, 9))
 def test_random_scenes_sample(scene: Any, order: int) -> None:
     check_scene(scene, order)
 
 
-@needs_flint
 @pytest.mark.slow
 @ALL
 @given(scenes(weakest=-0.5), st.integers(0, 9))
@@ -235,7 +231,6 @@ def test_against_plain_quadrature(drift: sa.Drift) -> None:
     assert relative(sa.exit_probability(drift, kappa, r, **options), share) < 1e-17
 
 
-@needs_flint
 @pytest.mark.parametrize("drift", [FRICTION, sa.sine(1, "-1/2", 2, waves=2)])
 def test_moments_against_quadrature(drift: sa.Drift) -> None:
     a, b = Fraction(-1, 3), Fraction(4, 5)
@@ -282,18 +277,6 @@ def test_arrays_are_the_scalars() -> None:
                 sa.friction(3, 1, z0[j]), kappa[i, 0], 3, start=start[j], **STRONG, order=12, dps=25
             )
             assert relative(float(found.value[i, j]), one) < 3e-14
-
-
-def test_no_flint(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A float with its error is an estimate then; digits are refused, with a way out."""
-    exact = sa.escape_time(FRICTION, 4, 3, start="1/4")
-    monkeypatch.setattr(balls, "available", lambda: False)
-    found = sa.escape_time(FRICTION, 4, 3, start="1/4", **STRONG, order=3, full=True)
-    assert found.error_kind == "estimate"
-    assert abs(found.value - exact) <= found.error
-    for drift in (FRICTION, sa.tanh(1, 1, 2)):
-        with pytest.raises(sa.AccuracyError, match=r"python-flint.*method='exact'"):
-            sa.escape_time(drift, 4, 3, **STRONG, dps=25)
 
 
 def test_more_terms_are_better_and_weak_noise_is_refused() -> None:

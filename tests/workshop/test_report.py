@@ -16,7 +16,6 @@ import pytest
 
 import symasym as sa
 from symasym.commands.main import main
-from symasym.numbers import balls
 from symasym.workshop.problems import BY_NAME
 from symasym.workshop.report import measure, pages, peers, stability, timing
 from symasym.workshop.report.diagrams import heat_maps, work_precision
@@ -56,8 +55,6 @@ def test_every_scene_is_in_the_table_and_starts_at_0() -> None:
 
 
 def test_references_are_proved_where_they_can_be() -> None:
-    if not balls.available():
-        pytest.skip("python-flint is not installed")
     truth = known(BY_NAME["friction k=0.3"])
     assert truth.proved
     wanted = sa.escape_time(sa.friction(3, 1, "-0.3"), "0.3", 10, dps=60, log=True)

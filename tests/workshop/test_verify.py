@@ -26,7 +26,6 @@ from symasym.exact import digits as arbitrary
 from symasym.exact import floats as double
 from symasym.exact.balls import sweep as ball_sweep
 from symasym.generated import mpmath_formulas, numpy_formulas
-from symasym.numbers import balls
 from symasym.workshop.verify import Verification, verify
 from symasym.workshop.verify import run as tasks_module
 from symasym.workshop.verify.findings import Finding, random_scene, ratio
@@ -152,8 +151,6 @@ def test_a_broken_float64_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_broken_ball_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    if not balls.available():
-        pytest.skip("python-flint is not installed")
     import flint
 
     right = ball_sweep.escape_time

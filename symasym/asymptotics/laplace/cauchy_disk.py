@@ -21,6 +21,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+import flint
 import numpy as np
 import sympy
 
@@ -30,7 +31,7 @@ from symasym.base.call_context import step
 from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, exact
 from symasym.drift.expressions import polynomial_of
-from symasym.numbers.balls import BallOps, NotProved, exact_ball, flint_module
+from symasym.numbers.balls import BallOps, NotProved, exact_ball
 from symasym.numbers.trees import NumpyOps, evaluate_tree
 
 if TYPE_CHECKING:
@@ -145,7 +146,7 @@ def _center(piece: Piece, x: Symbol, point: Real, contact: int) -> Any:
     )
     if not (before > 0 and after < 0):
         raise NotProved
-    return exact_ball(middle) + flint_module().arb(0, exact_ball(half))
+    return exact_ball(middle) + flint.arb(0, exact_ball(half))
 
 
 def without_power(g: Expr, x: Symbol, point: Real, sign: int) -> tuple[Expr, Fraction]:
@@ -172,7 +173,6 @@ def without_power(g: Expr, x: Symbol, point: Real, sign: int) -> tuple[Expr, Fra
 
 def _series(expression: Expr, x: Symbol, center: arb, sign: int, count: int) -> list[arb]:
     """Taylor coefficients at the centre, as balls, in the distance along `sign`."""
-    flint = flint_module()
     flint.ctx.cap = max(count, 2)
     line = flint.arb_series([center, flint.arb(sign)], max(count, 2))
     try:
@@ -213,7 +213,7 @@ class _Surroundings:
     @cached_property
     def _shifted(self) -> dict[Expr, arb_poly]:
         """Polynomials in t of f and G, where these are some: faster than a tree, and tighter."""
-        flint, shifted = flint_module(), {}
+        shifted = {}
         line = flint.arb_poly([self.center, 1])
         for expression in (self.f, self.smooth):
             if not expression.is_polynomial(self.x):
@@ -258,7 +258,6 @@ class _Surroundings:
 
     def at(self, expression: Expr, t: acb) -> Any:
         """A ball of the expression, None where it may not be analytic."""
-        flint = flint_module()
         known = self._shifted.get(expression)
         if known is not None:
             return flint.acb(known(flint.acb(t)))
@@ -330,7 +329,6 @@ def _proved(
     """rho and M of a polygon, None if something that is needed does not hold or is not seen."""
     if not _analytic(around, corners):
         return None
-    flint = flint_module()
     rho, peak = flint.arb("inf"), flint.arb(0)
     length = turned = flint.arb(0)
     wanted = (0.93 * level) ** around.contact
@@ -363,20 +361,17 @@ def _proved(
 
 def _step(a: complex, b: complex) -> Any:
     """b - a."""
-    flint = flint_module()
     return flint.acb(b.real, b.imag) - flint.acb(a.real, a.imag)
 
 
 def _turn(around: _Surroundings, a: complex, b: complex) -> Any:
     """The change of the argument of h from a to b, where it is less than pi."""
-    flint = flint_module()
     first, last = (around.at(around.f, flint.acb(t.real, t.imag)) for t in (a, b))
     return ((around.top - last) / (around.top - first)).arg()
 
 
 def _box(a: complex, b: complex) -> Any:
     """The smallest box with sides along the axes that holds a segment, a little widened."""
-    flint = flint_module()
     middle, half = (a + b) / 2, (b - a) / 2
     rounding = 1e-14 * (abs(a) + abs(b))
     return flint.acb(
@@ -387,7 +382,6 @@ def _box(a: complex, b: complex) -> Any:
 
 def _analytic(around: _Surroundings, corners: ComplexArray) -> bool:
     """True if f and G are finite, so analytic (`BallOps`), on squares that cover the polygon."""
-    flint = flint_module()
     reach = np.abs(corners)
     reach = np.maximum(np.maximum(reach, np.roll(reach, 1)), np.roll(reach, -1))
     # More than rounding moves a corner or a middle between two of them.

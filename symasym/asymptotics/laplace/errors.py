@@ -49,10 +49,6 @@ class ErrorModel:
     @cached_property
     def proof(self) -> Proof | None:
         """A `symasym.asymptotics.laplace.remainder.Proof`, or None."""
-        from symasym.numbers import balls
-
-        if not balls.available():
-            return None
         from symasym.asymptotics.laplace.remainder import prove
 
         return prove(self.pieces, self.x, self.contributions, self.origins)

@@ -24,6 +24,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import sympy
+from flint import arb
 
 from symasym.asymptotics.laplace.cauchy_disk import THETA, Disk, disk, without_power
 from symasym.asymptotics.laplace.expansion import Contribution
@@ -31,11 +32,10 @@ from symasym.asymptotics.laplace.kinks import Piece, difference, number
 from symasym.asymptotics.laplace.maxima import agree
 from symasym.base.call_context import own_context, step
 from symasym.base.inputs import exact
-from symasym.numbers.balls import NotProved, exact_ball, flint_module, precision
+from symasym.numbers.balls import NotProved, exact_ball, precision
 from symasym.numbers.extended_intervals import enclosure
 
 if TYPE_CHECKING:
-    from flint import arb
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
     from sympy import Expr, Symbol
@@ -100,7 +100,7 @@ class Proof:
         bits = int(lam * (1 + abs(_exactly(top)))).bit_length()
         with precision(bits + max(_bits(len(d.coefficients)) for d in self.disks)):
             number, height = exact_ball(lam), exact_ball(_exactly(top))
-            wrong = flint_module().arb(0)
+            wrong = arb(0)
             for d, c, part in zip(self.disks, self.contributions, weights, strict=False):
                 own = exact_ball(_exactly(c.height_in(context)))
                 off = (number * abs(d.top - own)).expm1()
@@ -115,7 +115,7 @@ class Proof:
         with own_context(20) as context, precision(bits):
             power = Fraction(int(sigma.p), int(sigma.q))
             orders = [order] * len(self.contributions)
-            ratios = [flint_module().arb(1)] * len(self.disks)
+            ratios = [arb(1)] * len(self.disks)
             start = self._falls_from(power)
             for _ in range(200):
                 algebraic, small = self._two(exact_ball(start), orders, ratios)
@@ -143,7 +143,7 @@ class Proof:
 
     def _two(self, lam: arb, orders: list[int], ratios: list[arb]) -> tuple[arb, arb]:
         """The bounds of what is of a power of lam, and of what is exponentially small."""
-        algebraic = small = flint_module().arb(0)
+        algebraic = small = arb(0)
         for d, c, used, ratio in zip(self.disks, self.contributions, orders, ratios, strict=False):
             powers, beyond = _beside(d, c, used, lam)
             algebraic += powers * ratio
@@ -156,7 +156,7 @@ class Proof:
         for weight, drop, steep, growth in self.parts:
             divisor = lam * steep - growth
             if not divisor > 0:
-                infinite = flint_module().arb("inf")
+                infinite = arb("inf")
                 return infinite, infinite
             small += weight * (-lam * drop).exp() / divisor
         return algebraic.upper(), small.upper()
@@ -179,7 +179,6 @@ def _beside(d: Disk, c: Contribution, used: int, lam: arb) -> tuple[arb, arb]:
     """
     both = len(d.sides) == 2
     _, coefficients = c.numbers(40)
-    arb = flint_module().arb
     # On two sides every second coefficient cancels.
     shift = int(d.beta - 1) % 2 if both else 0
     position, total, small = 0, arb(0), arb(0)
@@ -208,7 +207,6 @@ def _cauchy_tail(d: Disk, count: int, lam: arb) -> Any:
     It is M rho^-n Gamma(s) lam^-s/(mu (1 - THETA)), s = (n + beta)/mu (Cauchy's estimate).
     """
     s = exact_ball((count + d.beta) / d.contact)
-    arb = flint_module().arb
     size = d.peak * arb(d.rho) ** -count / (1 - arb(THETA)) / d.contact
     return len(d.sides) * size * s.gamma() * lam**-s
 

@@ -16,6 +16,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import flint
+
 from symasym.asymptotics.laplace.cauchy_disk import THETA
 from symasym.asymptotics.proofs.cells import Cell, Extremum, landscape
 from symasym.asymptotics.proofs.dominance import (
@@ -38,7 +40,7 @@ from symasym.base.errors import SymasymError
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField
 from symasym.numbers.arithmetic import Number
-from symasym.numbers.balls import NotProved, exact_ball, flint_module, precision
+from symasym.numbers.balls import NotProved, exact_ball, precision
 from symasym.series.taylor_models import Model, Range, SmallTerm, SmallTerms, supremum
 
 if TYPE_CHECKING:
@@ -80,7 +82,6 @@ class _Evaluation:
         if cell.peak is not None:
             return _peak(cell.peak, self.over)
         assert cell.slope is not None
-        flint = flint_module()
         size = 1 / exact_ball(abs(cell.slope))
         fall = exact_ball(abs(cell.slope) * (cell.stop - cell.start))
         coefficients = (size, *[flint.arb(0)] * (self.over.terms - 1))
@@ -173,7 +174,7 @@ class _Evaluation:
 
 def _peak(peak: Extremum, over: Range) -> tuple[Model, SmallTerms]:
     """The series of `enclosures._laplace` for a range of noise, without its factor."""
-    flint, d = flint_module(), peak.disk
+    d = peak.disk
     stride, sides = 2 // d.contact, len(d.sides)
     used = -(-over.terms // stride)
     if used > len(d.coefficients):
@@ -200,7 +201,7 @@ class _Quotient(NamedTuple):
 
 def _least_of(quotients: list[_Quotient], low: arb, top: arb, order: int) -> Any:
     """The least bound of |T/T_N - 1|/y^(2N + 2) for low <= y <= top."""
-    least, power = flint_module().arb("inf"), 2 * order + 2
+    least, power = flint.arb("inf"), 2 * order + 2
     for model, errors in quotients:
         algebraic = model.tail(power, low)
         small = supremum(errors, power, low, top)
@@ -210,7 +211,7 @@ def _least_of(quotients: list[_Quotient], low: arb, top: arb, order: int) -> Any
 
 def _beyond(size: arb, s: Fraction, drop: arb, over: Range) -> SmallTerm:
     """size lam^-s Gamma(s, z)/Gamma(s) with z = lam drop: what one term has beyond the cell."""
-    flint, power, least = flint_module(), exact_ball(s), drop / over.top**2
+    power, least = exact_ball(s), drop / over.top**2
     steep = 1 - (power - 1) / least
     if steep > 0.5:
         # (t/z)^(s - 1) <= e^((s - 1)(t - z)/z) for t >= z; without it for s <= 1.
@@ -229,7 +230,7 @@ def relative(model: Model, small: SmallTerms) -> SmallTerms:
 
 def _surely(model: Model, small: SmallTerms, over: Range) -> Any:
     """A positive lower bound of y^(-power) (model + small)."""
-    least = (model.least() - supremum(small, model.power, flint_module().arb(0), over.top)).lower()
+    least = (model.least() - supremum(small, model.power, flint.arb(0), over.top)).lower()
     if not least > 0:
         raise NotProved
     return least
@@ -237,7 +238,7 @@ def _surely(model: Model, small: SmallTerms, over: Range) -> Any:
 
 def _inverse(small: SmallTerms, over: Range) -> SmallTerms:
     """Exponentially small terms that bound 1/(1 + e) - 1."""
-    most = supremum(small, 0, flint_module().arb(0), over.top)
+    most = supremum(small, 0, flint.arb(0), over.top)
     if not most < 1:
         raise NotProved
     return tuple(t._replace(size=(t.size / (1 - most)).upper()) for t in small)
@@ -245,7 +246,6 @@ def _inverse(small: SmallTerms, over: Range) -> SmallTerms:
 
 def together(errors: Sequence[SmallTerms], over: Range) -> SmallTerms:
     """Exponentially small terms that bound (1 + e_1)(1 + e_2) … - 1."""
-    flint = flint_module()
     errors_of_product: list[SmallTerm] = []
     grown = flint.arb(1)
     for small in errors:
@@ -306,14 +306,14 @@ class Proof:
         """K for all noise up to kappa, rounded up; None where it is not proved."""
         with precision(self._bits()):
             try:
-                bound = self._constant(exact_ball(kappa) / flint_module().arb(2).sqrt())
+                bound = self._constant(exact_ball(kappa) / flint.arb(2).sqrt())
                 return math.nextafter(float(bound.upper()), math.inf)
             except (NotProved, ZeroDivisionError):
                 return None
 
     def _constant(self, top: arb) -> Any:
         """The largest over the range of |T/T_N - 1|/y^(2N + 2), in units of kappa."""
-        flint, order = flint_module(), self._order
+        order = self._order
         worst, zero = flint.arb(0), flint.arb(0)
         sums = self._expansion(top)
         for _ in range(_PIECES):
@@ -403,7 +403,7 @@ class FormalSum:
     def number(self) -> Any:
         """The number as a sum, with the rounding of an mpf."""
         if not self.parts:
-            return flint_module().arb(0)
+            return flint.arb(0)
         ((key, powers),) = self.parts.items()
         ((power, value),) = powers.items()
         assert (key, power) == ((), 0)
@@ -459,7 +459,7 @@ def _sum(x: Number) -> FormalSum:
     """The number as a sum."""
     if isinstance(x, FormalSum):
         return x
-    return FormalSum({(): {0: flint_module().arb(x)}} if x else {})
+    return FormalSum({(): {0: flint.arb(x)}} if x else {})
 
 
 class Formal:
@@ -469,7 +469,7 @@ class Formal:
 
     def __init__(self, labels: Labels, digits: int, order: int, top: arb) -> None:
         self._labels, self._order, self._top = labels, order, top
-        self.radius = flint_module().arb(10) ** (_LOST - digits)
+        self.radius = flint.arb(10) ** (_LOST - digits)
 
     def exponential(
         self, height: Height | float, series: Series, rounding: float = 0.0
@@ -496,7 +496,6 @@ class Formal:
 
     def _log(self) -> Any:
         """log(lam) = -2 log(y), as c/y with |c| <= 2 y |log(y)|."""
-        flint = flint_module()
         most = (2 / flint.arb(1).exp()).max(2 * self._top * self._top.log())
         return flint.arb(0, most.upper())
 
@@ -510,7 +509,6 @@ class Formal:
 
     def ball(self, x: Number) -> Any:
         """A number of the expansion, with its roundings."""
-        flint = flint_module()
         sign, mantissa, exponent, _ = x._mpf_
         value = flint.arb(int(mantissa)) * flint.arb(2) ** int(exponent) * (-1 if sign else 1)
         return value + flint.arb(0, (abs(value) * self.radius).upper())
@@ -546,12 +544,11 @@ def _with_heights(one: OneSided, ops: Formal) -> OneSided:
 
 def _height(x: Number, ops: Formal) -> Any:
     """The ball of a height; small ones are differences, and their error is not relative."""
-    return ops.ball(x) + flint_module().arb(0, ops.radius.upper())
+    return ops.ball(x) + flint.arb(0, ops.radius.upper())
 
 
 def split(total: FormalSum, labels: Labels, over: Range) -> tuple[Key, Model, SmallTerms]:
     """The part with the largest exponent, and all else relative to its exponential."""
-    flint = flint_module()
     parts = {key: p for key, p in total.parts.items() if p}
     if not parts:
         raise NotProved

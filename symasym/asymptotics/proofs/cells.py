@@ -12,6 +12,7 @@ from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import flint
 import sympy
 
 from symasym.asymptotics.laplace.cauchy_disk import Disk, disk
@@ -23,7 +24,7 @@ from symasym.base.call_context import own_context
 from symasym.base.errors import SymasymError
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField, to_fraction
-from symasym.numbers.balls import NotProved, exact_ball, flint_module, precision
+from symasym.numbers.balls import NotProved, exact_ball, precision
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -103,7 +104,6 @@ class _Potential:
 
     def __init__(self, coefficients: Sequence[Fraction]) -> None:
         self.x = sympy.Symbol("u")
-        flint = flint_module()
         coefficients_of_v = [
             Fraction(0),
             *(-Fraction(c) / (k + 1) for k, c in enumerate(coefficients)),
@@ -115,12 +115,11 @@ class _Potential:
 
     def at(self, u: Fraction) -> Fraction:
         """V(u), exactly."""
-        value = self.exactly(flint_module().fmpq(u.numerator, u.denominator))
+        value = self.exactly(flint.fmpq(u.numerator, u.denominator))
         return Fraction(int(value.p), int(value.q))
 
     def about(self, u: Fraction) -> Any:
         """V in powers of the distance from u: near a zero of A, V's differences are small there."""
-        flint = flint_module()
         shifted = self.exactly(flint.fmpq_poly([flint.fmpq(u.numerator, u.denominator), 1]))
         near = self.x - _rational(u)
         return sum(
@@ -130,7 +129,6 @@ class _Potential:
 
     def panels(self, a: Fraction, b: Fraction, count: int) -> tuple[LinePanel, ...]:
         """Enclosures of V on equal parts of [a, b]."""
-        flint = flint_module()
         rows, step = [], (b - a) / count
         for k in range(count):
             half = exact_ball(step / 2)
@@ -171,8 +169,7 @@ def _cut(
     lo, hi = max(-r, -one), min(r, one)
     with own_context(_DIGITS) as context:
         field = ExactField(drift, False, context)
-        # gmpy2's rationals, where it is installed, are not flint's.
-        slopes = [_plain(field.value(side * one)) for side in (-1, 1)]
+        slopes = [field.value(side * one) for side in (-1, 1)]
         if not (field.value(lo) and field.value(hi)):
             raise NotProved
         zeros = simple_zeros(field, lo, hi, context)
@@ -250,7 +247,7 @@ def stationary(coefficients: tuple[Fraction, ...], drift: Drift, order: int) -> 
             layer = _Potential(coefficients)
             with own_context(_DIGITS) as context:
                 field = ExactField(drift, False, context)
-                slopes = [_plain(field.value(side * one)) for side in (-1, 1)]
+                slopes = [field.value(side * one) for side in (-1, 1)]
                 zeros = simple_zeros(field, -one, one, context)
             wells = [zero for zero, barrier in zeros if not barrier]
             drafts = [_draft(layer, -1, u, "both", (-one, one), one, order) for u in wells]
@@ -261,14 +258,9 @@ def stationary(coefficients: tuple[Fraction, ...], drift: Drift, order: int) -> 
     return Stationary(tuple(cells), (abs(slopes[0]), abs(slopes[1])), heights)
 
 
-def _plain(x: Fraction) -> Fraction:
-    """The rational as a Fraction."""
-    return Fraction(int(x.numerator), int(x.denominator))
-
-
 def _near(zero: mpf) -> Fraction:
     """The rational that a zero seems to be; `disk` proves what is made of it."""
-    return _plain(to_fraction(zero)).limit_denominator(10**12)
+    return to_fraction(zero).limit_denominator(10**12)
 
 
 class _Draft(NamedTuple):
@@ -295,11 +287,11 @@ def _draft(
     """A peak at `point` with its series, Cauchy's bound of the tail, and how far they hold."""
     exact = _near(point) if hasattr(point, "_mpf_") else point
     slope = layer.exactly.derivative()
-    if side == "both" and slope(flint_module().fmpq(exact.numerator, exact.denominator)) != 0:
+    if side == "both" and slope(flint.fmpq(exact.numerator, exact.denominator)) != 0:
         exact = None
     contact = 1 if side != "both" and exact in ends else 2
     lo, hi = (_rational(e) for e in ends)
-    middle = _plain(to_fraction(point)) if exact is None else exact
+    middle = to_fraction(point) if exact is None else exact
     piece = Piece(lo, hi, sympy.expand_mul(sign * layer.about(middle)), sympy.Integer(1))
     count = (order + 1 + _EXPLICIT) * contact + 1
     with precision(128 + 12 * count):
@@ -313,7 +305,6 @@ def _draft(
     height = exact_ball(layer.at(middle))
     if exact is None:
         # By the mean value theorem: V' is tiny as well on the ball where the peak is.
-        flint = flint_module()
         gap = exact_ball(abs(middle) + 1) * flint.arb(10) ** -45
         around = exact_ball(middle) + flint.arb(0, gap.upper())
         height += flint.arb(0, (abs(flint.arb_poly(slope)(around)) * gap).upper())

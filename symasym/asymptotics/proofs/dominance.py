@@ -9,8 +9,10 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import flint
+
 from symasym.asymptotics.proofs.cells import Cell, Landscape, steepness
-from symasym.numbers.balls import NotProved, exact_ball, flint_module
+from symasym.numbers.balls import NotProved, exact_ball
 from symasym.series.taylor_models import SmallTerm, SmallTerms
 
 if TYPE_CHECKING:
@@ -33,12 +35,11 @@ class Labels:
 
     def __init__(self, origin: Fraction, even: bool) -> None:
         self._origin, self._even = origin, even
-        self.heights = [flint_module().arb(0)]
+        self.heights = [flint.arb(0)]
         self._known: list[tuple[Fraction | None, Fraction | None]] = [(None, Fraction(0))]
 
     def of(self, height: arb | None, middle: Fraction | None, exact: Fraction | None) -> int:
         """The label of a height measured from V(-1), at `middle`; `exact` where it is rational."""
-        flint = flint_module()
         if exact is not None:
             exact -= self._origin
             height = exact_ball(exact)
@@ -70,7 +71,7 @@ class Labels:
 
     def height(self, key: Key) -> Any:
         """The height that the key stands for."""
-        return sum((n * self.heights[label] for label, n in key), flint_module().arb(0))
+        return sum((n * self.heights[label] for label, n in key), flint.arb(0))
 
 
 def _near(a: Fraction | None, b: Fraction | None) -> bool:
@@ -172,8 +173,8 @@ class Dominance:
         """The group of these cells; of the loose ones any part may count."""
         everything = [*indices, *loose]
         sizes = self._sizes(everything)
-        length = sum((self.sizes[k] for k in everything), flint_module().arb(0))
-        top = flint_module().arb("-inf")
+        length = sum((self.sizes[k] for k in everything), flint.arb(0))
+        top = flint.arb("-inf")
         for size in sizes:
             top = top.max(size.top)
         heights = {k: self.labels.heights[s.label] for k, s in self.high.items() if k in indices}
@@ -190,7 +191,7 @@ class Dominance:
 
     def _sizes(self, indices: Sequence[int]) -> tuple[Size, ...]:
         """Curved cells are bounded by their lengths, straight ones by lam^-1/|slope|."""
-        flint, sizes = flint_module(), []
+        sizes = []
         for straight in (False, True):
             cells = [k for k in indices if (self.cells[k].slope is not None) == straight]
             size, top = flint.arb(0), flint.arb("-inf")
@@ -285,7 +286,7 @@ class Dominance:
         sign, steep = steepness(cell)
         # To the right of the start e^{lam V} is to the right of e^{-lam V}.
         if sign and (sign < 0) == (k >= at):
-            size, rise = (self.sizes[k] / steep, 2), flint_module().arb(0)
+            size, rise = (self.sizes[k] / steep, 2), flint.arb(0)
         elif cell.slope is not None:
             size = 1 / steep**2, 4
         choices = [_over(size, rise, None)]
@@ -332,7 +333,7 @@ def _over(
 
 def _exponent(choice: Subdominant) -> Any:
     """The exponent, to compare with others."""
-    return choice.exponent.mid() if choice.exponent.is_finite() else flint_module().arb("-inf")
+    return choice.exponent.mid() if choice.exponent.is_finite() else flint.arb("-inf")
 
 
 def _span(cell: Cell) -> tuple[Any, Any]:

@@ -19,6 +19,8 @@ from fractions import Fraction
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import flint
+
 from symasym.asymptotics.laplace.cauchy_disk import THETA
 from symasym.asymptotics.proofs.cells import (
     Cell,
@@ -30,9 +32,9 @@ from symasym.asymptotics.proofs.cells import (
     steepness,
 )
 from symasym.asymptotics.proofs.layer_bounds import Bounds, between_lines
+from symasym.asymptotics.strong_noise.panel import straight
 from symasym.drift.drift import Drift
-from symasym.exact.balls.panels import Outer
-from symasym.numbers.balls import exact_ball, flint_module, precision
+from symasym.numbers.balls import exact_ball, precision
 
 if TYPE_CHECKING:
     from flint import arb
@@ -85,7 +87,7 @@ def enclosure_outside(drift: Drift, kappa: Fraction, order: int, digits: int) ->
 
 def _outside(layer: Stationary, lam: Fraction) -> Bounds | None:
     """int e^{-lam V} over |u| > 1, closed form, over that over all u."""
-    zero = flint_module().arb(0)
+    zero = flint.arb(0)
     inside, outside = Bounds(zero, zero), zero
     for cell in layer.cells:
         inside = inside + _speed_measure(cell, lam)
@@ -110,7 +112,7 @@ class _Shares(NamedTuple):
 def _time(cut: Landscape, lam: Fraction) -> Bounds | None:
     """T from the cells' integrals, lower and upper bounds apart (module docstring)."""
     cells = [_shares(c, lam) for c in cut.cells]
-    zero = flint_module().arb(0)
+    zero = flint.arb(0)
     none = Bounds(zero, zero)
     scale = [c.scale for c in cells]
     left = list(accumulate(scale, initial=none))
@@ -164,7 +166,7 @@ def _three(beyond: Bounds, between: Bounds, other: Bounds) -> Bounds:
 
     def value(a: arb, m: arb, b: arb) -> Any:
         """A B/(A + M + B) of one end each."""
-        return a * b / (a + m + b) if a > 0 and b > 0 else flint_module().arb(0)
+        return a * b / (a + m + b) if a > 0 and b > 0 else flint.arb(0)
 
     return Bounds(
         value(beyond.low, between.high, other.low).lower(),
@@ -183,7 +185,7 @@ def _shares(cell: Cell, lam: Fraction) -> _Shares:
             scale = _both(scale, sharp)
         else:
             speed = _both(speed, sharp)
-    none, whole = flint_module().arb(0), (scale.high * speed.high).upper()
+    none, whole = flint.arb(0), (scale.high * speed.high).upper()
     sign, steep = steepness(cell)
     # Where e^{lam V} is on the side to which V falls: at most the width over lam |V'|.
     low = whole if not sign else (cell.panels[0].width / (exact_ball(lam) * steep)).upper()
@@ -206,10 +208,16 @@ def _both(a: Bounds, b: Bounds) -> Bounds:
 def _straight(cell: Cell, slope: Fraction, lam: Fraction) -> _Shares:
     """The integrals over a straight cell, in closed form."""
     length = cell.stop - cell.start
-    stretch = Outer(exact_ball(slope), lam, length)
-    mirrored = Outer(exact_ball(-slope), lam, length)
+    rate, width = exact_ball(slope * lam), exact_ball(length)
+    stretch, mirrored = straight(rate, width), straight(-rate, width)
     factor = (exact_ball(lam) * cell.height).exp()
-    values = (stretch.plus * factor, stretch.minus / factor, stretch.nested, mirrored.nested)
+    fall, rise = stretch.fall, mirrored.fall
+    values = (
+        stretch.int_e * factor,
+        stretch.int_inverse / fall / factor,
+        stretch.nested / fall,
+        mirrored.nested / rise,
+    )
     return _Shares(*(Bounds(v.lower(), v.upper()) for v in values))
 
 
@@ -218,13 +226,13 @@ def _laplace(peak: Extremum, lam: Fraction) -> Bounds:
     d, number = peak.disk, exact_ball(lam)
     factor = (exact_ball(peak.sign * lam) * peak.height).exp()
     sides = len(d.sides)
-    best = total = flint_module().arb(0)
-    least = flint_module().arb("inf")
+    best = total = flint.arb(0)
+    least = flint.arb("inf")
     size = exact_ball(Fraction(d.peak)) / d.contact
     ratio = exact_ball(1 / Fraction(d.rho))
     for k, c in enumerate(d.coefficients):
         s = Fraction(k + 1, d.contact)
-        share = flint_module().arb(0)
+        share = flint.arb(0)
         for (sign, _, _), drop in zip(d.sides, peak.drops, strict=True):
             # As far as the edge, not to infinity; of two sides the odd terms cancel but for that.
             part = 1 - (number * drop).gamma_upper(exact_ball(s), 1)
@@ -237,4 +245,4 @@ def _laplace(peak: Extremum, lam: Fraction) -> Bounds:
         if left_out < least:
             best, least = total, left_out
     low, high = (factor * (best - least)).lower(), (factor * (best + least)).upper()
-    return Bounds(low.max(flint_module().arb(0)), high)
+    return Bounds(low.max(flint.arb(0)), high)

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import flint
 import numpy as np
 
 from symasym.asymptotics.proofs.layer_bounds import (
@@ -30,7 +31,6 @@ from symasym.drift.drift import Drift
 from symasym.numbers.arithmetic import Number
 from symasym.numbers.balls import (
     exact_ball,
-    flint_module,
     precision,
     profile_of,
     to_mpf,
@@ -56,7 +56,6 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     drift, lam, values, digits = scene.drift, scene.lam, scene.numbers, request.digits
     exponent = int(lam * (1 + values["r"]) * 1024)
     bits = int(digits * 3.33) + 80 + 2 * exponent.bit_length()
-    flint_module()
     with precision(bits):
         r, x = values["r"], values["start"]
         left, right = (
@@ -185,7 +184,7 @@ def _by_laplace(
         return 1 / (lam * slope), -(-lam * number(peak.fall)).expm1() - lost, 1 + lost
     c, cubic, quartic = number(peak.curvature), number(abs(peak.cubic)), number(peak.quartic)
     reach, gap = number(peak.reach), number(peak.gap)
-    lead = (number(flint_module().arb.pi()) / (lam * c)).sqrt()
+    lead = (number(flint.arb.pi()) / (lam * c)).sqrt()
     tail = (-lam * c * reach**2).exp() / (lam * c * reach)
     less = c - cubic * reach - quartic * reach**2
     most = (15 * cubic**2 / less + 12 * quartic) / (16 * less**2 * less.sqrt())
@@ -205,7 +204,6 @@ class _LogIntegral(NamedTuple):
 
 def of_scenes(scenes: Scenes, request: Request) -> Answers:
     """One analysis of the layer for each drift, radius below 1 and start; vectorised over lam."""
-    flint_module()
     r, start = scenes.numbers["r"], scenes.numbers["start"]
     ends = np.minimum(r, 1.0), np.clip(start, -1.0, 1.0)
     logs, errors = np.empty(len(r)), np.empty(len(r))

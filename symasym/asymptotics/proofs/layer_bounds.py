@@ -20,13 +20,14 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import flint
 import numpy as np
 
 from symasym.base import call_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
-from symasym.numbers.balls import BallOps, exact_ball, flint_module, precision, profile_of
+from symasym.numbers.balls import BallOps, exact_ball, precision, profile_of
 from symasym.special.exponentials import ball_quotient
 
 if TYPE_CHECKING:
@@ -84,7 +85,7 @@ class _Drift:
         profile = profile_of(drift)
         self.profile = profile.mirrored() if mirrored else profile
         # Of A's Taylor series on a panel; the rest widens V.
-        finite, wanted = profile.terms(), 12 + flint_module().ctx.prec // 6
+        finite, wanted = profile.terms(), 12 + flint.ctx.prec // 6
         self.terms = wanted if finite is None else max(4, min(finite + 1, wanted))
 
     def floats(self, u: FloatArray) -> Any:
@@ -95,7 +96,6 @@ class _Drift:
 
     def taylor(self, ball: arb, terms: int) -> list[Any]:
         """Taylor coefficients at any point of the ball `ball`."""
-        flint = flint_module()
         before = flint.ctx.cap
         flint.ctx.cap = terms
         try:
@@ -117,7 +117,7 @@ def layer_of(drift: Drift, mirrored: bool, a: Fraction, b: Fraction) -> Layer:
     cuts = sorted({a, b, *(w[0] for w in windows), *(w[1] for w in windows)})
     by_start = {w[0]: w for w in windows}
     top = float(_rough_top(field, a, b))
-    segments, height = [], flint_module().arb(0)
+    segments, height = [], flint.arb(0)
     for left, right in zip(cuts, cuts[1:], strict=False):
         window = by_start.get(left)
         begin = height
@@ -132,7 +132,6 @@ def layer_of(drift: Drift, mirrored: bool, a: Fraction, b: Fraction) -> Layer:
 @lru_cache(maxsize=256)
 def highest(drift: Drift, mirrored: bool) -> Fraction:
     """An upper bound of max V over [0, 1], V(-1) = 0 (V(1) = 0 and [-1, 0] if mirrored)."""
-    flint_module()
     with precision(80):
         layer = layer_of(drift, mirrored, Fraction(-1), Fraction(0))
         base = layer.end
@@ -181,7 +180,6 @@ def _panels(
     field: _Drift, left: Fraction, right: Fraction, height: arb, top: float | None
 ) -> tuple[list[LinePanel], Any]:
     """Panels of [left, right], short enough not to reach above `top` by bending."""
-    flint = flint_module()
     count = max(4, int((right - left) / _WIDEST) + 1)
     step = (right - left) / count
     waiting = [(left + k * step, left + (k + 1) * step) for k in reversed(range(count))]
@@ -244,7 +242,6 @@ def _windows(field: _Drift, a: Fraction, b: Fraction) -> list[Any]:
 
 def _edge_window(field: _Drift, end: Fraction, room: Fraction, side: int) -> Any:
     """A window beside an end that V falls from: Laplace's method with a proved tail bound."""
-    flint = flint_module()
     slope = abs(field.profile.value(end))
     length = room
     for _ in range(14):
@@ -273,7 +270,6 @@ def _edge_window(field: _Drift, end: Fraction, room: Fraction, side: int) -> Any
 
 def _barrier_window(field: _Drift, near: Fraction, room: Fraction) -> Any:
     """A window about a barrier: Laplace's method with proved derivatives."""
-    flint = flint_module()
     placed = _root(field, near)
     if placed is None:
         return None
@@ -327,7 +323,6 @@ def _rises(floats: Callable[[Any], Any], a: Fraction, b: Fraction) -> list[Fract
 
 def _root(field: _Drift, near: Fraction) -> tuple[Fraction, Fraction] | None:
     """A point and a distance within which A changes sign, proved; None if it is no simple zero."""
-    flint = flint_module()
     x, bits = near, flint.ctx.prec // 2
     for _ in range(8):
         value, slope = field.taylor(exact_ball(x), 2)
@@ -379,7 +374,7 @@ class LinePanel(NamedTuple):
 def between_lines(panels: Sequence[LinePanel], lam: Fraction, sign: int) -> Bounds:
     """Bounds of int e^{sign lam V} over the panels; a ratio of e^{2 lam bend} on each."""
     number, size = exact_ball(sign * lam), exact_ball(lam)
-    low = high = flint_module().arb(0)
+    low = high = flint.arb(0)
     for p in panels:
         line = p.width * ball_quotient(number * p.slope * p.width, 1) * (number * p.height).exp()
         bend = (size * p.bend).exp()
@@ -390,4 +385,4 @@ def between_lines(panels: Sequence[LinePanel], lam: Fraction, sign: int) -> Boun
             least = least.max(p.width * first.min(last).exp())
             most = most.min(p.width.min(1 / (size * p.steep)) * first.max(last).exp())
         low, high = low + least, high + most
-    return Bounds(low.lower().max(flint_module().arb(0)), high.upper())
+    return Bounds(low.lower().max(flint.arb(0)), high.upper())

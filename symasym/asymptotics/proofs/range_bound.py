@@ -125,7 +125,7 @@ def weak_noise_bound(
     InputError
         For a drift that is no polynomial, a value outside its range, both kappa0 and rtol.
     AccuracyError
-        Where the proof does not go through, or without python-flint.
+        Where the proof does not go through.
 
     Examples
     --------

@@ -17,8 +17,17 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+import flint
 import numpy as np
 
+from symasym.asymptotics.strong_noise.panel import (
+    Record,
+    Swept,
+    carried,
+    escape_time,
+    first,
+    straight,
+)
 from symasym.asymptotics.strong_noise.sweep import (
     layer_record,
     moments,
@@ -29,10 +38,7 @@ from symasym.asymptotics.strong_noise.sweep import (
 from symasym.base.call_context import own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
-from symasym.exact.balls.panels import Outer
-from symasym.exact.sweep import Record, Swept, carried, escape_time, first
-from symasym.numbers import balls
-from symasym.numbers.balls import exact_ball, flint_module, precision, profile_of, to_mpf
+from symasym.numbers.balls import exact_ball, precision, profile_of, to_mpf
 from symasym.numbers.extended_intervals import ExtendedInterval, Undefined
 from symasym.scenes import Answer, Answers, Request, Scene, Scenes, input_rounding
 
@@ -44,11 +50,6 @@ _ATTEMPTS = 7
 
 def of_scene(scene: Scene, request: Request) -> Answer:
     """The expansion to the order of `request`, its error proved; any region, any start."""
-    if not balls.available():
-        raise AccuracyError(
-            "the digits of this expansion are proved with python-flint, which is not installed; "
-            "install it with pip install python-flint, or use method='exact'."
-        )
     return Answer(*_enclosed(scene, request), "bound", *_terms(request.order))
 
 
@@ -110,7 +111,7 @@ class _Balls:
 
     def tail(self, x: arb, count: int) -> Any:
         """A bound of |e^y - its first `count` terms| for all |y| <= x (Lagrange)."""
-        following = x**count / flint_module().arb(count).fac()
+        following = x**count / flint.arb(count).fac()
         ratio = x / (count + 1)
         # Below a geometric series, and below e^x.
         return following * (x.exp().min(1 / (1 - ratio)) if ratio < 1 else x.exp())
@@ -156,9 +157,7 @@ class _OneScene:
 
     def outside(self, mirrored: bool, side: int, length: Fraction) -> Record:
         """A stretch of constant drift, in closed form."""
-        piece = Outer(self.slope(mirrored, side), self._lam, length)
-        g = piece.growth
-        return Record(piece.plus, g * piece.minus, g * piece.nested, g, 1)
+        return straight(self.lam * self.slope(mirrored, side), exact_ball(length))
 
     def layer(self, mirrored: bool, a: Fraction, b: Fraction) -> Record:
         """The stretch [a, b] of the layer, expanded."""

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from symasym.asymptotics.strong_noise.panel import Record, Swept, carried, escape_time
 from symasym.asymptotics.strong_noise.sweep import (
     Moments,
     layer_record,
@@ -23,7 +24,6 @@ from symasym.base.call_context import step
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.drift.field.float_field import Field, IntArray, field_of
-from symasym.exact.sweep import Record, Swept, carried, escape_time
 from symasym.numbers.float_arrays import LogPositive
 from symasym.scenes import Scenes
 from symasym.special.exponentials import log_quotient, mean_place

@@ -1,4 +1,4 @@
-"""T, C and P for strong noise: the layer as one panel of the sweeps of `symasym.exact.sweep`.
+"""T, C and P for strong noise: the layer as one panel of the sweeps (`panel`).
 
 In the layer e^{lam V} is a power series in lam with the moments of V as coefficients;
 with x = lam (max V - min V) an integral over a length l is short of its first N + 2 terms by less
@@ -27,15 +27,22 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
+import flint
 import numpy as np
 
+from symasym.asymptotics.strong_noise.panel import (
+    InLayer,
+    Record,
+    Swept,
+    carried_in_layer,
+    layer_times,
+)
 from symasym.base.call_context import step
 from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
-from symasym.exact.sweep import InLayer, Record, Swept, carried_in_layer, layer_times
 from symasym.generated.formulas import tail_left
 from symasym.numbers.arithmetic import Number
-from symasym.numbers.balls import BallOps, exact_ball, flint_module, profile_of
+from symasym.numbers.balls import BallOps, exact_ball, profile_of
 
 if TYPE_CHECKING:
     from flint import arb, arb_poly, fmpq, fmpq_poly
@@ -241,7 +248,6 @@ class _Polynomials:
 
     def _cut(self, f: arb_poly) -> Any:
         """The polynomial to `cap` coefficients, a ball for the others."""
-        flint = flint_module()
         c = f.coeffs()
         if len(c) <= self._cap:
             return f
@@ -275,7 +281,7 @@ def moments(drift: Drift, mirrored: bool, a: Fraction, b: Fraction, order: int, 
     coefficients = drift.exact_coefficients()
     if coefficients is None:
         return _of_analytic(drift, mirrored, a, b, order, bits)
-    flint, width = flint_module(), _fmpq(b - a)
+    width = _fmpq(b - a)
     signs = (-1, 1) if mirrored else (1, 1)
     exact = [_fmpq(signs[k % 2] * c) for k, c in enumerate(coefficients)]
     local = flint.fmpq_poly(exact)(flint.fmpq_poly([_fmpq(a), width]))
@@ -292,12 +298,12 @@ def moments(drift: Drift, mirrored: bool, a: Fraction, b: Fraction, order: int, 
 
 def _fmpq(x: Fraction) -> Any:
     """The fraction as flint's."""
-    return flint_module().fmpq(x.numerator, x.denominator)
+    return flint.fmpq(x.numerator, x.denominator)
 
 
 def _spread(local: fmpq_poly, length: fmpq) -> Any:
     """An upper bound of max V - min V, from V at `_PANELS` points and the largest slope between."""
-    flint, scale = flint_module(), flint_module().fmpq(1, _PANELS)
+    scale = flint.fmpq(1, _PANELS)
     potential = (local * -length).integral()
     low = high = flint.fmpq(0)
     for j in range(_PANELS):
@@ -313,7 +319,6 @@ def _of_analytic(
     drift: Drift, mirrored: bool, a: Fraction, b: Fraction, order: int, bits: int
 ) -> Moments:
     """Taylor polynomials of A on panels; what they leave out widens the moments."""
-    flint = flint_module()
     profile = profile_of(drift)
     profile = profile.mirrored() if mirrored else profile
     waiting, pieces = [(a, b)], []
@@ -372,9 +377,9 @@ def _of_analytic(
 def _on(drift: Drift, ball: arb) -> Any:
     """A ball of A on a ball, not finite where A has a pole there."""
     try:
-        return flint_module().arb(drift.evaluate(ball, BallOps()))
+        return flint.arb(drift.evaluate(ball, BallOps()))
     except ZeroDivisionError:
-        return flint_module().arb.nan()
+        return flint.arb.nan()
 
 
 def _widened(values: list[Any], size: arb, shift: arb, spread: arb) -> list[Any]:
@@ -383,7 +388,6 @@ def _widened(values: list[Any], size: arb, shift: arb, spread: arb) -> list[Any]
     `size` is the moment of order 0. The k-th power of a difference of V changes by
     2 shift k spread^(k-1) at most.
     """
-    flint = flint_module()
     factor, widened = 2 * shift * size, values[:1]
     for k, x in enumerate(values[1:], start=1):
         widened.append(x + flint.arb(0, factor.abs_upper()))

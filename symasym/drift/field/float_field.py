@@ -7,7 +7,6 @@ mirrored drift -A(-u). Both fields below therefore hold each scene with a sign.
 from __future__ import annotations
 
 import math
-from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache, partial
@@ -23,7 +22,6 @@ from symasym.numbers.float_arrays import DoubleDouble, DoubleDoubleOps, ends_of,
 from symasym.numbers.polynomials import poly, real_parts
 
 if TYPE_CHECKING:
-    from symasym.drift.field.directions import Directions
     from symasym.series.truncated_series import SeriesOps
 
 #: Where the size of A is first looked at.
@@ -38,12 +36,8 @@ IntArray = np.ndarray[Any, np.dtype[np.intp]]
 
 
 class Field(Protocol):
-    """Drift of `len(sign)` scenes; `sign` is -1 for the mirrored ones.
+    """Drift of `len(sign)` scenes; `sign` is -1 for the mirrored ones."""
 
-    `directions` are those in which it is differentiated, if it is.
-    """
-
-    directions: Directions | None
     sign: FloatArray
     a_minus: FloatArray
     a_plus: FloatArray
@@ -52,32 +46,12 @@ class Field(Protocol):
         """Drift at the points `u`, one row per entry of `scene`."""
         ...
 
-    def series(self, scene: slice | IntArray) -> FloatArray | None:
-        """Coefficients in ascending powers of u, one row each, where A is a polynomial."""
-        ...
-
     def size(self) -> FloatArray:
         """A bound on |A| that rounding errors of `phi` are relative to, per scene."""
         ...
 
-    def zeros(self, scene: IntArray) -> FloatArray:
-        """Real parts of the zeros of A that matter inside [-1, 1]; rows padded with nan."""
-        ...
-
     def turning(self, scene: IntArray) -> FloatArray:
         """Real parts of the zeros of A'; rows padded with nan."""
-        ...
-
-    def reaches(self, scene: IntArray, size: FloatArray) -> None:
-        """Take note that |A| reaches `size`."""
-        ...
-
-    def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> ComplexBall | None:
-        """Balls that hold A's values on complex balls, one per entry; None for a polynomial."""
-        ...
-
-    def rounding(self, scene: IntArray, u: FloatArray) -> FloatArray:
-        """Bound on the rounding errors of `phi`, where A is no polynomial."""
         ...
 
     def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -86,9 +60,7 @@ class Field(Protocol):
         ...
 
 
-def field_of(
-    drift: Drift, values: dict[str, Any], count: int, directions: Directions | None = None
-) -> Field:
+def field_of(drift: Drift, values: dict[str, Any], count: int) -> Field:
     """The field of `drift` for `count` scenes and their mirror images.
 
     That of a polynomial stays beside `values` that the drift keeps (`Drift.flat_values`).
@@ -96,17 +68,17 @@ def field_of(
     kept = values if isinstance(values, FlatValues) else None
     if kept is not None and kept.field is not None:
         known: PolynomialField = kept.field
-        return known.towards(directions)
+        return known
     pairs = {name: DoubleDouble.of(value) for name, value in values.items()}
     with np.errstate(over="ignore", invalid="ignore"):  # nan beyond 1e300
         coefficients = drift.coefficients(pairs, DoubleDoubleOps())
     if coefficients is None or len(coefficients) > 13:
         shaped = {name: pair.broadcast_to((count,)) for name, pair in pairs.items()}
-        return AnalyticField(drift, shaped, count, directions)
+        return AnalyticField(drift, shaped, count)
     field = PolynomialField([DoubleDouble.of(c) for c in coefficients], count)
     if kept is not None:
         kept.field = field
-    return field.towards(directions)
+    return field
 
 
 def extremes(field: Field, scene: IntArray) -> FloatArray:
@@ -121,8 +93,6 @@ def extremes(field: Field, scene: IntArray) -> FloatArray:
 class PolynomialField:
     """A is a polynomial of modest degree."""
 
-    directions: Directions | None = None
-
     def __init__(self, coefficients: list[DoubleDouble], count: int) -> None:
         self._count, self._pairs = count, coefficients
         self._c = np.empty((len(coefficients), 2 * count))
@@ -135,41 +105,15 @@ class PolynomialField:
         low, high = ends_of(coefficients, count)
         self.a_minus, self.a_plus = np.concatenate((low, -high)), np.concatenate((high, -low))
 
-    def towards(self, directions: Directions | None) -> PolynomialField:
-        """The same field, differentiated in these directions."""
-        if directions is None:
-            return self
-        field = copy(self)
-        field.directions = directions
-        return field
-
     def phi(self, scene: IntArray, u: FloatArray) -> FloatArray:
         """Drift at `u`, by Horner's rule."""
         c = self._c[:, scene]
         value: FloatArray = poly(list(c[:, :, None]), u)
         return value
 
-    def series(self, scene: slice | IntArray) -> FloatArray:
-        """Coefficients of A in ascending powers, one column for each scene."""
-        result: FloatArray = self._c[:, scene]
-        return result
-
     def size(self) -> FloatArray:
         """Sum of the moduli of the coefficients of A."""
         return self._size
-
-    def reaches(self, scene: IntArray, size: FloatArray) -> None:
-        pass  # the coefficients say it all
-
-    def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> None:
-        return None
-
-    def rounding(self, scene: IntArray, u: FloatArray) -> FloatArray:
-        return np.zeros_like(u)  # what `size` says counts for all panels
-
-    def zeros(self, scene: IntArray) -> FloatArray:
-        """Real parts of the zeros of A."""
-        return _zeros_of(self._c[:, scene].T)
 
     def turning(self, scene: IntArray) -> FloatArray:
         """Real parts of the zeros of A'."""
@@ -228,10 +172,8 @@ class AnalyticField:
         drift: Drift,
         pairs: dict[str, DoubleDouble],
         count: int,
-        directions: Directions | None = None,
     ) -> None:
-        self._drift, self.directions = drift, directions
-        self._pairs = pairs
+        self._drift, self._pairs = drift, pairs
         self._values = {name: np.tile(p.hi, 2) for name, p in pairs.items()}
         self._count = count
         self.sign = np.repeat((1.0, -1.0), count)
@@ -280,14 +222,8 @@ class AnalyticField:
     def _spread_of_one(self, scene: int, centre: FloatArray, radius: FloatArray) -> ComplexBall:
         return self.spread(np.full(len(centre), scene), centre, radius)
 
-    def series(self, scene: slice | IntArray) -> None:
-        return None
-
     def size(self) -> FloatArray:
         return self._size
-
-    def reaches(self, scene: IntArray, size: FloatArray) -> None:
-        np.maximum.at(self._size, scene, size)
 
     def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> ComplexBall:
         """Complex balls that hold A on the balls of these centres and radii."""
@@ -296,12 +232,8 @@ class AnalyticField:
         image: ComplexBall = sign * self._drift.spread(sign * centre, radius, values)
         return image
 
-    def rounding(self, scene: IntArray, u: FloatArray) -> FloatArray:
-        values = {name: value[scene][:, None] for name, value in self._values.items()}
-        return self._drift.rounding(self.sign[scene][:, None] * u, values)
-
-    def zeros(self, scene: IntArray) -> FloatArray:
-        """Zeros and extremes of A on [-1, 1], by Chebyshev proxies."""
+    def turning(self, scene: IntArray) -> FloatArray:
+        """Zeros and extremes of A on [-1, 1], by Chebyshev proxies: zeros do no harm."""
         rows = [self._marks_of(int(s)) for s in scene]
         width = max([len(row) for row in rows] + [1])
         return np.array(
@@ -326,10 +258,6 @@ class AnalyticField:
             )
         marks = known.marks
         return marks if self.sign[scene] > 0 else -marks[::-1]
-
-    def turning(self, scene: IntArray) -> FloatArray:
-        # The marks hold the extremes; zeros among them do no harm to monotone pieces.
-        return self.zeros(scene)
 
     def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Taylor coefficients, from series at 45 digits, and how far they are good."""

@@ -16,7 +16,6 @@ from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.numbers.complex_balls import ComplexBall, ComplexBallOps, resolved
 from symasym.numbers.polynomials import float_zeros, poly, shifted
-from symasym.numbers.rationals import Rational
 from symasym.numbers.trees import MpmathOps
 from symasym.series.truncated_series import SeriesOps, TruncatedSeries
 
@@ -29,7 +28,7 @@ _MOST_EXTRA_BITS = 4096
 # A series about a point serves within this part of the disk on which A is bounded.
 _WITHIN = 8
 # Where a formula is looked at for cancellation; at few points it may cancel exactly.
-_PROBES = [Rational(k, abs(k) + 3) for k in (-31, -17, -10, -5, -2, 1, 4, 7, 14, 23)]
+_PROBES = [Fraction(k, abs(k) + 3) for k in (-31, -17, -10, -5, -2, 1, 4, 7, 14, 23)]
 _PLANNING = 32  # coefficients of it that plans see
 
 
@@ -59,12 +58,12 @@ class ExactField:
         self._extra_bits = 0
         self._edges: dict[tuple[Fraction, Fraction], Fraction] = {}
         known = drift.exact_coefficients()
-        self._polynomial = None if known is None else [Rational(c) for c in known]
+        self._polynomial = None if known is None else [Fraction(c) for c in known]
         if self._polynomial is not None and mirrored:
             self._polynomial = [c if k % 2 else -c for k, c in enumerate(self._polynomial)]
         if self._polynomial is not None and offset:
-            self._polynomial = self._polynomial or [Rational(0)]
-            self._polynomial[0] += Rational(self._offset)
+            self._polynomial = self._polynomial or [Fraction(0)]
+            self._polynomial[0] += Fraction(self._offset)
 
     @property
     def is_polynomial(self) -> bool:
@@ -74,7 +73,7 @@ class ExactField:
     def value(self, u: Fraction) -> Fraction:
         """phi(u), to working precision where it is not rational."""
         if self._polynomial is not None:
-            return Rational(poly(self._polynomial, u))
+            return Fraction(poly(self._polynomial, u))
         if abs(u) == 1 and (known := self._drift.end(self._sign * int(u))) is not None:
             return self._sign * known + self._offset
         with self._context.workprec(self._context.prec + self._extra_bits):
@@ -125,14 +124,14 @@ class ExactField:
 
     def resolve(self) -> None:
         """Take as many more bits from now on as the formula cancels."""
-        unit, close = Rational(1, 1 << (self._context.prec - 8)), self._polynomial is not None
+        unit, close = Fraction(1, 1 << (self._context.prec - 8)), self._polynomial is not None
         while not close:
             values = [self.value(u) for u in _PROBES]
             self._extra_bits *= 2
             self.sharpen()
             again = [self.value(u) for u in _PROBES]
             pairs = zip(values, again, strict=True)
-            close = all(abs(a - b) <= unit * max(Rational(1), abs(b)) for a, b in pairs)
+            close = all(abs(a - b) <= unit * max(Fraction(1), abs(b)) for a, b in pairs)
 
     def about_middle(self, centre: Fraction, t0: Fraction, t1: Fraction) -> list[float]:
         """Taylor coefficients of phi about the middle of [centre + t0, centre + t1], in units
@@ -153,7 +152,7 @@ class ExactField:
         if unit is None:
             half = (t1 - t0) / 2
             c = self.taylor(centre + t0 + half, half, order)
-            return 2 * half * sum((x / (k + 1) for k, x in enumerate(c) if k % 2 == 0), Rational(0))
+            return 2 * half * sum((x / (k + 1) for k, x in enumerate(c) if k % 2 == 0), Fraction(0))
         return self._primitive(centre, t1, unit) - self._primitive(centre, t0, unit)
 
     def _primitive(self, centre: Fraction, t: Fraction, unit: Fraction) -> Fraction:
@@ -183,9 +182,9 @@ class ExactField:
         """
         if self._polynomial is not None:
             if centre not in self._about:
-                self._about[centre] = self.taylor(centre, Rational(1), 0)
-            return Rational(1)
-        radius, least = self._radii.get(centre, Rational(1, 2)), _WITHIN * max(abs(t0), abs(t1))
+                self._about[centre] = self.taylor(centre, Fraction(1), 0)
+            return Fraction(1)
+        radius, least = self._radii.get(centre, Fraction(1, 2)), _WITHIN * max(abs(t0), abs(t1))
         while centre not in self._about and radius >= least:
             size = max(map(abs, self.taylor(centre, radius, 8)))
             if self.spread(centre, radius) <= mpf_of(size * (1 << 20), self._context):
@@ -267,7 +266,7 @@ class ExactField:
             drift = self._drift
             rough = [self._sign * u for u in float_marks(drift.evaluate_float, drift.spread)]
         bits = max(bits, self._context.prec)
-        return [self._refined(Rational(x), bits) for x in rough if lo < x < hi]
+        return [self._refined(Fraction(x), bits) for x in rough if lo < x < hi]
 
     def monotone_marks(self) -> list[float]:
         """Points in float64 between which A is monotone."""
@@ -283,7 +282,7 @@ class ExactField:
     def _refined(self, x: Fraction, bits: int) -> Fraction:
         """The zero of A near x by Newton's method, or x where A' is too small for it."""
         for _ in range(12):
-            value, slope = self.taylor(x, Rational(1), 2)[:2]
+            value, slope = self.taylor(x, Fraction(1), 2)[:2]
             if slope == 0 or abs(value) > abs(slope) / 1000:
                 break
             step = dyadic(value / slope, bits)
@@ -317,16 +316,16 @@ def to_fraction(x: mpf) -> Fraction:
     if not mantissa:
         if exponent:
             raise AccuracyError("A is not finite on [-1, 1]; give an A that is smooth there.")
-        return Rational(0)
+        return Fraction(0)
     size = exponent + int(mantissa).bit_length()
     if size > _MOST_BITS:
         raise AccuracyError("A is beyond 2^1000000 on [-1, 1]; rescale the problem.")
     if size < -_MOST_BITS:
-        return Rational(0)  # far below the last digit of anything
+        return Fraction(0)  # far below the last digit of anything
     numerator = -int(mantissa) if sign else int(mantissa)
     if exponent >= 0:
-        return Rational(numerator << exponent)
-    return Rational(numerator, 1 << -exponent)
+        return Fraction(numerator << exponent)
+    return Fraction(numerator, 1 << -exponent)
 
 
 def places(x: Fraction) -> int:
@@ -337,4 +336,4 @@ def places(x: Fraction) -> int:
 def dyadic(x: Fraction | float, bits: int) -> Fraction:
     """A short dyadic rational within 2^-bits of `x`, and within 1 of it for negative `bits`."""
     bits = max(bits, 0)
-    return Rational(math.floor(x * (1 << bits) + Rational(1, 2)), 1 << bits)
+    return Fraction(math.floor(x * (1 << bits) + Fraction(1, 2)), 1 << bits)

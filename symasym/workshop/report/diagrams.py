@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 # One colour and mark a method, the same in all panels.
 _LOOKS: dict[str, tuple[str, str]] = {
     "exact": ("#0072B2", "o"),
-    "exact, proved": ("#56B4E9", "s"),
     "exact, arrays": ("#003F66", "v"),
     "laplace": ("#D55E00", "^"),
     "uniform": ("#E69F00", ">"),

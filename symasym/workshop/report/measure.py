@@ -6,7 +6,6 @@ orders of ours, and the peers that are here. A point is an error against a time 
 
 from __future__ import annotations
 
-import importlib.util
 import shutil
 import warnings
 from collections.abc import Callable, Iterator
@@ -21,12 +20,11 @@ import symasym as sa
 from symasym.base.call_context import own_context
 from symasym.base.errors import InputError
 from symasym.base.inputs import meant
-from symasym.exact.balls import sweep as ball_sweep
 from symasym.numbers import balls
 from symasym.workshop.problems import BY_NAME, Problem
 from symasym.workshop.report import peers
 from symasym.workshop.report.timing import calls, capped
-from symasym.workshop.verify.findings import Reference, provable
+from symasym.workshop.verify.findings import Reference
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -118,9 +116,7 @@ def ours(problem: Problem, quick: bool) -> Iterator[Run]:
         # Elsewhere the float is another scene, which weak noise tells apart.
         yield run("exact, arrays", "float64", kappa=[float(Fraction(problem.kappa))])
     for dps in (10, 20, 35, 55, 100):
-        yield run("exact", f"{dps} digits", full=False, dps=dps)
-    for dps in (15, 55):
-        yield run("exact, proved", f"{dps} digits", dps=dps)
+        yield run("exact", f"{dps} digits", dps=dps)
     for order in (0, 1, 2, 3, 5, 8, 12) if not quick else (0, 2, 5):
         for name in _EXPANSIONS:
             yield run(name, f"order {order}", name, order=order, dps=60)
@@ -134,18 +130,9 @@ def ours(problem: Problem, quick: bool) -> Iterator[Run]:
 _EXPANSIONS: tuple[TimeMethod, ...] = ("laplace", "uniform", "strong_noise")
 
 
-#: Peer -> whether it is here.
-_PEERS: dict[str, Callable[[], bool]] = {
-    "mpmath.quad": lambda: True,
-    "dblquad": lambda: importlib.util.find_spec("scipy") is not None,
-    "Arb": lambda: importlib.util.find_spec("flint") is not None,
-    "PARI": lambda: shutil.which("gp") is not None,
-}
-
-
 def missing() -> list[str]:
     """Peers that are not installed."""
-    return [name for name, here in _PEERS.items() if not here()]
+    return [] if shutil.which("gp") else ["PARI"]
 
 
 def others(problem: Problem, quick: bool) -> Iterator[Run]:
@@ -246,21 +233,9 @@ class Point:
 
 
 def known(problem: Problem) -> Reference:
-    """log T of a scene to 120 digits, proved where ball arithmetic can in seconds."""
-    dps = _DPS
-    if provable(problem) or ("weak" in problem.tags and "extreme" not in problem.tags):
-        try:
-            kappa, r, start = (Fraction(x) for x in (problem.kappa, problem.r, problem.start))
-            enclosure = ball_sweep.escape_time(problem.make(), kappa, r, start, dps, log=True)
-            value, radius = balls.to_mpf(enclosure, dps + 10)
-            return Reference(value, radius, True)
-        except (sa.AccuracyError, ImportError):
-            pass
-    value = problem.questions()["T"](dps=dps, log=True)
-    more = problem.questions()["T"](dps=dps + 40, log=True)
-    with own_context(dps + 60) as mp:
-        gap = abs(mp.make_mpf(value._mpf_) - mp.make_mpf(more._mpf_))
-        return Reference(more, gap + abs(mp.make_mpf(more._mpf_)) * mp.mpf(10) ** -dps, False)
+    """log T of a scene to 120 digits, proved."""
+    enclosed = problem.questions()["T"](dps=_DPS, log=True, full=True)
+    return Reference(enclosed.value, enclosed.error)
 
 
 def point(name: str, run: Run, truth: Reference, limit: float, once: bool = False) -> Point:
@@ -316,7 +291,6 @@ OURS = (
     ("exact", "float64"),
     ("exact, arrays", "float64"),
     ("exact", "35 digits"),
-    ("exact, proved", "15 digits"),
     ("laplace", "order 2"),
     ("uniform", "order 2"),
     ("local", "leading order"),

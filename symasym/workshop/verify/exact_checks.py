@@ -13,23 +13,17 @@ import numpy as np
 
 import symasym as sa
 from symasym.base.call_context import own_context
-from symasym.exact import digits as arbitrary
-from symasym.exact.balls import sweep as ball_sweep
 from symasym.exact.floats import TOLERANCE
-from symasym.numbers import balls
-from symasym.workshop import reference_quadrature
 from symasym.workshop.problems import Problem, question
 from symasym.workshop.verify.findings import (
     Field,
     Finding,
     Reference,
-    asked_of,
     compared,
     distance,
     failed,
     label,
     logarithm,
-    provable,
     reference,
     relative,
 )
@@ -43,9 +37,9 @@ _DPS = 30
 
 
 def quadrature(problem: Problem, full: bool) -> Iterator[Finding]:
-    """Every engine against plain quadrature of the printed integrals."""
+    """Balls and float64 against plain quadrature of the printed integrals."""
     dps = 20 if full else 10
-    asked = problem.engine_questions(reference_quadrature)
+    asked = problem.by_quadrature()
     if not full:
         asked = {name: asked[name] for name in ("T", "1-P" if problem.slides else "C")}
     for quantity, ask in asked.items():
@@ -57,17 +51,11 @@ def quadrature(problem: Problem, full: bool) -> Iterator[Finding]:
             yield Finding(label(quantity), "quadrature", "accuracy", None, where)
             continue
         allowed = 10.0**-dps
-        for name, engine in (("digits", arbitrary), ("ball", ball_sweep)):
-            if name == "ball" and not provable(problem):
-                continue
-            value = asked_of(engine, problem, quantity)(dps + 5)
-            if name == "ball":
-                value = balls.to_mpf(value, dps + 10)[0]
-            yield compared(
-                label(quantity), name, "quadrature", relative(value, wanted), allowed, where
-            )
+        ask_exact = problem.questions()[quantity]
+        gap = relative(ask_exact(dps=dps + 5), wanted)
+        yield compared(label(quantity), "digits", "quadrature", gap, allowed, where)
         log = logarithm(wanted)
-        value = problem.questions()[quantity](log=True)
+        value = ask_exact(log=True)
         room = allowed + TOLERANCE * max(1.0, abs(float(log)))
         yield compared(label(quantity), "float64", "quadrature", distance(value, log), room, where)
 
@@ -110,7 +98,7 @@ def _refusal(
 def _digits(
     problem: Problem, quantity: str, ask: Callable[..., Any], known: Reference, where: str
 ) -> Iterator[Finding]:
-    """Findings on the value to 30 digits, its logarithm, and the engine without balls."""
+    """Findings on the value to 30 digits and its logarithm."""
     allowed = Fraction(1, 10**_DPS)
     radius = float(known.radius / abs(known.value)) if known.value else 0.0
     value = ask(dps=_DPS)
@@ -120,11 +108,6 @@ def _digits(
     wanted = logarithm(known.value, 80)
     room = float(allowed) * max(abs(float(wanted)), 0.0) + radius
     yield compared(label(quantity), "digits", "logarithm", distance(value, wanted), room, where)
-    if known.proved:
-        # The reference is the ball; the engine without balls must lie in it.
-        own = asked_of(arbitrary, problem, quantity)(_DPS)
-        gap = relative(own, known.value)
-        yield compared(label(quantity), "digits", "ball", gap, float(allowed) + radius, where)
 
 
 def _floats(

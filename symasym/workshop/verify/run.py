@@ -270,7 +270,7 @@ def _ignore_interrupts() -> None:
 # -- the table and the record ----------------------------------------------------------------------
 
 
-_LIBRARIES = ("numpy", "mpmath", "gmpy2", "python-flint", "sympy")
+_LIBRARIES = ("numpy", "mpmath", "python-flint", "sympy")
 
 
 @dataclass

@@ -1,0 +1,256 @@
+"""Zeros of A in (-1, 1) with their multiplicities and kinds, proved.
+
+Those of a polynomial with rational coefficients are isolated by flint, the real ones told from the
+others. Else [-1, 1] is halved: an interval over which the ball of A excludes 0 has no zero. What is
+left beside each other is joined; where A' excludes 0 over that, the signs at its ends say whether
+it has its one zero, which Newton's interval method refines. Where A and m - 1 derivatives vanish at
+a rational place exactly and the m-th excludes 0 over the interval, that is its one zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from flint import arb, arb_series, ctx, fmpq, fmpq_poly
+
+from symasym.base.errors import AccuracyError
+from symasym.drift.evaluate import Polynomial, profile, rational
+from symasym.numbers.balls import precision, to_mpf
+
+if TYPE_CHECKING:
+    from symasym.drift.drift import Drift
+
+_DIGITS = 60
+_BITS = (256, 1024, 4096, 16384)
+_MOST_DIGITS = 4_000
+_MOST = 2_000  # intervals left at a time
+_NARROW = 240  # halvings
+_HIGHEST = 8  # multiplicity that is looked for
+_FIRST = fmpq(3, 97)  # the first cut, so that no other falls on a simple number
+
+
+@dataclass(frozen=True)
+class CriticalPoint:
+    """A zero of A inside (-1, 1).
+
+    Attributes
+    ----------
+    u : mpf
+        Where, right to 50 digits.
+    multiplicity : int
+        Order of the zero.
+    kind : str
+        ``"well"`` (stable: V has a minimum), ``"barrier"`` (unstable) or
+        ``"inflection"`` (A keeps its sign: a fold point, for multiplicity 2).
+    """
+
+    u: Any
+    multiplicity: int
+    kind: str
+
+    @property
+    def stable(self) -> bool:
+        """True for a well."""
+        return self.kind == "well"
+
+
+def critical_points(drift: Drift) -> list[CriticalPoint]:
+    """Zeros of A in (-1, 1), left to right.
+
+    Raises
+    ------
+    AccuracyError
+        If A vanishes on all of [-1, 1], or zeros cannot be told apart.
+    """
+    drift.scalars()
+    return list(_known(drift))
+
+
+@lru_cache(maxsize=128)
+def _known(drift: Drift) -> tuple[CriticalPoint, ...]:
+    """The critical points, found once for equal drifts."""
+    coefficients = drift.exact_coefficients()
+    if coefficients is None:
+        return tuple(_of_analytic(drift))
+    if not any(coefficients):
+        raise AccuracyError("A is 0 on all of [-1, 1], so every point is critical; change A.")
+    return tuple(_of_polynomial(fmpq_poly([rational(c) for c in coefficients])))
+
+
+def _point(u: arb, multiplicity: int, rising: bool) -> CriticalPoint:
+    kind = "inflection" if multiplicity % 2 == 0 else "barrier" if rising else "well"
+    return CriticalPoint(to_mpf(u, _DIGITS)[0], multiplicity, kind)
+
+
+def _of_polynomial(p: Any) -> list[CriticalPoint]:
+    """By the real roots in balls: flint gives them an imaginary part of 0 exactly."""
+    for end in (-1, 1):
+        while p(end) == 0:
+            p = p / fmpq_poly([1, -end])  # which is positive in between
+    for bits in _BITS:
+        with precision(bits):
+            found: list[Any] = p.numer().complex_roots()
+            roots = [(z.real, m) for z, m in found if z.imag.is_zero()]
+            roots.sort(key=lambda root: root[0].mid())
+            apart = all(a[0] < b[0] for a, b in pairwise(roots))
+            if apart and all(x < -1 or -1 < x < 1 or x > 1 for x, _ in roots):
+                break
+    else:
+        raise AccuracyError(f"A has zeros closer than 1e-{_MOST_DIGITS}; change A.")
+    points, sign = [], 1 if p.coeffs()[-1] > 0 else -1
+    for x, m in reversed(roots):  # A has the sign of its leading coefficient on the right
+        if -1 < x < 1:
+            points.append(_point(x, m, sign > 0))
+        sign = -sign if m % 2 else sign
+    return points[::-1]
+
+
+class _Zero(NamedTuple):
+    """The one zero in [a, b]."""
+
+    a: Any
+    b: Any
+    multiplicity: int
+    rising: bool
+
+
+class _Function:
+    """A over intervals at the precision of the moment."""
+
+    def __init__(self, drift: Drift):
+        self.drift = drift
+        numbers = {name: rational(x) for name, x in drift.scalars().items()}
+        self.phi = profile(drift.model, numbers)
+
+    def series(self, x: Any, count: int) -> list[Any]:
+        """Balls of the first Taylor coefficients of A at all points of x."""
+        ctx.cap = count
+        if isinstance(self.phi, Polynomial):
+            series = list(self.phi.taylor(x, 1, 0)[0])
+        else:
+            series = list(self.phi(arb_series([x, 1], count)))
+        return (series + [arb(0)] * count)[:count]
+
+    def may_vanish(self, a: fmpq, b: fmpq) -> bool:
+        """False where A has no zero in [a, b], by the mean value theorem as well."""
+        x, m = _between(a, b), arb((a + b) / 2)
+        if not self.phi(x).contains(0):
+            return False
+        return bool((self.phi(m) + self.series(x, 2)[1] * (x - m)).contains(0))
+
+    def sign(self, u: Any) -> int | None:
+        """The sign of A at a point, where balls tell it; 0 where it is 0 exactly."""
+        value = self.phi(arb(u))
+        if not value.contains(0):
+            return 1 if value > 0 else -1
+        return 0 if self.vanishes(u, 0) else None
+
+    def vanishes(self, u: Any, order: int) -> bool:
+        """True where this derivative of A is 0 at u exactly."""
+        value = self.series(arb(u), order + 1)[order]
+        if not value.contains(0) or value.is_zero():
+            return bool(value.is_zero())
+        return _vanishes(self.drift, Fraction(int(u.p), int(u.q)), order)
+
+    def zeros(self, a: Any, b: Any) -> list[_Zero] | None:
+        """The zeros of A inside [a, b], at most one; None where that is not told.
+
+        At a and b A is known not to vanish, unless they are -1 and 1.
+        """
+        terms = self.series(_between(a, b), _HIGHEST + 1)
+        u, rising = _simplest(a, b), bool(terms[1] > 0)
+        if not terms[1].contains(0):
+            left, right = self.sign(a), self.sign(b)
+            if left is None or right is None:
+                return None
+            if left * right >= 0:
+                return []
+            return [_Zero(*((u, u) if self.vanishes(u, 0) else (a, b)), 1, rising)]
+        order = next((k for k in range(_HIGHEST) if not self.vanishes(u, k)), 0)
+        if order < 2 or terms[order].contains(0):
+            return None
+        return [_Zero(u, u, order, bool(terms[order] > 0))] if abs(u) < 1 else []
+
+
+def _between(a: Any, b: Any) -> Any:
+    return arb((a + b) / 2, arb((b - a) / 2))
+
+
+def _simplest(a: Any, b: Any) -> Any:
+    """A rational number of small denominator in [a, b]."""
+    middle, k = Fraction(int((a + b).p), 2 * int((a + b).q)), 1
+    while not a <= (u := rational(middle.limit_denominator(k))) <= b:
+        k *= 2
+    return u
+
+
+@lru_cache(maxsize=128)
+def _vanishes(drift: Drift, u: Fraction, order: int) -> bool:
+    """True where SymPy finds this derivative of A to be 0 at u."""
+    import sympy
+
+    x, at = sympy.Symbol("u", real=True), sympy.Rational(u.numerator, u.denominator)
+    return bool(sympy.simplify(sympy.diff(drift.expression(), x, order).subs(x, at)) == 0)
+
+
+def _of_analytic(drift: Drift) -> list[CriticalPoint]:
+    for bits in _BITS:
+        with precision(bits):
+            found = _isolated(_Function(drift))
+        if found is not None:
+            return [_point(_refined(drift, z), z.multiplicity, z.rising) for z in found]
+    raise AccuracyError(
+        "A is 0 on [-1, 1], or has zeros or terms that thousands of digits do not tell apart; give "
+        "A as a polynomial, or so that its terms do not cancel."
+    )
+
+
+def _isolated(f: _Function) -> list[_Zero] | None:
+    """All zeros in (-1, 1), each in an interval of its own; None where that takes too many."""
+    found: list[_Zero] = []
+    left: list[Any] = [(fmpq(-1), _FIRST), (_FIRST, fmpq(1))]
+    for _ in range(_NARROW):
+        joined: list[list[Any]] = []
+        for x in (x for x in left if f.may_vanish(*x)):
+            if joined and joined[-1][-1][1] == x[0]:
+                joined[-1].append(x)
+            else:
+                joined.append([x])
+        left = []
+        for intervals in joined:
+            zeros = f.zeros(intervals[0][0], intervals[-1][1])
+            if zeros is None:
+                left += [y for a, b in intervals for y in ((a, (a + b) / 2), ((a + b) / 2, b))]
+            else:
+                found += zeros
+        if not left:
+            return sorted(found)
+        if len(left) > _MOST:
+            break
+    return None
+
+
+def _refined(drift: Drift, zero: _Zero) -> Any:
+    """The zero to `_DIGITS` digits, by halving and Newton's method for intervals."""
+    if zero.a == zero.b:
+        return arb(zero.a)
+    for bits in _BITS:
+        with precision(bits):
+            f, x = _Function(drift), _between(zero.a, zero.b)
+            for _ in range(4 * bits):
+                m, half = arb(x.mid()), arb(x.rad()) / 2
+                value = f.phi(m)
+                x = x.intersection(m - value / f.series(x, 2)[1])
+                if value.contains(0) or x.rel_accuracy_bits() > 3.33 * _DIGITS:
+                    break
+                x = x.intersection(arb(m - half if (value > 0) == zero.rising else m + half, half))
+            if x.rel_accuracy_bits() > 3.33 * _DIGITS:
+                return x
+    raise AccuracyError(
+        f"A is too steep near u = {float(zero.a):.6g} for the digits of its zero there; take a "
+        "less steep A."
+    )

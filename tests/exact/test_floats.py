@@ -1,0 +1,184 @@
+"""The float engine: no claim is below the true error, which the proved engine tells."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+
+import symasym as sa
+from symasym.drift.evaluate import sampled
+from symasym.exact import balls, floats
+from symasym.scenes import Request, Scenes, float_scenes, scene_at
+
+DIGITS = 25
+NAMES = ("T", "C", "1 - C", "P", "1 - P", "p_ss")
+
+
+def true_log(scenes: Scenes, name: str, row: int, digits: int = DIGITS) -> mpf:
+    """The logarithm that the proved engine gives."""
+    asked = Request(name, "exact", None, digits, log=True, full=False)
+    return balls.of_scene(scene_at(scenes, row), asked).value
+
+
+def numbers_of(name: str, kappa: Any, r: Any, start: Any) -> dict[str, Any]:
+    if name in ("T", "C", "1 - C"):
+        return {"kappa": kappa, "r": r, "start": start}
+    return {"kappa": kappa, "y": start} if name == "p_ss" else {"kappa": kappa}
+
+
+def require_honest(drift: sa.Drift, name: str, kappa: Any, r: Any = 1.0, start: Any = 0.0) -> Any:
+    """Errors and values of scenes whose claims hold."""
+    scenes = float_scenes(drift, numbers_of(name, kappa, r, start))
+    with mp.workdps(DIGITS + 20):
+        for found in (floats.float_logs(scenes, name), floats.of_scenes(scenes, asked(name))):
+            for row, (log, error) in enumerate(zip(*found[:2], strict=True)):
+                off = abs(mpf(float(log)) - true_log(scenes, name, row))
+                assert off <= error, (row, name, float(off), error, scene_at(scenes, row))
+    assert not floats._in_doubt(floats.Logs(*found[:2])).size
+    return found
+
+
+def asked(name: str) -> Request:
+    return Request(name, "exact", None, None, log=True, full=True)
+
+
+# -- random scenes ---------------------------------------------------------------------------------
+
+
+def random_numbers(random: Any, c: Any, noise: tuple[float, float]) -> tuple[Any, Any, Any]:
+    """kappa, r and starts, many of them beside zeros, kinks and ends."""
+    count = c.shape[1]
+    kappa, r = 10 ** random.uniform(*noise, count), 10 ** random.uniform(-1, 6, count)
+    start = random.uniform(-1, 1, count) * np.minimum(r, 3.0) * (random.random(count) < 0.7)
+    for row in np.flatnonzero(random.random(count) < 0.4):
+        zeros = np.roots(np.trim_zeros(c[::-1, row], "f"))
+        places = [*zeros[abs(zeros.imag) < 1e-9].real, -1.0, 1.0, r[row], -r[row]]
+        near = random.choice(places) + random.choice([-1, 0, 1]) * 10.0 ** -random.integers(3, 12)
+        start[row] = near if abs(near) < r[row] else 0.0
+    return kappa, r, start
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("noise", [(-8.0, -2.0), (-2.0, 4.0)])
+def test_random_polynomials(seed: int, noise: tuple[float, float]) -> None:
+    """Unlike rows in one call: degrees to 6, noise over many decades, r to 1e6."""
+    random = np.random.default_rng(seed)
+    c = np.round(random.uniform(-3, 3, (7, 60)), 2)
+    c[np.arange(7)[:, None] > random.integers(0, 7, 60)] = 0.0
+    c[0, c[0] == 0.0] = 0.5
+    kappa, r, start = random_numbers(random, c, noise)
+    for name in NAMES[:3]:
+        require_honest(sa.polynomial(*c), name, kappa, r, start)
+    ends = (c * (-1.0) ** np.arange(7)[:, None]).sum(axis=0), c.sum(axis=0)
+    slides = (ends[0] > 0.01) & (ends[1] < -0.01)
+    for name in NAMES[3:]:
+        require_honest(sa.polynomial(*c[:, slides]), name, kappa[slides], 1.0, start[slides])
+
+
+FAMILIES = {
+    "tanh": sa.tanh(1, "-0.5", steepness=np.geomspace(0.5, 30, 8)),
+    "sine": sa.sine(1, -1, b=np.linspace(0.3, 4, 8), waves=3),
+    "hill": sa.hill(1, -1, K=np.linspace(0.2, 0.9, 8), n=4),
+    "exp": sa.Drift("2 - exp(c*u) - u").bind(c=np.linspace(0.2, 3, 8)),
+}
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("name", NAMES)
+def test_drifts_that_are_no_polynomials(family: str, name: str) -> None:
+    kappa = np.array([1e3, 1.0, 0.3, 0.1, 0.03, 1e-2, 1e-3, 1e-5])
+    require_honest(FAMILIES[family], name, kappa, 3.0, np.linspace(-0.9, 1.2, 8))
+
+
+@pytest.mark.parametrize("kappa", [2.0, 0.5, 0.1, 0.05])
+@pytest.mark.parametrize("name", NAMES[:5])
+def test_many_like_rows_share_panels(kappa: float, name: str) -> None:
+    """Each is what it is alone, and every fortieth what the proved engine says."""
+    z0 = np.linspace(0.01, 0.9, 400) if "P" in name else np.linspace(-2.0, -0.01, 400)
+    found = floats.of_scenes(
+        float_scenes(sa.friction(3, 1, z0), numbers_of(name, kappa, 10.0, 0.1)), asked(name)
+    )
+    alone = require_honest(sa.friction(3, 1, z0[::40]), name, kappa, 10.0, 0.1)
+    room = found.errors[::40] + alone.errors
+    assert (np.abs(found.logs[::40] - alone.logs) <= room).all()
+    assert (found.errors <= floats.TOLERANCE * np.maximum(1.0, np.abs(found.logs))).all()
+
+
+# -- what once went wrong --------------------------------------------------------------------------
+
+CHEBYSHEV = sa.polynomial("-0.9", "-0.5", 18, 0, -48, 0, 32)
+TRAPS = {
+    "the nested integral of a climb loses e^x ulp": (sa.friction(3, 1, "-0.4"), "T", 0.08, 10, 0.9),
+    "a slow panel one width from a zero": (sa.linear(1, -1), "T", 1e-3, 5, 0.01),
+    "A(1) near 0": (sa.polynomial("1.0000000001", -1), "T", 0.3, 1e4, 0.2),
+    "terms of A that cancel": (CHEBYSHEV, "1 - C", 1e-6, 1.5, 0.5),
+    "coefficients found with rounding": (sa.polynomial("2.85", "-2.86"), "1 - P", 4.1e-8, 1, 0),
+    "an almost flat well": (sa.polynomial("0.02", "-2.02"), "p_ss", 3.9e-7, 1, 0),
+    "log(1 - P) near -1e6": (sa.friction(3, 1, "0.3"), "1 - P", 1e-3, 1, 0),
+    "1/sigma of e^(-1e16) beside an end": (
+        *(sa.polynomial("1.65", "-1.54", "-0.63"), "C"),
+        *(3.783680784370448e-08, 8.408, -8.40799999),
+    ),
+    "the same, 1e-11 from it": (
+        *(sa.polynomial("1.14", "-621.05"), "1 - C"),
+        *(0.0007478995161530978, 15022.446092741358, -15022.44609274135),
+    ),
+}
+
+
+@pytest.mark.parametrize("trap", TRAPS)
+def test_trap(trap: str) -> None:
+    drift, name, kappa, r, start = TRAPS[trap]
+    require_honest(drift, name, np.array([kappa, kappa * 1.01]), r, start)
+
+
+@pytest.mark.parametrize("place", ["110", "-501", "333"])
+def test_a_spike_between_the_nodes_is_found(place: str) -> None:
+    """Narrower than any sample of [-1, 1]; without it log T differs by more than 1e-3."""
+    drift = sa.Drift(f"1/2 - u + 40*exp(-(1000*u - {place})**2)")
+    kappa = np.array([1.0, 0.3])
+    found = require_honest(drift, "T", kappa, 2.0)
+    without = sa.escape_time(sa.polynomial("1/2", -1), kappa, 2, log=True)
+    assert (np.abs(found.logs - without) > 1e-3).all()
+
+
+@pytest.mark.parametrize("limit", ["_DEEPEST", "_PANELS"])
+def test_a_panel_that_passed_no_test_is_in_doubt(limit: str, monkeypatch: Any) -> None:
+    scenes = float_scenes(sa.friction(3, 1, [-0.4, -1.5]), {"kappa": 0.01, "r": 10, "start": 0})
+    right = floats.of_scenes(scenes, asked("T"))
+    monkeypatch.setattr(floats, limit, 1)
+    assert np.isinf(floats.float_logs(scenes, "T").error).all()
+    assert np.abs(floats.of_scenes(scenes, asked("T")).logs - right.logs).max() < 1e-9
+
+
+# -- the complex step ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("count", [3, 300])
+@pytest.mark.parametrize("name", NAMES[:5])
+@pytest.mark.parametrize("kappa", [1.0, 0.2, 0.04])
+def test_complex_step(name: str, kappa: float, count: int) -> None:
+    """Im log/h is the derivative, on each way across [-1, 1]: a difference in 40 digits."""
+    sign, step = (1 if "P" in name else -1), mpf(2) ** -40
+    drift = sa.friction(np.full(count, 3.0), 1, sign * np.linspace(0.125, 0.5, count))
+    scenes = float_scenes(drift, numbers_of(name, np.full(count, kappa), 10.0, 0.25))
+    for parameter in ("mu", "kappa"):
+        values = {n: x * (1 + 0j) for n, x in (scenes.parameters | scenes.numbers).items()}
+        values[parameter] = values[parameter] + 1e-40j
+        of = sampled(drift, {n: values[n] for n in ("mu", "z0")}, count)
+        found = floats.logs_of(name, of, scenes.numbers | {"kappa": values["kappa"]})
+        for row in (0, count - 1):
+            with mp.workdps(60):
+                near = []
+                for move in (step, -step):
+                    at = scenes.parameters | scenes.numbers
+                    at[parameter] = at[parameter][row : row + 1] + float(move)
+                    at = {n: x[row : row + 1] if np.size(x) == count else x for n, x in at.items()}
+                    moved = sa.friction(at["mu"], 1, at["z0"])
+                    numbers = {n: at[n] for n in scenes.numbers}
+                    near.append(true_log(float_scenes(moved, numbers), name, 0, 40))
+                slope = float((near[0] - near[1]) / (2 * step))
+            assert found.log.imag[row] / 1e-40 == pytest.approx(slope, rel=1e-11, abs=1e-11)
