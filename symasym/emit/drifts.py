@@ -194,7 +194,7 @@ def _marks(drift: Drift) -> tuple[Any, ...]:
 # -- all of them -----------------------------------------------------------------------------
 
 # Digits of the numbers that are found by iteration: well and barrier of a general drift.
-_DIGITS = 60
+_DIGITS, _BITS = 60, 512
 
 
 def program(
@@ -363,14 +363,16 @@ def _weak_noise(what: Record, drift: Drift) -> Program:
             f"the well of {drift!r} has no closed form in {', '.join(drift.free)}; bind them, or "
             "use sa.friction."
         )
-    from symasym.base.call_context import own_context
+    from symasym.numbers.balls import precision
     from symasym.paper import well
 
-    with own_context(_DIGITS) as context:
-        zeros = well(drift, context)
+    with precision(_BITS):
+        known = well(drift, _BITS)
         names = ["a_plus", "slope_well", "slope_barrier", "barrier"]
-        known = [zeros.ahead, *zeros.slopes] + ([] if zeros.barrier is None else [zeros.barrier])
-        numbers = {n: sympy.Float(str(x), _DIGITS) for n, x in zip(names, known, strict=False)}
+        numbers = {
+            n: sympy.Float(x.mid().str(_DIGITS, radius=False, more=True), _DIGITS)
+            for n, x in zip(names, known, strict=False)
+        }
     left = () if "barrier" in numbers else ("the well's term, there is no barrier beyond u = 0",)
     value = item["values"][0] if "barrier" in numbers else _without_well(item["values"][0])
     # The logarithm's form first: the numbers hide which factor is an exponential's.

@@ -19,7 +19,7 @@ from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
-from symasym.exact import digits as exact
+from symasym.exact import balls as exact
 from symasym.expansions.arrays import BITS, NEXT, AtLams, Expanded, of_drifts, orders_of, other
 from symasym.expansions.balls import LINE, local, quantity, values
 from symasym.numbers.balls import precision, to_mpf

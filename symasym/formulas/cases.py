@@ -1,9 +1,9 @@
 """Cases of an expansion: which wells, barriers and start stand in the layer, left to right.
 
-The contributions of a weak-noise expansion depend on the parameters by nothing else than the simple
-zeros of A in (-1, 1) and which of them are left of the start: wells, where A' < 0, and barriers,
-where A' > 0, take turns. A case is written as these words in their order, such as
-``"start well barrier"``, or ``"start=well barrier"`` where the start is a well itself.
+An expansion depends on the parameters by nothing else than the simple zeros of A in (-1, 1) and
+which of them are left of the start: wells, where A' < 0, and barriers, where A' > 0, take turns. A
+case is written as these words in their order, such as ``"start well barrier"``, or ``"start=well
+barrier"`` where the start is a well itself.
 """
 
 from __future__ import annotations
@@ -22,37 +22,27 @@ import sympy
 from symasym.base.errors import InputError, SymasymError
 from symasym.drift.drift import Drift
 
-__all__ = ["Case", "case_of", "found_cases", "read_case", "slides"]
+__all__ = ["Case", "case_of", "found_cases", "read_case", "slides", "zero_at"]
 
 _WORDS = ("well", "start", "barrier", "start=well", "start=barrier")
 # Values that are tried for each free parameter, and the least of one that is positive.
-_TRIED: tuple[Fraction | int, ...] = (
-    0, Fraction(1, 2), 1, 3, 8, Fraction(-1, 2), -1, -3, Fraction(1, 4), Fraction(-1, 4), 2,
-    Fraction(1, 8), Fraction(-1, 8), Fraction(3, 2), Fraction(-3, 2), -2, Fraction(1, 16),
-    Fraction(-1, 16), Fraction(3, 4), Fraction(-3, 4), 4, -4, -8, 16, -16, Fraction(1, 32),
-    Fraction(-1, 32),
-)  # fmt: skip
+_TRIED = tuple(map(Fraction, (
+    "0 1/2 1 3 8 -1/2 -1 -3 1/4 -1/4 2 1/8 -1/8 3/2 -3/2 -2 1/16 -1/16 3/4 -3/4 4 -4 -8 16 -16 "
+    "1/32 -1/32"
+).split()))  # fmt: skip
 _LEAST = Fraction(1, 32)
 _MOST_TRIED = 4_000
 # Points in u at which signs are looked at, and parameters for which a case is verified.
-_POINTS = 400
-_MOST_CHECKED = 20
-# How far zeros, the start and the ends are from each other at least.
-_APART = 1e-4
-# A zero as near to the start as this is the start, where that is known to be one.
-_SAME = 1e-9
+_POINTS, _MOST_CHECKED = 400, 20
+# How far zeros, the start and the ends are from each other at least, and where they are the same.
+_APART, _SAME = 1e-4, 1e-9
 
 
 @dataclass(frozen=True)
 class Case:
-    """Wells, barriers and the start, left to right.
+    """Wells, barriers and the start, left to right, as words.
 
-    Attributes
-    ----------
-    words : tuple of str
-        ``"well"``, ``"barrier"``, and once ``"start"``, or ``"start=well"`` or ``"start=barrier"``.
-    example : dict
-        Parameters at which the drift is in this case, where one has been looked for.
+    `example` are parameters at which the drift is in this case, where one has been looked for.
     """
 
     words: tuple[str, ...]
@@ -109,13 +99,7 @@ def read_case(text: str | Case) -> Case:
 
 
 def case_of(drift: Drift, start: Fraction) -> Case:
-    """The case of a bound drift.
-
-    Raises
-    ------
-    InputError
-        At a multiple zero of A.
-    """
+    """The case of a bound drift; InputError at a multiple zero of A."""
     points = drift.critical_points()
     for point in points:
         if point.multiplicity != 1:
@@ -136,12 +120,9 @@ def zero_at(drift: Drift, start: Fraction) -> bool:
     return abs(start) < 1 and bool(reduced(value) == 0)
 
 
-def _ordered(points: list[tuple[float, str]], start: float, on_zero: bool) -> tuple[str, ...]:
-    """The words from left to right; `on_zero` tells that the start is one of the points."""
-    at = next((kind for u, kind in points if on_zero and abs(u - start) < _SAME), "")
-    others = [(u, kind) for u, kind in points if not (on_zero and abs(u - start) < _SAME)]
-    own = (start, f"start={at}" if at else "start")
-    return tuple(word for _, word in sorted([*others, own]))
+def slides(kinds: Sequence[str]) -> bool:
+    """True where the outermost points are wells: the drift points to the layer on both sides."""
+    return bool(kinds) and kinds[0] == kinds[-1] == "well"
 
 
 @lru_cache(maxsize=32)
@@ -154,42 +135,45 @@ def found_cases(drift: Drift, start: Fraction, sliding: bool = False) -> tuple[C
     """
     if not drift.free:
         return (case_of(drift, start),)
-    on_zero = zero_at(drift, start)
-    names, model = drift.free, drift.model
-    lowest: dict[str, Fraction | int] = {
-        **dict.fromkeys(model.not_negative, 0), **dict.fromkeys(model.positive, _LEAST)
-    }  # fmt: skip
+    on_zero, names, model = zero_at(drift, start), drift.free, drift.model
+    lowest = dict.fromkeys(model.not_negative, Fraction(0)) | dict.fromkeys(model.positive, _LEAST)
     most = max(2, int(_MOST_TRIED ** (1 / len(names))))
     rows = [[x for x in _TRIED if x >= lowest.get(n, x)][:most] for n in names]
     found: dict[Case, None] = {}
     seen: Counter[tuple[str, ...]] = Counter()
-    choices = list(itertools.product(*rows))
-    for values, words in _words_at(drift, names, choices, float(start), on_zero):
-        kinds = Case(words).kinds
-        if seen[words] < _MOST_CHECKED and (not sliding or slides(kinds)):
+    for values, words in _words_at(drift, list(itertools.product(*rows)), float(start), on_zero):
+        if seen[words] < _MOST_CHECKED and (not sliding or slides(Case(words).kinds)):
             case = _checked(drift, dict(zip(names, values, strict=True)), start, on_zero)
             # A case that holds is not looked for again.
             seen[words] += _MOST_CHECKED if case is not None and case.words == words else 1
             if case is not None and (not sliding or slides(case.kinds)):
                 found.setdefault(case)
-    return tuple(sorted(found, key=_rank))
+    return tuple(sorted(found, key=lambda c: (
+        c.words != ("start", "well", "barrier"), "well" not in (*c.words, c.at_start),
+        len(c.words), c.before, c.words[::-1],
+    )))  # fmt: skip
 
 
-def slides(kinds: Sequence[str]) -> bool:
-    """True where the outermost points are wells: the drift points to the layer on both sides."""
-    return bool(kinds) and kinds[0] == kinds[-1] == "well"
+def _ordered(points: list[tuple[float, str]], start: float, on_zero: bool) -> tuple[str, ...]:
+    """The words from left to right; `on_zero` tells that the start is one of the points."""
+    at = next((kind for u, kind in points if on_zero and abs(u - start) < _SAME), "")
+    others = [(u, kind) for u, kind in points if not (on_zero and abs(u - start) < _SAME)]
+    return tuple(word for _, word in sorted([*others, (start, f"start={at}" if at else "start")]))
 
 
 def _words_at(
-    drift: Drift, names: tuple[str, ...], choices: list[Any], start: float, on_zero: bool
+    drift: Drift, choices: list[Any], start: float, on_zero: bool
 ) -> Iterator[tuple[Any, tuple[str, ...]]]:
     """Each choice of parameters with the words that A's signs on a grid in u show."""
+    A = drift.expression()
+    powers = A.as_poly(sympy.Symbol("u", real=True))
     near = [start - _SAME, start + _SAME] if on_zero else [np.clip(start, -1, 1)]
-    u, powers = np.union1d(np.linspace(-1, 1, _POINTS), near), _powers(drift)
+    u, names = np.union1d(np.linspace(-1, 1, _POINTS), near), ("u", *drift.free)
     A, lead = (
-        sympy.lambdify([sympy.Symbol(n) for n in ("u", *names)], e, "numpy")
-        for e in (_plain(drift.expression()), _plain(powers.LC() if powers else sympy.S.One))
-    )
+        sympy.lambdify([sympy.Symbol(n) for n in names],
+                       e.xreplace({s: sympy.Symbol(s.name) for s in e.free_symbols}), "numpy")
+        for e in (A, powers.LC() if powers else sympy.S.One)
+    )  # fmt: skip
     for at in range(0, len(choices), _POINTS):
         part = choices[at : at + _POINTS]
         columns = np.array(part, dtype=float).T[:, :, None]
@@ -198,30 +182,9 @@ def _words_at(
             signs = np.where(lead(u, *columns) == 0, 0, signs)
         for values, row in zip(part, signs, strict=True):
             if np.all(np.abs(row) == 1):
-                turns = np.flatnonzero(np.diff(row))
-                middle = (u[1:] + u[:-1]) / 2
+                turns, middle = np.flatnonzero(np.diff(row)), (u[1:] + u[:-1]) / 2
                 points = [(middle[k], "well" if row[k] > 0 else "barrier") for k in turns]
                 yield values, _ordered(points, start, on_zero)
-
-
-def _rank(case: Case) -> tuple[Any, ...]:
-    return (
-        case.words != ("start", "well", "barrier"),
-        "well" not in (*case.words, case.at_start),
-        len(case.words),
-        case.before,
-        case.words[::-1],
-    )
-
-
-def _powers(drift: Drift) -> Any:
-    """A as a polynomial in u, or None."""
-    return drift.expression().as_poly(sympy.Symbol("u", real=True))
-
-
-def _plain(e: sympy.Expr) -> sympy.Expr:
-    """The expression with symbols that are their names."""
-    return e.xreplace({s: sympy.Symbol(s.name) for s in e.free_symbols})
 
 
 def _checked(drift: Drift, given: dict[str, Any], start: Fraction, on_zero: bool) -> Case | None:
@@ -237,9 +200,8 @@ def _checked(drift: Drift, given: dict[str, Any], start: Fraction, on_zero: bool
     roots = np.roots(row[::-1])
     inside = [float(z.real) for z in roots if abs(z.imag) < _SAME and abs(z.real) < 1]
     marks = np.array([*roots, -1, 1, *[float(start)] * (abs(start) < 1 and not on_zero)])
-    gaps = np.abs(marks[:, None] - marks) + np.eye(len(marks))
-    if gaps.min() < _APART:
+    if (np.abs(marks[:, None] - marks) + np.eye(len(marks))).min() < _APART:
         return None
     slopes = np.polynomial.polynomial.polyval(inside, [k * x for k, x in enumerate(row)][1:] or [0])
-    points = [(u, "well" if slope < 0 else "barrier") for u, slope in zip(inside, slopes, strict=True)]
-    return Case(_ordered(points, float(start), on_zero), given)
+    kinds = ["well" if slope < 0 else "barrier" for slope in np.atleast_1d(slopes)]
+    return Case(_ordered(list(zip(inside, kinds, strict=True)), float(start), on_zero), given)

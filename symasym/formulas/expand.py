@@ -19,12 +19,14 @@ from symasym.base.call_context import symbolic
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, choice, count, exact, require_printable
 from symasym.drift.drift import Drift
+from symasym.emit.forms import by_name
 from symasym.expansions import weak
 from symasym.formulas.cases import Case, case_of, found_cases, read_case, slides
 from symasym.formulas.formula import OF_START, Contribution, Expanded, Expansion, Noise
 from symasym.formulas.letters import KAPPA, LAM, Field, Letters, R, Terms, U, X, joined
 from symasym.formulas.strong import strong
 from symasym.formulas.uniform import NAMES, uniform
+from symasym.records import Record
 from symasym.scenes import require_drift
 
 __all__ = ["expand"]
@@ -53,18 +55,18 @@ def expand(
         of one well and one barrier, in V's derivatives there.
     quantity : {"T", "C", "1 - C", "P", "1 - P", "density"}
     noise : {"weak", "strong", "uniform"}
-        kappa -> 0; kappa -> oo, of a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T, P
-        and 1 - P through the coalescence of a well and a barrier, in Airy functions, of a
-        polynomial A; of another up to the coalescence, for T.
+        kappa -> 0; kappa -> oo, of a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T
+        through the coalescence of a well and a barrier, in Airy functions, of a cubic A or any
+        bound drift.
     order : int, optional
         0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 N), or of
-        2/kappa^2; 0 or 1 for ``noise="uniform"``, 0 if left out.
+        2/kappa^2; 0 for ``noise="uniform"``.
     start : number, optional
-        Also on a simple zero of A, or outside the layer; for ``noise="uniform"`` neither.
+        Also on a simple zero of A, or outside the layer; for ``noise="uniform"`` inside.
     case : str, optional
         The wells, barriers and the start from left to right, such as ``"start well barrier"``; for
         P and the density ``"well"`` or the like. For a bound drift it is found; else it is the
-        first of `Expansion.cases`, for ``noise="uniform"`` the first that has a formula.
+        first of `Expansion.cases`.
         ``"start=well barrier"`` is that of a start on the well.
     patience : float, optional
         Seconds of processor time that it may take, 10 if left out.
@@ -111,8 +113,9 @@ def expand(
     if noise == "uniform":
         own, formula, known, where = uniform(drift, quantity, order, at, case)
         return Expansion(
-            quantity, noise, order, drift, at, own, formula, known, conditions=where, tex=NAMES
-        ).with_own_names()
+            quantity, noise, order, drift, at, own, formula, known, conditions=where, tex=NAMES,
+            verb=expand,
+        ).with_own_names()  # fmt: skip
     return _weak(drift, quantity, order, at, _case(drift, at, case, quantity))
 
 
@@ -178,7 +181,7 @@ def _strong(drift: Drift, quantity: Expanded, order: int, start: Fraction) -> Ex
         where.append(radius_condition(start))
     return Expansion(
         quantity, "strong", order, drift, start, Case(("start",)), formula,
-        {**values, LAM: 2 / KAPPA**2}, tex=tex,
+        {**values, LAM: 2 / KAPPA**2}, tex=tex, verb=expand,
         conditions=tuple(c for c in dict.fromkeys(where) if c is not sympy.true),
     ).with_own_names()  # fmt: skip
 
@@ -191,10 +194,10 @@ def _weak(drift: Drift, quantity: Expanded, order: int, start: Fraction, case: C
     """The weak-noise expansion."""
     field = Field(drift, case, start)
     conditions = tuple(c for c in dict.fromkeys(_conditions(field, quantity)) if c is not sympy.true)
-    if not field.general and not field.A.has(U) and quantity in OF_START:
+    if not field.A.has(U) and quantity in OF_START and not start:
         return Expansion(
-            quantity, "weak", order, drift, start, case, _of_constant(field, quantity), {},
-            conditions=conditions,
+            quantity, "weak", order, drift, start, case, _of_constant(field.A, quantity), {},
+            conditions=conditions, verb=expand,
         ).with_own_names()  # fmt: skip
     at, terms = Terms(field), tuple[Contribution, ...]()
     points = weak.points_of(field, order + 1, Letters)
@@ -228,21 +231,16 @@ def _weak(drift: Drift, quantity: Expanded, order: int, start: Fraction, case: C
     return Expansion(
         quantity, "weak", order, drift, start, case, formula, known, field.equations, terms,
         conditions, field.integrals, tex=field.tex, rows=at.rows, sums=tuple(at.sums),
+        verb=expand,
     ).with_own_names()  # fmt: skip
 
 
-def _of_constant(field: Field, quantity: str) -> Expr:
-    """T, C or 1 - C of a constant drift, in closed form: r (1 - 2 C) = start + a T (Wald)."""
-    a, x = field.A, field.start
-    if x == 0:
-        whole = 2 * a * R / KAPPA**2
-        return {
-            "T": R / a * sympy.tanh(whole / 2), "C": 1 / (1 + sympy.exp(whole)),
-            "1 - C": 1 / (1 + sympy.exp(-whole)),
-        }[quantity]  # fmt: skip
-    e = [sympy.exp(-LAM * a * y).subs(LAM, 2 / KAPPA**2) for y in (-R, x, R)]
-    shares = {"C": (e[1] - e[2]) / (e[0] - e[2]), "1 - C": (e[0] - e[1]) / (e[0] - e[2])}
-    return (R * (1 - 2 * shares["C"]) - x) / a if quantity == "T" else shares[quantity]
+def _of_constant(A: Expr, quantity: str) -> Expr:
+    """T, C or 1 - C of a constant drift from 0, in closed form (constant-drift)."""
+    name = "constant_drift_time" if quantity == "T" else "constant_drift_exit"
+    (value,) = Record.of("constant-drift").values_of(name)
+    # In the mirror both ends change places.
+    return by_name(value, {"a": -A if quantity == "1 - C" else A, "kappa": KAPPA, "r": R})
 
 
 def _contributions(

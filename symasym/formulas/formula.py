@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, Literal, NamedTuple, Self
+from typing import Any, Literal, Self
 
 import sympy
 from sympy import Expr, S, Symbol
@@ -24,11 +24,12 @@ from symasym.emit.program import Program
 from symasym.emit.source import check_target, rendered
 from symasym.formulas.cases import Case, found_cases
 from symasym.formulas.emitted import plain_name, program
-from symasym.formulas.letters import KAPPA, LAM, FinitePart, R, Row, U, X
+from symasym.formulas.leading import Leading, leading
+from symasym.formulas.letters import KAPPA, LAM, FinitePart, R, Row, Rule, U, X
 from symasym.formulas.numbers import DIGITS, numbers_of
 from symasym.quantities import escape_time, exit_probability, occupation
 
-__all__ = ["OF_START", "Contribution", "Expanded", "Expansion", "Leading", "Noise"]
+__all__ = ["OF_START", "Contribution", "Expanded", "Expansion", "Noise"]
 
 Expanded = Literal["T", "C", "1 - C", "P", "1 - P", "density"]
 Noise = Literal["weak", "strong", "uniform"]
@@ -38,13 +39,6 @@ OF_START = ("T", "C", "1 - C")
 _WIDE = 134
 # Operations in a rational function that is worth reducing.
 _FEW = 40
-
-
-class Rule(NamedTuple):
-    """LaTeX lines that say what some symbols are, in other symbols."""
-
-    lines: tuple[str, ...]
-    of: tuple[Symbol, ...]
 
 
 @dataclass(frozen=True)
@@ -75,13 +69,6 @@ class Contribution:
         """The contribution without its weight."""
         series = sum((c * KAPPA ** (2 * n) for n, c in enumerate(self.coefficients)), S.Zero)
         return self.front * sympy.exp(self.exponent) * series
-
-
-class Leading(NamedTuple):
-    """The term of T that is exponentially larger than the others, and where it is."""
-
-    expression: Expr
-    conditions: tuple[Any, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +105,8 @@ class Expansion:
     rows, sums, code, growth : collections
         The series; the sums of exponentials; what is defined otherwise in code, without functions
         that overflow; and the height that is left out there.
+    verb : callable
+        `expand`.
     """
 
     quantity: Expanded
@@ -138,6 +127,7 @@ class Expansion:
     sums: tuple[Symbol, ...] = field(default=(), repr=False)
     code: Mapping[Symbol, Expr] = field(default_factory=dict, repr=False)
     growth: Mapping[Symbol, Expr] = field(default_factory=dict, repr=False)
+    verb: Callable[..., Any] = field(default=dict, repr=False)
 
     def __post_init__(self) -> None:
         # What the formula is made of, and no more.
@@ -202,8 +192,6 @@ class Expansion:
         InputError
             Where two heights are equal, or no example is known.
         """
-        from symasym.formulas.leading import leading
-
         return leading(self)
 
     @symbolic
@@ -224,9 +212,7 @@ class Expansion:
         InputError
             As `Drift.bind`; and where all are bound and the drift is in another case.
         """
-        from symasym.formulas.expand import expand
-
-        return expand(
+        return self.verb(
             self.drift.bind(**values), self.quantity, noise=self.noise, order=self.order,
             start=self.start, case=self.case,
         )  # fmt: skip

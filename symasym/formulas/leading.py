@@ -6,7 +6,7 @@ with the largest h, which depends on the parameters and on r.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import sympy
 from sympy import Expr, S, Symbol
@@ -19,19 +19,24 @@ from symasym.formulas.letters import KAPPA, LAM, R, X, expanded
 from symasym.numbers.balls import precision
 
 if TYPE_CHECKING:
-    from symasym.formulas.formula import Expansion, Leading
+    from symasym.formulas.formula import Expansion
 
-__all__ = ["leading"]
+__all__ = ["Leading", "leading"]
 
 _LOG = Symbol("log(lam)", positive=True)
 # Heights and radii as near to each other as this are equal.
 _SAME = 1e-10
 
 
+class Leading(NamedTuple):
+    """The term of T that is exponentially larger than the others, and where it is."""
+
+    expression: Expr
+    conditions: tuple[Any, ...]
+
+
 def leading(e: Expansion) -> Leading:
     """The leading term, and where it is that."""
-    from symasym.formulas.formula import Leading
-
     if e.noise != "weak" or e.quantity != "T":
         raise InputError(f"{e.quantity} in {e.noise} noise has no term that leads; T in weak has.")
     if not e.sums:

@@ -26,7 +26,7 @@ from symasym.formulas.cases import Case
 from symasym.series.local import by_parts, finite_parts_in_s, pole_sums, slow
 from symasym.series.power_series import Series
 
-__all__ = ["KAPPA", "LAM", "R", "U", "X", "Field", "FinitePart", "Letters", "Row", "Terms"]
+__all__ = ["KAPPA", "LAM", "R", "U", "X", "Field", "FinitePart", "Letters", "Row", "Rule", "Terms", "expanded", "joined"]
 
 #: The scaled position.
 U = Symbol("u", real=True)
@@ -344,6 +344,13 @@ class Row(NamedTuple):
         for c in reversed(self.c):
             total = total * X + c
         return self.front * total
+
+
+class Rule(NamedTuple):
+    """LaTeX lines that say what some symbols are, in other symbols."""
+
+    lines: tuple[str, ...]
+    of: tuple[Symbol, ...]
 
 
 @dataclass

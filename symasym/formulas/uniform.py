@@ -33,7 +33,7 @@ from symasym.formulas.cases import Case, read_case
 from symasym.formulas.letters import KAPPA, LAM, R, U
 from symasym.numbers.balls import exact_ball, precision, to_mpf
 
-__all__ = ["NAMES", "text", "uniform"]
+__all__ = ["NAMES", "code", "uniform"]
 
 M, D, K, W, ZETA, Z, N = sympy.symbols("m D k w zeta Z N", real=True)
 PSI0, PSI1 = sympy.symbols("psi0 psi1", real=True)

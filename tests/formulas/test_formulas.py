@@ -106,9 +106,6 @@ def test_the_formula_is_the_number(scene: Scene) -> None:
     """All contributions, with the parameters free, in steps and as one expression."""
     for quantity in quantities(scene):
         for order in ORDERS if scene.free.free else (2,):
-            # On a zero the method for T keeps some terms of the next order.
-            if scene in ON_ZERO and quantity == "T":
-                continue
             e = formula_of(scene, quantity, order)
             with mpmath.workdps(80):
                 got = by_definitions(e, scene.drift, scene.kappa, scene.r)
