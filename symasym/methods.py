@@ -141,13 +141,6 @@ class Method:
             return request
         if self.optimal and isinstance(order, str) and order == "optimal":
             return request._replace(order=range(self.orders[1] + 1))
-        if self.orders[1] == 0:
-            if order is not None and read_order(order, 0, 10**9) != 0:
-                raise InputError(
-                    f"order is {shown(order)}, but method {self.name!r} is of order 0; leave it "
-                    "out, or use method='uniform'."
-                )
-            return request._replace(order=0)
         return request._replace(order=read_order(order, *self.orders))
 
 

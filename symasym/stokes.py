@@ -105,13 +105,17 @@ def _multiplier(scene: Scene, method: str, digits: int) -> Any:
         for cluster in field.clusters():
             if len(cluster.zeros) == 2 and abs(cluster.centre) < 1:
                 centre, pi = field.factor(cluster)
-                zeta = central_map(field.taylor(centre), pi).zeta
-                # On the fold to all digits that the zeros have.
-                zetas.append(zeta if abs(zeta) > arb(2) ** (-bits // 2) else arb(0))
+                found = central_map(field.taylor(centre), pi)
+                psi0, psi1 = found.chi[0], found.chi[1]
+                # Beyond that the slope of (y^2 - D)(psi0 + psi1 y) vanishes nowhere.
+                if 3 * pi.square * psi1 * psi1 > -psi0 * psi0:
+                    # On the fold to all digits that the zeros have.
+                    on = abs(found.zeta) < arb(2) ** (-bits // 2)
+                    zetas.append(arb(0) if on else found.zeta)
         if not zetas:
             raise InputError(
-                f"A of {scene.drift!r} has no well and barrier that coalesce in (-1, 1); the Stokes "
-                "multiplier is that of a fold."
+                f"A of {scene.drift!r} has no turning point inside (-1, 1) at which a well and a "
+                "barrier coalesce; the Stokes multiplier is that of a fold."
             )
         zeta = min(zetas, key=lambda z: float(abs(z)))
         Z = exact_ball(scene.lam).root(3) ** 2 * zeta

@@ -6,7 +6,6 @@ import math
 import zlib
 from collections import Counter
 from collections.abc import Iterator
-from typing import Any
 
 import pytest
 

@@ -27,6 +27,7 @@ from flint import arb, ctx, fmpq
 from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
+from symasym.exact import balls
 from symasym.expansions.canonical import SHARE, Field, Panel, Way, straight, ways
 from symasym.numbers.balls import exact_ball, precision, to_mpf
 from symasym.scenes import Answer, Answers, Request, Scene, Scenes, by_drift, scene_at
@@ -49,9 +50,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     value, error = next(_estimates([scene], request, digits))
     kind = "estimate"
     if request.full:
-        from symasym.methods import METHODS
-
-        exact = METHODS["exact"].of_scene(scene, request._replace(method="exact", order=None))
+        exact = balls.of_scene(scene, request._replace(method="exact", order=None))
         with precision(4 * digits + 100):
             if request.log:
                 value = value.log()
@@ -62,7 +61,8 @@ def of_scene(scene: Scene, request: Request) -> Answer:
         value = value.log()
     with precision(4 * digits + 100):
         mid, rad = to_mpf(value, digits + 5)
-        return Answer(mid, to_mpf(error, 5)[0], kind, _TERMS, _DROPPED)
+        error = (error + arb(rad)).upper() * (1 + arb(2) ** -50)
+        return Answer(mid, to_mpf(error, 20)[0], kind, _TERMS, _DROPPED)
 
 
 def of_scenes(scenes: Scenes, request: Request) -> Answers:
@@ -91,7 +91,8 @@ def _refused(scene: Scene, request: Request) -> AccuracyError:
 def _estimates(scenes: list[Scene], request: Request, digits: int) -> Iterator[tuple[Any, Any]]:
     """The value and its error, of scenes of one drift, radius and start."""
     order, most = request.order, max(scene.lam for scene in scenes)
-    nats = math.log(10) * digits + math.log(2 + most)
+    # In steps, so that scenes of about the same noise share an analysis.
+    nats = 8.0 * math.ceil((math.log(10) * digits + math.log(2 + most)) / 8)
     terms, bits = math.ceil(-nats / math.log(SHARE)), int(1.5 * nats) + 40
     for scene in scenes:
         with precision(bits):

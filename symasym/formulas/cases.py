@@ -26,10 +26,7 @@ __all__ = ["Case", "case_of", "found_cases", "read_case", "slides", "zero_at"]
 
 _WORDS = ("well", "start", "barrier", "start=well", "start=barrier")
 # Values that are tried for each free parameter, and the least of one that is positive.
-_TRIED = tuple(map(Fraction, (
-    "0 1/2 1 3 8 -1/2 -1 -3 1/4 -1/4 2 1/8 -1/8 3/2 -3/2 -2 1/16 -1/16 3/4 -3/4 4 -4 -8 16 -16 "
-    "1/32 -1/32"
-).split()))  # fmt: skip
+_TRIED = tuple(map(Fraction, ["0", "1/2", "1", "3", "8", "-1/2", "-1", "-3", "1/4", "-1/4", "2", "1/8", "-1/8", "3/2", "-3/2", "-2", "1/16", "-1/16", "3/4", "-3/4", "4", "-4", "-8", "16", "-16", "1/32", "-1/32"]))  # fmt: skip
 _LEAST = Fraction(1, 32)
 _MOST_TRIED = 4_000
 # Points in u at which signs are looked at, and parameters for which a case is verified.

@@ -182,7 +182,9 @@ def conditions(known: dict[Any, Expr], start: Expr) -> list[Any]:
     return found
 
 
-def uniform(drift: Drift, quantity: str, order: int, start: Fraction, case: Any = None) -> tuple[Case, Expr, dict[Any, Expr], tuple[Any, ...]]:
+def uniform(
+    drift: Drift, quantity: str, order: int, start: Fraction, case: Any = None
+) -> tuple[Case, Expr, dict[Any, Expr], tuple[Any, ...]]:
     """The case, the formula, what its symbols are, and where it holds."""
     if quantity != "T" or order:
         raise InputError(

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from symasym.asymptotics.uniform import answer as uniform
 
 import symasym as sa
-from symasym.asymptotics.uniform import answer as uniform
 from symasym.asymptotics.weak_noise import answer as weak_noise
 
 TEXT = "a - b*u + exp(-c*u)*tanh(3*u)"

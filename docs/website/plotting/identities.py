@@ -8,11 +8,11 @@ from typing import Any
 import mpmath
 import numpy as np
 import sympy
+from symasym.special.dawson import dawson
 
 import symasym as sa
 from symasym.generated import numpy_formulas as emitted
 from symasym.numbers.arithmetic import FLOATS
-from symasym.special.dawson import dawson
 from website.plotting import collocation, pieces
 from website.plotting.plots import Plot
 from website.plotting.symbolic import along, of, operator, parts, value
