@@ -306,7 +306,8 @@ def occupation(
     complement : bool
         Return 1 - P, with digits of its own: for P near 1.
     method : {"exact", "paper", "laplace", "uniform", "strong_noise", "auto"}
-        ``"paper"``: the leading term of eq:Plarge2 or, where that is above 1, the lower bound from which eq:Psmall2 follows.
+        ``"paper"``: the leading term of eq:Plarge2 or, where that is above 1, the lower bound
+        from which eq:Psmall2 follows.
 
     Returns
     -------

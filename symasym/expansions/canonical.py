@@ -241,7 +241,7 @@ class Field:
     def _alone(self, centre: float, square: float) -> bool:
         """True where the series about the middle of a pair holds both."""
         rest = Factor(2, arb(square)).over(self.taylor(arb(centre)))
-        return SHARE * radius(rest) > abs(square) ** 0.5
+        return bool(SHARE * radius(rest) > abs(square) ** 0.5)
 
     def panels(self, lo: Any, hi: Any, order: int, *weights: Any) -> list[Panel]:
         """[lo, hi] cut half-way between clusters; each part with the cluster on its side."""
@@ -330,8 +330,8 @@ def panel(field: Field, centre: Any, pi: Factor, lo: Any, hi: Any, order: int, *
 
     used = weighed(centre)
     P, c = zip(*(by_parts(pi, found, w, order) for w in used), strict=True)
-    near = min(radius(pi.over(field.taylor(centre))), *(radius(w, False) for w in used))
-    near = arb(SHARE * near)
+    room = min(radius(pi.over(field.taylor(centre))), *(radius(w, False) for w in used))
+    near = arb(SHARE * room)
     add(centre, near, s, used, c)
     for side, end in ((-1, lo), (1, hi)):
         edge, here = centre + side * near, at(s, side * near)

@@ -25,6 +25,7 @@ import numpy as np
 from flint import arb, ctx, fmpq
 
 from symasym.base.errors import AccuracyError
+from symasym.base.estimate import ErrorKind
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
 from symasym.exact import balls
@@ -48,7 +49,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     """The quantity to an order, of one scene in exact numbers."""
     digits = _FLOAT if request.dps is None else request.dps
     value, error = next(_estimates([scene], request, digits))
-    kind = "estimate"
+    kind: ErrorKind = "estimate"
     if request.full:
         exact = balls.of_scene(scene, request._replace(method="exact", order=None))
         with precision(4 * digits + 100):
@@ -118,7 +119,7 @@ def _orders(
     a = _slopes(drift, bits)
     if name[-1] == "P":
         layer = _layer(drift, False, -_ONE, _ONE, order, terms, bits)
-        found = []
+        found: list[tuple[Any, ...]] = []
         for w in _joined(layer, [], [], lam, nats, order):
             inside, outside = w.m / w.E, (1 / a[0] - 1 / (a[1] * w.E)) / lam
             found.append(((inside if name == "P" else outside) / (inside + outside), inside))
@@ -132,12 +133,12 @@ def _orders(
         after = [(far, scene.r - max(x, _ONE))] if scene.r > 1 else []
         layer = _layer(drift, mirrored, low, high, order, terms, bits) if low < high else []
         sides.append(_joined(layer, before, after, lam, nats, order))
-    found = []
+    rows = []
     for p, q in zip(*sides, strict=True):
         share = (q if name == "1 - C" else p).B / (q.B + p.B)
         value = lam * (q.B * p.J + p.B * q.J) / (q.B + p.B) if name == "T" else share
-        found.append((value, p.B, q.B))
-    return found
+        rows.append((value, p.B, q.B))
+    return rows
 
 
 def _joined(

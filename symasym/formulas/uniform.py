@@ -8,7 +8,7 @@ Friedman, F. Ursell, Proc. Camb. Phil. Soc. 53 (1957) 599),
 
 Z = lam^(2/3) zeta (DLMF 9.11.4 and its derivative). R is the finite part of int du/phi from the
 start to 1, without the pair's own pi/(-D)^(1/2). All of it is analytic in D, so that the formula
-is one and the same on both sides of the fold. Of a cubic A = (y^2 - D)(psi0 + psi1 y) everything is
+is one and the same on both sides of the fold. Of a cubic A = (y^2 - D)(psi0 + psi1 y) all is
 explicit: m = b + k T_(1/3)(w) with the turning points b +- k, 2 c3 k^3 w = A(b) and T_(1/3)(w) =
 cos(acos(w)/3), since 4 (m - b)^3 - 3 k^2 (m - b) = A(b)/(2 c3); the end u = 1 before which a barrier
 stands adds E_1 (N. Bleistein, Comm. Pure Appl. Math. 19 (1966) 353). Of another bound A the pair is
@@ -40,8 +40,8 @@ PSI0, PSI1 = sympy.symbols("psi0 psi1", real=True)
 P2, Q2, REST, SLOPE, BESIDE, EDGE = sympy.symbols("p^2 q^2 R_0 a_+ x_1 E_1", real=True)
 #: LaTeX of the symbols.
 NAMES = {
-    LAM: r"\lambda", PSI0: r"\psi_0", PSI1: r"\psi_1", REST: "R_0", SLOPE: "a_+", P2: "p^2", Q2: "q^2",
-    BESIDE: "x_1", EDGE: "E_1",
+    LAM: r"\lambda", PSI0: r"\psi_0", PSI1: r"\psi_1", REST: "R_0", SLOPE: "a_+", P2: "p^2",
+    Q2: "q^2", BESIDE: "x_1", EDGE: "E_1",
 }  # fmt: skip
 _DIGITS = 30
 # Of lam V, that it falls at least from the barrier to the end, and from the start to the well.
@@ -148,8 +148,8 @@ def beside_end() -> dict[Any, Expr]:
     line of slope a+ follows, with x^2 = lam (V(u2) - V(1)).
 
     First the time in the well times the change of int e^{lam V} behind it; then the time beyond
-    the end, where int e^{-lam V} before it is no longer e^{-lam V(1)}/(lam a+). A pair that is close
-    together, as seen from the end, has all of it in its Airy functions.
+    the end, where int e^{-lam V} before it is no longer e^{-lam V(1)}/(lam a+). A pair that is
+    close together, as seen from the end, has all of it in its Airy functions.
     """
     root, climb = sympy.sqrt(D), Rational(4, 3) * Z ** Rational(3, 2)
     well, top = 2 * root * (PSI0 - PSI1 * root), 2 * root * (PSI0 + PSI1 * root)
@@ -188,8 +188,8 @@ def uniform(
     """The case, the formula, what its symbols are, and where it holds."""
     if quantity != "T" or order:
         raise InputError(
-            f"quantity is {quantity!r} and order {order}; the uniform formula is that of T to order "
-            "0, and method='uniform' has numbers of the others."
+            f"quantity is {quantity!r} and order {order}; the uniform formula is that of T to "
+            "order 0, and method='uniform' has numbers of the others."
         )
     if abs(start) >= 1:
         raise InputError(
@@ -218,8 +218,9 @@ def uniform(
         where = tuple(c for c in conditions(known, begin) if c is not sympy.true)
         return own, formula(), known, where
     raise InputError(
-        f"{drift!r} from {float_text(start)} has no well with a barrier behind it that the formula "
-        "is of: it takes a cubic A, or any bound drift; sa.escape_time(method='uniform') has numbers."
+        f"{drift!r} from {float_text(start)} has no well with a barrier behind it that the uniform "
+        "formula is of: it takes a cubic A, or any bound drift; sa.escape_time(method='uniform') has "
+        "numbers."
     )
 
 

@@ -13,7 +13,7 @@ p_k + q_k s of the integration by parts, f = f_0 + eps (zeta s - s^3/3) and Z = 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 from itertools import pairwise
 from typing import Any
@@ -38,7 +38,7 @@ from symasym.base.inputs import (
     is_name,
     positive,
     shown,
-)
+)  # fmt: skip
 from symasym.drift.evaluate import profile
 from symasym.drift.expressions import parse
 from symasym.drift.models import Expression
@@ -73,7 +73,8 @@ class UniformExpansion:
     Attributes
     ----------
     f, a, b : Expr
-    g : Expr or tuple of Expr
+    g : tuple of Expr
+        One weight, or g and h.
     x : Symbol
     order : int
         Terms kept.
@@ -83,7 +84,7 @@ class UniformExpansion:
     """
 
     f: Expr
-    g: Any
+    g: tuple[Expr, ...]
     x: Symbol
     a: Expr
     b: Expr
@@ -94,7 +95,7 @@ class UniformExpansion:
     @property
     def parameters(self) -> tuple[Symbol, ...]:
         """Free symbols besides x."""
-        parts = (self.f, sympy.Tuple(self.g), self.a, self.b)
+        parts = (self.f, *self.g, self.a, self.b)
         return tuple(sorted(set().union(*(e.free_symbols for e in parts)) - {self.x}, key=str))
 
     def bind(self, /, **values: Number) -> UniformExpansion:
@@ -105,19 +106,17 @@ class UniformExpansion:
                 raise InputError(f"{name} is not a parameter of the integral ({', '.join(names)}).")
             number = exact(name, value)
             swap[names[name]] = sympy.Rational(number.numerator, number.denominator)
-        f, g, a, b = (
-            tuple(x.xreplace(swap) for x in e) if isinstance(e, tuple) else e.xreplace(swap)
-            for e in (self.f, self.g, self.a, self.b)
-        )
-        return uniform_integral(f, g, self.x, a, b, self.order, near=self.near)
+        g = tuple(w.xreplace(swap) for w in self.g)
+        f, a, b = (e.xreplace(swap) for e in (self.f, self.a, self.b))
+        return replace(self, f=f, g=g, a=a, b=b)
 
     def evaluate(
         self, lam: Numbers, *, dps: int | None = None, log: bool = False, full: bool = False
     ) -> Any:
         """The sum at `lam`, a number or an array of them (float64), greater than 0.
 
-        With `dps` an mpf or mpc, with `log` its natural logarithm; `full` gives an `Estimate`, whose
-        error is three times the sum of the next three differences.
+        With `dps` an mpf or mpc, with `log` its natural logarithm; `full` gives an `Estimate`,
+        whose error is three times the sum of the next three differences.
         """
         if self.parameters:
             names = ", ".join(map(str, self.parameters))
@@ -128,7 +127,9 @@ class UniformExpansion:
             if dps is not None:
                 raise InputError(f"lam is an array and dps is {dps}; arrays are for float64.")
             rows = [self._at(exact("lam", float(y)), None, log) for y in floats("lam", lam).flat]
-            value, error = (np.array(x).reshape(np.shape(lam)) for x in zip(*rows, strict=True))
+            value, error = (
+                np.array(x).reshape(floats("lam", lam).shape) for x in zip(*rows, strict=True)
+            )
         else:
             value, error = self._at(positive("lam", exact("lam", lam)), dps, log)
         return Estimate(value, error, "estimate", "uniform", self.order) if full else value
@@ -149,14 +150,17 @@ class UniformExpansion:
         with precision(int(2 * nats) + 60):
             ctx.cap = math.ceil(-nats / math.log(SHARE))
             number, last = exact_ball(lam), self.order + _NEXT
-            row = (self._by_airy if self._whole else self._by_panels)(number, last, nats)
+            try:
+                row = (self._by_airy if self._whole else self._by_panels)(number, last, nats)
+            except AccuracyError:
+                row = [arb.nan()] * (last + 1)
             gaps = [abs(y - x) for x, y in pairwise(row[self.order - 1 :])]
             value = acb(row[self.order - 1])
             error = _SAFETY * sum(gaps, arb(0)) + abs(value) * arb(10) ** -wanted
             if not (value.is_finite() and error.is_finite()):
                 raise AccuracyError(
-                    f"f = {self.f} has more than two saddles close together, or g is singular "
-                    "beside them; split the integral."
+                    f"f = {self.f} has more than two saddles close together, or f or g is singular "
+                    "inside; split the integral there."
                 )
             if log:
                 if not (value.imag == 0 and value.real > error):
@@ -190,7 +194,10 @@ class UniformExpansion:
     @property
     def _phase(self) -> Expr:
         """f, over i where it is imaginary."""
-        return sympy.expand(self.f / sympy.I) if self.kind == "oscillating" else self.f
+        phase = sympy.expand(self.f / sympy.I) if self.kind == "oscillating" else self.f
+        if phase.has(sympy.I):
+            raise InputError(f"f = {self.f} is neither real nor imaginary; give one or the other.")
+        return phase
 
     def _function(self, e: Any) -> Any:
         """An expression as a function of balls and power series."""
@@ -214,8 +221,7 @@ class UniformExpansion:
             raise InputError(f"f = {self.f} has no two saddles near {self.x} = {middle:g}.")
         centre, pi = field.factor(min(pairs, key=lambda c: abs(c.centre - middle)))
         found = central_map(field.taylor(centre), pi)
-        g = self.g[0] if isinstance(self.g, tuple) else self.g
-        weight = field.taylor(centre, self._function(self._factor(g)[1]))
+        weight = field.taylor(centre, self._function(self._factor(self.g[0])[1]))
         top = primitive(2, found.zeta, at(found.s, arb(0)))
         level = self._function(self._phase)(centre) + found.eps * top
         return found.eps, found.zeta, by_parts(pi, found, weight, terms - 1)[0], level
@@ -238,23 +244,20 @@ class UniformExpansion:
             * arb.pi()
             * (acb(0, lam * level).exp() if turned else acb(0, 1) * (lam * level).exp())
         )
-        return [front * self._factor(self.g)[0] * y for y in rows]
+        return [front * self._factor(self.g[0])[0] * y for y in rows]
 
     def _by_panels(self, lam: Any, terms: int, nats: float) -> list[Any]:
         f, (lo, hi) = self._function(self._phase), self._ends(float(lam), nats)
-        given = self.g if isinstance(self.g, tuple) else (sympy.S.One, self.g)
-        factors, rests = zip(*map(self._factor, given), strict=True)
-        g, h = (None if w == 1 else self._function(w) for w in rests)
-        if self.kind != "iterated":
-            g = h
+        factors, rests = zip(*map(self._factor, self.g), strict=True)
+        weights = [None if w == 1 else self._function(w) for w in rests]
         middle, last = min(max(float(self.near), float(lo)), float(hi)), terms - 1
         low, high = max(lo, arb(middle - _CORE)), min(hi, arb(middle + _CORE))
         field = self._field(float(low), float(high))
-        parts = field.panels(low, high, last, g, h)
+        parts = field.panels(low, high, last, *weights)
         if lo < low:
-            parts.insert(0, panel(field, low, Factor(0), lo, low, last, g, h))
+            parts.insert(0, panel(field, low, Factor(0), lo, low, last, *weights))
         if high < hi:
-            parts.append(panel(field, high, Factor(0), high, hi, last, g, h))
+            parts.append(panel(field, high, Factor(0), high, hi, last, *weights))
         turned = acb(0, lam) if self.kind == "oscillating" else lam
         rows = [ways(one, turned, nats) for one in parts]
         front = reduce(lambda x, y: x * y, factors)
@@ -301,8 +304,8 @@ class UniformExpansion:
 
     def __repr__(self) -> str:
         return (
-            f"uniform expansion ({self.kind}, {self.order} terms) of the integral of {self.g} with "
-            f"f = {self.f} over {self.x} from {self.a} to {self.b}; error: {self.error_kind}"
+            f"uniform expansion ({self.kind}, {self.order} terms) of the integral of "
+            f"{', '.join(map(str, self.g))} with f = {self.f} over {self.x} from {self.a} to {self.b}; error: {self.error_kind}"
         )
 
 
@@ -374,6 +377,4 @@ def uniform_integral(
     kind = "iterated" if iterated else "oscillating" if formula.has(sympy.I) else "real"
     if lo.has(sympy.I) or hi.has(sympy.I):
         kind = "contour"
-    return UniformExpansion(
-        formula, weights if iterated else weights[0], symbol, lo, hi, order, kind, beside
-    )
+    return UniformExpansion(formula, weights, symbol, lo, hi, order, kind, beside)
