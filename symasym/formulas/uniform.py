@@ -25,9 +25,11 @@ from flint import arb, ctx, fmpq
 from sympy import Expr, Rational, S
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import float_text
+from symasym.base.inputs import float_text, is_name, shown
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
+from symasym.emit.program import Program
+from symasym.emit.source import Source
 from symasym.expansions.canonical import Field, by_parts, central_map, panel
 from symasym.formulas.cases import Case, read_case
 from symasym.formulas.letters import KAPPA, LAM, R, U
@@ -240,11 +242,13 @@ airyaiprime, airybiprime = (lambda z, f=f: f(z, derivative=1) for f in (airyai, 
 }
 
 
-def code(e: Any, target: str, name: str) -> str:
+def code(e: Any, target: str, name: str) -> Source:
     """The formula as a function of kappa, r and the parameters, by SymPy's printers."""
     from sympy.printing.numpy import SciPyPrinter
     from sympy.printing.pycode import MpmathPrinter
 
+    if not is_name(name):
+        raise InputError(f"name is {shown(name)}; give the name of a function.")
     if target not in _HEADS:
         raise InputError(
             f"target is {target!r}, which has no Airy functions of its own; the uniform formula is "
@@ -290,4 +294,7 @@ def code(e: Any, target: str, name: str) -> str:
     arguments = ", ".join(sorted(str(plain[s]) for s in free))
     about = f'"""T of {e.drift!r}, uniform to order 0, relative O(kappa^2)."""'
     body = "\n".join(f"    {line}" for line in (about, *lines))
-    return f"{_HEADS[target]}\n\ndef {name}({arguments}):\n{body}\n"
+    source = Source(f"{_HEADS[target]}\n\ndef {name}({arguments}):\n{body}\n")
+    source.target, source.header, source.functions = target, "", (name,)
+    source._program, source._ready = Program("expression", about, ()), []
+    return source
