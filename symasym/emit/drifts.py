@@ -220,10 +220,8 @@ def program(
         raise InputError(f"{arrays[0]} is an array; leave it free, it becomes an argument.")
     rest = {name: value for name, value in numbers.items() if name not in own}
     chosen = _method_of(what, method)
-    if chosen == "uniform":
-        emitted = uniform_time(what, drift)
-    else:
-        emitted = LABELS[what.label](what, drift)
+    made = uniform_time if chosen == "uniform" else LABELS[what.label]
+    emitted = made(what, drift)
     for function in emitted.functions:
         for name in drift.free:
             if function.arguments.count(name) > 1:

@@ -70,8 +70,8 @@ def layer(known: Moments, lam: Any, ring: Any) -> Stretch:
             value = value * lam + c
         return value
 
-    sums = map(total, (known.scale, known.speed, known.nested))
-    return Stretch(*sums, ring.exp(known.drop * lam))
+    scale, speed, nested = map(total, (known.scale, known.speed, known.nested))
+    return Stretch(scale, speed, nested, ring.exp(known.drop * lam))
 
 
 def swept(stretches: list[Stretch]) -> tuple[Any, Any]:

@@ -20,7 +20,7 @@ from typing import Any
 import sympy
 from sympy import Expr, S, Symbol
 
-from symasym.asymptotics.weak_noise.compose import Side, Sides, mean_time, side_of, stationary_sums
+from symasym.asymptotics.weak_noise.compose import Side, Sides, mean_time, side_of
 from symasym.base.errors import InputError
 from symasym.base.inputs import float_text
 from symasym.drift.drift import Drift
@@ -94,11 +94,7 @@ def _of_case(
         ring = Locals(symbols) if isinstance(symbols, Coalescing) else Symbolic()
         formula = _time(symbols, ring, sums)
     else:
-        outside, whole = (
-            stationary(symbols, order) if isinstance(symbols, (UniformSeries, Apart))
-            else map(_expression, stationary_sums(
-                symbols.line(), [symbols.a_minus, -symbols.a_plus], ring))
-        )  # fmt: skip
+        outside, whole = stationary(symbols, order)
         formula = outside / whole if quantity == "1 - P" else 1 - outside / whole
     known = {
         **sums, **{s: value.expression for s, value in symbols.series.items()}, **symbols.values,

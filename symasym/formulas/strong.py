@@ -106,11 +106,13 @@ def strong(
     known, at = _Drift(drift), Rational(start.numerator, start.denominator)
     if quantity in ("P", "1 - P"):
         inside = layer(known.moments(False, -S.One, S.One, order, " "), LAM, Polynomials)
-        odds = outside_odds(known.slopes[-1], inside, known.slopes[1], LAM)
+        odds = sympy.factor_terms(outside_odds(known.slopes[-1], inside, known.slopes[1], LAM))
         formula = 1 / (1 + odds) if quantity == "P" else 1 / (1 + 1 / odds)
     else:
-        sides = stretches(known, order, LAM, Polynomials, R, at, True)
+        left, right = stretches(known, order, LAM, Polynomials, R, at, True)
         formula = (
-            escape_time(*sides, LAM) if quantity == "T" else exit_probability(*sides, quantity != "C")
+            escape_time(left, right, LAM)
+            if quantity == "T"
+            else exit_probability(left, right, quantity != "C")
         )
     return formula, known.values, known.tex
