@@ -19,7 +19,7 @@ from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
-from symasym.exact import digits as exact
+from symasym.exact import balls as exact
 from symasym.expansions.arrays import BITS, NEXT, AtLams, Expanded, of_drifts, orders_of, other
 from symasym.expansions.balls import LINE, local, quantity, values
 from symasym.numbers.balls import precision, to_mpf
@@ -108,7 +108,8 @@ def of_series(scene: Scene, request: Request, to_orders: Values, refusal: Accura
         if proved is not None:
             middle, radius = (context.make_mpf(x._mpf_) for x in (proved.value, proved.error))
             error, kind = abs(value - middle) + radius, proved.kind
-        if error is None or not error < (context.ln2 if log else value):
+        most = max(context.ln2, abs(value) / 10**11) if log else value
+        if error is None or not error < most:
             raise refusal
         error += abs(value) * context.mpf(10) ** -(digits + 5)
         return Answer(value, error, kind, (), _BOUNDED if kind == "bound" else DROPPED, order)

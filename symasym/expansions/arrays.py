@@ -122,6 +122,13 @@ def other(name: str) -> str:
     return name.removeprefix("1 - ") if name.startswith("1 - ") else f"1 - {name}"
 
 
+def counted(logs: Any, errors: Any, log: bool) -> Any:
+    """True where a logarithm is known to a factor 2 of the value; one of 1e15 may be wrong by 1."""
+    with np.errstate(invalid="ignore"):
+        most = np.maximum(np.log(2), 1e-11 * np.abs(logs) if log else 0.0)
+    return np.isfinite(logs) & (errors < most)
+
+
 def orders_of(request: Request) -> Sequence[int]:
     """The orders among which the best is taken, ascending."""
     return request.order if isinstance(request.order, range) else (request.order,)
@@ -155,7 +162,7 @@ def of_drifts(
         except AccuracyError:
             if request.errors == "raise":
                 raise
-    lost = ~(errors < np.log(2))
+    lost = ~counted(logs, errors, request.log)
     if request.errors == "raise" and lost.any():
         raise refuse(scenes.noise(np.argmax(lost)), orders_of(request))
     logs[lost] = np.nan
@@ -254,7 +261,7 @@ def _compared(scenes: Scenes, request: Request, logs: FloatArray, errors: FloatA
     What lies between the critical points, such as a bump of A, is in no next term: where a few lam
     show that the estimates are too small, all are raised.
     """
-    known: Any = errors < np.log(2)
+    known = counted(logs, errors, request.log)
     rows = np.flatnonzero(~known & np.isfinite(logs))
     sure = np.flatnonzero(known)
     if request.full and sure.size:
