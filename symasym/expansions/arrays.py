@@ -31,6 +31,9 @@ _PROBES, _COMPARED = 3, 9
 _SMALL, _AT_ONCE = 0.1, 8192
 
 
+_NOTHING = 0  # what a sum begins with
+
+
 class Scaled:
     """m e^(lam h), m an array and h one ball; a sum has the height of its highest term."""
 
@@ -41,7 +44,7 @@ class Scaled:
 
     def __add__(self, other: Any) -> Scaled:
         if not isinstance(other, Scaled):
-            return self if other == 0 else self + Scaled(float(other), arb(0), self.lam)
+            return self if other is _NOTHING else self + Scaled(other, arb(0), self.lam)
         low, high = (self, other) if float(self.h) < float(other.h) else (other, self)
         gap = float(low.h - high.h)
         return Scaled(high.m + low.m * (np.exp(self.lam * gap) if gap else 1.0), high.h, self.lam)
@@ -275,6 +278,6 @@ def _compared(scenes: Scenes, request: Request, logs: FloatArray, errors: FloatA
     missed = 0.0 if true.errors is None else true.errors
     apart = np.abs(true.logs - logs[rows])
     factor = np.nanmax(np.where(known[rows], (apart - missed) / errors[rows], 0), initial=0)
-    errors = np.where(known, errors * (3 * factor if factor > 0.5 else 1), np.inf)
-    errors[rows] = np.where(known[rows] | np.isnan(apart), errors[rows], apart + missed)
-    return errors
+    raised: Any = np.where(known, errors * (3 * factor if factor > 0.5 else 1), np.inf)
+    raised[rows] = np.where(known[rows] | np.isnan(apart), raised[rows], apart + missed)
+    return raised

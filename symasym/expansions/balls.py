@@ -270,8 +270,8 @@ class Field:
         ]
         if self.on_zero:
             poles[len(real) - 1] = (acb(0), *poles[len(real) - 1][1:])
-        ends = (acb(exact_ball(u - self.start)) for u in (lo, hi))
-        return [acb(y).real for y in pole_sums(poles, *ends, count, RING)]
+        low, high = (acb(exact_ball(u - self.start)) for u in (lo, hi))
+        return [acb(y).real for y in pole_sums(poles, low, high, count, RING)]
 
     def _by_contour(self, lo: Any, hi: Any, count: int) -> list[Any]:
         """Those of any A; beside a start on a zero by the series there."""
