@@ -188,10 +188,10 @@ METHODS = {method.name: method for method in (
            "weak noise near a fold, to leading order", (0, 0)),
     Method("uniform", ("T", "P", "1 - P"), f"{_NOISE}.uniform.answer",
            "weak noise, also where wells, barriers, the start or an end meet", (2, 6)),
-    Method("strong_noise", _ALL, f"{_NOISE}.strong_noise.answer", "in powers of 2/kappa^2",
-           (2, 100), in_float=_without_error),
-    Method("bound", ("C", "1 - C"), f"{_NOISE}.proofs.exit_bounds",
-           "two proved bounds, which close as kappa goes to 0"),
+    Method("strong_noise", _ALL, "symasym.expansions.strong_noise", "in powers of 2/kappa^2",
+           (2, 100)),
+    Method("bound", ("C", "1 - C"), "symasym.expansions.bound",
+           "proved bounds around the exact value"),
 )}  # fmt: skip
 
 
