@@ -254,8 +254,10 @@ def _in_floats(quantity: str, scenes: Scenes) -> Sensitivity:
     count = len(scenes.lam)
     at = {n: np.broadcast_to(np.float64(x), count) for n, x in scenes.parameters.items()}
     at |= scenes.numbers
-    if isinstance(scenes.drift.model, Expression) and scenes.drift.model.powers is None:
-        # A needle of dA/dp may lie between the nodes that suffice for A.
+    needle = isinstance(scenes.drift.model, Expression) and scenes.drift.model.powers is None
+    if needle or any(scenes.moved.get(n) for n in ("r", "start")):
+        # A needle of dA/dp may lie between the nodes that suffice for A; and beside an end a start
+        # that is no float is another one.
         logs, doubt = np.empty(count), np.arange(count)
         slopes, errors = np.empty((2, len(names), count))
     else:
@@ -274,6 +276,7 @@ def _in_floats(quantity: str, scenes: Scenes) -> Sensitivity:
         raise RangeError(
             f"d log({quantity})/d({name}) is outside the range of float64; pass dps=…."
         )
+    errors = np.maximum(errors, 5e-324)  # what float64 takes for 0 is none
     values = np.array([at[n] for n in names])
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         conditions = np.abs(slopes * values)
@@ -342,5 +345,5 @@ def _product(*of: Any) -> FloatArray:
     """The first number times the second over the third, and its error."""
     signs = (1, 1, -1)
     log = sum(s * x.log for s, x in zip(signs, of, strict=False))
-    error = sum(x.error for x in of) + 1e-15
+    error = sum(x.error + 2.3e-16 * np.abs(x.log) for x in of) + 1e-15
     return np.array([np.exp(log), np.exp(log) * error])

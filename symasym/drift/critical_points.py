@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from symasym.drift.drift import Drift
 
 _DIGITS = 60
-_BITS = (256, 1024, 4096, 16384)
-_MOST_DIGITS = 4_000
-_MOST = 2_000  # intervals left at a time
+_BITS = (256, 1024, 4096)
+_MOST_DIGITS = 1_000
+_MOST, _FEW = 20_000, 500  # intervals left at a time, and after 24 halvings
 _NARROW = 240  # halvings
 _HIGHEST = 8  # multiplicity that is looked for
 _FIRST = fmpq(3, 97)  # the first cut, so that no other falls on a simple number
@@ -204,7 +204,7 @@ def _of_analytic(drift: Drift) -> list[CriticalPoint]:
         if found is not None:
             return [_point(_refined(drift, z), z.multiplicity, z.rising) for z in found]
     raise AccuracyError(
-        "A is 0 on [-1, 1], or has zeros or terms that thousands of digits do not tell apart; give "
+        "A is 0 on [-1, 1], or has zeros or terms that 1,000 digits do not tell apart; give "
         "A as a polynomial, or so that its terms do not cancel."
     )
 
@@ -213,7 +213,9 @@ def _isolated(f: _Function) -> list[_Zero] | None:
     """All zeros in (-1, 1), each in an interval of its own; None where that takes too many."""
     found: list[_Zero] = []
     left: list[Any] = [(fmpq(-1), _FIRST), (_FIRST, fmpq(1))]
-    for _ in range(_NARROW):
+    if all(f.phi(arb(fmpq(k, 9))).contains(0) for k in range(-8, 9)):
+        return None
+    for depth in range(_NARROW):
         joined: list[list[Any]] = []
         for x in (x for x in left if f.may_vanish(*x)):
             if joined and joined[-1][-1][1] == x[0]:
@@ -229,18 +231,18 @@ def _isolated(f: _Function) -> list[_Zero] | None:
                 found += zeros
         if not left:
             return sorted(found)
-        if len(left) > _MOST:
+        if len(left) > (_MOST if depth < 24 else _FEW):
             break
     return None
 
 
 def _refined(drift: Drift, zero: _Zero) -> Any:
     """The zero to `_DIGITS` digits, by halving and Newton's method for intervals."""
-    if zero.a == zero.b:
-        return arb(zero.a)
     for bits in _BITS:
         with precision(bits):
             f, x = _Function(drift), _between(zero.a, zero.b)
+            if zero.a == zero.b:
+                return x
             for _ in range(4 * bits):
                 m, half = arb(x.mid()), arb(x.rad()) / 2
                 value = f.phi(m)

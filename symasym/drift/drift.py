@@ -13,7 +13,6 @@ import numpy as np
 from symasym.base.call_context import step, symbolic
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import (
-    SMALLEST,
     BeyondFloat,
     FloatArray,
     Number,
@@ -55,8 +54,6 @@ _MOST_SHOWN = 1000
 _MOST_KEPT = 4096
 # Digits of values that float64 has no range for.
 _DIGITS = 50
-# Digits up to which an end of A is looked at before it is taken for 0.
-_MOST_DIGITS = 8_000
 
 
 class FlatValues(dict[str, Any]):
@@ -419,7 +416,7 @@ class Drift:
         both = []
         for side in (-1, 1):
             value = self.end(side)
-            both.append(self._accurate(Fraction(side)) if value is None else value)
+            both.append(self._accurate(side) if value is None else value)
         return both[0], both[1]
 
     def end(self, side: int) -> Fraction | None:
@@ -430,19 +427,19 @@ class Drift:
         value: Fraction | None = self._exact_ends[side]
         return value
 
-    def _accurate(self, u: Fraction) -> float | Fraction:
-        """A(u), exact beyond the range of float64; 0 where it cancels thousands of digits."""
-        from symasym.base.call_context import own_context
+    def _accurate(self, side: int) -> float:
+        """A(side) in float64; 0 where it cancels thousands of digits."""
+        from flint import arb
 
-        with own_context(_DIGITS) as context:
-            ops = MpmathOps(context)
-            value = self.evaluate(ops.rational(u), ops)
-            while context.dps < _MOST_DIGITS:
-                context.dps *= 2
-                rough, value = value, self.evaluate(ops.rational(u), ops)
-                if value and abs(value - rough) <= abs(value) * 1e-30:
-                    near = float(value)
-                    return near if SMALLEST <= abs(near) < math.inf else exact("A", value)
+        from symasym.drift.evaluate import profile, rational
+        from symasym.numbers.balls import precision
+
+        numbers = {name: rational(x) for name, x in self.scalars().items()}
+        for bits in (128, 1024, 8192, 32768):
+            with precision(bits):
+                value = profile(self._model, numbers)(arb(side))
+                if value.rel_accuracy_bits() > 60:
+                    return float(value)
         return 0.0
 
     @property

@@ -44,9 +44,10 @@ from symasym.drift.evaluate import Piece, pieces
 from symasym.numbers.balls import precision, to_mpf
 from symasym.scenes import Answer, Request, Scene
 
-_PANELS, _PANELS_A_BIT = 2_000, 12  # at most, the latter for each bit of lam
+_PANELS, _PANELS_A_BIT = 1_500, 12  # at most, the latter for each bit of lam
+_WORK = 3e12  # a minute or so: products of coefficients, times bits
 _MOST_BITS = 20_000  # beyond those that the digits take
-_GROWTH = 0.15
+_GROWTH = 0.15  # of `_reach` with digits: 1,000 digits take the least time with 0.1 to 0.2
 _SHORT = 8  # terms of a polynomial drift whose series is found term by term
 _LOG2, _LOG10 = math.log(2.0), math.log(10.0)
 _NEVER = -math.inf
@@ -54,8 +55,7 @@ _ENDS = arb(-1), arb(1)
 # Radii for Cauchy's estimate, and of discs on which a slow solution's coefficients are bounded.
 _DISCS = [(arb(rho), math.log(rho)) for rho in (2, 3, 4.5, 6.5, 10, 16, 32, 100, 1e3, 1e5)]
 _WIDTHS = [(arb(z), math.log(z), (z - 1) ** 2 / (2 * z)) for z in (3, 4, 5.5, 8, 20, 100, 1e3)]
-_CELL = 1 / 8
-_GRID = [arb(k * _CELL - 1) for k in range(17)]
+_CELL, _GRID = 1 / 8, [arb(k / 8 - 1) for k in range(17)]
 
 
 class State(NamedTuple):
@@ -123,14 +123,12 @@ def sides(
     -----
     With sigma = `eta` and w = lam Q = `zeta[1]` of both sides L and R,
 
-        dT/dstart = (T - w_L)/sigma_L,    dC/dstart = -1/(sigma_L + sigma_R),
+        dT/dstart = (T - w_L)/sigma_L,    dC/dstart = -1/(sigma_L + sigma_R).
 
-    and, with those of sweeps of the whole interval, `L` from -r to r and `R` back,
+    A derivative by an end solves the equation without a source, and is there minus the slope: with
+    sweeps of the whole interval, L from -r to r and R back,
 
-        dT/dr = (1 - C) w_L/sigma_L + C w_R/sigma_R,    dC/dr = (1 - C)/sigma_L - C/sigma_R:
-
-    the derivative by an end solves the same equation with no source, and is there minus the
-    quantity's slope.
+        dT/dr = (1 - C) w_L/sigma_L + C w_R/sigma_R,    dC/dr = (1 - C)/sigma_L - C/sigma_R.
     """
     left = swept(drift, lam, -r, start, digits, order=order)
     return left, swept(mirrored(drift), lam, -r, -start, digits, order=order)
@@ -161,32 +159,38 @@ def panels(drift: Sequence[Piece], lam: Any, begin: fmpq, end: fmpq, digits: int
     """Those from `begin` to `end`: parts of the pieces, halved until each is moderate or slow."""
     found: list[Panel] = []
     most = _PANELS + _PANELS_A_BIT * max(0, math.ceil(float(abs(lam).log()) / _LOG2))
+    work = 0.0
     for piece in drift:
         low, high = max(piece.left, begin), min(piece.right, end)
         waiting = [(low, high)] if low < high else []
         while waiting:
             a, b = waiting.pop()
-            if panel := _panel(piece, lam, a, b, digits):
-                found.append(panel)
-                continue
             middle = (a + b) / 2
-            waiting += [(middle, b), (a, middle)]
-            if len(found) + len(waiting) > most:
+            if len(found) + len(waiting) > most or work > _WORK:
                 u = float_text(Fraction(int(middle.p), int(middle.q)))
                 raise AccuracyError(
-                    f"A varies too fast near u = {u} for {most} panels; make it smooth "
-                    "there, or give a larger kappa."
+                    f"A varies too fast near u = {u} for so many digits in {most} panels, or in a "
+                    "minute; ask for fewer digits, make A smooth there, or give a larger kappa."
                 )
+            if panel := _panel(piece, lam, a, b, digits):
+                found.append(panel)
+                size = len(panel.slope)
+                work += size * (size + panel.terms) * ctx.prec * (1 if panel.cauchy else 10)
+            else:
+                waiting += [(middle, b), (a, middle)]
     return found
 
 
 def _panel(piece: Piece, lam: Any, a: fmpq, b: fmpq, digits: int) -> Panel | None:
     """[a, b] as a panel, or None where it must be halved."""
-    half = (b - a) / 2
+    middle, half = (a + b) / 2, (b - a) / 2
     scale = lam * half
     # An absolute error of lam V is a relative one of e.
-    more = math.ceil(float(abs(scale).log()) / _LOG10) if abs(scale) > 1 else 0
-    series, missed = piece.phi.taylor((a + b) / 2, half, digits + more)
+    size = abs(scale * piece.phi(arb(middle, arb(half)))).upper()
+    if not size.is_finite():
+        return None
+    more = math.ceil(float(size.log()) / _LOG10) if size > 1 else 0
+    series, missed = piece.phi.taylor(middle, half, digits + more)
     slope, blur = list(series * scale) or [arb(0)], abs(missed * scale)
     majorant = arb_poly([abs(c) for c in slope])
     terms, cauchy = _moderate(majorant, digits)
@@ -292,16 +296,16 @@ def _log_sum(x: Any, y: Any) -> Any:
 
 def _record(p: Panel, lam: Any, wanted: tuple[bool, bool, bool]) -> Record:
     """Its matrix, the integrals that are not wanted by their bounds."""
-    # blur enters q(1) - q(-1) at most twice.
-    inverse = (p.q(_ENDS[1]) - p.q(_ENDS[0]) + within(2 * p.blur, p.q)).exp()
+    # On [-1, 1] blur is integrated over a length of 2.
+    rise = p.q(_ENDS[1]) - p.q(_ENDS[0]) + within(2 * p.blur, p.q)
     found: tuple[Any, ...] = (None, None, None)
     if any(wanted):
-        found = _resolved(p, *p.cauchy, *wanted) if p.cauchy else _slow(p, inverse, *wanted)
+        found = _resolved(p, *p.cauchy, *wanted) if p.cauchy else _slow(p, rise, *wanted)
     y2, z1, z2 = (
         within(arb(bound).exp(), p.q) if x is None else x
         for x, bound in zip(found, p.bounds, strict=True)
     )
-    return Record(y2, lam * z1, lam * z2, inverse)
+    return Record(y2, lam * z1, lam * z2, rise.exp())
 
 
 def _resolved(
@@ -309,7 +313,7 @@ def _resolved(
 ) -> tuple[Any, ...]:
     """The integrals of a moderate panel, from power series about its middle."""
     n, h, kind = p.terms, p.half, acb_series if isinstance(p.q, acb_poly) else arb_series
-    ctx.cap = n
+    ctx.cap = n  # `precision` restores it
     series, low = kind(list(p.q), n), p.q(_ENDS[0]).exp()
     # On |t| = rho, with |q| <= height, e^{+-q} and y = int_0 e^{q(t) - q(w)} dw, along a ray, give
     # integrals below rho^2 e^height: by Cauchy's estimate the terms from n on add up to
@@ -348,17 +352,15 @@ def _at_ends(series: Any, rest: Any) -> tuple[Any, Any]:
     return whole(_ENDS[0]) + rest, whole(_ENDS[1]) + rest
 
 
-def _slow(
-    p: Panel, inverse: Any, need_e: bool, need_inverse: bool, need_nested: bool
-) -> tuple[Any, ...]:
+def _slow(p: Panel, rise: Any, need_e: bool, need_inverse: bool, need_nested: bool) -> Any:
     """The integrals of a slow panel: with t' = h + g t, (t e)' = h e; with -g, 1/e for e."""
     int_e = int_inverse = nested = None
     if need_inverse or need_nested:
         start, end, _ = _slow_solution(p, -1)
-        int_inverse = end * inverse - start
+        int_inverse = end * rise.exp() - start
     if need_e or need_nested:
         start, end, whole = _slow_solution(p, 1)
-        int_e = end / inverse - start
+        int_e = end * (-rise).exp() - start
         if need_nested:
             # The integral of e from the beginning, over e, is t - t(-1)/e.
             nested = whole - start * int_inverse
@@ -422,7 +424,7 @@ def enclosure(
     digits: int,
     log: bool = False,
 ) -> Any:
-    """A ball with the quantity, or with its natural logarithm.
+    """A ball with the quantity or its natural logarithm, within `precision(bits(digits))` or more.
 
     Parameters
     ----------
@@ -436,10 +438,6 @@ def enclosure(
     digits : int
         For which the panels are chosen; the ball tells what is right.
     log : bool
-
-    Notes
-    -----
-    To be called within `precision(bits(digits))` or more.
     """
     if name == "p_ss":
         value = _density(drift, lam, numbers["y"], digits)

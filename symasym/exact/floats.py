@@ -30,7 +30,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from functools import cache
+from functools import cache, reduce
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -38,6 +38,8 @@ import numpy as np
 
 from symasym.base.inputs import is_array
 from symasym.drift.evaluate import Sampled, sampled
+from symasym.drift.models import Expression
+from symasym.exact.balls import of_scene
 from symasym.scenes import Answers, Request, Scenes, input_rounding, quantity_of, scene_at
 
 #: Relative error of float64 values (of the logarithm, where that is larger than 1).
@@ -68,17 +70,15 @@ _STRENGTH = (_ENDS - 1.0) ** 2 / (2 * _ENDS)
 
 
 class Logs(NamedTuple):
-    """Natural logarithms of positive numbers, and estimates of their errors."""
+    """Natural logarithms of positive numbers, and estimates of their errors; rows come last."""
 
     log: Any
     error: Any
 
     def of(self, rows: Any) -> Logs:
-        """Those of some rows, which are the last axis."""
         return Logs(self.log.take(rows, axis=-1), self.error.take(rows, axis=-1))
 
     def put(self, rows: Any, new: Logs) -> None:
-        """Others in the place of these rows."""
         for x, y in zip((*self.log, *self.error), (*new.log, *new.error), strict=True):
             x[rows] = y
 
@@ -105,9 +105,7 @@ def matrices(terms: int, nodes: int = _NODES) -> Any:
     def padded(c: Any) -> Any:
         return np.append(c, np.zeros(terms))[:terms]
 
-    def half(side: int) -> Any:  # exact up to degree 25 or so
-        line: Any = cheb.Chebyshev([side / 2, 0.5])
-        return each(lambda row: padded(cheb.Chebyshev(row)(line).coef / 2))
+    lines: Any = [cheb.Chebyshev([side / 2, 0.5]) for side in (-1, 1)]  # exact to degree 25 or so
 
     return SimpleNamespace(
         fit=fit,  # coefficients from values at `points`
@@ -117,7 +115,7 @@ def matrices(terms: int, nodes: int = _NODES) -> Any:
         to_end=each(lambda row: cheb.chebval(marks[:-1], cheb.chebint(row, lbnd=1))),
         values=cheb.chebvander(ends, terms - 1),
         integrals=each(lambda row: cheb.chebval(until, cheb.chebint(row, lbnd=-1))),
-        halves=(half(-1), half(1)),
+        halves=[each(lambda row, u=u: padded(cheb.Chebyshev(row)(u).coef / 2)) for u in lines],
         antiderivative=each(lambda row: cheb.chebint(row)[1:]),
         heights=np.cosh((k + 1) * np.log(_AXES)) + 1.0,  # of that on ellipses, and on [-1, 1]
         accuracy=-2 * nodes * np.log(_AXES),  # of Gauss's rule
@@ -127,6 +125,11 @@ def matrices(terms: int, nodes: int = _NODES) -> Any:
         running=each(lambda row: leg.legval(until, leg.legint(row, lbnd=-1)), nodes) @ to_series,
         slopes=each(lambda row: leg.legval(ends, leg.legder(row)), nodes) @ to_series,
     )
+
+
+def _times(matrix: Any, x: Any) -> Any:
+    # Complex columns are pairs of real ones.
+    return (matrix @ x.view(float)).view(x.dtype)
 
 
 class Side(NamedTuple):
@@ -159,46 +162,51 @@ def seen(of: Sampled, rows: Any, sign: float, both: bool) -> Side:
     size = np.abs(c).sum(axis=0)
     if of.exact:  # a polynomial's terms may be much larger than their sum
         size = np.maximum(size, np.abs(act.powers @ c).sum(axis=0))
-    off = _OF_A * (of.terms if of.exact else _FEW) * size
-    edges = np.array([-1.0, 1.0]) if of.exact else _resolved(of, rows, off)
+    off = (_OF_A * of.terms if of.exact else max(_OF_A * _FEW, of.rounding)) * size
+    off, edges = (off, np.array([-1.0, 1.0])) if of.exact else _resolved(of, rows, off)
     mirror = np.repeat([1.0, -1.0] if both else [1.0], len(rows))
     return Side(of, np.tile(rows, 1 + both), mirror, sign, np.tile(off, 1 + both), edges)
 
 
-def _resolved(of: Sampled, rows: Any, off: Any) -> Any:
-    """Ends, in both orientations, of intervals on which a series holds A of all rows.
+def _resolved(of: Sampled, rows: Any, off: Any) -> tuple[Any, Any]:
+    """The error of A, and ends, in both orientations, of intervals on which a series holds A.
 
-    Between neighbouring cuts that is proved. They are joined where the last terms are small and the
-    series is right at cuts and midway: what is narrower than its nodes is seen there.
+    Between cuts that is proved if the rows have one drift. Cuts are joined where the series' last
+    terms are small and it is right at cuts and midway. Ready-made drifts that differ are judged by
+    that alone; formulas of the caller's that differ, and what has too many cuts, are in doubt.
     """
-    act, marks = matrices(of.terms), np.concatenate(([-1.0], of.cuts, [1.0]))
+    act, none, marks = matrices(of.terms), np.zeros(len(rows)), of.cuts
+    if marks is None or (of.varied and isinstance(of.model, Expression)):
+        return off + np.inf, np.array([-1.0, 1.0])
+    if of.varied:
+        marks = np.union1d(marks, np.linspace(-1.0, 1.0, 65))
 
-    def holds(i: int, j: int) -> bool:
-        a, half = marks[i], (marks[j] - marks[i]) / 2
-        c = act.fit @ of(a + half + half * act.points[:, None] + 0 * off, rows)
+    def holds(a: float, b: float) -> bool:
+        inside, half = marks[(marks > a) & (marks < b)], (b - a) / 2
+        if not inside.size and (not of.varied or half < 1e-9):
+            return True
+        c = act.fit @ of(a + half + half * act.points[:, None] + none, rows)
         allowed = 1e-14 * np.abs(c).sum(axis=0) + 2 * off
         if (np.abs(c[-2:]) > allowed).any():
             return False
-        u = np.concatenate((marks[i:j], (marks[i:j] + marks[i + 1 : j + 1]) / 2))
+        u = np.convolve(np.repeat([a, *inside, b], 2), [0.5, 0.5], "valid")  # these, and midway
         values = np.polynomial.chebyshev.chebvander((u - a) / half - 1.0, of.terms - 1) @ c
-        return bool((np.abs(of(u[:, None] + 0 * off, rows) - values) <= allowed).all())
+        return bool((np.abs(of(u[:, None] + none, rows) - values) <= allowed).all())
 
-    found, waiting = [1.0], [(0, len(marks) - 1)]
+    found, waiting = [1.0], [(-1.0, 1.0)]
     while waiting:
-        i, j = waiting.pop()
-        m = int(np.searchsorted(marks, (marks[i] + marks[j]) / 2))
-        if j == i + 1 or holds(i, j):
-            found.append(marks[i])
+        a, b = waiting.pop()
+        if holds(a, b):
+            found.append(a)
         else:
-            waiting += [(m, j), (i, m)]
-    return np.unique([*found, *-np.array(found)])
+            waiting += [((a + b) / 2, b), (a, (a + b) / 2)]
+    return off, np.unique([*found, *-np.array(found)])
 
 
 def panels(phi: Side, rows: Any, lam: Any, low: Any, high: Any) -> tuple[Logs, Any, Any]:
-    """Records of [low, high]: pieces between edges, halved until they suffice; the first of each
-    row, then the second ones, ... And the rows, those with most panels first, how many have a k-th.
-    """
+    """Records of each row's first panel, of the second, ...; rows by number; how many have each."""
     act, n = matrices(phi.of.terms), len(rows)
+    # Pieces between edges, halved until they suffice.
     ends = np.clip(phi.edges[:, None], low, high)
     piece, row = np.nonzero(np.diff(ends, axis=0) > 0.0)
     left, half = ends[piece, row], (ends[piece + 1, row] - ends[piece, row]) / 2
@@ -226,7 +234,7 @@ def panels(phi: Side, rows: Any, lam: Any, low: Any, high: Any) -> tuple[Logs, A
         if not at.size:
             break
         slope = slope.take(at, axis=1)
-        slope = np.hstack([m @ slope for m in act.halves])
+        slope = np.hstack([_times(m, slope) for m in act.halves])
         row, half, off = (np.tile(x[at], 2) for x in (row, half / 2, off / 2))
         left = np.tile(left[at], 2)
         left[len(at) :] += 2 * half[len(at) :]
@@ -238,8 +246,7 @@ def panels(phi: Side, rows: Any, lam: Any, low: Any, high: Any) -> tuple[Logs, A
     widths = np.searchsorted(-number[order], -np.arange(number.max(initial=0)), side="left")
     by_row = np.lexsort((left, row))
     rank = np.arange(len(row)) - np.repeat(np.cumsum(number) - number, number)
-    turned, where = np.argsort(order), np.zeros_like(by_row)
-    where[(np.cumsum(widths) - widths)[rank] + turned[row[by_row]]] = by_row
+    where = by_row[np.lexsort((np.argsort(order)[row[by_row]], rank))]
     row, left, half, off, strength, slope = (x.take(where, axis=-1) for x in parts)
     if phi.of.careful:
         # Once more where the panels are: what is left of rounding is relative to A there.
@@ -254,24 +261,23 @@ def _tested(act: Any, slope: Any) -> Any:
     if len(slope) > _FEW:  # high terms that are rounding alone
         slope = np.where(np.abs(slope) < 4e-15 * np.abs(slope).sum(axis=0), 0.0, slope)
     # e^{lam (V(x) - V(u))} on ellipses, beside the error of Gauss's rule on them.
-    heights = act.heights @ np.abs(act.antiderivative @ slope)
+    heights = act.heights @ np.abs(_times(act.antiderivative, slope))
     heights += act.accuracy
-    fits = (heights.min(axis=0) < _MISSED) & ((act.integrals[-1] @ slope).real > -_CLIMB)
+    fits = (heights.min(axis=0) < _MISSED) & (_times(act.integrals[-1], slope).real > -_CLIMB)
     # Where |phi| is between 0 and twice its mean on an ellipse, the slow series is known.
     found, size = np.where(fits, 0.0, -1.0), np.abs(slope)
     at = np.flatnonzero(~fits & (size[0] > _SLOW / _STRENGTH[-1, 0]) & (size[0] < np.inf))
-    if at.size:
-        size = size.take(at, axis=1)
-        free = act.sizes @ size[1:] < size[0]
-        strength = size[0] * (free * _STRENGTH).max(axis=0)
-        found[at] = np.where(free[0] & (strength > _SLOW), strength, -1.0)
+    size = size.take(at, axis=1)
+    free = act.sizes @ size[1:] < size[0]
+    strength = size[0] * (free * _STRENGTH).max(axis=0)
+    found[at] = np.where(free[0] & (strength > _SLOW), strength, -1.0)
     return found
 
 
 def records(half: Any, slope: Any, off: Any, strength: Any) -> Logs:
     """Of panels, e(b) = f/c, the larger 1: f, c, c int e, f int 1/e, f times the nested one."""
     act = matrices(len(slope))
-    falls = act.integrals[-1] @ slope  # lam (V(a) - V(b))
+    falls = _times(act.integrals[-1], slope)  # lam (V(a) - V(b))
     found, slow = np.ones((3, len(falls)), falls.dtype), strength > 0
     for mask, integrals in ((strength == 0, _sampled), (slow, _slow)):
         index = np.flatnonzero(mask)
@@ -288,26 +294,23 @@ def records(half: Any, slope: Any, off: Any, strength: Any) -> Logs:
 
 def _ends(falls: Any, moved: Any) -> Logs:
     """The smaller of e(b) and 1/e(b), the other being 1."""
-    error = 1.5 * _ULP * np.abs(falls) + moved
     log = np.stack((np.minimum(-falls, 0.0), np.minimum(falls, 0.0)))
-    return Logs(log, np.where(log < 0, error, 0.0))
+    return Logs(log, np.where(log < 0, 1.5 * _ULP * np.abs(falls) + moved, 0.0))
 
 
 def _sampled(act: Any, slope: Any, falls: Any, _: Any) -> Any:
     """The three integrals for half width 1, from values at the nodes."""
-    e = act.integrals[:-1] @ slope
-    np.exp(np.negative(e, out=e), out=e)
-    inverse = 1.0 / e
-    running = act.running @ e
+    inverse = _times(act.integrals[:-1], slope)
+    np.exp(inverse, out=inverse)
+    running = _times(act.running, 1.0 / inverse)
     fall, climb = np.exp(np.minimum(-falls, 0.0)), np.exp(np.minimum(falls, 0.0))
-    nested = act.weights @ (running[:-1] * inverse)
-    return np.stack((running[-1] * climb, (act.weights @ inverse) * fall, nested * fall))
+    whole, nested = (_times(act.weights, x) for x in (inverse, running[:-1] * inverse))
+    return np.stack((running[-1] * climb, whole * fall, nested * fall))
 
 
 def _slow(act: Any, slope: Any, falls: Any, strength: Any) -> Any:
-    """The same from the slow series, seen from the lower end of V; seen from the other end its odd
-    terms change their signs."""
-    g = act.values @ slope
+    """The same by the slow series from V's lower end; from the other its odd terms change sign."""
+    g = _times(act.values, slope)
     down = np.flatnonzero(falls > 0)
     g[:_NODES, down] = -g[_NODES - 1 :: -1, down]
     g[_NODES:, down] = -g[_NODES:, down][::-1]
@@ -318,19 +321,18 @@ def _slow(act: Any, slope: Any, falls: Any, strength: Any) -> Any:
     enough = np.maximum.accumulate(-np.exp((np.cumsum(np.log(j)) + 38.0) / j))
     needed = np.searchsorted(enough, -strength[order])
     inverse = np.negative(1.0 / g)
-    term = inverse.copy()
-    even, odd = term.copy(), np.zeros_like(term)
+    term, even, odd = inverse, inverse.copy(), np.zeros_like(inverse)
     for k in range(1, _TERMS + 1):
         n = np.searchsorted(-needed, -k, side="right")
         if not n:
             break
-        term = (act.slopes @ term[:_NODES, :n]) * -inverse[:, :n]
+        term = _times(act.slopes, term[:_NODES, :n]) * -inverse[:, :n]
         (odd if k % 2 else even)[:, :n] += term
     t, (back_a, back_b) = even + odd, (even - odd)[_NODES:]
-    *inside, t_a, t_b = t
+    t_a, t_b = t[_NODES:]
     int_e, int_inverse = t_b - t_a * small, back_a - back_b * small
     found = np.zeros((3, len(order)), falls.dtype)
-    found[:, order] = int_e, int_inverse, act.weights @ inside - t_a * int_inverse
+    found[:, order] = int_e, int_inverse, _times(act.weights, t[:-2]) - t_a * int_inverse
     found[2, down] = found[0, down] * found[1, down] - np.exp(-falls[down]) * found[2, down]
     return found
 
@@ -352,10 +354,7 @@ def constant(rate: Any, width: Any, off: Any) -> Logs:
 
 
 def carried(before: Logs, panel: Logs, lam: Any) -> Logs:
-    """y' = f y/(c + I y), w' = (f w + lam J + lam N y)/(c + I y), and e' = e f/c.
-
-    An error counts by its share.
-    """
+    """y' = f y/(c + I y), w' = (f w + lam J + lam N y)/(c + I y), e' = e f/c; errors by shares."""
     (y, w, e), (of_y, of_w, of_e) = before
     (fall, climb, i, j, n), (of_fall, of_climb, of_i, of_j, of_n) = panel
     # Whatever of c and I y is larger is divided out: neither may lose the other's digits.
@@ -363,8 +362,7 @@ def carried(before: Logs, panel: Logs, lam: Any) -> Logs:
     less = x.real < 0
     sigma, one = np.where(less, -y - i, -climb), np.where(less, -i, y - climb)
     tail, log_lam = np.exp(-np.maximum(x, -x)), np.log(lam)
-    small = (tail / (1.0 + tail)).real
-    kept = np.where(less, small, 1.0 - small)
+    kept = np.where(less, tail, 1.0).real / (1.0 + tail.real)
     old, new, nested, log_n = _shares(fall + w + sigma, log_lam + j + sigma, log_lam + n + one)
     log_d, lost = np.log1p(tail), 1.0 - kept
     common = kept * of_climb + lost * of_i
@@ -378,9 +376,7 @@ def carried(before: Logs, panel: Logs, lam: Any) -> Logs:
 
 def _shares(*logs: Any) -> tuple[Any, ...]:
     """The shares of positive numbers in their sum, and its logarithm."""
-    top = np.maximum(logs[0], logs[1])
-    for x in logs[2:]:
-        top = np.maximum(top, x)
+    top = reduce(np.maximum, logs)
     parts = [np.exp(x - top) for x in logs]
     whole = sum(parts[1:], parts[0])
     return *((p / whole).real for p in parts), top + np.log(whole)
@@ -388,8 +384,8 @@ def _shares(*logs: Any) -> tuple[Any, ...]:
 
 def absorbing(lam: Any) -> Logs:
     """y, w and e where a sweep begins, sigma being 0."""
-    nothing = np.zeros((3, len(lam)), lam.dtype)
-    return Logs(nothing + np.array([[np.inf], [-np.inf], [0.0]]), nothing.real.copy())
+    ends, nothing = np.array([[np.inf], [-np.inf], [0.0]]), np.zeros((3, len(lam)))
+    return Logs(ends + nothing.astype(lam.dtype), nothing)
 
 
 def swept(phi: Side, lam: Any, begin: Any, end: Any, state: Logs) -> Logs:
@@ -401,14 +397,12 @@ def swept(phi: Side, lam: Any, begin: Any, end: Any, state: Logs) -> Logs:
         some = some[~_together(state, phi, lam[some], low[some], high[some], some)]
     if some.size:
         of, order, widths = panels(phi, some, lam[some], low[some], high[some])
-        order, ends = some[order], np.cumsum(widths)
-        now = state.of(order)
-        for n, end_of in zip(widths, ends, strict=True):
-            first, panel = (
-                Logs(*(x[:, :n] for x in now)),
-                Logs(*(x[:, end_of - n : end_of] for x in of)),
-            )
+        order = some[order]
+        now, at = state.of(order), 0
+        for n in widths:
+            first, panel = Logs(*(x[:, :n] for x in now)), Logs(*(x[:, at : at + n] for x in of))
             now.put(slice(n), carried(first, panel, lam[order[:n]]))
+            at += n
         state.put(order, now)
     _outside(state, phi.end(1), lam, end - np.maximum(begin, 1.0))
     return state
@@ -420,9 +414,6 @@ def _outside(state: Logs, end: tuple[Any, Any], lam: Any, width: Any) -> None:
         (a, off), lam, width = (x[some] for x in end), lam[some], width[some]
         panel = constant(lam * a, width, np.abs(lam) * width * off)
         state.put(some, carried(state.of(some), panel, lam))
-
-
-# -- many rows together ----------------------------------------------------------------------------
 
 
 def _together(state: Logs, phi: Side, lam: Any, begin: Any, high: Any, rows: Any) -> Any:
@@ -526,8 +517,8 @@ def _common(act: Any, slope: Any) -> tuple[Any, Any] | None:
         maps *= h[:, None, None]
         step, found = max(1, _AT_ONCE // rows), []
         for low in range(0, len(h), step):
-            c = maps[low : low + step] @ slope
-            found.append((np.abs(c).max(axis=2), (act.integrals[-1] @ c).real.min(axis=1)))
+            c = _times(maps[low : low + step], slope)
+            found.append((np.abs(c).max(axis=2), _times(act.integrals[-1], c).real.min(axis=1)))
         largest, rise = (np.concatenate(x) for x in zip(*found, strict=True))
         size = np.abs(act.antiderivative) @ largest.T
         bad = (act.heights @ size + act.accuracy).min(axis=0) > _MISSED
@@ -548,16 +539,18 @@ def _crossed(act: Any, slope: Any, common: tuple[Any, Any], single: bool) -> Ite
         some = h[low : low + step, None]
         shape = len(v), len(some) * rows
         exponents, e, running = (x[: shape[0] * shape[1]].reshape(shape) for x in work)
-        np.matmul(v[:, low : low + step].reshape(-1, terms), slope, out=exponents.reshape(-1, rows))
+        of = v[:, low : low + step].reshape(-1, terms)
+        np.matmul(of, slope.view(float), out=exponents.view(float).reshape(len(of), -1))
         np.exp(exponents, out=exponents)
         inverse, fall = exponents[:-1], exponents[-1].reshape(-1, rows)
-        int_inverse = (act.weights @ inverse).reshape(-1, rows) * some
+        int_inverse = _times(act.weights, inverse).reshape(-1, rows) * some
         if single:
             yield int_inverse, fall
             continue
-        np.matmul(act.running, np.divide(1.0, inverse, out=e[:-1]), out=running)
+        np.divide(1.0, inverse, out=e[:-1])
+        np.matmul(act.running, e[:-1].view(float), out=running.view(float))
         inside = np.multiply(running[:-1], inverse, out=e[:-1])
-        nested = (act.weights @ inside).reshape(-1, rows) * some**2
+        nested = _times(act.weights, inside).reshape(-1, rows) * some**2
         yield 2.0 * some, running[-1].reshape(-1, rows) * some, int_inverse, nested, fall
 
 
@@ -571,8 +564,7 @@ def logs_of(name: str, of: Sampled, numbers: Mapping[str, Any]) -> Logs:
     found, many = [], max(256, _COEFFICIENTS // of.terms)
     for low in range(0, len(lam), many):
         rows = np.arange(low, min(low + many, len(lam)))
-        some = {n: x[rows] for n, x in numbers.items()}
-        found.append(_logs_of(name, of, lam[rows], some, rows))
+        found.append(_logs_of(name, of, lam[rows], {n: x[rows] for n, x in numbers.items()}, rows))
     logs, errors = map(np.concatenate, zip(*found, strict=True))
     return Logs(logs, np.where(np.isnan(logs + errors), np.inf, errors))
 
@@ -630,13 +622,10 @@ def _share(x: Logs, rest: Logs) -> Logs:
 def of_scenes(scenes: Scenes, request: Request) -> Answers:
     """Logarithms right to `TOLERANCE`, and their estimated errors; in doubt by balls."""
     logs, errors = found = float_logs(scenes, request.name)
-    if (rows := _in_doubt(found)).size:
-        from symasym.exact.balls import of_scene
-
-        closer = Request(request.name, "exact", None, 17, log=True, full=False)
-        for row in rows:
-            logs[row] = float(of_scene(scene_at(scenes, row), closer).value)
-            errors[row] = ROUNDING * abs(logs[row])
+    closer = Request(request.name, "exact", None, 17, log=True, full=False)
+    for row in _in_doubt(found):
+        logs[row] = float(of_scene(scene_at(scenes, row), closer).value)
+        errors[row] = ROUNDING * abs(logs[row]) + 5e-324
     return Answers(logs, errors, "estimate", (request.name,))
 
 
@@ -644,16 +633,15 @@ def float_logs(scenes: Scenes, name: str) -> Logs:
     """Logarithms in float64 and their errors, however large these are, in two rounds."""
     numbers = {n: scenes.numbers[n] for n in quantity_of(name).numbers}
     values, count = scenes.parameters, len(scenes.lam)
-    of = sampled(scenes.drift, values, count)
-    found = logs_of(name, of, numbers)
+    found = logs_of(name, of := sampled(scenes.drift, values, count), numbers)
     if of.exact and (some := _in_doubt(found)).size:
         values = {n: x[some] if is_array(x) else x for n, x in values.items()}
         careful = sampled(scenes.drift, values, len(some)).carefully()
-        better = logs_of(name, careful, {n: x[some] for n, x in numbers.items()})
-        found.log[some], found.error[some] = better
+        numbers = {n: x[some] for n, x in numbers.items()}
+        found.log[some], found.error[some] = logs_of(name, careful, numbers)
     if any(scenes.moved.values()):
-        size = seen(of, np.arange(count), 1.0, False).off / _OF_A
-        found.error[:] += input_rounding(scenes, size)
+        off = seen(of, np.arange(count), 1.0, False).off
+        found.error[:] += input_rounding(scenes, off / _OF_A)
     return found
 
 

@@ -51,29 +51,9 @@ def escape_time_of_sides(w: Ratios, sigma_left: Ratios, sigma_right: Ratios) -> 
     return w/(1/sigma_left + 1/sigma_right)
 
 
-def exit_share(sigma_left: Ratios, sigma_right: Ratios) -> Any:
-    """C from sigma on both sides (positive-form)."""
-    return 1/(1 + sigma_left/sigma_right)
-
-
-def density_of_sides(lam: Ratios, w: Ratios) -> Any:
-    """p_ss from w, the sum of both sides (positive-density)."""
-    return lam/w
-
-
-def occupation_share(inside: Ratios, outside: Ratios) -> Any:
-    """P from the integrals inside and outside, in one unit (positive-density)."""
-    return 1/(1 + outside/inside)
-
-
 def tail_left(a_minus: Ratios) -> Any:
     """w at -1 (positive-density)."""
     return 1/a_minus
-
-
-def tail_right(a_plus: Ratios) -> Any:
-    """w at 1, from the right (positive-density)."""
-    return -1/a_plus
 
 
 def carried(

@@ -187,7 +187,6 @@ ENTRIES: dict[str, Callable[[str], Any]] = {
     "reduction, sliding": lambda t: _reduced().sliding_at({"z": t}),
     "reduction, drag": lambda t: _reduced().drag_time(1, {"z": t}),
     "system's point": lambda t: sa.System.of(_reduced(noise=((t,), (0,))), "z", "y"),
-    "drift's derivative": lambda t: sa.friction(3, 1, 0).derivative(t),
     "emitted parameter": lambda t: sa.emit("fr1", "python", {"mu": t}),
     "bound": lambda t: sa.weak_noise_bound(sa.linear(1, 1), 1, kappa0=t),
     "velocity of u": lambda t: sa.System(t, "-1"),
@@ -272,7 +271,7 @@ _TAKE_OBJECTS = [
     "reduce", "bind", "friction", "kappa", "emit", "coordinate", "uniform g", "uniform near",
     "integral's parameter", "integral's lambda", "integral's maxima", "integral's saddles",
     "reduce, point", "reduce, noise", "reduction, sliding", "reduction, drag", "system's point",
-    "drift's derivative", "emitted parameter", "bound", "velocity of u", "velocity of z",
+    "emitted parameter", "bound", "velocity of u", "velocity of z",
     "noise of u", "oscillator", "release, start", "expand", "expand, start", "plot, number",
 ]  # fmt: skip
 

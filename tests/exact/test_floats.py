@@ -30,15 +30,16 @@ def numbers_of(name: str, kappa: Any, r: Any, start: Any) -> dict[str, Any]:
 
 
 def require_honest(drift: sa.Drift, name: str, kappa: Any, r: Any = 1.0, start: Any = 0.0) -> Any:
-    """Errors and values of scenes whose claims hold."""
+    """The answers of scenes, after a look at their claims: those before balls help, and these."""
     scenes = float_scenes(drift, numbers_of(name, kappa, r, start))
+    found, answers = floats.float_logs(scenes, name), floats.of_scenes(scenes, asked(name))
     with mp.workdps(DIGITS + 20):
-        for found in (floats.float_logs(scenes, name), floats.of_scenes(scenes, asked(name))):
-            for row, (log, error) in enumerate(zip(*found[:2], strict=True)):
-                off = abs(mpf(float(log)) - true_log(scenes, name, row))
-                assert off <= error, (row, name, float(off), error, scene_at(scenes, row))
-    assert not floats._in_doubt(floats.Logs(*found[:2])).size
-    return found
+        for row in range(len(scenes.lam)):
+            true = true_log(scenes, name, row)
+            for logs, errors in (found, answers[:2]):
+                assert abs(mpf(float(logs[row])) - true) <= errors[row], (name, row, drift)
+    assert (answers.errors <= floats.TOLERANCE * np.maximum(1.0, np.abs(answers.logs))).all()
+    return answers
 
 
 def asked(name: str) -> Request:
@@ -61,13 +62,13 @@ def random_numbers(random: Any, c: Any, noise: tuple[float, float]) -> tuple[Any
     return kappa, r, start
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("noise", [(-8.0, -2.0), (-2.0, 4.0)])
 def test_random_polynomials(seed: int, noise: tuple[float, float]) -> None:
     """Unlike rows in one call: degrees to 6, noise over many decades, r to 1e6."""
     random = np.random.default_rng(seed)
-    c = np.round(random.uniform(-3, 3, (7, 60)), 2)
-    c[np.arange(7)[:, None] > random.integers(0, 7, 60)] = 0.0
+    c = np.round(random.uniform(-3, 3, (7, 25)), 2)
+    c[np.arange(7)[:, None] > random.integers(0, 7, 25)] = 0.0
     c[0, c[0] == 0.0] = 0.5
     kappa, r, start = random_numbers(random, c, noise)
     for name in NAMES[:3]:
@@ -79,18 +80,30 @@ def test_random_polynomials(seed: int, noise: tuple[float, float]) -> None:
 
 
 FAMILIES = {
-    "tanh": sa.tanh(1, "-0.5", steepness=np.geomspace(0.5, 30, 8)),
-    "sine": sa.sine(1, -1, b=np.linspace(0.3, 4, 8), waves=3),
-    "hill": sa.hill(1, -1, K=np.linspace(0.2, 0.9, 8), n=4),
-    "exp": sa.Drift("2 - exp(c*u) - u").bind(c=np.linspace(0.2, 3, 8)),
+    "tanh": sa.tanh(1, "-0.5", steepness=np.geomspace(0.5, 30, 5)),
+    "sine": sa.sine(1, -1, b=np.linspace(0.3, 4, 5), waves=3),
+    "hill": sa.hill(1, -1, K=np.linspace(0.2, 0.9, 5), n=4),
+    "exp": sa.Drift("2 - exp(c*u) - u").bind(c=np.linspace(0.2, 3, 5)),
 }
 
 
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("name", NAMES)
 def test_drifts_that_are_no_polynomials(family: str, name: str) -> None:
-    kappa = np.array([1e3, 1.0, 0.3, 0.1, 0.03, 1e-2, 1e-3, 1e-5])
-    require_honest(FAMILIES[family], name, kappa, 3.0, np.linspace(-0.9, 1.2, 8))
+    kappa = np.array([1e3, 0.3, 0.1, 0.03, 1e-3])
+    require_honest(FAMILIES[family], name, kappa, 3.0, np.linspace(-0.9, 1.2, 5))
+
+
+def test_parameters_that_have_no_cuts_in_common() -> None:
+    """A ready-made drift is halved by its last terms; of a formula the rows are in doubt."""
+    random = np.random.default_rng(3)
+    ends = random.uniform(0.01, 2, 12), -random.uniform(0.01, 2, 12)
+    steep = 10 ** random.uniform(-1, 1.6, 12)
+    require_honest(sa.tanh(*ends, steepness=steep), "T", 0.2, 3.0, 0.1)
+    formula = sa.Drift("p - q*tanh(s*(u - t))").bind(p=ends[0], q=-ends[1], s=steep, t=ends[1] / 3)
+    scenes = float_scenes(formula, {"kappa": 0.2, "r": 3, "start": 0.1})
+    assert np.isinf(floats.float_logs(scenes, "T").error).all()
+    require_honest(formula, "T", 0.2, 3.0, 0.1)
 
 
 @pytest.mark.parametrize("kappa", [2.0, 0.5, 0.1, 0.05])
@@ -137,12 +150,12 @@ def test_trap(trap: str) -> None:
 
 @pytest.mark.parametrize("place", ["110", "-501", "333"])
 def test_a_spike_between_the_nodes_is_found(place: str) -> None:
-    """Narrower than any sample of [-1, 1]; without it log T differs by more than 1e-3."""
+    """Narrower than what 17 nodes see of [-1, 1]; without it log T is another one."""
     drift = sa.Drift(f"1/2 - u + 40*exp(-(1000*u - {place})**2)")
     kappa = np.array([1.0, 0.3])
     found = require_honest(drift, "T", kappa, 2.0)
     without = sa.escape_time(sa.polynomial("1/2", -1), kappa, 2, log=True)
-    assert (np.abs(found.logs - without) > 1e-3).all()
+    assert (np.abs(found.logs - without) > 1e5 * found.errors).all()
 
 
 @pytest.mark.parametrize("limit", ["_DEEPEST", "_PANELS"])

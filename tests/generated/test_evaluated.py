@@ -14,19 +14,19 @@ import mpmath
 import numpy as np
 import pytest
 import sympy
+from flint import arb, fmpq
 
 import symasym
 import symasym as sa
 from symasym import friction, rescale
 from symasym.asymptotics.weak_noise import answer as weak_noise
 from symasym.base.call_context import own_context
-from symasym.exact import float_panels, sweep
-from symasym.exact.balls import panels as ball_panels
-from symasym.exact.digit_panels import constant_moments
-from symasym.exact.sweep import Deferred, Record
+from symasym.drift.evaluate import Piece, Polynomial, rational
+from symasym.exact import balls as ball_panels
+from symasym.exact import floats as float_panels
 from symasym.generated import formulas, mpmath_formulas, numpy_formulas
 from symasym.numbers import balls
-from symasym.numbers.float_arrays import LogPositive
+from symasym.numbers.balls import exact_ball, precision
 
 ROOT = Path(symasym.__file__).parent
 
@@ -44,112 +44,86 @@ def _moments(ctx, x, up):
         return first, getattr(mpmath_formulas, name)(ctx, x, first)
 
 
+def _of_constant(slope, lam, width):
+    """The record in balls of a constant drift."""
+    whole = [Piece(fmpq(0), width, Polynomial([slope]))]
+    (panel,) = ball_panels.panels(whole, lam, fmpq(0), width, 40)
+    (record,) = ball_panels.records([panel], lam, ball_panels.ABSORBING, 40, 1)
+    return record
+
+
 @pytest.mark.parametrize("direction", [1, -1])
 def test_constant_panels_in_float64(direction):
-    x = np.concatenate((np.geomspace(1e-12, 1e12, 200), [0.5, np.nextafter(0.5, 0), 1e200]))
+    x = np.concatenate((np.geomspace(1e-12, 1e12, 200), [0.5, np.nextafter(0.5, 0)]))
     h = np.full(x.shape, 0.75)
-    got = float_panels.constant(direction * x / h, h)
+    fall, climb, int_e, int_inverse, nested = float_panels.constant(direction * x / h, h, 0 * x).log
     with own_context(40) as ctx:
         for k, value in enumerate(x):
             exact = ctx.mpf(float(direction * value / 0.75)) * ctx.mpf("0.75")
-            int_e, nested = _moments(ctx, abs(exact), direction < 0)
-            assert float(got.int_e[k]) == pytest.approx(float(0.75 * int_e), rel=2e-15)
-            assert got.int_inverse[k] == got.int_e[k]
-            assert float(got.nested[k]) == pytest.approx(float(0.5625 * nested), rel=4e-15)
-
-
-def test_constant_panels_at_any_precision():
-    rng = random.Random(1)
-    with own_context(50) as ctx:
-        for _ in range(60):
-            x = _exact(rng, "-3", "3") * Fraction(10) ** rng.randint(-20, 3)
-            end, int_e, nested = constant_moments(x, ctx)
-            size = ctx.mpf(abs(x).numerator) / abs(x).denominator
-            first, second = _moments(ctx, size, x < 0)
-            for got, want in ((int_e, first), (nested, second), (end, ctx.exp(-size))):
-                assert abs(got - want) <= want * ctx.mpf(10) ** -45
+            single, double = _moments(ctx, abs(exact), direction < 0)
+            assert int_e[k] == pytest.approx(float(ctx.log(0.75 * single)), abs=2e-14)
+            assert int_inverse[k] == int_e[k]
+            assert nested[k] == pytest.approx(float(ctx.log(0.5625 * double)), abs=2e-14)
+            assert climb[k] - fall[k] == pytest.approx(float(exact), rel=1e-15)
 
 
 def test_constant_panels_in_balls():
-    from symasym.numbers.balls import exact_ball, precision
-
     rng = random.Random(2)
-    with own_context(60) as ctx, precision(150):
+    with own_context(60) as ctx, precision(300):
         for _ in range(40):
             slope, lam, length = (
                 _exact(rng, low, high) for low, high in (("-3", "3"), ("1/9", "9"), ("1/9", "4"))
             )
-            outer = ball_panels.Outer(exact_ball(slope), lam, length)
+            found = _of_constant(rational(slope), exact_ball(lam), rational(length))
             x = abs(slope * lam * length)
             int_e, nested = _moments(ctx, ctx.mpf(x.numerator) / x.denominator, slope < 0)
-            h = ctx.mpf(length.numerator) / length.denominator
+            h, factor = (ctx.mpf(v.numerator) / v.denominator for v in (length, lam))
             end = ctx.exp(-ctx.mpf(x.numerator) / x.denominator)
             # In balls the integrals are those of e and 1/e as they stand at the left end.
             plus, minus = (
                 (h * int_e, h * int_e / end) if slope > 0 else (h * int_e / end, h * int_e)
             )
             double = h * h * (nested / end if slope > 0 else nested)
-            for got, want in ((outer.plus, plus), (outer.minus, minus), (outer.nested, double)):
+            wanted = (plus, factor * minus, factor * double, 1 / end if slope > 0 else end)
+            for got, want in zip(found, wanted, strict=True):
                 mid, rad = balls.to_mpf(got, 40)
-                assert abs(ctx.convert(mid) - want) <= ctx.convert(rad) + want * ctx.mpf(10) ** -55
+                assert abs(ctx.convert(mid) - want) <= ctx.convert(rad) + want * ctx.mpf(10) ** -35
 
 
-def _records(ctx, rng):
-    """Panels with given numbers, V falling or rising."""
-    found = []
-    for _ in range(rng.randint(1, 9)):
-        integrals = [ctx.mpf(rng.uniform(0.1, 2)) for _ in range(3)]
-        # A float exponent, so that the number is the same in logarithms.
-        rise = rng.uniform(-4, 4)
-        end = ctx.exp(-abs(ctx.mpf(rise)))
-        found.append((rise, Record(*integrals, *((1, end) if rise > 0 else (end, 1)))))
-    return found
-
-
-def _unscaled(ctx, records, lam):
-    """sigma and w from S and Y = w S, which are sums of what each panel adds."""
-    S = Y = ctx.zero
-    for _, p in records:
-        growth = p.fall / p.climb
-        Y += lam * (S * p.int_inverse + p.nested) / p.fall
-        S = (S + p.int_e / p.climb) / growth
-    return S, Y / S
-
-
-@pytest.mark.parametrize("deferred", [False, True])
-def test_steps_between_panels_at_any_precision(deferred):
-    rng = random.Random(3)
-    with own_context(60) as ctx:
-        tiny = ctx.ldexp(1, -ctx.prec - 8)
-
-        def put_off(x):
-            return Deferred(lambda: x, lambda: 3 * x, tiny) if deferred else x
-
+def test_steps_between_panels():
+    """sigma and w of both engines against the emitted step."""
+    rng, lam = random.Random(3), 3
+    with own_context(40) as ctx, precision(150):
         for _ in range(30):
-            chain, lam = _records(ctx, rng), ctx.mpf(3)
-            records = [Record(*map(put_off, p[:3]), *p[3:]) for _, p in chain]
-            sigma, w = sweep.absorbed(records, lam)
-            S, work = _unscaled(ctx, chain, lam)
-            assert abs(sigma - S) <= S * ctx.mpf(10) ** -55
-            assert abs(sweep.known(w + 0) - work) <= work * ctx.mpf(10) ** -55
-
-
-def test_steps_between_panels_in_the_log_domain():
-    rng = random.Random(4)
-    with own_context(40) as ctx:
-        for _ in range(30):
-            chain, lam = _records(ctx, rng), LogPositive.of(np.array([3.0]))
-            records = []
-            for rise, p in chain:
-                numbers = [LogPositive.of(np.array([float(x)]), np.array([5e-16])) for x in p[:3]]
-                ends = (min(rise, 0.0), min(-rise, 0.0))
-                zero = np.zeros(1)
-                records.append(Record(*numbers, *(LogPositive(np.array([x]), zero) for x in ends)))
-            found = sweep.absorbed(records, lam)
-            for got, want in zip(found, _unscaled(ctx, chain, ctx.mpf(3)), strict=True):
-                assert float(got.log[0]) == pytest.approx(float(ctx.log(want)), abs=2e-14)
-                # The running error analysis covers what the step really loses.
-                assert abs(got.log[0] - float(ctx.log(want))) <= got.error[0]
+            state, in_balls = None, ball_panels.ABSORBING
+            in_logs = float_panels.absorbing(np.array([float(lam)]))
+            for _ in range(rng.randint(1, 9)):
+                int_e, int_inverse, nested = (rng.uniform(0.1, 2) for _ in range(3))
+                rise = rng.uniform(-4, 4)
+                end = ctx.exp(-abs(ctx.mpf(rise)))
+                fall, climb = (1, end) if rise > 0 else (end, 1)
+                given = (int_e * climb, int_inverse * fall, nested * fall)
+                if state is None:
+                    state = formulas.absorbed(lam, given[0], given[2], fall)
+                else:
+                    sigma, w = state
+                    state = formulas.carried(lam, w, *given, fall, climb, sigma)
+                inverse = (arb(rise)).exp() ** -1
+                record = ball_panels.Record(
+                    arb(int_e), lam * arb(int_inverse), lam * arb(nested), inverse
+                )
+                in_balls = ball_panels.carried(in_balls, record)
+                logs = np.array([[float(ctx.log(x))] for x in (fall, climb, *given)])
+                in_logs = float_panels.carried(
+                    in_logs, float_panels.Logs(logs, 1e-15 + 0 * logs), np.array([float(lam)])
+                )
+            for got, want in zip(
+                (in_balls.eta, in_balls.zeta[1] / in_balls.eta), state, strict=True
+            ):
+                assert float(got) == pytest.approx(float(want), rel=1e-13)
+            rate, work, _ = in_logs.log[:, 0]
+            assert rate == pytest.approx(-float(ctx.log(state[0])), abs=1e-13)
+            assert work == pytest.approx(float(ctx.log(state[1])), abs=1e-13)
 
 
 def test_logarithms_of_shares_in_balls():

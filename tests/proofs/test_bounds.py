@@ -12,8 +12,7 @@ from hypothesis import given, settings
 
 import symasym as sa
 from symasym.asymptotics.proofs.layer_bounds import layer_of
-from symasym.exact.balls import sweep as ball_sweep
-from symasym.numbers.balls import precision
+from symasym.numbers.balls import exact_ball, precision
 from symasym.workshop import reference_quadrature
 from tests.problems import PROBLEMS, Problem, constant_drift, distance, relative
 from tests.strategies import ALL, SAMPLE, scenes
@@ -155,7 +154,7 @@ def test_layer_against_plain_quadrature() -> None:
     with precision(128):
         layer = layer_of(FRICTION, False, Fraction(-1), Fraction(1))
         # V(1), less V(-1) = 0, is -2 c0 - 2 c2/3.
-        assert layer.end.contains(ball_sweep.exact_ball(Fraction(-26, 10)))
+        assert layer.end.contains(exact_ball(Fraction(-26, 10)))
         kinds = [type(r.peak).__name__ for r in layer.segments if r.peak]
     assert kinds == ["Edge", "Barrier"]
 

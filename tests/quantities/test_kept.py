@@ -9,7 +9,6 @@ import pytest
 import symasym as sa
 from symasym.asymptotics.uniform import answer as uniform
 from symasym.asymptotics.weak_noise import answer as weak_noise
-from symasym.drift import landscape
 
 TEXT = "a - b*u + exp(-c*u)*tanh(3*u)"
 
@@ -31,8 +30,6 @@ def drift(**more: Any) -> sa.Drift:
             "windows",
             lambda d, k: sa.escape_time(d, k, 2, method="uniform", order=1, log=True),
         ),
-        (landscape, "_of_analytic", lambda d, k: d.critical_points()),
-        (landscape, "float_marks", lambda d, k: sa.escape_time(d, k, 2, log=True)),
     ],
 )
 def test_once(monkeypatch: pytest.MonkeyPatch, module: Any, name: str, ask: Any) -> None:

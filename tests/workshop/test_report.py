@@ -54,9 +54,8 @@ def test_every_scene_is_in_the_table_and_starts_at_0() -> None:
     assert main(["report", "--scene", "cold"]) == 2
 
 
-def test_references_are_proved_where_they_can_be() -> None:
+def test_references_are_balls() -> None:
     truth = known(BY_NAME["friction k=0.3"])
-    assert truth.proved
     wanted = sa.escape_time(sa.friction(3, 1, "-0.3"), "0.3", 10, dps=60, log=True)
     assert abs(truth.value - wanted) < 1e-14
     assert truth.radius < 1e-110
@@ -155,7 +154,7 @@ def test_a_peer_that_breaks_or_takes_too_long_is_told() -> None:
         raise OverflowError("math range error")
 
     truth = Reference(sa.escape_time(sa.linear(1, 1), 1, 5, dps=20), sa.escape_time(
-        sa.linear(1, 1), 1, 5, dps=20) * 0, False)  # fmt: skip
+        sa.linear(1, 1), 1, 5, dps=20) * 0)  # fmt: skip
     assert point("x", Run("Arb", "", slow, False), truth, 0.2).reason == "stopped after 0.2 s"
     assert "math range error" in point("x", Run("dblquad", "", broken, False), truth, 1).reason
     with pytest.raises(OverflowError):
@@ -203,7 +202,7 @@ def test_stability_over_two_scenes(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     record = json.loads((tmp_path / "stability.json").read_text())
     cells = {(c["scene"], c["method"], c["setting"]): c for c in record["cells"]}
     exact = cells["k=1e8", "exact", "35 digits"]
-    assert exact["claimed"] == pytest.approx(35, abs=0.01)
+    assert exact["claimed"] >= 35
     assert 35 <= exact["true"] <= MOST
     assert "that claim more digits than are true: 0." in (tmp_path / "stability.md").read_text()
     # T is (r^2 - x^2)/kappa^2 where noise is that strong, so that both condition numbers are 2.

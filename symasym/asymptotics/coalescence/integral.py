@@ -20,11 +20,11 @@ from symasym.asymptotics.coalescence.reading import (
     far_end,
     read_integral,
     require_alone,
+    require_known,
     require_no_pole,
     require_smooth,
 )
 from symasym.asymptotics.coalescence.result import UniformExpansion
-from symasym.asymptotics.laplace.integral import require_known
 from symasym.asymptotics.laplace.kinks import WORK, Piece, at, cut, number
 from symasym.asymptotics.laplace.maxima import local_maxima, vanishes_identically
 from symasym.base.call_context import own_context, symbolic

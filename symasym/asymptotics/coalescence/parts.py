@@ -31,7 +31,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import sympy
 
 from symasym.asymptotics.coalescence.cubic_map import map_coefficients
-from symasym.asymptotics.laplace.expansion import refined
 from symasym.asymptotics.laplace.kinks import Piece
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.call_context import own_context
@@ -470,3 +469,22 @@ def without_zeros(c: list[Any], least: int = 1) -> list[Any]:
     while n > least and c[n - 1] == 0:
         n -= 1
     return c[:n]
+
+
+def refined(piece: Piece, x: Symbol, point: Real, field: RealField) -> Real:
+    """A point that is a rounded zero of f', to the field's precision (Newton); else unchanged."""
+    if isinstance(point, sympy.Basic):
+        return point
+    context = field.context
+    current = context.make_mpf(point._mpf_)
+    for _ in range(60):
+        try:
+            _, slope, half = taylor(piece.f, x, current, 1, 3, field).c
+        except NotAnalytic:
+            break
+        step = slope / (2 * half) if half else context.mpf(0)
+        current -= step
+        # Quadratic convergence: after a step of half the digits the next one is below the last.
+        if abs(step) <= abs(current) * context.mpf(10) ** (-(context.dps * 2) // 3):
+            break
+    return current

@@ -13,18 +13,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import sympy
 
-from symasym.asymptotics.laplace.integral import (
-    require_exponent,
-    require_free_ends,
-    require_known,
-    require_real_ends,
-    variable,
-)
 from symasym.asymptotics.laplace.kinks import WORK, Piece, at, difference, number
 from symasym.asymptotics.laplace.maxima import grid_of, interior_maxima, on_grid
 from symasym.base.call_context import own_context
 from symasym.base.errors import InputError
+from symasym.base.inputs import is_name, shown
 from symasym.drift.expressions import expect_algebra, parse, quotient_parts
+from symasym.numbers.trees import FUNCTIONS
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -81,6 +76,50 @@ def over_i(formula: Expr) -> Expr:
         return terms
     expect_algebra(formula)
     return sympy.expand(terms)
+
+
+def variable(x: Symbol | str) -> Symbol:
+    """The variable of integration as a symbol."""
+    symbol = sympy.Symbol(x) if is_name(x) else x
+    if not isinstance(symbol, sympy.Symbol):
+        raise InputError(f"x is {shown(x)}; give the variable of integration, a SymPy symbol.")
+    return symbol
+
+
+def require_exponent(f: Expr, x: Symbol) -> None:
+    """Refuse an f without x."""
+    if not f.has(x):
+        raise InputError(
+            f"f = {f} does not contain {x}, so the exponential is constant; give an f that "
+            f"depends on {x}."
+        )
+
+
+def require_free_ends(lo: Expr, hi: Expr, x: Symbol) -> None:
+    """Refuse ends that contain x."""
+    for name, end in (("a", lo), ("b", hi)):
+        if end.has(x):
+            raise InputError(f"{name} = {end} contains {x}; give an end free of it.")
+
+
+def require_real_ends(lo: Expr, hi: Expr) -> None:
+    """Refuse ends that are neither real nor ±oo, or not in their order."""
+    for name, end in (("a", lo), ("b", hi)):
+        if end.is_extended_real is False or end.has(sympy.I):
+            raise InputError(f"{name} = {end} is not real; give a real end or ±oo.")
+    if not (lo.free_symbols or hi.free_symbols) and not number(lo) < number(hi):
+        raise InputError(f"a is {lo} and b is {hi}; a must be less than b.")
+
+
+def require_known(name: str, expression: Expr, x: Symbol) -> None:
+    """Refuse functions of x that are not evaluated."""
+    for node in expression.atoms(sympy.Function, sympy.Integral, sympy.Derivative):
+        if node.has(x) and type(node).__name__ not in FUNCTIONS:
+            raise InputError(
+                f"{name} contains {node}, which is not among the functions symasym evaluates; "
+                f"write {name} with {', '.join(FUNCTIONS)}, Abs, Max, Min, sign, Piecewise and "
+                "powers."
+            )
 
 
 _KINKS = (sympy.Abs, sympy.sign, sympy.Max, sympy.Min, sympy.Heaviside, sympy.Piecewise)

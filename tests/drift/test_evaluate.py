@@ -1,0 +1,193 @@
+"""A in balls and in float64, against SymPy's evalf and exact arithmetic."""
+
+from __future__ import annotations
+
+import math
+import random
+from fractions import Fraction as F
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+import sympy
+from flint import acb, arb, ctx, fmpq
+from numpy.polynomial import chebyshev
+
+import symasym as sa
+from symasym.drift.evaluate import FUNCTIONS, Polynomial, box, pieces, sampled
+from symasym.numbers.balls import precision, to_mpf
+
+# Of all admitted functions.
+FORMULAS = [
+    "sqrt(u**2 + 1/100) - 1/2", "(u + 5/4)**(3/2) - b*(u + 2)**(-1/3)", "(2 + u)**b/(u**2 + 1/30)",
+    "sin(3*u)*cos(b*u) - tan(u/2)", "sinh(b*u) + cosh(u) - tanh(9*u)", "erf(2*u)*exp(-b*u**2)",
+    "asin(u/2) + acos(b*u/3) - atan(5*u)", "asinh(4*u) - acosh(u*b + 3) + atanh(u/2)",
+    "log(u + 3)**2 - pi*b/(u + 3)**2 + E**u", "exp(-(100*u - 11)**2) - b/3", "b*u**3 - pi*u",
+]  # fmt: skip
+
+
+def true(drift: sa.Drift, u: Any) -> Any:
+    """A(u) to 70 digits."""
+    at = sympy.Symbol("u", real=True), sympy.Rational(int(u.p), int(u.q))
+    return mpmath.mpf(str(drift.expression().subs(*at).evalf(70)))
+
+
+@pytest.mark.parametrize("text", FORMULAS)
+def test_balls_and_taylor_polynomials_hold_the_function(text: str) -> None:
+    rng, drift, told = random.Random(text), sa.Drift(text), 0
+    drift = drift.bind(b="1/2") if drift.free else drift
+    with precision(200), mpmath.workdps(70):
+        of = pieces(drift, fmpq(1))[0].phi
+        for phi, sign in ((of, 1), (of.mirrored().negative(), -1)):
+            for k in range(12):
+                middle, half = fmpq(rng.randint(-90, 90), 100), fmpq(1, 16 << k)
+                series, missed = phi.taylor(middle, half, 25)
+                assert len(list(series)) <= 2 * (25 * math.log(10) + 12) / math.log(2)
+                t = fmpq(rng.randint(-8, 8), 9)
+                wanted = true(drift, sign * (middle + half * t))
+                balls = [phi(arb(middle + half * t)), series(arb(t)) + arb(0, missed)]
+                told += bool(missed < 1e-20)
+                for mid, rad in (to_mpf(ball, 65) for ball in balls if ball.is_finite()):
+                    assert abs(mid - wanted) <= rad + mpmath.mpf(10) ** -60
+    assert told > 10
+
+
+@pytest.mark.parametrize("text", [text for text in FORMULAS if "b" in text])
+def test_complex_steps_are_derivatives(text: str) -> None:
+    drift, h = sa.Drift(text), arb(10) ** -40
+    u, b = sympy.symbols("u b", real=True)
+    slope = sympy.diff(drift.expression(), b)
+    wanted = float(slope.subs({u: sympy.Rational(3, 10), b: sympy.Rational(1, 2)}).evalf(30))
+    with precision(200):
+        phi = pieces(drift.bind(b="1/2"), fmpq(1), {"b": acb(0.5, h)})[0].phi
+        series, missed = phi.taylor(fmpq(3, 10), fmpq(1, 100), 60)
+        assert missed < 1e-50
+        for value in (phi(arb(fmpq(3, 10))), series(arb(0))):
+            assert float((acb(value).imag / h).mid()) == pytest.approx(wanted, rel=1e-14)
+    rows = sampled(drift, {"b": np.array([0.5, 0.5 + 1e-30j])}, 2)
+    found = rows(np.array([[0.3, 0.3]]), np.arange(2))[0, 1].imag / 1e-30
+    assert found == pytest.approx(wanted, rel=1e-13)
+
+
+SINGULAR = {
+    -1.25: ["sqrt(u + 5/4)", "(u + 5/4)**(-3/2)", "(u + 5/4)**(1/3)", "(u + 5/4)**pi",
+            "log(u + 5/4)", "acosh(u + 9/4)", "1/(u + 5/4)", "tan(2*pi*u/5)", "asin(4*u/5)",
+            "acos(4*u/5)", "atanh(4*u/5)", "sqrt(25/16 - u**2)"],
+    1.25j: ["atan(4*u/5)", "asinh(4*u/5)", "sqrt(u**2 + 25/16)", "log(u**2 + 25/16)",
+            "tanh(2*pi*u/5)", "1/(u**2 + 25/16)", "sqrt(u**2 + 25/16)**3*exp(u)"],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("at", SINGULAR)
+def test_boxes_with_singularities_are_not_finite(at: complex) -> None:
+    for text in SINGULAR[at]:
+        with precision(100):
+            phi = pieces(sa.Drift(text), fmpq(1))[0].phi
+            for size in (fmpq(3, 20), fmpq(1, 4) + fmpq(1, 10**9)):
+                wide = box(fmpq(-1), size, fmpq(1, 50))
+                high = box(fmpq(0), fmpq(1, 50), size + 1)
+                assert phi(high if at.imag else wide).is_finite() == (size < fmpq(1, 4)), text
+
+
+def test_other_functions_are_refused() -> None:
+    for text in ("Abs(u)", "gamma(u + 3)", "sign(u)", "Max(u, 0)", "airyai(u)", "erfc(u)", "I*u"):
+        with pytest.raises(sa.InputError, match="is not among the analytic functions"):
+            sa.Drift(text)
+    assert len(FUNCTIONS) == len(set(FUNCTIONS)) == 16
+
+
+def test_pieces_and_flint_settings() -> None:
+    before = ctx.prec, ctx.cap
+    drift = sa.sine("1/3", "-2/7", 5, waves=3)
+    with precision(100):
+        left, inside, right = pieces(drift, fmpq(5, 2))
+        assert [piece.left for piece in (left, inside, right)] == [fmpq(-5, 2), -1, 1]
+        for piece, end in ((left, fmpq(1, 3)), (right, fmpq(-2, 7))):
+            assert isinstance(piece.phi, Polynomial)
+            assert piece.phi.coefficients == [end]
+        inside.phi.taylor(fmpq(0), fmpq(1, 100), 30)
+        assert len(pieces(drift, fmpq(1))) == 1
+    drift.critical_points()
+    assert (ctx.prec, ctx.cap) == before
+
+
+# -- float64 ---------------------------------------------------------------------------------------
+
+
+def test_rows_of_polynomials() -> None:
+    rng = np.random.default_rng(1)
+    z0, mu = rng.uniform(-1, 1, 50), F(1, 3)
+    drift = sa.friction(mu, 1)
+    plain = sampled(drift, {"z0": z0}, 50)
+    careful = plain.carefully()
+    assert (plain.terms, plain.exact, plain.careful, careful.careful) == (4, True, False, True)
+    u = rng.uniform(-1, 1, (20, 50))
+    rows = rng.permutation(50)
+    exact = [
+        [1 - F(z0[j]) - (1 + mu) * F(x) + mu * F(x) ** 3 for x, j in zip(one, rows, strict=True)]
+        for one in u
+    ]
+    errors = [
+        max(
+            abs(F(a) - b) / abs(b)
+            for a, b in zip(found(u, rows).ravel(), sum(exact, []), strict=True)
+        )
+        for found in (plain, careful)
+    ]
+    assert errors[1] <= F(1, 2**53) < errors[0]
+    for end, side in zip(careful.ends, (-1, 1), strict=True):
+        wanted = [float(1 - F(z) - (1 + mu) * side + mu * side) for z in z0]
+        assert end.tolist() == wanted
+
+
+def test_careful_values_have_all_their_digits_beside_a_multiple_zero() -> None:
+    third = F(1, 3)
+    c = [math.comb(6, k) * (-third) ** (6 - k) for k in range(7)]
+    u = np.linspace(0.25, 0.4, 200)[:, None]
+    found = sampled(sa.polynomial(*c), {}, 1).carefully()(u, np.array([0])).ravel().tolist()
+    for x, value in zip(u.ravel().tolist(), found, strict=True):
+        wanted = float((F(x) - third) ** 6)
+        assert abs(value - wanted) <= 1e-16 * wanted + 1e-30
+
+
+@pytest.mark.parametrize(
+    ("drift", "values"),
+    [
+        (sa.tanh(1, -1), {"steepness": np.linspace(1, 30, 40)}),
+        (sa.Drift("1/2 - u + 3*exp(-(1000*u - 110)**2)"), {}),
+        (sa.Drift("a - u + sin(b*u)"), {"a": np.linspace(-1, 1, 9), "b": np.linspace(1, 40, 9)}),
+        (sa.hill(1, -1, n=3), {"K": np.geomspace(0.2, 2, 12)}),
+    ],
+)
+def test_between_cuts_chebyshev_series_hold_the_rows(drift: sa.Drift, values: Any) -> None:
+    count = max((len(x) for x in values.values()), default=1)
+    of, rows = sampled(drift, values, count), np.arange(count)
+    edges = np.array([-1.0, *of.cuts, 1.0])
+    size = np.abs(of(np.linspace(-1, 1, 999)[:, None] + 0 * rows, rows)).max(axis=0)
+    nodes, fresh = chebyshev.chebpts1(of.terms), np.linspace(-1, 1, 50)
+    for a, b in zip(edges[:-1], edges[1:], strict=True):
+        known, wanted = (
+            of(((a + b) / 2 + (b - a) / 2 * t)[:, None] + 0 * rows, rows) for t in (nodes, fresh)
+        )
+        series = chebyshev.chebfit(nodes, known, of.terms - 1)
+        missed = np.abs(chebyshev.chebval(fresh, series).T - wanted).max(axis=0)
+        assert (missed <= 4e-14 * size).all()
+    if "1000" in repr(drift):
+        assert any(abs(x - 0.11) < 0.004 for x in of.cuts)
+
+
+def test_cuts_of_peaks_that_move_are_refused() -> None:
+    with pytest.raises(sa.AccuracyError, match="too fast"):
+        _ = sampled(sa.Drift("1 + exp(-(9000*(u - b))**2)"), {"b": np.linspace(-1, 1, 50)}, 50).cuts
+
+
+def test_rounding_of_formulas_that_cancel() -> None:
+    for text, least in (("(exp(u*10**(-8)) - 1)*10**8", 1e-9), ("tanh(9*u)", 1e-17)):
+        drift = sa.Drift(text)
+        of, u = sampled(drift, {}, 1), np.linspace(-1, 1, 40)
+        errors = [
+            abs(float(true(drift, fmpq(*x.as_integer_ratio()))) - of(x, 0)) for x in u.tolist()
+        ]
+        assert max(errors) <= of.rounding * max(abs(of(u, 0)))
+        assert least < of.rounding < 1e9 * least

@@ -1,0 +1,278 @@
+"""The ball engine: each bounded step alone, closed forms, and what it refuses."""
+
+import time
+from fractions import Fraction as F
+
+import mpmath
+import numpy as np
+import pytest
+from flint import acb, acb_poly, arb, arb_poly, ctx, fmpq
+
+import symasym as sa
+from symasym.base.errors import AccuracyError, InputError
+from symasym.drift.evaluate import Analytic, Piece
+from symasym.exact import balls
+from symasym.scenes import Request, Scene
+
+
+def enclosed(formula, name, kappa, digits, log=False, **numbers):
+    """The value and its error."""
+    exact = {"kappa": F(kappa)} | {x: F(y) for x, y in numbers.items()}
+    scene = Scene(sa.Drift(formula, "u"), 2 / exact["kappa"] ** 2, exact)
+    answer = balls.of_scene(scene, Request(name, "exact", None, digits, log, True))
+    assert answer.kind == "bound"
+    small = mpmath.mpf(10) ** (-2 * digits) if log else 0
+    assert answer.error <= max(small, abs(answer.value) * mpmath.mpf(10) ** (1 - digits))
+    return answer.value, answer.error
+
+
+def mp(x):
+    """A rational in mpmath's precision of the moment."""
+    return mpmath.mpf(F(x).numerator) / F(x).denominator
+
+
+def same(found, true, digits):
+    """True where `true`, right to more digits, lies in the ball."""
+    value, error = found
+    return abs(value - true) <= error + abs(true) * mpmath.mpf(10) ** (-digits - 15)
+
+
+# -- the bounded steps, alone ----------------------------------------------------------------------
+
+
+def simpson(f, h):
+    """Integrals from the first point to every second one."""
+    return np.concatenate([[0], np.cumsum((f[:-2:2] + 4 * f[1:-1:2] + f[2::2]) * h / 3)])
+
+
+def integrals(g, off, half):
+    """Of e, 1/e and e(u)/e(x) over u < x, where e = exp(-q) and q' = g + off on [-1, 1]."""
+    t = np.linspace(-1, 1, 2**13 + 1)
+    q = np.polynomial.polynomial.polyval(t, [0, *(g / np.arange(1, len(g) + 1))]) + off * t
+    q, h = q - q[0], half * (t[1] - t[0])
+    inside = simpson(np.exp(-q), h)
+    nested = simpson(inside * np.exp(q[::2]), 2 * h)
+    return inside[-1], simpson(np.exp(q), h)[-1], nested[-1]
+
+
+class Known:
+    """A drift of this Taylor polynomial, within a bound."""
+
+    def __init__(self, known):
+        self.known = known
+
+    def __call__(self, x):
+        return self.known[0](arb(0, 1))
+
+    def taylor(self, *_):
+        return self.known
+
+
+@pytest.mark.parametrize("kind", ["moderate", "steep", "slow", "wide"])
+@pytest.mark.parametrize("blur", [0.0, 0.3, 0.9])
+@pytest.mark.parametrize("imaginary", [0.0, 1.0])
+def test_panel(kind, blur, imaginary):
+    """Every slope in the balls, off by blur, has its integrals in the record's balls and bounds."""
+    random = np.random.default_rng([len(kind), int(10 * blur), int(imaginary)])
+    for _ in range(5):
+        n = int(random.integers(0, 3 if kind == "slow" else 5))
+        g = random.normal(size=n + 1) * random.random(n + 1) ** 2
+        if kind == "slow":
+            g *= random.uniform(0, 8) / abs(g).sum()
+            g[0] = random.choice([-1, 1]) * random.uniform(70, 140)
+        else:
+            g *= {"moderate": 10, "steep": 45, "wide": 3}[kind] / abs(g).sum()
+        g = g + 0.3j * imaginary * random.normal(size=n + 1)
+        radii = random.random(n + 1) * {"wide": 0.3, "slow": 1e-6}.get(kind, 0.0)
+        inside = g + radii * random.choice([-1, 1], n + 1)
+        kind_of, one = (acb_poly, acb) if imaginary else (arb_poly, lambda x, _: x)
+        terms = [one(arb(c.real, r), c.imag) for c, r in zip(g.tolist(), radii, strict=True)]
+        known = kind_of(terms) * 8, arb(8 * blur)
+        phi = Known(known)
+        with balls.precision(balls.bits(12)):
+            piece = Piece(fmpq(0), fmpq(1, 4), phi)
+            panel = balls._panel(piece, arb(1), piece.left, piece.right, 12)
+            assert (panel.cauchy is None) == (kind == "slow" or (n == 0 and abs(g[0].real) > 1))
+            full = balls._record(panel, arb(1), (True, True, True))
+            bounds = [float(x) for x in panel.bounds]
+            found = [complex(x.mid()) for x in full[:3]]
+            error = [float(abs(x - x.mid()).upper()) for x in full[:3]]
+        for off in (-blur, 0.0, blur):
+            for value, ball, rad, bound in zip(
+                integrals(inside, off, 1 / 8), found, error, bounds, strict=True
+            ):
+                assert abs(value - ball) <= rad + 1e-7 * abs(value)
+                assert np.log(abs(value)) <= bound + 1e-7
+        if blur == 0 and kind in ("moderate", "steep"):
+            assert max(e / abs(x) for e, x in zip(error, found, strict=True)) < 1e-10
+
+
+def test_unlike_slopes_are_not_proved():
+    """A slope that may vanish has no slow solution: its ball is infinite, never small and wrong."""
+    slope = [arb(0, 100), arb(1)]
+    with balls.precision(100):
+        q = arb_poly(slope).integral()
+        panel = balls.Panel(arb(1), slope, q, arb(0), 9, None, arb(0), (0, 0, 0))
+        assert not any(x.is_finite() for x in balls._record(panel, arb(1), (True,) * 3)[:3])
+
+
+# -- closed forms ----------------------------------------------------------------------------------
+
+TEN = F(10)
+CONSTANT = [
+    (F(1, 3), F(1, 2), 10, 0), (TEN**-30, 1, 100, 3), (-(TEN**-100), TEN**-80, TEN**30, 0),
+    (F(2, 7), TEN**-150, 1, F(1, 3)), (TEN**100, TEN**30, TEN**299, -(TEN**298)),
+    (F(1, 1000), TEN**300, TEN**-300, 0), (F(-1, 3), F(1, 7), 2, TEN**-40 - 2),
+    (F(1, 3), F(1, 7), 2, 2 - TEN**-40), (TEN**-15, TEN**-8, 5, TEN**-20),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("a", "kappa", "r", "start"), CONSTANT)
+def test_constant_drift(a, kappa, r, start):
+    """T and C of Brownian motion with drift, from numbers over their whole range."""
+    numbers = {"kappa": kappa, "r": r, "start": start}
+    with mpmath.workprec(9000):
+        x, end, s = map(mp, (a, r, start))
+        rate = 2 * x / mp(kappa) ** 2
+        c = mpmath.expm1(rate * (end - s)) / mpmath.expm1(2 * rate * end)
+        rest = mpmath.expm1(-rate * (end + s)) / mpmath.expm1(-2 * rate * end)
+        true = (end * (rest - c) - s) / x
+        assert same(enclosed(str(a), "T", digits=25, **numbers), true, 25)
+        assert same(enclosed(str(a), "T", digits=25, log=True, **numbers), mpmath.log(true), 25)
+        assert same(enclosed(str(a), "C", digits=25, **numbers), c, 25)
+        log = mpmath.log1p(-rest) if rest < 0.5 else mpmath.log(c)
+        assert same(enclosed(str(a), "C", digits=25, log=True, **numbers), log, 25)
+
+
+def test_log_that_nearly_vanishes():
+    """T = r^2/kappa^2 without a drift: log 1 to places, and log(1 + 1e-40) to its digits."""
+    for r, true in ((F(1), 0), (1 + TEN**-40, 2 * mpmath.log1p(mpmath.mpf(10) ** -40))):
+        found = enclosed("0*u", "T", digits=25, log=True, kappa=1, r=r, start=0)
+        assert abs(found[0] - true) <= found[1] + mpmath.mpf(10) ** -54
+        assert found[1] < 1e-50
+
+
+def scale(rate, zero, kappa, low, high):
+    """The integral of e^{lam V} from low to high, where A = rate (u - zero), V(zero) = 0."""
+    root, middle = mpmath.sqrt(abs(mp(rate))) / mp(kappa), mp(zero)
+    erf = mpmath.erfi if rate < 0 else mpmath.erf
+    part = erf(root * (high - middle)) - erf(root * (low - middle))
+    return part * mpmath.sqrt(mpmath.pi) / 2 / root
+
+
+# A = rate (u - zero): zeros beside dyadic points, A(-1) or A(1) nearly 0, starts beside the ends.
+LINEAR = [
+    (1, F(1, 2) + TEN**-12, F(1, 20), F(1, 2)), (-1, F(1, 4) - TEN**-9, F(1, 20), F(1, 4)),
+    (1, -1 + TEN**-15, F(1, 10), 0), (-1, 1 - TEN**-30, F(1, 10), TEN**-25 - 1),
+    (-3, 0, F(1, 3), 1 - TEN**-20), (60, TEN**-40, 1, F(-1, 64)), (-120, TEN**-3, 1, 0),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("rate", "zero", "kappa", "start"), LINEAR)
+def test_probabilities_of_a_linear_drift(rate, zero, kappa, start):
+    """C by error functions, and in a sliding region P and the density."""
+    formula = f"({rate})*(u - ({zero}))"
+    numbers = {"kappa": kappa, "r": 1, "start": start}
+    with mpmath.workdps(900):
+        x, lam = mp(start), 2 / mp(kappa) ** 2
+        left, right = scale(rate, zero, kappa, -1, x), scale(rate, zero, kappa, x, 1)
+        c = right / (left + right)
+        assert same(enclosed(formula, "C", digits=30, **numbers), c, 30)
+        log = mpmath.log1p(-c)
+        assert same(enclosed(formula, "1 - C", digits=30, log=True, **numbers), log, 30)
+        if rate < 0 and abs(zero) < 1:
+            ends = (mp(-rate * (1 + zero)), mp(-rate * (1 - zero)))
+            weight = [mpmath.exp(lam * mp(rate) * (u - mp(zero)) ** 2 / 2) for u in (-1, 1, x)]
+            inside = scale(-rate, zero, kappa, -1, 1)
+            outside = (weight[0] / ends[0] + weight[1] / ends[1]) / lam
+            whole = inside + outside
+            assert same(enclosed(formula, "P", kappa, 30), inside / whole, 30)
+            assert same(enclosed(formula, "1 - P", kappa, 30), outside / whole, 30)
+            for y, there in ((start, weight[2]), (2, weight[1] * mpmath.exp(-lam * ends[1]))):
+                assert same(enclosed(formula, "p_ss", kappa, 30, y=y), there / whole, 30)
+
+
+@pytest.mark.parametrize(
+    ("rate", "zero", "kappa", "start"),
+    [(F(1, 7), F(1, 3), 2, F(-1, 5)), (-3, TEN**-4, F(1, 2), F(1, 5)), (3, F(1, 9), F(1, 2), 0)],
+)
+def test_time_of_a_linear_drift(rate, zero, kappa, start):
+    """T by quadrature of Green's function, made of error functions."""
+    numbers = {"kappa": kappa, "r": 1, "start": start}
+    with mpmath.workdps(30):
+        x, lam, whole = mp(start), 2 / mp(kappa) ** 2, scale(rate, zero, kappa, -1, 1)
+
+        def green(v):
+            left = scale(rate, zero, kappa, -1, min(v, x))
+            right = scale(rate, zero, kappa, max(v, x), 1)
+            return left * right / whole * mpmath.exp(lam * mp(rate) * (v - mp(zero)) ** 2 / 2)
+
+        true = lam * mpmath.quad(green, [-1, x, 1])
+        value, error = enclosed(f"({rate})*(u - ({zero}))", "T", digits=18, **numbers)
+        assert abs(value - true) <= error + abs(true) * mpmath.mpf(10) ** -20
+
+
+# -- functions and resources -----------------------------------------------------------------------
+
+
+def test_square_root_is_not_continued_across_its_cut():
+    """Branch points at +- i/10, by Simpson's rule for V in closed form."""
+    u, lam = np.linspace(0, 2, 2**15 + 1), 2 / 0.3**2
+    inside, beyond = np.minimum(u, 1), np.maximum(u - 1, 0)
+    v = (inside * np.sqrt(inside**2 + 0.01) + 0.01 * np.arcsinh(10 * inside) - inside) / 2
+    v = lam * (v + beyond * (np.sqrt(1.01) - 0.5))  # -V on the right, V on the left
+    total, q = [], []
+    for sign in (1, -1):  # S and the integral of e^{-lam V} S from the end, on both sides
+        parts = simpson(np.exp(sign * v), u[1])
+        total.append(parts[-1])
+        q.append(simpson((parts[-1] - parts) * np.exp(-sign * v[::2]), 2 * u[1])[-1])
+    true = lam * (q[0] * total[1] + q[1] * total[0]) / sum(total)
+    value, error = enclosed("sqrt(u**2 + 1/100) - 1/2", "T", F(3, 10), 15, r=2, start=0)
+    assert abs(value - true) <= error + 1e-9 * true
+    for unknown in ("abs(u) + 1", "sqrt(u**2)"):
+        with pytest.raises(InputError):
+            enclosed(unknown, "T", 1, 10, r=2, start=0)
+
+
+ZEROS = F(-1, 2), F(1, 8), F(7, 10)
+SPIKES = "1/2 - exp(-(1000*u - 110)**2)", "1 - 2*exp(-(1000*u - 110)**2)", "tanh(10**4*u)"
+
+
+@pytest.mark.parametrize("formula", [*(f"1/2 - 3*u**{n}" for n in (10, 30, 60)), *SPIKES])
+def test_steep(formula):
+    """Steep powers, of which 10^12 terms would be asked, and spikes take less than two seconds."""
+    begun = time.process_time()
+    values = [enclosed(formula, "T", F(1, 10), d, r=2, start=0) for d in (10, 15)]
+    assert abs(values[0][0] - values[1][0]) <= values[0][1] + values[1][1]
+    assert time.process_time() - begun < 4
+
+
+def test_what_takes_too_long_is_told():
+    """A kink and a huge slope: one sentence, and flint's context as it was."""
+    before, begun = (ctx.prec, ctx.cap), time.process_time()
+    with pytest.raises(AccuracyError, match="varies too fast near u = .*; ask for"):
+        enclosed("4/5*exp(200*u)", "T", F(1, 10), 10, r=2, start=0)
+
+    def kink(u):
+        return (u * u).sqrt(analytic=True) if isinstance(u, acb) else (u * u).sqrt()
+
+    piece = Piece(fmpq(-1), fmpq(1), Analytic(kink))
+    with balls.precision(300), pytest.raises(AccuracyError, match="near u = -?[0-9.]*e-"):
+        balls.panels([piece], arb(2), piece.left, piece.right, 15)
+    assert time.process_time() - begun < 4
+    enclosed("u", "T", 1, 10, r=2, start=0)
+    assert (ctx.prec, ctx.cap) == before
+
+
+@pytest.mark.parametrize("kappa", [1, F(1, 10), F(1, 1000), TEN**-8])
+@pytest.mark.parametrize("name", ["T", "C", "1 - C"])
+def test_nested_and_mirrored(kappa, name):
+    """20 digits contain 60, and the mirror image is the same scene."""
+    numbers = {"kappa": kappa, "r": F(5, 2), "start": F(-1, 3)}
+    formula, image = ("*".join(f"(u - ({x}))" for x in z) for z in (ZEROS, [-x for x in ZEROS]))
+    value, error = enclosed(formula, name, digits=20, **numbers)
+    fine = enclosed(formula, name, digits=60, **numbers)
+    assert abs(value - fine[0]) <= error + fine[1]
+    back = {"T": "T", "C": "1 - C", "1 - C": "C"}[name]
+    mirror = enclosed(image, back, digits=60, **numbers | {"start": F(1, 3)})
+    assert abs(mirror[0] - fine[0]) <= fine[1] + mirror[1]
