@@ -6,8 +6,6 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from symasym.asymptotics.laplace.integral import laplace_integral
-    from symasym.asymptotics.laplace.result import LaplaceExpansion
     from symasym.asymptotics.proofs.range_bound import RangeBound, weak_noise_bound
     from symasym.base.errors import (
         AccuracyError,
@@ -28,6 +26,7 @@ if TYPE_CHECKING:
     from symasym.emit import emit
     from symasym.formula import Formula, formula, labels
     from symasym.formulas import Expansion, expand
+    from symasym.integrals.laplace import LaplaceExpansion, laplace_integral
     from symasym.integrals.uniform import UniformExpansion, uniform_integral
     from symasym.plan import Plan, plan
     from symasym.plot import plot
@@ -66,8 +65,7 @@ _HOMES = {
         "quantities": "escape_time exit_probability occupation stationary_density",
         "drift.ready_made.friction": "Folds Friction friction",
         "drift.ready_made.smoothings": "hill linear polynomial sine tanh",
-        "asymptotics.laplace.integral": "laplace_integral",
-        "asymptotics.laplace.result": "LaplaceExpansion",
+        "integrals.laplace": "LaplaceExpansion laplace_integral",
         "plan": "Plan plan",
         "plot": "plot",
         "drift.reduction": "Reduction reduce",

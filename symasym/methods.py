@@ -179,10 +179,10 @@ METHODS = {method.name: method for method in (
            WEAK_NOISE_ORDERS, optimal=True),
     Method("uniform", _ALL, "symasym.expansions.uniform",
            "weak noise, also where wells, barriers, the start or an end meet", (2, 6)),
-    Method("strong_noise", _ALL, f"{_NOISE}.strong_noise.answer", "in powers of 2/kappa^2",
-           (2, 100), in_float=_without_error),
-    Method("bound", ("C", "1 - C"), f"{_NOISE}.proofs.exit_bounds",
-           "two proved bounds, which close as kappa goes to 0"),
+    Method("strong_noise", _ALL, "symasym.expansions.strong_noise", "in powers of 2/kappa^2",
+           (2, 100)),
+    Method("bound", ("C", "1 - C"), "symasym.expansions.bound",
+           "proved bounds around the exact value"),
 )}  # fmt: skip
 
 

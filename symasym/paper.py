@@ -108,12 +108,12 @@ def _seen(drift: Drift, mirrored: bool, bits: int) -> _Seen:
     """The drift at flint's precision, which has as many bits."""
     field, sign = _Simple(drift, *LINE), -1 if mirrored else 1
     zeros = [(sign * u, kind, field.taylor(u, 2)[1]) for u, kind in field.zeros][::sign]
-    ends = (sign * field.a[sign * side] for side in (-1, 1))
-    return _Seen(*ends, zeros, lambda u: field.potential(sign * u))
+    low, high = (sign * field.a[sign * side] for side in (-1, 1))
+    return _Seen(low, high, zeros, lambda u: field.potential(sign * u))
 
 
 def _value(scene: Scene, request: Request) -> tuple[Any, ErrorKind]:
-    """The value as a ball good to a few more digits than are asked for, and the kind of its error."""
+    """The value, a ball good to some more digits than are asked for, and the kind of its error."""
     of = {"T": _escape_time, "C": _exit_bound, "P": _occupation}[request.name[-1]]
     bits = int(3.4 * request.digits) + 120 + exponent_bits(scene.drift, scene.lam, Fraction(2))
     bits += 64 - bits % 64
@@ -132,7 +132,7 @@ def _value(scene: Scene, request: Request) -> tuple[Any, ErrorKind]:
 
 
 def well(drift: Drift, bits: int) -> tuple[Any, ...]:
-    """The drift ahead; where a barrier lies beyond the start, A' there and at the well, V's rise."""
+    """The drift ahead; with a barrier beyond the start, A' at the well and there, and V's rise."""
     a_minus, a_plus = drift.ends
     if a_minus * a_plus <= 0:
         raise RegionError(
@@ -142,8 +142,8 @@ def well(drift: Drift, bits: int) -> tuple[Any, ...]:
     seen = _seen(drift, a_plus < 0, bits)
     if [kind for _, kind, _ in seen.zeros] not in ([], ["well", "barrier"]):
         raise InputError(
-            f"A has {len(seen.zeros)} zeros in (-1, 1), but the paper's formula is for none, or for "
-            "one well followed by one barrier; use method='exact'."
+            f"A has {len(seen.zeros)} zeros in (-1, 1), but the paper's formula is for none, or "
+            "for one well followed by one barrier; use method='exact'."
         )
     if not seen.zeros or not seen.zeros[1][0] > 0:
         return (seen.high,)
@@ -155,9 +155,9 @@ def _escape_time(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorK
     _require_start_0(scene, "formula is for start 0, use method='exact'.")
     known, r = well(scene.drift, bits), exact_ball(scene.r)
     if len(known) == 1:
-        return formulas.strong_noise_time(_BALLS, r, *known), "none"  # type: ignore[arg-type]
+        return formulas.strong_noise_time(_BALLS, r, *known), "none"
     kappa = exact_ball(scene.numbers["kappa"])
-    return formulas.weak_noise_time(_BALLS, kappa, r, *known), "none"  # type: ignore[arg-type]
+    return formulas.weak_noise_time(_BALLS, kappa, r, *known), "none"
 
 
 def _require_start_0(scene: Scene, rest: str) -> None:
@@ -200,13 +200,13 @@ def _exit_bound(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKi
             f"kappa is {scene.noise}, so that exp(3 a- r/(2 kappa^2)) is below 4, where "
             "the paper's bound may fail; use method='bound' or 'exact'."
         )
-    value = formulas.exit_bound(_BALLS, kappa, radius, seen.low, seen.high)  # type: ignore[arg-type]
+    value = formulas.exit_bound(_BALLS, kappa, radius, seen.low, seen.high)
     return value, "bound"
 
 
 def _occupation(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKind]:
     seen, kappa = _seen(scene.drift, False, bits), exact_ball(scene.numbers["kappa"])
-    share: Any = formulas.strong_noise_occupation(_BALLS, kappa, seen.low, seen.high)  # type: ignore[arg-type]
+    share: Any = formulas.strong_noise_occupation(_BALLS, kappa, seen.low, seen.high)
     if share < 1:
         return share, "none"
     if seen.potential(arb(1)) > seen.potential(arb(-1)):
@@ -223,6 +223,6 @@ def _occupation(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKi
             left, right = (middle, right) if seen.potential(middle) > top else (left, middle)
         left = right
     rise = top - seen.potential(arb(-1))
-    share = formulas.occupation_bound(_BALLS, kappa, seen.low, seen.high, 1 - left, rise)  # type: ignore[arg-type]
+    share = formulas.occupation_bound(_BALLS, kappa, seen.low, seen.high, 1 - left, rise)
     # That A has no other zeros is known of polynomials.
     return share, "bound" if scene.drift.exact_coefficients() is not None else "estimate"

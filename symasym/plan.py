@@ -137,8 +137,8 @@ def plan(
                     else:
                         other = asked._replace(method=method, order=order, full=False)
                         value = own(answer(drift, numbers, other))
-                except SymasymError as error:
-                    refused[method] = str(error)
+                except SymasymError as refusal:
+                    refused[method] = str(refusal)
                     continue
                 error = (abs(value - known) + own(true.error)) * (1 + context.eps * 4)
                 if error <= room * value:

@@ -32,7 +32,7 @@ _PLACES = {
     "symasym.base.scales": "drifts",
     "symasym.drift": "drifts",
     "symasym.release": "release",
-    "symasym.asymptotics.laplace": "integrals",
+    "symasym.integrals": "integrals",
     "symasym.asymptotics.coalescence": "integrals",
     "symasym.formula": "formulas",
     "symasym.records": "formulas",

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx, fmpq
 
-from symasym.base.errors import AccuracyError, InputError
+from symasym.base.errors import InputError
 from symasym.base.inputs import BeyondFloat, to_float
 from symasym.drift.models import Expression, Model
 from symasym.numbers.balls import precision
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 ANALYTIC = 17
 _RADII = (32, 8, 4, 2)  # of discs, over half a panel's width
 _ELLIPSES = (11, 16, 32, 64)  # sums of half axes, over half a panel's width
-_MOST, _REGIONS = 1_000, 60  # panels, and boxes of parameters
+_MOST = 1_000  # panels
 _POINTS = np.cos(np.pi * (np.arange(33) + 0.5) / 33)
 
 
@@ -335,6 +335,7 @@ class Sampled:
 
     Attributes
     ----------
+    model : Model
     terms : int
         Chebyshev terms that hold A on a panel between `cuts`.
     exact : bool
@@ -345,12 +346,13 @@ class Sampled:
 
     def __init__(self, drift: Drift, numbers: Mapping[str, Any], rows: int, pairs: Any = None):
         self._drift, self._numbers, self._rows, self._pairs = drift, numbers, rows, pairs
+        self.model = drift.model
         self._arrays = {k: x for k, x in numbers.items() if isinstance(x, np.ndarray)}
         self._floats: dict[str, Any] = {
             k: to_float("A number of the drift", x) if isinstance(x, Fraction) else x
             for k, x in numbers.items()
         }
-        self._c = _in_floats(_coefficients, drift.model, self._floats)
+        self._c = _in_floats(_coefficients, self.model, self._floats)
         self.exact, self.careful = self._c is not None, pairs is not None
         self.terms = ANALYTIC if self._c is None else len(self._c)
 
@@ -358,7 +360,7 @@ class Sampled:
         """A at `u`, of shape (many, len(rows)), each column with the parameters of its row."""
         if self._c is None:
             values = {k: x[rows] if k in self._arrays else x for k, x in self._floats.items()}
-            return _in_floats(_value, self._drift.model, u, values)
+            return _in_floats(_value, self.model, u, values)
         c = [x[rows] if np.ndim(x) else x for x in self._c]
         value = c[-1] + 0 * u
         for x in c[-2::-1]:
@@ -374,7 +376,7 @@ class Sampled:
         pairs = []
         with precision(160):
             for row in range(self._rows if self._arrays else 1):
-                c = _coefficients(self._drift.model, self._exactly(row), balls=True) or []
+                c = _coefficients(self.model, self._exactly(row), balls=True) or []
                 high = [float(arb(x).mid()) for x in c]
                 pairs.append(
                     (high, [float(arb(x).mid() - h) for x, h in zip(c, high, strict=True)])
@@ -394,7 +396,7 @@ class Sampled:
             if not self._arrays and self._numbers == self._drift.values:
                 known: Any = self._drift.end(side)
             else:
-                known = self._drift.model.end(self._floats, side)
+                known = self.model.end(self._floats, side)
             if known is None:
                 known = self(np.full((1, self._rows), float(side)), every)[0]
             known = known if isinstance(known, np.ndarray) else float(known)
@@ -412,77 +414,52 @@ class Sampled:
         for row in rows or {0}:
             values = self(_POINTS[:, None], np.array([row]))[:, 0].real
             with precision(160):
-                phi = profile(self._drift.model, self._exactly(row))
+                phi = profile(self.model, self._exactly(row))
                 pairs = zip(_POINTS.tolist(), values.tolist(), strict=True)
                 errors = [float(abs(phi(arb(u)) - arb(x)).upper()) for u, x in pairs]
             worst = max(worst, 2 * max(errors) / float(np.abs(values).max()))
         return worst
 
     @cached_property
+    def varied(self) -> bool:
+        """True where rows have different parameters."""
+        return any(np.ptp(np.real(x)) > 0 for x in self._arrays.values())
+
+    @cached_property
     def cuts(self) -> Any:
-        """Points between which 17 Chebyshev terms hold A to 1e-16 of its size, for all rows.
+        """Points between which 17 Chebyshev terms hold A to 1e-16 of its size; None for too many.
 
         Of a function below M inside the ellipse with foci at a panel's ends whose half axes add up
-        to rho half widths, they miss at most 4 M rho^-16/(rho - 1).
-
-        Raises
-        ------
-        AccuracyError
-            If that takes too many panels.
+        to rho half widths, they miss at most 4 M rho^-16/(rho - 1). Of varied rows, where that is
+        no proof, the cuts of the least and of the largest parameters.
         """
         if self.exact:
             return np.empty(0)
         u = _POINTS[:, None] + np.zeros(self._rows)
         size = float(np.abs(self(u, np.arange(self._rows))).max(axis=0).min())
-        given = ((k, np.real(x)) for k, x in self._numbers.items())
-        ranges = tuple((k, rational(np.min(x)), rational(np.max(x))) for k, x in given)
-        with precision(128):
-            return np.array(sorted(_cuts(self._drift.model, ranges, size) - {-1.0}))
-
-
-Range = tuple[str, fmpq, fmpq]
+        found: set[float] = set()
+        for of in (np.min, np.max):
+            corner = ((k, rational(of(np.real(x)))) for k, x in self._numbers.items())
+            if not (some := _begins(self.model, tuple(corner), size)):
+                return None
+            found |= some
+        return np.array(sorted(found - {-1.0}))
 
 
 @lru_cache(maxsize=256)
-def _cuts(model: Model, ranges: tuple[Range, ...], size: float) -> set[float]:
-    """Where panels begin on which A, of this size, is held for all parameters in the ranges."""
-    allowed, found, regions = arb(size) * 1e-16, set[float](), [list(ranges)]
-    for corner in ({k: x for k, x, _ in ranges}, {k: y for k, _, y in ranges}):
-        found |= _begins(profile(model, corner), allowed, _MOST)
-    most = len(found) * 5 // 4 + 4
-    for region in regions:
-        # A box of parameters that takes many more panels than its corners is halved.
-        hull = {k: arb((x + y) / 2, arb((y - x) / 2)) if x < y else x for k, x, y in region}
-        begins = _begins(profile(model, hull), allowed, most)
-        found |= begins
-        if not begins and region:
-            name, x, y = max(region, key=_width)
-            for part in ((x, (x + y) / 2), ((x + y) / 2, y)):
-                regions.append([(k, *part) if k == name else (k, v, w) for k, v, w in region])
-        if not found or len(regions) > _REGIONS:
-            raise AccuracyError(
-                "A varies too fast on [-1, 1] for float64, or too differently with its parameters; "
-                "give dps, and one set of parameters at a time."
-            )
-    return found
-
-
-def _width(one: Range) -> fmpq:
-    """A range's width over the sizes of its ends."""
-    return (one[2] - one[1]) / (abs(one[1]) + abs(one[2]) + (one[1] == one[2]))
-
-
-def _begins(phi: Any, allowed: arb, most: int) -> set[float]:
-    """Where the panels begin on which A is held; nowhere where there would be more."""
+def _begins(model: Model, numbers: tuple[tuple[str, fmpq], ...], size: float) -> set[float]:
+    """Where the panels begin on which A, of this size, is held; nowhere where they are too many."""
     found, waiting = set(), [(fmpq(-1), fmpq(1))]
-    while waiting:
-        a, b = waiting.pop()
-        if _held(phi, (a + b) / 2, (b - a) / 2, allowed):
-            found.add(float(a))
-        else:
-            waiting += [((a + b) / 2, b), (a, (a + b) / 2)]
-        if len(found) + len(waiting) > most:
-            return set()
+    with precision(128):
+        phi, allowed = profile(model, dict(numbers)), arb(size) * 1e-16
+        while waiting:
+            a, b = waiting.pop()
+            if _held(phi, (a + b) / 2, (b - a) / 2, allowed):
+                found.add(float(a))
+            else:
+                waiting += [((a + b) / 2, b), (a, (a + b) / 2)]
+            if len(found) + len(waiting) > _MOST:
+                return set()
     return found
 
 

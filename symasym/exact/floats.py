@@ -36,7 +36,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.base.errors import AccuracyError
 from symasym.base.inputs import is_array
 from symasym.drift.evaluate import Sampled, sampled
 from symasym.drift.models import Expression
@@ -163,7 +162,7 @@ def seen(of: Sampled, rows: Any, sign: float, both: bool) -> Side:
     size = np.abs(c).sum(axis=0)
     if of.exact:  # a polynomial's terms may be much larger than their sum
         size = np.maximum(size, np.abs(act.powers @ c).sum(axis=0))
-    off = _OF_A * (of.terms if of.exact else _FEW) * size
+    off = (_OF_A * of.terms if of.exact else max(_OF_A * _FEW, of.rounding)) * size
     off, edges = (off, np.array([-1.0, 1.0])) if of.exact else _resolved(of, rows, off)
     mirror = np.repeat([1.0, -1.0] if both else [1.0], len(rows))
     return Side(of, np.tile(rows, 1 + both), mirror, sign, np.tile(off, 1 + both), edges)
@@ -172,19 +171,19 @@ def seen(of: Sampled, rows: Any, sign: float, both: bool) -> Side:
 def _resolved(of: Sampled, rows: Any, off: Any) -> tuple[Any, Any]:
     """The error of A, and ends, in both orientations, of intervals on which a series holds A.
 
-    Between cuts that is proved; they are joined where its last terms are small and it is right at
-    cuts and midway. Without cuts a formula of the caller's is in doubt; ready-made ones are smooth.
+    Between cuts that is proved if the rows have one drift. Cuts are joined where the series' last
+    terms are small and it is right at cuts and midway. Ready-made drifts that differ are judged by
+    that alone; formulas of the caller's that differ, and what has too many cuts, are in doubt.
     """
-    act, none = matrices(of.terms), np.zeros(len(rows))
-    try:
-        marks, proved = of.cuts, True
-    except AccuracyError:
-        marks, proved = np.linspace(-1.0, 1.0, 65), False
-        off = off + (np.inf if isinstance(of._drift.model, Expression) else 0.0)
+    act, none, marks = matrices(of.terms), np.zeros(len(rows)), of.cuts
+    if marks is None or (of.varied and isinstance(of.model, Expression)):
+        return off + np.inf, np.array([-1.0, 1.0])
+    if of.varied:
+        marks = np.union1d(marks, np.linspace(-1.0, 1.0, 65))
 
     def holds(a: float, b: float) -> bool:
         inside, half = marks[(marks > a) & (marks < b)], (b - a) / 2
-        if not inside.size if proved else half < 1e-6:
+        if not inside.size and (not of.varied or half < 1e-9):
             return True
         c = act.fit @ of(a + half + half * act.points[:, None] + none, rows)
         allowed = 1e-14 * np.abs(c).sum(axis=0) + 2 * off
@@ -626,7 +625,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     closer = Request(request.name, "exact", None, 17, log=True, full=False)
     for row in _in_doubt(found):
         logs[row] = float(of_scene(scene_at(scenes, row), closer).value)
-        errors[row] = ROUNDING * abs(logs[row])
+        errors[row] = ROUNDING * abs(logs[row]) + 5e-324
     return Answers(logs, errors, "estimate", (request.name,))
 
 

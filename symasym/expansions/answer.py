@@ -108,7 +108,8 @@ def of_series(scene: Scene, request: Request, to_orders: Values, refusal: Accura
         if proved is not None:
             middle, radius = (context.make_mpf(x._mpf_) for x in (proved.value, proved.error))
             error, kind = abs(value - middle) + radius, proved.kind
-        if error is None or not error < (context.ln2 if log else value):
+        most = max(context.ln2, abs(value) / 10**11) if log else value
+        if error is None or not error < most:
             raise refusal
         error += abs(value) * context.mpf(10) ** -(digits + 5)
         return Answer(value, error, kind, (), _BOUNDED if kind == "bound" else DROPPED, order)

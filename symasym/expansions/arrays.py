@@ -31,6 +31,9 @@ _PROBES, _COMPARED = 3, 9
 _SMALL, _AT_ONCE = 0.1, 8192
 
 
+_NOTHING = 0  # what a sum begins with
+
+
 class Scaled:
     """m e^(lam h), m an array and h one ball; a sum has the height of its highest term."""
 
@@ -41,7 +44,7 @@ class Scaled:
 
     def __add__(self, other: Any) -> Scaled:
         if not isinstance(other, Scaled):
-            return self if other == 0 else self + Scaled(float(other), arb(0), self.lam)
+            return self if other is _NOTHING else self + Scaled(other, arb(0), self.lam)
         low, high = (self, other) if float(self.h) < float(other.h) else (other, self)
         gap = float(low.h - high.h)
         return Scaled(high.m + low.m * (np.exp(self.lam * gap) if gap else 1.0), high.h, self.lam)
@@ -122,6 +125,13 @@ def other(name: str) -> str:
     return name.removeprefix("1 - ") if name.startswith("1 - ") else f"1 - {name}"
 
 
+def counted(logs: Any, errors: Any, log: bool) -> Any:
+    """True where a logarithm is known to a factor 2 of the value; one of 1e15 may be wrong by 1."""
+    with np.errstate(invalid="ignore"):
+        most = np.maximum(np.log(2), 1e-11 * np.abs(logs) if log else 0.0)
+    return np.isfinite(logs) & (errors < most)
+
+
 def orders_of(request: Request) -> Sequence[int]:
     """The orders among which the best is taken, ascending."""
     return request.order if isinstance(request.order, range) else (request.order,)
@@ -155,7 +165,7 @@ def of_drifts(
         except AccuracyError:
             if request.errors == "raise":
                 raise
-    lost = ~(errors < np.log(2))
+    lost = ~counted(logs, errors, request.log)
     if request.errors == "raise" and lost.any():
         raise refuse(scenes.noise(np.argmax(lost)), orders_of(request))
     logs[lost] = np.nan
@@ -254,7 +264,7 @@ def _compared(scenes: Scenes, request: Request, logs: FloatArray, errors: FloatA
     What lies between the critical points, such as a bump of A, is in no next term: where a few lam
     show that the estimates are too small, all are raised.
     """
-    known: Any = errors < np.log(2)
+    known = counted(logs, errors, request.log)
     rows = np.flatnonzero(~known & np.isfinite(logs))
     sure = np.flatnonzero(known)
     if request.full and sure.size:
@@ -268,6 +278,6 @@ def _compared(scenes: Scenes, request: Request, logs: FloatArray, errors: FloatA
     missed = 0.0 if true.errors is None else true.errors
     apart = np.abs(true.logs - logs[rows])
     factor = np.nanmax(np.where(known[rows], (apart - missed) / errors[rows], 0), initial=0)
-    errors = np.where(known, errors * (3 * factor if factor > 0.5 else 1), np.inf)
-    errors[rows] = np.where(known[rows] | np.isnan(apart), errors[rows], apart + missed)
-    return errors
+    raised: Any = np.where(known, errors * (3 * factor if factor > 0.5 else 1), np.inf)
+    raised[rows] = np.where(known[rows] | np.isnan(apart), raised[rows], apart + missed)
+    return raised

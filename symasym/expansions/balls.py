@@ -27,7 +27,7 @@ from symasym.series.power_series import Series
 
 #: The whole line, of which P is asked, as an interval with a start.
 LINE = Fraction(2), Fraction(-1)
-_STEPS = 8  # times that the bits are doubled
+_STEPS, _FEWER = 8, 4  # times that the bits are doubled, of a polynomial and of others
 _INSIDE = Fraction(1)
 _OUTER, _INNER, _MOST = 3.0, 2.0, 2000  # ellipses, intervals
 
@@ -79,12 +79,15 @@ def no_series(u: Any, where: str) -> AccuracyError:
 class Field:
     """phi of a bound drift: Taylor coefficients, V, its critical places, the finite parts."""
 
-    def __init__(self, drift: Drift, r: Fraction, start: Fraction) -> None:
+    def __init__(self, drift: Drift, r: Fraction, start: Fraction, time: bool = True) -> None:
         self.start, self.r, self.exact = start, r, drift.exact_coefficients()
+        self.time = time  # whether the finite parts are needed, which a double zero lacks
         self.drift, self.x = drift, exact_ball(start)
         self.phi = pieces(drift, fmpq(1))[0].phi
         if self.exact is not None:
             self.poly = [exact_ball(c) for c in self.exact] or [arb(0)]
+        if self.exact is not None and not any(self.exact):
+            raise AccuracyError("A is 0 on all of [-1, 1]; use method='exact'.")
         self.a = {side: self._at_end(side) for side in (-1, 1)}
         edges = {start, *((Fraction(-1), Fraction(1)) if r > 1 else (-r, r))}
         zeros = list(self._zeros(edges))
@@ -148,41 +151,35 @@ class Field:
             value = self._rational(u) if self.exact is not None and abs(u) <= 1 else known
             if abs(u) <= 1 and not inside and value == 0:
                 raise no_series(u, "where the start, an end or a kink is")
-        for u, kind, simple in self._of_polynomial if self.exact is not None else self._of_any:
+        for u, kind, multiplicity in self._of_polynomial if self.exact else self._of_any:
             if u.overlaps(reach) or u.overlaps(-reach):
                 raise Unresolved
             if not abs(u) < reach:
                 continue
-            if not simple:
+            if multiplicity == 1:
+                yield u, kind
+            elif self.time or multiplicity % 2 or u.overlaps(self.x):
                 raise no_series(u, "with its slope")
-            yield u, kind
 
     @cached_property
-    def _of_polynomial(self) -> list[tuple[Any, str, bool]]:
-        """The real zeros of a polynomial."""
+    def _of_polynomial(self) -> list[tuple[Any, str, int]]:
+        """The real zeros of a polynomial, and their multiplicities."""
         assert self.exact is not None
         self.roots: Any = []
-        if not any(self.exact):
-            raise AccuracyError("A is 0 on all of [-1, 1]; use method='exact'.")
         if len(self.poly) > 1:
             whole = lcm(*(c.denominator for c in self.exact))
             self.roots = fmpz_poly([int(c * whole) for c in self.exact]).complex_roots()
         real = sorted(
             ((z.real, m) for z, m in self.roots if z.imag == 0), key=lambda p: float(p[0])
         )
-        return [(u, self._kind(u), m == 1) for u, m in real]
+        return [(u, self._kind(u), m) for u, m in real]
 
     @cached_property
-    def _of_any(self) -> list[tuple[Any, str, bool]]:
+    def _of_any(self) -> list[tuple[Any, str, int]]:
         """The zeros of any other A inside (-1, 1)."""
-        points = self.drift.critical_points()
         return [
-            (
-                self._refined(p.u) if p.multiplicity == 1 else arb(str(p.u)),
-                p.kind,
-                p.multiplicity == 1,
-            )
-            for p in points
+            (self._refined(p.u) if p.multiplicity == 1 else arb(str(p.u)), p.kind, p.multiplicity)
+            for p in self.drift.critical_points()
         ]
 
     def _kind(self, u: Any) -> str:
@@ -244,7 +241,7 @@ class Field:
         for lo, hi in ((-self.r, self.start), (self.start, self.r)):
             row = [arb(0)] * count
             if clip(lo) < clip(hi):
-                row = self._inside(exact_ball(clip(lo)), exact_ball(clip(hi)), count)
+                row = self._inside(clip(lo), clip(hi), count)
             # The straight stretches.
             for side, length in (
                 (-1, min(hi, -_INSIDE) - min(lo, -_INSIDE)),
@@ -259,17 +256,22 @@ class Field:
                 found[0][k], found[1][k] = found[0][k] - change, found[1][k] + change
         return found
 
-    def _inside(self, lo: Any, hi: Any, count: int) -> list[Any]:
-        """Those of a part of [-1, 1]."""
+    def _inside(self, lo: Fraction, hi: Fraction, count: int) -> list[Any]:
+        """Those of a part of [-1, 1]; places are taken from the start, where an own zero is 0."""
         if self.exact is None or any(m > 1 for _, m in self.roots):
-            return self._by_contour(lo, hi, count)
+            return self._by_contour(exact_ball(lo), exact_ball(hi), count)
         if len(self.poly) == 1:
-            return [(hi - lo) / self.poly[0], *[arb(0)] * (count - 1)]
+            return [exact_ball(hi - lo) / self.poly[0], *[arb(0)] * (count - 1)]
         real = [acb(u) for u, _ in self.zeros] + [acb(self.x)] * self.on_zero
         others = [z for z, _ in self.roots if not any(z.overlaps(u) for u in real)]
-        poles = [(z, self.taylor(z, 2 * count + 1), True) for z in real]
-        poles += [(z, self.taylor(z, 2 * count + 1), False) for z in others]
-        return [acb(y).real for y in pole_sums(poles, acb(lo), acb(hi), count, RING)]
+        poles = [
+            (z - self.x, self.taylor(z, 2 * count + 1), k < len(real))
+            for k, z in enumerate([*real, *others])
+        ]
+        if self.on_zero:
+            poles[len(real) - 1] = (acb(0), *poles[len(real) - 1][1:])
+        low, high = (acb(exact_ball(u - self.start)) for u in (lo, hi))
+        return [acb(y).real for y in pole_sums(poles, low, high, count, RING)]
 
     def _by_contour(self, lo: Any, hi: Any, count: int) -> list[Any]:
         """Those of any A; beside a start on a zero by the series there."""
@@ -358,12 +360,9 @@ def gauss(field: Field, p: Any, q: Any, count: int) -> list[Any]:
             step = (axes[0][0] - axes[1][0]) * abs(half) * least
             if count:
                 bounds = [most * ((m / step) ** m / least) ** 2 for m in range(count)]
-            sizes = [
-                (abs(half * y) + abs(x)).max(bound * arb(2) ** -64)
-                for x, y, bound in zip(
-                    total, _integrands(field, middle, count), bounds, strict=True
-                )
-            ]
+            own = [abs(half * y) for y in _integrands(field, middle, count)]
+            least_size = (own[0] + abs(half * field.phi(p)) * (not count)) * arb(2) ** -64
+            sizes = [(y + abs(x)).max(least_size) for x, y in zip(total, own, strict=True)]
             ratios = (b / y for b, y in zip(bounds, sizes, strict=True) if b > 0)
             worst = max((float(x.log().upper()) for x in ratios), default=0.0)
             nodes = 8 * ceil((usual + worst / rate + 1) / 8)
@@ -405,7 +404,7 @@ class Local(NamedTuple):
 def local(drift: Drift, r: Fraction, start: Fraction, name: str, count: int, bits: int) -> Local:
     """What the quantity `name` takes, each series to `count` terms; once for all noise."""
     with precision(bits):
-        field = Field(drift, r, start)
+        field = Field(drift, r, start, name == "T")
         points = weak.points_of(field, count, RING)
         regular = field.regular(count) if name == "T" else []
         if name[-1] == "P":
@@ -446,7 +445,7 @@ def values(
 ) -> list[Any]:  # fmt: skip
     """Balls of the quantity to each of the orders, each good to so many digits."""
     count, wanted = max(orders) + 1, int(3.33 * digits) + 1
-    for _ in range(_STEPS):
+    for _ in range(_FEWER if drift.exact_coefficients() is None else _STEPS):
         try:
             known = local(drift, r, start, name, count, bits)
             with precision(bits):

@@ -26,7 +26,8 @@ __all__ = ["Case", "case_of", "found_cases", "read_case", "slides", "zero_at"]
 
 _WORDS = ("well", "start", "barrier", "start=well", "start=barrier")
 # Values that are tried for each free parameter, and the least of one that is positive.
-_TRIED = tuple(map(Fraction, ["0", "1/2", "1", "3", "8", "-1/2", "-1", "-3", "1/4", "-1/4", "2", "1/8", "-1/8", "3/2", "-3/2", "-2", "1/16", "-1/16", "3/4", "-3/4", "4", "-4", "-8", "16", "-16", "1/32", "-1/32"]))  # fmt: skip
+_TRIED = [Fraction(n, 32) for n in (0, 16, 32, 96, 256, -16, -32, -96, 8, -8, 64, 4, -4, 48, -48,
+          -64, 2, -2, 24, -24, 128, -128, -256, 512, -512, 1, -1)]  # fmt: skip
 _LEAST = Fraction(1, 32)
 _MOST_TRIED = 4_000
 # Points in u at which signs are looked at, and parameters for which a case is verified.
@@ -193,7 +194,7 @@ def _checked(drift: Drift, given: dict[str, Any], start: Fraction, on_zero: bool
             return case_of(bound, start)
     except SymasymError:
         return None
-    row = np.trim_zeros([float(x) for x in c], "b")
+    row: list[float] = np.trim_zeros([float(x) for x in c], "b")
     roots = np.roots(row[::-1])
     inside = [float(z.real) for z in roots if abs(z.imag) < _SAME and abs(z.real) < 1]
     marks = np.array([*roots, -1, 1, *[float(start)] * (abs(start) < 1 and not on_zero)])

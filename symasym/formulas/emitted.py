@@ -8,14 +8,20 @@ subtract these heights, so that log f = lam h + log c. Everything else is given 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
+from typing import TYPE_CHECKING
 
 import sympy
 from sympy import Expr, S, Symbol
 
+from symasym.base.errors import InputError
 from symasym.emit.forms import height_exp, larger
 from symasym.emit.program import Case, Function, Program, by_logarithm
-from symasym.formulas.letters import LAM, expanded, joined
+from symasym.formulas.letters import LAM, FinitePart, expanded, joined
+from symasym.formulas.numbers import DIGITS, numbers_of
+
+if TYPE_CHECKING:
+    from symasym.formulas.formula import Expansion
 
 __all__ = ["Scaled", "plain_name", "program"]
 
@@ -86,30 +92,15 @@ class Scaled:
         return top, total
 
 
-def program(
-    formula: Expr, name: str, about: str, error: str, known: Mapping[Symbol, Expr],
-    sums: Collection[Symbol], growth: Mapping[Symbol, Expr], refuse: Callable[[Iterable[Symbol], Iterable[Expr]], None],
-    *, complement: bool = False, logarithm: bool = True, digits: int = Program.digits,
-) -> Program:  # fmt: skip
-    """The program of one function, 1 less the formula for a complement, or with its logarithm.
-
-    Parameters
-    ----------
-    formula : expression
-    name, about, error : str
-        The function, what it returns, and what its formula leaves out.
-    known, sums, growth
-        As those of `Scaled`.
-    refuse : callable
-        Raises where the arguments and the expressions have no code.
-    complement, logarithm : bool
-    digits : int
-        As many as are right in its numbers.
-    """
-    value, known = formula, dict(known)
-    if logarithm:
-        scaled = Scaled(known, sums, growth)
-        height, c = scaled.of(formula)
+def program(e: Expansion, name: str) -> Program:
+    """The program of one function: 1 less a formula, strong noise as it is, else a logarithm."""
+    numbers, plain_noise = numbers_of(e), e.noise == "strong"
+    complement = e.quantity == "P" and not plain_noise
+    known: dict[Symbol, Expr] = {**e.nested, **e.code, **numbers}
+    value = 1 - e.formula if complement else e.formula
+    if not plain_noise:
+        scaled = Scaled(known, e.sums, e.growth)
+        height, c = scaled.of(value)
         value, known = LAM * height + sympy.log(c), scaled.known
     order: dict[Symbol, Expr] = {}
 
@@ -122,7 +113,7 @@ def program(
 
     visit(value)
     free = set().union(value.free_symbols, *(v.free_symbols for v in order.values())) - order.keys()
-    refuse(free, order.values())
+    _refuse(e, free, order.values())
     plain = {s: plain_name(s.name) for s in sorted(free, key=str)}
     # Beside the function's own names.
     plain |= {s: f"{text}_" for s, text in plain.items() if text in (name, f"log_{name}")}
@@ -135,12 +126,34 @@ def program(
     named = {s: Symbol(text, **s._assumptions_orig) for s, text in plain.items()}
     shared = tuple((named[s], e.xreplace(named)) for s, e in order.items())
     value, arguments = value.xreplace(named), tuple(sorted(named[s].name for s in free))
-    if logarithm and not complement:
-        function = by_logarithm(name, about, arguments, value, (), shared)
-    else:
+    where = f", r > {max(1, abs(e.start))}" if e.quantity in ("T", "C", "1 - C") else ""
+    about = (
+        f"{e.quantity} of {e.drift!r}, {e.noise} noise to order {e.order}, case '{e.case}'{where}."
+    )
+    if plain_noise or complement:
         whole = 1 - sympy.exp(value) if complement else value
         function = Function(name, about, arguments, (Case((whole,), shared=shared),))
-    return Program("expression", about.rstrip("."), (function,), error=error, digits=digits)
+    else:
+        function = by_logarithm(name, about, arguments, value, (), shared)
+    digits = DIGITS if numbers else Program.digits
+    return Program("expression", about.rstrip("."), (function,), error=e.error, digits=digits)
+
+
+def _refuse(e: Expansion, free: Iterable[Symbol], expressions: Iterable[Expr]) -> None:
+    """Refuse complex numbers, and integrals without a closed form."""
+    names = ", ".join(e.drift.free)
+    if any(x.has(FinitePart, sympy.Integral) for x in expressions):
+        way = f"bind them with bind({'=…, '.join(e.drift.free)}=…)" if names else (
+            "use sa.stationary_density")  # fmt: skip
+        raise InputError(
+            f"A = {e.drift.expression()} is no polynomial in u, so that V and the regular "
+            f"part have no closed form in {names or 'y'}; {way}."
+        )
+    odd = [s for s in free if s in e.equations and not s.is_real]
+    if odd:
+        raise InputError(
+            f"{odd[0]} may be complex, which the code has no numbers for; bind {names}."
+        )
 
 
 def _in_code(e: Expr) -> Expr:

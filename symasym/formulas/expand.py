@@ -193,7 +193,9 @@ def _strong(drift: Drift, quantity: Expanded, order: int, start: Fraction) -> Ex
 def _weak(drift: Drift, quantity: Expanded, order: int, start: Fraction, case: Case) -> Expansion:
     """The weak-noise expansion."""
     field = Field(drift, case, start)
-    conditions = tuple(c for c in dict.fromkeys(_conditions(field, quantity)) if c is not sympy.true)
+    conditions = tuple(
+        c for c in dict.fromkeys(_conditions(field, quantity)) if c is not sympy.true
+    )
     if not field.A.has(U) and quantity in OF_START and not start:
         return Expansion(
             quantity, "weak", order, drift, start, case, _of_constant(field.A, quantity), {},
@@ -277,17 +279,17 @@ def _contribution(
         else:
             front *= factor
     product: list[Expr] = [S.One, *[S.Zero] * order]
-    for row in rows:
-        row = (*row, *[S.Zero] * order)
+    for c in rows:
+        row_of = (*c, *[S.Zero] * order)
         product = [
-            sympy.expand(sympy.Add(*(product[i] * row[n - i] for i in range(n + 1))))
+            sympy.expand(sympy.Add(*(product[i] * row_of[n - i] for i in range(n + 1))))
             for n in range(order + 1)
         ]
-    c = tuple(sympy.expand(p / 2**n) for n, p in enumerate(product))
+    halved = tuple(sympy.expand(p / 2**n) for n, p in enumerate(product))
     put = {LAM: 2 / KAPPA**2, X: KAPPA**2 / 2}
     return Contribution(
         (_called(pair[0]), _called(pair[1])), exponent.xreplace(put),
-        sympy.powdenest(front.xreplace(put), force=True), c, weight,
+        sympy.powdenest(front.xreplace(put), force=True), halved, weight,
     )  # fmt: skip
 
 

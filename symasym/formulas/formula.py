@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -26,7 +26,6 @@ from symasym.formulas.cases import Case, found_cases
 from symasym.formulas.emitted import plain_name, program
 from symasym.formulas.leading import Leading, leading
 from symasym.formulas.letters import KAPPA, LAM, FinitePart, R, Row, Rule, U, X
-from symasym.formulas.numbers import DIGITS, numbers_of
 from symasym.quantities import escape_time, exit_probability, occupation
 
 __all__ = ["OF_START", "Contribution", "Expanded", "Expansion", "Noise"]
@@ -77,13 +76,8 @@ class Expansion:
 
     Attributes
     ----------
-    quantity : {"T", "C", "1 - C", "P", "1 - P", "density"}
-    noise : {"weak", "strong", "uniform"}
-    order : int
-    drift : Drift
-    start : Fraction
-    case : Case
-        Which wells and barriers there are (`cases`).
+    quantity, noise, order, drift, start, case
+        As `expand` takes them.
     formula : expression
         In the symbols of `definitions`.
     definitions : dict
@@ -96,17 +90,10 @@ class Expansion:
         Of T; pairs of critical points, each with its exact coefficients.
     conditions : tuple of SymPy predicates
         Where the formula holds.
-    integrals : mapping
-        The symbols of the regular part as finite parts of h_k (`latex`).
-    rules : mapping
-        What `latex` says by one rule for several symbols.
-    tex : mapping
-        The symbols' LaTeX.
-    rows, sums, code, growth : collections
-        The series; the sums of exponentials; what is defined otherwise in code, without functions
-        that overflow; and the height that is left out there.
-    verb : callable
-        `expand`.
+    integrals, rules, tex, rows, sums, code, growth, verb
+        The regular part as finite parts of h_k, rules that stand for several symbols, and names in
+        LaTeX; the series, the sums of exponentials, what is defined otherwise in code, without
+        functions that overflow, and the height that is left out there; `expand`.
     """
 
     quantity: Expanded
@@ -156,11 +143,7 @@ class Expansion:
     def expression(self) -> Expr:
         """The formula in kappa, r, the parameters, and u1, u2, ... where these are not solved.
 
-        Raises
-        ------
-        TimeLimitError
-            It is not written in 10 seconds, as T through a coalescence to order 1 is not, whose
-            expression has millions of terms: `formula` and `definitions` are the same on a page.
+        Through a coalescence to order 1 it has millions of terms, and is a TimeLimitError.
         """
         return self.put_in(as_printed(self.formula))
 
@@ -168,14 +151,14 @@ class Expansion:
         """An expression with the definitions put in."""
         if not isinstance(expression, sympy.Basic):
             raise InputError(f"expression is {shown(expression)}; give a SymPy expression.")
-        values = self._nested
+        values = self.nested
         with limited(way_out="use formula and definitions, which are shorter"), watched():
             while known := expression.free_symbols & values.keys():
                 expression = expression.xreplace({s: values[s] for s in known})
             return expression
 
     @cached_property
-    def _nested(self) -> dict[Symbol, Expr]:
+    def nested(self) -> dict[Symbol, Expr]:
         """The definitions as they are computed, series by Horner's rule."""
         nested = {s: row.nested for s, row in self.rows.items() if s in self.definitions}
         return self.definitions | nested
@@ -186,11 +169,6 @@ class Expansion:
 
         Which it is depends on heights: of a bound drift on r alone, r -> oo being asked for; with
         free parameters it is that of the case's example. `Leading.conditions` say where it holds.
-
-        Raises
-        ------
-        InputError
-            Where two heights are equal, or no example is known.
         """
         return leading(self)
 
@@ -205,35 +183,18 @@ class Expansion:
     # -- numbers ----------------------------------------------------------------------------
 
     def bind(self, /, **values: Numbers) -> Expansion:
-        """The expansion with these parameters set, exactly.
-
-        Raises
-        ------
-        InputError
-            As `Drift.bind`; and where all are bound and the drift is in another case.
-        """
-        return self.verb(
+        """The expansion with these parameters set, exactly, as `Drift.bind` sets them."""
+        made: Expansion = self.verb(
             self.drift.bind(**values), self.quantity, noise=self.noise, order=self.order,
             start=self.start, case=self.case,
         )  # fmt: skip
+        return made
 
     def evaluate(self, kappa: Numbers, r: Numbers | None = None, **options: Any) -> Answer:
-        """The value for a bound drift, by the function of the quantity with this order.
+        """The number of a bound drift, by the function of the quantity and this order.
 
-        That has numbers also where `conditions` do not hold, such as r < 1; `expression` and
-        emitted code have not.
-
-        Parameters
-        ----------
-        kappa, r : number or array_like
-            r is not needed by P.
-        **options
-            `dps`, `log`, `full` and others of `symasym.escape_time`.
-
-        Raises
-        ------
-        InputError
-            For free parameters, and as the function.
+        It takes the options of `symasym.escape_time`, and has numbers also where `conditions` do
+        not hold, such as r < 1; `expression` and emitted code have not. P needs no r.
         """
         method = {"weak": "laplace", "strong": "strong_noise"}.get(self.noise, self.noise)
         known: dict[str, Any] = {"method": method, "order": self.order, **options}
@@ -254,14 +215,9 @@ class Expansion:
         """Source code of the formula, its free symbols being the arguments (`symasym.emit`).
 
         Of a drift with free parameters critical points without a closed form are arguments, too,
-        where A is a polynomial; of a bound one they and the regular part are numbers. V's
-        derivatives are arguments where no drift is named. There is ``log_NAME`` as well, finite
-        where T is not.
-
-        Raises
-        ------
-        InputError
-            Where critical points may be complex, or A is no polynomial and has free parameters.
+        where A is a polynomial; of a bound one they and the regular part are numbers. There is
+        ``log_NAME`` as well, finite where T is not. InputError where critical points may be
+        complex, or A is no polynomial and has free parameters.
         """
         check_target(target)
         if target == "latex":
@@ -277,36 +233,7 @@ class Expansion:
             e = self.expression
             plain = {s: Symbol(plain_name(s.name), **s._assumptions_orig) for s in e.free_symbols}
             return emit(e.xreplace(plain), target, name=name)
-        where = f", r > {max(1, abs(self.start))}" if self.quantity in OF_START else ""
-        about = (
-            f"{self.quantity} of {self.drift!r}, {self.noise} noise to order {self.order}, "
-            f"case '{self.case}'{where}."
-        )
-        numbers = numbers_of(self)
-        complement = self.quantity == "P" and self.noise != "strong"
-        made = program(
-            1 - self.formula if complement else self.formula, name, about, self.error,
-            {**self._nested, **self.code, **numbers}, self.sums, self.growth, self._refuse,
-            complement=complement, logarithm=self.noise != "strong",
-            digits=DIGITS if numbers else Program.digits,
-        )  # fmt: skip
-        return rendered(made, target)
-
-    def _refuse(self, free: Iterable[Symbol], expressions: Iterable[Expr]) -> None:
-        """Refuse complex numbers, and integrals without a closed form."""
-        names = ", ".join(self.drift.free)
-        if any(x.has(FinitePart, sympy.Integral) for x in expressions):
-            way = f"bind them with bind({'=…, '.join(self.drift.free)}=…)" if names else (
-                "use sa.stationary_density")  # fmt: skip
-            raise InputError(
-                f"A = {self.drift.expression()} is no polynomial in u, so that V and the regular "
-                f"part have no closed form in {names or 'y'}; {way}."
-            )
-        odd = [s for s in free if s in self.equations and not s.is_real]
-        if odd:
-            raise InputError(
-                f"{odd[0]} may be complex, which the code has no numbers for; bind {names}."
-            )
+        return rendered(program(self, name), target)
 
     # -- as text ----------------------------------------------------------------------------
 
@@ -411,17 +338,9 @@ class Expansion:
         values = [self.formula, *self.definitions.values(), *self.integrals.values()]
         own = {KAPPA, R, U, LAM, X, *self.definitions}
         own |= set().union(*(v.free_symbols for v in values)) - parameters
-        words = " ".join([self.quantity, "C" * bool(self.terms), *map(str, own)])
-        names = set(re.findall(r"[A-Za-z]\w*", words))
+        names = set(re.findall(r"[A-Za-z]\w*", " ".join([self.quantity, "C", *map(str, own)])))
         constants = set().union(*(v.atoms(sympy.NumberSymbol) for v in values))
         in_tex = {_head(self._latex(s)): s for s in {*own, *constants}}
-        functions = {f.func for v in values for f in v.atoms(sympy.Function)}
-        # Of e^u and Ai these are e and Ai.
-        heads = (re.match(r"(?:\\operatorname\{)?(\w+)", self._latex(f(U))) for f in functions
-                 if f.nargs == sympy.FiniteSet(1))  # fmt: skip
-        in_tex |= dict.fromkeys(head[1] for head in heads if head)
-        rules = " ".join(row for rule in set(self.rules.values()) for row in rule.lines)
-        in_tex |= dict.fromkeys(re.findall(r"\\?[A-Za-z]+(?:_\d)?", rules))
         for s in sorted(parameters, key=str):
             text = _head(self._latex(s))
             same = s.name not in names and sympy.simplify(

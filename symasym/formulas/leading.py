@@ -12,7 +12,6 @@ import sympy
 from sympy import Expr, S, Symbol
 
 from symasym.base.errors import InputError
-from symasym.drift.drift import Drift
 from symasym.expansions.balls import Field
 from symasym.formulas.cases import found_cases
 from symasym.formulas.letters import KAPPA, LAM, R, X, expanded
@@ -46,7 +45,7 @@ def leading(e: Expansion) -> Leading:
     value = (c * sympy.exp(LAM * height)).xreplace({_LOG: sympy.log(LAM), X: 1 / LAM})
     value = sympy.powdenest(sympy.powsimp(value.xreplace({LAM: 2 / KAPPA**2})), force=True)
     conditions = dict.fromkeys(c for c in highest.conditions if c is not sympy.true)
-    if highest.beyond > max(1, abs(e.start)) * (1 + _SAME):
+    if highest.beyond > max(1.0, float(abs(e.start))) * (1 + _SAME):
         conditions[sympy.Gt(R, sympy.Float(highest.beyond * (1 + 1e-9), 12))] = None
     return Leading(value, tuple(conditions))
 
@@ -104,13 +103,13 @@ class _Highest:
 
 
 def _numbers(e: Expansion) -> dict[str, float]:
-    """V at the points and phi beyond, for the drift or an example of its case."""
+    """V at the points, phi beyond, and parameters, of the drift or an example of its case."""
     drift = e.drift
     if drift.free:
-        known = [c for c in found_cases(drift, e.start) if c == e.case]
-        if not known:
+        cases = [c for c in found_cases(drift, e.start) if c == e.case]
+        if not cases:
             raise InputError(f"no parameters of {drift!r} in this case are known; bind them.")
-        drift = Drift.bind(drift, **known[0].example)
+        drift = drift.bind(**cases[0].example)
     with precision(200):
         field = Field(drift, abs(e.start) + 2, e.start)
         found = {f"V(u{k})": field.height(u) for k, (u, _) in enumerate(field.zeros, 1)}

@@ -26,7 +26,21 @@ from symasym.formulas.cases import Case
 from symasym.series.local import by_parts, finite_parts_in_s, pole_sums, slow
 from symasym.series.power_series import Series
 
-__all__ = ["KAPPA", "LAM", "R", "U", "X", "Field", "FinitePart", "Letters", "Row", "Rule", "Terms", "expanded", "joined"]
+__all__ = [
+    "KAPPA",
+    "LAM",
+    "R",
+    "U",
+    "X",
+    "Field",
+    "FinitePart",
+    "Letters",
+    "Row",
+    "Rule",
+    "Terms",
+    "expanded",
+    "joined",
+]
 
 #: The scaled position.
 U = Symbol("u", real=True)
@@ -114,7 +128,8 @@ class Field:
         self.integrals: dict[Symbol, Expr] = {}
         self.tex: dict[Symbol, str] = {LAM: r"\lambda"}
         self._derivatives = [sympy.Function("phi")(U) if self.general else self.A]
-        self.zeros, self.outer = [self._point(k + 1, True) for k in range(len(case.kinds))], []
+        self.zeros = [self._point(k + 1, True) for k in range(len(case.kinds))]
+        self.outer: list[Symbol] = []
         if self.poly is not None:
             self._solve(self.poly)
         elif not self.general:
@@ -142,8 +157,8 @@ class Field:
         case, inside = self.case, len(self.zeros)
         if poly.degree() < inside + bool(case.at_start):
             raise InputError(
-                f"case is {str(case)!r} with {inside + bool(case.at_start)} zeros, and A = {self.A} "
-                f"has degree {poly.degree()}; give a case with fewer."
+                f"case is {str(case)!r} with {inside + bool(case.at_start)} zeros, and A = "
+                f"{self.A} has degree {poly.degree()}; give a case with fewer."
             )
         if case.at_start and sympy.simplify(at := self.A.subs(U, self.start)) != 0:
             raise InputError(
@@ -284,7 +299,10 @@ class Field:
             poles = [(u, self.taylor(u, 2 * count + 1), real) for u, real in known]
             values = pole_sums(poles, lo, hi, count, Letters)
         else:
-            phi = [self.A, *(sympy.diff(self.A, U, j) / sympy.factorial(j) for j in range(1, count))]
+            phi = [
+                self.A,
+                *(sympy.diff(self.A, U, j) / sympy.factorial(j) for j in range(1, count)),
+            ]
             values = [FinitePart(h, U, lo, hi) for h in slow(phi, count, Letters)]
         closed = values
         if not (self.case.at_start or self.general):
@@ -295,7 +313,9 @@ class Field:
         for k in range(count):
             by_ends = k % 2 and closed is not values
             name = f"R{k + 1}{side}"
-            symbol = self._named(name, f"R_{{{k + 1}}}^{{{side}}}", (closed if by_ends else values)[k])
+            symbol = self._named(
+                name, f"R_{{{k + 1}}}^{{{side}}}", (closed if by_ends else values)[k]
+            )
             if symbol in self.values and not by_ends:
                 h = Symbol(f"h{k + 1}")
                 self.tex[h] = f"h_{{{k + 1}}}"
@@ -355,7 +375,7 @@ class Rule(NamedTuple):
 
 @dataclass
 class Terms:
-    """The points' terms: a symbol for each series, the sums of `symasym.expansions.weak` as symbols."""
+    """The points' terms, each series and each sum of `symasym.expansions.weak` as a symbol."""
 
     field: Field
 
@@ -374,7 +394,7 @@ class Terms:
         return symbol
 
     def term(self, letter: str, point: Any, height: Any, halves: int, row: Iterable[Any]) -> Any:
-        """x^(halves/2) e^(lam height) sum row_n x^n, with a symbol for a series of several terms."""
+        """x^(halves/2) e^(lam height) sum row_n x^n, a series of several terms as a symbol."""
         front, c = X ** Rational(halves, 2), [sympy.sympify(a) for a in row]
         exponential = sympy.exp(LAM * height)
         if len(c) < 9:

@@ -1,4 +1,4 @@
-"""Strong noise over SymPy: `symasym.expansions.strong` with a symbol for each moment.
+"""Strong noise over SymPy: `symasym.expansions.strong_noise` with a symbol for each moment.
 
 Moments are polynomials in the drift's parameters. Outside the layer all is closed form, of
 (e^x - 1)/x and (e^x - 1 - x)/x^2, which stand as functions (`symasym.emit.forms.exprel`).
@@ -16,48 +16,37 @@ from symasym.base.call_context import step
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.emit import forms
-from symasym.expansions.strong import (
-    Moments,
-    escape_time,
-    exit_probability,
-    layer,
-    moments,
-    outside_odds,
-    stretches,
-)
+from symasym.expansions.strong_noise import Moments, Stretch, layer, quantity, straight
 from symasym.formulas.letters import LAM, R, U
 
 __all__ = ["strong"]
 
 
-class Polynomials:
-    """Functions of expressions, and polynomials in u whose coefficients are some."""
+class _Terms:
+    """The functions of expressions at lam."""
 
-    number, exp = staticmethod(sympy.sympify), staticmethod(sympy.exp)
-    exprel, exprel2 = forms.exprel, forms.exprel2
+    number = staticmethod(sympy.sympify)
 
-    @staticmethod
-    def polynomial(c: list[Any]) -> Poly:
-        """Of ascending coefficients."""
-        return Poly(c[::-1], U)
+    def exp(self, growth: Expr) -> Expr:
+        """e^(lam growth)."""
+        return sympy.exp(growth * LAM)
 
-    @staticmethod
-    def primitive(f: Poly, a: Any) -> Poly:
-        """The integral from a."""
-        step()
-        whole = f.integrate(U)
-        return whole - whole.eval(a)
+    def exprel(self, growth: Expr, n: int) -> Expr:
+        """(e^y - 1)/y, or (e^y - 1 - y)/y^2 for n = 2, at y = lam growth."""
+        return (forms.exprel if n == 1 else forms.exprel2)(growth * LAM)
 
-    @classmethod
-    def area(cls, f: Poly, a: Any, b: Any) -> Expr:
-        """The integral from a to b."""
-        return cls.primitive(f, a).eval(b)
+    def total(self, row: list[Expr]) -> Expr:
+        """The polynomial in lam, by Horner's rule."""
+        value: Expr = S.Zero
+        for c in reversed(row):
+            value = value * LAM + c
+        return value
 
 
-class _Drift:
-    """A polynomial drift with a symbol for each moment; what is 0 has none."""
+class _Stretches:
+    """The stretches of a polynomial drift, with a symbol for each moment that is no number."""
 
-    def __init__(self, drift: Drift) -> None:
+    def __init__(self, drift: Drift, order: int) -> None:
         A = drift.expression()
         poly = A.as_poly(U)
         if poly is None:
@@ -65,7 +54,7 @@ class _Drift:
                 f"A = {A} is no polynomial in u, so that the moments of V have no closed form; "
                 "sa.escape_time(method='strong_noise') and its like take numbers."
             )
-        self.A = poly.to_field()
+        self.A, self.order = poly.to_field(), order
         self.values: dict[Symbol, Expr] = {}
         self.tex: dict[Symbol, str] = {LAM: r"\lambda"}
         self.slopes = {
@@ -81,36 +70,56 @@ class _Drift:
         self.values[symbol], self.tex[symbol] = value, tex
         return symbol
 
-    def slope(self, mirrored: bool, side: int) -> Expr:
-        """phi beyond the layer, in the mirror the other one with the other sign."""
-        return -self.slopes[-side] if mirrored else self.slopes[side]
-
-    def moments(self, mirrored: bool, a: Any, b: Any, order: int, mark: str = "") -> Moments:
-        """As symbols."""
-        mark = mark or ("+" if mirrored else "-")
-        A = -self.A.compose(Poly(-U, U)) if mirrored else self.A
-        found, upper = moments(A, Polynomials, a, b, order), f"^{{{mark}}}" if mark.strip() else ""
-        mark = mark.strip()
+    def layer(self, side: int, b: Any, mark: str) -> Stretch:
+        """That from -1 to b, in the mirror for side -1: f_0 = 1 or u + 1, f_k = int A f_(k-1)."""
+        A = self.A if side > 0 else -self.A.compose(Poly(-U, U))
+        ends, areas = list[list[Expr]](), list[list[Expr]]()
+        for f in (A * 0 + 1, Poly(U + 1, U)):
+            ends.append([])
+            areas.append([])
+            for _ in range(max(self.order, 1) + 1):
+                ends[-1].append(f.eval(b))
+                areas[-1].append(_primitive(f).eval(b))
+                f = _primitive(A * f)
+        count, upper = self.order + 1, f"^{{{mark}}}" if mark else ""
         rows = [
             [self._named(f"{letter}{k}{mark}", f"{letter}_{{{k}}}{upper}", value)
-             for k, value in enumerate(row)]
-            for letter, row in zip("nfm", found[1:], strict=True)
+             for k, value in enumerate(row[:count])]
+            for letter, row in zip("nfm", (ends[1], *areas), strict=True)
         ]  # fmt: skip
-        return Moments(self._named(f"d{mark}", f"d{upper}", found.drop), *rows)
+        drop = self._named(f"d{mark}", f"d{upper}", ends[0][1])
+        return layer(Moments(drop, *rows), _Terms())
+
+    def side(self, side: int, start: Expr) -> list[Stretch]:
+        """All of them from an end, r > 1, to the start."""
+        x, (before, after) = side * start, (side * self.slopes[s] for s in (-side, side))
+        row = [straight(before, R + min(x, -S.One), _Terms())]
+        if x > -1:
+            row.append(self.layer(side, min(x, S.One), "-" if side > 0 else "+"))
+        if x > 1:
+            row.append(straight(after, x - 1, _Terms()))
+        return row
+
+
+def _primitive(f: Poly) -> Poly:
+    """The integral from -1."""
+    step()
+    whole = f.integrate(U)
+    return whole - whole.eval(-1)
 
 
 def strong(
-    drift: Drift, quantity: str, order: int, start: Fraction
+    drift: Drift, name: str, order: int, start: Fraction
 ) -> tuple[Expr, dict[Symbol, Expr], dict[Symbol, str]]:
     """The formula in lam, r and the moments; what these are in the parameters; their LaTeX."""
-    known, at = _Drift(drift), Rational(start.numerator, start.denominator)
-    if quantity in ("P", "1 - P"):
-        inside = layer(known.moments(False, -S.One, S.One, order, " "), LAM, Polynomials)
-        odds = outside_odds(known.slopes[-1], inside, known.slopes[1], LAM)
-        formula = 1 / (1 + odds) if quantity == "P" else 1 / (1 + 1 / odds)
+    known, at = _Stretches(drift, order), Rational(start.numerator, start.denominator)
+    if name[-1] == "P":
+        sides = [[known.layer(1, S.One, "")]]
     else:
-        sides = stretches(known, order, LAM, Polynomials, R, at, True)
-        formula = (
-            escape_time(*sides, LAM) if quantity == "T" else exit_probability(*sides, quantity != "C")
-        )
+        sides = [known.side(side, at) for side in (1, -1)]
+    formula = quantity(name, sides, (known.slopes[-1], known.slopes[1]), LAM)
+    if name == "P":
+        # Nothing cancels in what is left over of the whole.
+        (whole,) = (a.base for a in formula.args if a.is_Pow and a.base.is_Add)
+        formula = (whole - formula * whole) / whole
     return formula, known.values, known.tex

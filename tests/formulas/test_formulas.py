@@ -272,6 +272,7 @@ def test_contributions_and_the_regular_part_are_the_sum(scene: Scene) -> None:
     order, kappa = 3, "1/30"
     e, *both = (formula_of(scene, q, order) for q in ("T", "C", "1 - C"))
     with mpmath.workdps(60):
+
         def value(e: sa.Expansion, f: Any = None) -> Any:
             return by_definitions(e, scene.drift, kappa, scene.r, f)
 
@@ -401,8 +402,9 @@ def test_latex_compiles(tmp_path: Path) -> None:
 
 def test_cases_hold_where_they_say() -> None:
     """Each example is in its case, and fulfils its conditions."""
-    for drift, quantity in ((sa.friction(), "T"), (sa.friction(), "P"), (sa.tanh(), "T"),
-                            (sa.Drift("u*(c - u**2)"), "T"), (sa.Drift("c*(1/4 - u**2)"), "T")):  # fmt: skip
+    double, pair = sa.Drift("u*(c - u**2)"), sa.Drift("c*(1/4 - u**2)")
+    asked = [(d, "T") for d in (sa.friction(), sa.tanh(), double, pair)] + [(sa.friction(), "P")]
+    for drift, quantity in asked:
         found = sa.expand(drift, quantity, order=0).cases()
         assert len({str(case) for case in found}) == len(found)
         for case in found:
@@ -411,7 +413,9 @@ def test_cases_hold_where_they_say() -> None:
             assert case_of(bound, e.start) == case
             with mpmath.workdps(30):
                 zeros = [z for z in roots_of(bound).values() if abs(z) > 1e-9 or not case.at_start]
-                known = {n: sympy.Rational(x.numerator, x.denominator) for n, x in bound.values.items()}
+                known = {
+                    n: sympy.Rational(x.numerator, x.denominator) for n, x in bound.values.items()
+                }
                 known |= {f"u{k}": sympy.sympify(z) for k, z in enumerate(zeros, 1)} | {"r": 3}
                 for c in e.conditions if zeros else ():
                     at = {s: known[s.name] for s in c.free_symbols}

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 import symasym as sa
-from tests.integrals import INTEGRALS
+from tests.integrals.table import INTEGRALS
 from tests.problems import BY_NAME, PROBLEMS, Problem
 
 Question = tuple[str, Callable[[], Any]]

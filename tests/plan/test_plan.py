@@ -73,8 +73,9 @@ def test_the_sizes_add_up_to_the_whole() -> None:
     for drift, start in cases:
         made = sa.plan(drift, "0.1", 4, rtol=1e-2, start=start)
         size = sum(t.size for t in made.terms)
-        want = sa.escape_time(drift, "0.1", 4, start=start, method="laplace", order=made.order,
-                              dps=25) / sa.escape_time(drift, "0.1", 4, start=start, dps=25)  # fmt: skip
+        options: dict[str, Any] = {"start": start, "dps": 25}
+        want = sa.escape_time(drift, "0.1", 4, method="laplace", order=made.order, **options)
+        want /= sa.escape_time(drift, "0.1", 4, **options)
         assert abs(size - want) < 1e-14
         kept = sum(t.size for t in made.terms if t.kept)
         assert abs(kept - 1) <= made.error * (1 + 1e-9) * kept
@@ -83,7 +84,10 @@ def test_the_sizes_add_up_to_the_whole() -> None:
 @pytest.mark.parametrize("full", [False, True])
 @pytest.mark.parametrize("problem", EASY[1::9], ids=str)
 def test_auto_of_one_scene_is_exact(problem: Problem, full: bool) -> None:
-    scene, options = (problem.make(), problem.kappa, problem.r), {"start": problem.start, "log": True}
+    scene, options = (
+        (problem.make(), problem.kappa, problem.r),
+        {"start": problem.start, "log": True},
+    )
     exact = sa.escape_time(*scene, **options, full=True)
     auto = sa.escape_time(*scene, **options, method="auto", rtol=1e-6, full=full)
     assert (auto.value if full else auto) == exact.value

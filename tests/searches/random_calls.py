@@ -274,7 +274,7 @@ AFTER: dict[str, dict[str, dict[str, _Place] | None]] = {
     "oscillator": {"frozen": {"z": _KAPPA}, "drag_time": {"z": _KAPPA, "eps": _KAPPA},
                    "__str__": {}, "drift": None},
     "System": {"frozen": {"z": _KAPPA}, "drift": None, "__str__": {}},
-    "plan": {"__str__": {}, "singulants": None},
+    "plan": {"__str__": {}, "terms": None},
     "sensitivity": {"__str__": {}},
     "weak_noise_bound": {"__str__": {}, "error": {"kappa": _KAPPA}},
     "Drift": {**_LANDSCAPE, "bind": {"a": _KAPPA}, "derivative": {"name": _Place(["'a'"])}},

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 import symasym as sa
 from symasym import methods
-from symasym.asymptotics.laplace.watson import moment_coefficients
+from tests.moments import moment_coefficients
 from symasym.asymptotics.weak_noise import critical_points, regular_part
 from symasym.asymptotics.weak_noise.one_sided import inverse_coefficients
 from symasym.asymptotics.weak_noise.regular_part import panel_integrals

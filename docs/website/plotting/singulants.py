@@ -1,4 +1,4 @@
-"""The pictures of `docs/borel.md` and `docs/expansions.md`: singulants, and errors by order."""
+"""The pictures of `docs/laplace.md` and `docs/expansions.md`: singulants, and errors by order."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ from typing import Any
 import mpmath
 import numpy as np
 import sympy
+from flint import arb
 
 import symasym as sa
-from symasym.asymptotics.laplace.borel import approximant
+from symasym.integrals.borel import BITS, approximant, median_sum
+from symasym.numbers.balls import precision
 from symasym.workshop.figures.style import style
 
 Z0 = "-0.4"
@@ -47,10 +49,16 @@ def draw() -> Any:
     with mpmath.workdps(60):
         c, lam, singulants, truth = well()
         first = mpmath.mpf(1) / 2
-        poles = approximant(c[:21], first, mpmath.mp).poles
+        with precision(BITS):
+            known = [arb(mpmath.nstr(a, 60)) for a in c]
+            terms = [a / (arb(0.25) + k).gamma() for k, a in enumerate(known)]
+            poles = approximant(terms[:21])[1]
         counts = range(1, TERMS + 1, 2)
         sums = [mpmath.fsum(a * lam ** -(first + k) for k, a in enumerate(c[:n])) for n in counts]
-        medians = [approximant(c[:n], first, mpmath.mp).laplace(lam, mpmath.mp) for n in counts]
+        with precision(BITS):
+            large = arb(mpmath.nstr(lam, 60))
+            found = (median_sum(known[:n], arb(0.5), large) for n in counts)
+            medians = [mpmath.mpf(y.str(50, radius=False)) for y in found]
         errors = [[float(abs(y / truth - 1)) for y in row] for row in (sums, medians)]
         where = np.array([complex(p) for p, _ in poles])
     with style():

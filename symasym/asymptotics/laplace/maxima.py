@@ -1,4 +1,4 @@
-"""The maxima of f on an interval: interior ones, ends and kinks, and which of them is highest.
+"""The maxima of f on an interval: interior ones, ends and kinks.
 
 An interior maximum is a zero of f' at which its sign changes from + to -: of a polynomial or
 rational f' all are isolated exactly; of others those between sign changes on a grid are bisected,
@@ -24,10 +24,9 @@ from symasym.base.call_context import expect, mpf_of, own_context, step
 from symasym.base.errors import InputError
 from symasym.base.inputs import exact
 from symasym.drift.expressions import expect_algebra, quotient_of
-from symasym.drift.short import is_short
 from symasym.numbers.polynomials import poly
 from symasym.numbers.trees import MpmathOps, NotRational, NumpyOps, evaluate_tree
-from symasym.series.coefficient_fields import sampled_parameters, vanishes
+from symasym.series.coefficient_fields import vanishes
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -108,127 +107,6 @@ def agree(first: mpf, second: mpf, tolerance: Fraction = _EQUAL) -> bool:
     with own_context(WORK) as context:
         a, b = context.make_mpf(first._mpf_), context.make_mpf(second._mpf_)
         return bool(abs(a - b) <= mpf_of(tolerance, context) * max(1, abs(a)))
-
-
-def highest(pieces: list[Piece], x: Symbol) -> tuple[list[Maximum], list[Maximum]]:
-    """The maxima that share the largest height, and the others; an error if there is none."""
-    maxima = local_maxima(pieces, x)
-    if not maxima:
-        raise InputError(
-            f"f = {pieces[0].f} has no isolated maximum for {x} in [{pieces[0].lo}, "
-            f"{pieces[-1].hi}]; give an f that is not constant, and an interval on which it is "
-            "largest somewhere."
-        )
-    equal = [maximum for maximum in maxima if agree(maximum.height, maxima[0].height)]
-    return equal, [maximum for maximum in maxima if maximum not in equal]
-
-
-def symbolic_maximum(
-    pieces: list[Piece], x: Symbol, given: list[Real] | None
-) -> tuple[list[Real], bool]:
-    """Points where f is largest when parameters are free, and whether they were given.
-
-    Raises
-    ------
-    InputError
-        Where that depends on the parameters; it asks for a sign where one decides.
-    """
-    try:
-        return _highest_of_all(pieces, x, given)
-    except InputError:
-        asked = _sign_needed(pieces, x, given)
-        if asked is None:
-            raise
-        raise InputError(asked) from None
-
-
-def _sign_needed(pieces: list[Piece], x: Symbol, given: list[Real] | None) -> str | None:
-    """The request for the signs of parameters with which the maximum is decided, None for none."""
-    known = {e for p in pieces for e in (p.f, p.g, p.lo, p.hi)}
-    free = set().union(*(e.free_symbols for e in known)) - {x}
-    unknown = sorted((s for s in free if s.is_positive is s.is_negative is None), key=str)
-    if not 0 < len(unknown) <= _MOST_SIGNS:
-        return None
-    decided = []
-    for signs in itertools.product(("positive", "negative"), repeat=len(unknown)):
-        named = {
-            s: sympy.Symbol(s.name, **{sign: True}) for s, sign in zip(unknown, signs, strict=True)
-        }
-        bound = [Piece(*(e.xreplace(named) for e in (p.lo, p.hi, p.f, p.g))) for p in pieces]
-        points = given and [sympy.sympify(point).xreplace(named) for point in given]
-        try:
-            _highest_of_all(bound, x, points)
-        except InputError:
-            continue
-        decided.append(signs)
-    if not decided:
-        return None
-    calls = [
-        ", ".join(f"Symbol('{s}', {sign}=True)" for s, sign in zip(unknown, signs, strict=True))
-        for signs in decided
-    ]
-    if len(decided) == 1:
-        rule = [f"{s} must be {sign}" for s, sign in zip(unknown, decided[0], strict=True)]
-        return (
-            f"f = {pieces[0].f} has no maximum for some values of its parameters; "
-            f"{' and '.join(rule)}: pass {calls[0]}."
-        )
-    names = ", ".join(map(str, unknown))
-    return (
-        f"where f = {pieces[0].f} is largest depends on the sign of {names}; pass "
-        f"{' or '.join(calls)}."
-    )
-
-
-def _highest_of_all(
-    pieces: list[Piece], x: Symbol, given: list[Real] | None
-) -> tuple[list[Real], bool]:
-    """The same; candidates are the ends, the kinks and the zeros of f'.
-
-    Which of them it is must be the same at all sampled values of the parameters.
-    """
-    candidates: list[Any] = []
-    for piece in pieces:
-        candidates += [end for end in (piece.lo, piece.hi) if not end.is_infinite]
-        if given is None:
-            candidates += _solved(piece, x)
-    if given is not None:
-        candidates = [sympy.sympify(point) for point in given]
-    candidates = list(dict.fromkeys(candidates))
-    free = set().union(
-        *((p.f.free_symbols | p.g.free_symbols) - {x} for p in pieces),
-        *(p.lo.free_symbols | p.hi.free_symbols for p in pieces),
-        *(c.free_symbols for c in candidates),
-    )
-    chosen: list[Any] | None = None
-    for values in sampled_parameters(free):
-        bound = [Piece(*(e.xreplace(values) for e in (p.lo, p.hi, p.f, p.g))) for p in pieces]
-        top, _ = highest(bound, x)
-        matched = [
-            c
-            for c in candidates
-            if any(agree(number(c, values), number(maximum.point), _SAME_POINT) for maximum in top)
-        ]
-        if len(matched) < len(top) or (chosen is not None and matched != chosen):
-            shown = ", ".join(f"{s} = {v}" for s, v in values.items())
-            raise InputError(
-                f"where f = {pieces[0].f} is largest could not be decided for all parameters "
-                f"(tried {shown}); give maxima=[…], symbols with assumptions, or numbers."
-            )
-        chosen = matched
-    assert chosen is not None
-    return chosen, given is not None
-
-
-def _solved(piece: Piece, x: Symbol) -> list[Expr]:
-    """The zeros of f' that SymPy finds in a short time and that may be real."""
-    slope = sympy.diff(piece.f, x)
-    if not is_short(slope) or len(slope.free_symbols) > _MOST_SYMBOLS:
-        return []
-    try:
-        return [s for s in sympy.solve(slope, x) if s.is_real is not False]
-    except NotImplementedError:
-        return []
 
 
 def interior_maxima(piece: Piece, slope: Expr, x: Symbol) -> list[Real]:

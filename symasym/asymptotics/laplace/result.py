@@ -1,10 +1,4 @@
-"""The expansion of int g e^(lam f) by Laplace's method, evaluated at any lam with its error.
-
-Over the maxima p of f it is the sum of e^(lam f(p)) sum_k c_k lam^(-s_k), s_k = (k + beta)/mu (DLMF
-2.3(ii), 2.3(iii); `.expansion`). All is summed over e^(lam f(p_0)), p_0 the highest, so that
-logarithms are finite where the value overflows. Its error is a proved bound or an estimate
-(`.errors`).
-"""
+"""What the expansions of an integral share: its parameters, its values at any lam, its formula."""
 
 from __future__ import annotations
 
@@ -17,19 +11,14 @@ from typing import TYPE_CHECKING, Any, Self, cast
 import numpy as np
 import sympy
 
-from symasym.asymptotics.laplace.borel import left_out, median_sums, pairs_beyond
-from symasym.asymptotics.laplace.errors import ErrorModel
-from symasym.asymptotics.laplace.expansion import Contribution
-from symasym.asymptotics.laplace.kinks import difference, number
-from symasym.base.call_context import mpf_of, own_context, patient, symbolic, to_mpf
-from symasym.base.errors import AccuracyError, InputError, RangeError, SymasymError
-from symasym.base.estimate import ErrorKind, Estimate
+from symasym.base.call_context import own_context, patient, symbolic
+from symasym.base.errors import InputError, RangeError, SymasymError
+from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import (
     FloatArray,
     digits,
     exact,
     flag,
-    float_text,
     floats,
     is_array,
     is_name,
@@ -37,13 +26,10 @@ from symasym.base.inputs import (
     shown,
 )
 from symasym.derivation.printing import tex
-from symasym.numbers.float_arrays import two_product
 
 if TYPE_CHECKING:
-    from mpmath import mpf
     from sympy import Expr, Symbol
 
-    from symasym.asymptotics.laplace.kinks import Real
     from symasym.base.inputs import Number, Numbers
 
 #: Digits of the sum behind a float64 value.
@@ -268,253 +254,3 @@ class IntegralExpansion:
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self})"
-
-
-@dataclass(frozen=True, repr=False)
-class LaplaceExpansion(IntegralExpansion):
-    """The expansion of the integral of g(x) e^(lam f(x)) over [a, b] for large lam.
-
-    Attributes
-    ----------
-    f, g, x, a, b : Expr
-        The integral.
-    order : int or "optimal"
-    contributions : tuple of Contribution
-        One for each maximum, or each side of it where the sides differ.
-    dropped : tuple of str
-        What is exponentially small and left out.
-    conditions : tuple of str
-        What was seen to hold at sampled parameters but not proved from their assumptions.
-    """
-
-    contributions: tuple[Contribution, ...]
-    dropped: tuple[str, ...]
-    conditions: tuple[str, ...]
-    _errors: ErrorModel | None = field(compare=False)
-
-    @property
-    def height(self) -> Real:
-        """The largest f, lam times which is the exponent of the leading exponential."""
-        return self.contributions[0].height
-
-    @property
-    def omitted(self) -> Expr:
-        """The power sigma of the first term left out, which is of order lam^(-sigma)."""
-        powers = []
-        for c in self.contributions:
-            step = sympy.Rational(2 if c.side == "both" else 1, c.contact)
-            powers.append(c.exponents[-1] + step)
-        return sympy.Min(*powers)
-
-    @property
-    @symbolic
-    def error_kind(self) -> str:
-        """``"bound"`` if the error is proved, ``"estimate"``; ``"none"`` with parameters free."""
-        if self._errors is None or self.order == "borel":
-            return "none" if self._errors is None else "estimate"
-        return self._errors.kind
-
-    @property
-    @symbolic
-    def bound(self) -> tuple[mpf, Expr, mpf] | None:
-        """(K, sigma, lam_0), or None where nothing is proved.
-
-        For lam >= lam_0, the integral differs from the expansion by at most
-        K lam^(-sigma) e^(lam h), where h is `height`.
-        """
-        if self._errors is None or isinstance(self.order, str):
-            return None
-        return self._errors.statement(int(self.order), self.omitted)
-
-    def _by_arrays(self, lam: FloatArray, log: bool) -> FloatArray:
-        """All lam at once; those where float64 would cancel one by one."""
-        if isinstance(self.order, str):
-            return super()._by_arrays(lam, log)
-        flat = lam.ravel()
-        top, rest = _split(number(self.height))
-        total, sizes = np.zeros_like(flat), np.zeros_like(flat)
-        with np.errstate(under="ignore"):
-            for c in self.contributions:
-                height = float(difference(number(c.height), number(self.height)))
-                exponents, coefficients = c.numbers(FLOAT_DIGITS)
-                weight = np.exp(flat * height)
-                for s, k in zip(exponents, coefficients, strict=True):
-                    term = weight * (float(k) * flat ** -float(s))
-                    total += term
-                    sizes += np.abs(term)
-        # What lam times the height loses in its last digit would be relative in the value.
-        product, lost = two_product(flat, np.full_like(flat, top))
-        lost = lost + flat * rest
-        with np.errstate(all="ignore"):
-            logs = product + (lost + np.log(np.abs(total)))
-            result = logs if log else np.exp(product) * (1 + np.expm1(lost)) * total
-        plain = (total >= 0.1 * sizes) & (np.abs(product) < 700) & (np.abs(logs) < 700)
-        if log:
-            plain = (total >= 0.1 * sizes) & np.isfinite(logs)
-        for k in np.flatnonzero(~plain):
-            result[k] = self._by_float(Fraction(flat[k]), log, False)
-        return np.asarray(result.reshape(lam.shape))
-
-    def _by_digits(self, lam: Fraction, dps: int, log: bool, full: bool) -> Any:
-        """The sum at one lam as an mpf, or an `Estimate` by `ErrorModel.relative`."""
-        assert self._errors is not None
-        for c in self.contributions:
-            if not c.exact and dps > self._errors.digits - 10:
-                raise AccuracyError(
-                    f"dps is {dps}, but the coefficients were computed to {self._errors.digits} "
-                    "digits; pass dps=… to laplace_integral."
-                )
-        with own_context(dps + 30) as context:
-            large, first = mpf_of(lam, context), self.contributions[0]
-            exponent = large * max(1, abs(first.height_in(context)))
-            more = dps + 30 + max(0, int(context.log10(exponent)))
-            context.dps = more
-            large = mpf_of(lam, context)
-            top = first.height_in(context)
-            shares, orders, size = [], [], context.mpf(0)
-            apart = context.zero
-            for c in self.contributions:
-                weight = context.exp(large * (c.height_in(context) - top))
-                if self.order == "borel":
-                    sums = median_sums(c, large, context)
-                    shares.append(weight * sums[0])
-                    orders.append(len(c.coefficients))
-                    size += abs(shares[-1])
-                    apart += weight * left_out(sums)
-                    at = c.height_in(context)
-                    apart += weight * pairs_beyond(self.f, self.g, self.x, at, large, context)
-                    continue
-                terms = c.terms(large, more, context)
-                used = len(terms)
-                if self.order == "optimal":
-                    sizes = [abs(t) if t else context.inf for t in terms]
-                    used = max(1, sizes.index(min(sizes)))
-                orders.append(used)
-                shares.append(weight * context.fsum(terms[:used]))
-                size += weight * context.fsum(map(abs, terms[:used]))
-            total = context.fsum(shares)
-            error, kind = context.mpf(0), self._errors.kind
-            if full and self.order == "borel":
-                error, kind = apart + self._errors.elsewhere(large, context), "estimate"
-            elif full:
-                error, kind = self._errors.relative(lam, orders, shares, context)
-            error += size * context.mpf(10) ** (5 - more)
-            # Rounding of the height, and of lam times it, is an error of the exponent.
-            slip = abs(large * top) * context.mpf(10) ** (5 - more)
-            if not isinstance(self.height, sympy.Basic):
-                slip += abs(large * top) * context.mpf(10) ** -(self._errors.digits + 8)
-            # The last digit's rounding is an error of the printed value too.
-            error += abs(total) * context.mpf(10) ** -(dps + 5)
-            if log:
-                if total <= error:
-                    raise AccuracyError(
-                        f"the sum at lam = {float_text(lam)} is not surely positive, so its "
-                        "logarithm is not known; ask for the value, or for a larger lam."
-                    )
-                exact_value = large * top + context.log(total)
-                error = slip - context.log1p(-error / total)
-            else:
-                if slip > 1:
-                    raise AccuracyError(
-                        f"lam times the largest f is {context.nstr(large * top, 6)}, of which "
-                        f"{self._errors.digits + 8} digits are known; pass more as dps=… to "
-                        "laplace_integral."
-                    )
-                scale = context.exp(large * top)
-                error = scale * (error + abs(total) * context.expm1(slip))
-                exact_value = scale * total
-            value = to_mpf(exact_value, dps)
-            if not full:
-                return value
-            error += abs(exact_value - context.make_mpf(value._mpf_))
-            shown = to_mpf(error * (1 + context.mpf(10) ** -10), 15)
-        return Estimate(value, shown, kind, "laplace", max(orders), self._named(), self.dropped)
-
-    def _named(self) -> tuple[str, ...]:
-        """A line for each contribution, for `Estimate.terms`."""
-        return tuple(
-            f"{self.x} = {short(c.point)} ({c.side}): {len(c.coefficients)} terms"
-            for c in self.contributions
-        )
-
-    def expression_in(self, lam: Symbol | str = "lam") -> Expr:
-        symbol = self._lam(lam)
-        total = sympy.Integer(0)
-        for c in self.contributions:
-            pairs = zip(c.exponents, c.coefficients, strict=True)
-            inner = sympy.Add(*(_sympy(k) * symbol**-s for s, k in pairs))
-            total += sympy.exp(symbol * _sympy(c.height)) * inner
-        return total
-
-    def latex(self, lam: str = "lambda") -> str:
-        """The expansion with its O term, in LaTeX."""
-        symbol = self._lam(lam)
-        size = sympy.exp(symbol * _sympy(self.height)) * symbol**-self.omitted
-        return f"{super().latex(lam)} + O\\left({tex(size)}\\right)"
-
-    @property
-    @symbolic
-    def error(self) -> str:
-        """The order of the terms left out, and what is claimed of them."""
-        size = f"e^(lam ({short(self.height)})) lam^(-{_bare(self.omitted)})"
-        return f"O({size}); error: {self._error_text()}"
-
-    @symbolic
-    def __str__(self) -> str:
-        lines = []
-        for c in self.contributions:
-            height = short(c.height)
-            pairs = list(zip(c.exponents, c.coefficients, strict=True))
-            shown = [f"({short(k)}) lam^(-{_bare(s)})" for s, k in pairs[:6] if k != 0]
-            more = " + ..." if len(pairs) > 6 else ""
-            lines.append(f"e^(lam ({height})) [{' + '.join(shown) or '0'}{more}]")
-        lines.append(self.error)
-        return "\n+ ".join(lines)
-
-    def _error_text(self) -> str:
-        """The error in words, for `print`."""
-        from mpmath import nstr
-
-        if self.error_kind == "none":
-            return "none claimed while parameters are free"
-        statement = self.bound
-        if statement is None:
-            return f"{self.error_kind}, given by evaluate(lam, full=True)"
-        # Three digits, rounded upwards.
-        with own_context(15) as context:
-            k, start = (
-                nstr(context.make_mpf(value._mpf_) * context.mpf("1.006"), 3)
-                for value in (statement[0], statement[2])
-            )
-        return f"at most {k} times that for lam >= {start} (bound)"
-
-
-def _sympy(value: Real) -> Expr:
-    """A number as an expression."""
-    if isinstance(value, sympy.Basic):
-        return value
-    return (
-        sympy.Float(value._mpf_, _SHOWN_DIGITS) if hasattr(value, "_mpf_") else sympy.sympify(value)
-    )
-
-
-def _split(value: Real) -> tuple[float, float]:
-    """A number as the sum of two floats."""
-    rational = exact("f", value)
-    head = float(rational)
-    return head, float(rational - Fraction(head))
-
-
-def short(value: Real) -> str:
-    """An expression, or twelve digits of a number, as a text."""
-    if isinstance(value, sympy.Basic):
-        return str(value)
-    from mpmath import nstr
-
-    return str(nstr(value, 12))
-
-
-def _bare(value: Expr) -> str:
-    """An exponent as a text, in brackets unless it is a whole number or a symbol."""
-    text = str(value)
-    return text if value.is_Integer or value.is_Symbol else f"({text})"

@@ -1,0 +1,103 @@
+"""The median Borel–Padé sum of a Laplace expansion, beyond its optimal order.
+
+sum_k c_k lam^-(s + k) is lam^(b - s) times the Laplace transform of t^(b - 1) B(t), B = sum_k c_k
+t^k/Gamma(b + k), b = s/2. For polynomial f, B is singular where t is a singulant F = f(p) - f(q), q
+a saddle of f seen from the maximum p (M. V. Berry and C. J. Howls, Proc. R. Soc. A 434 (1991) 657).
+A minimum q of f has F > 0: real lam is on the series' Stokes line, and the real integral is the
+mean of the sums that pass F above and below (E. Delabaere and F. Pham, Ann. IHP 71 (1999) 1), q
+having no share of its own unless f'' vanishes there: such f are refused. Padé's approximant
+continues B; with its poles p_j and residues, z = -p_j,
+
+    int_0^oo e^(-lam t) t^(b - 1)/(t - p_j) dt = Gamma(b) z^(b - 1) e^(lam z) Gamma(1 - b, lam z)
+
+(DLMF 8.6.4), of which for p_j > 0 the real part is the mean. Beyond a complex pair of singulants
+with Re F > 0 the approximants may follow another branch: the sum is then as good as
+e^(-lam |F|^2/Re F) and no better.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+from flint import acb, acb_poly, arb, arb_mat
+from sympy import Expr, Symbol
+
+from symasym.base.errors import InputError
+
+#: Coefficients that order="borel" uses, and the bits of its approximants.
+TERMS, BITS = 41, 640
+
+
+def require_conditions(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> None:
+    """Refuse what the sum isn't for: f, g no polynomials with numbers; f' = f'' = 0 inside."""
+    free = set().union(*(e.free_symbols for e in (f, g, a, b))) - {x}
+    if free:
+        raise InputError(
+            f'order is "borel", which needs numbers, and {", ".join(sorted(map(str, free)))} have '
+            "no value; put numbers in."
+        )
+    for name, e in (("f", f), ("g", g)):
+        if not e.is_polynomial(x):
+            raise InputError(
+                f'order is "borel" and {name} = {e} is no polynomial in {x}; give another order, '
+                'such as "optimal".'
+            )
+    slope = sympy.Poly(f, x).diff(x)
+    for point in sympy.gcd(slope, slope.diff(x)).real_roots():
+        if a < point and point < b:
+            raise InputError(
+                f"order is \"borel\" and f = {f} has f' = f'' = 0 at {x} = {point}; it is for f "
+                'whose critical points are simple; give another order, such as "optimal".'
+            )
+
+
+def require_steps(point: Any, exponents: Any) -> None:
+    """Refuse a maximum whose exponents don't go up by 1."""
+    if exponents[1] - exponents[0] != 1:
+        raise InputError(
+            f'order is "borel", and the maximum at {point} has terms in steps of '
+            f"lam^-({exponents[1] - exponents[0]}); it is for simple maxima, in steps of 1/lam."
+        )
+
+
+def median_sum(c: list[Any], first: Any, lam: Any) -> Any:
+    """The sum of c_k lam^-(first + k), c_k in balls."""
+    b = first / 2
+    whole, poles = approximant([x / (b + k).gamma() for k, x in enumerate(c)])
+    total = sum((a * (b + k).gamma() * lam ** -(b + k) for k, a in enumerate(whole)), arb(0))
+    for pole, residue in poles:
+        z = -pole
+        share = acb(b).gamma() * z ** (b - 1) * (lam * z).exp() * (lam * z).gamma_upper(1 - b)
+        total += (residue * share).real
+    return total * lam ** (b - first)
+
+
+def approximant(b: list[Any]) -> tuple[list[Any], list[tuple[Any, Any]]]:
+    """Padé's approximant of sum b_k t^k: polynomial part, and its poles with their residues.
+
+    Numerator and denominator have half the degree of the series, less where it is that of a lower
+    one: then the equations for the denominator are singular.
+    """
+    last = max((k for k, x in enumerate(b) if k and not x.contains(0)), default=0)
+    # In units of the radius of convergence, about, coefficients and zeros keep their digits.
+    unit = (
+        (abs(b[0] / b[last]) ** (arb(1) / last)).mid() if last and not b[0].contains(0) else arb(1)
+    )
+    b = [x * unit**k for k, x in enumerate(b)]
+    for m in range((len(b) - 1) // 2, 0, -1):
+        rows = [[b[m + i - j] for j in range(1, m + 1)] for i in range(1, m + 1)]
+        try:
+            solved = arb_mat(rows).solve(arb_mat([[-b[m + i]] for i in range(1, m + 1)]))
+            q = acb_poly([arb(1), *(x.mid() for x in solved.entries())])
+            zeros = q.roots(tol=arb(2) ** (-BITS // 2)) if q.degree() == m else None
+        except (ValueError, ZeroDivisionError):
+            continue
+        if zeros is None:
+            continue
+        p = acb_poly((acb_poly(b[: m + 1]) * q).coeffs()[: m + 1])
+        poles = [acb(z.real) if z.imag.contains(0) else z for z in zeros]
+        residues = [p(z) / q.derivative()(z) for z in poles]
+        pairs = [(unit * z, unit * r) for z, r in zip(poles, residues, strict=True)]
+        return [(p[m] / q[m]).real], pairs
+    return [x * unit**-k for k, x in enumerate(b)], []
