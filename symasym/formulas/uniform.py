@@ -10,9 +10,9 @@ Z = lam^(2/3) zeta (DLMF 9.11.4 and its derivative). R is the finite part of int
 start to 1, without the pair's own pi/(-D)^(1/2). All of it is analytic in D, so that the formula
 is one and the same on both sides of the fold. Of a cubic A = (y^2 - D)(psi0 + psi1 y) all is
 explicit: m = b + k T_(1/3)(w) with the turning points b +- k, 2 c3 k^3 w = A(b) and T_(1/3)(w) =
-cos(acos(w)/3), since 4 (m - b)^3 - 3 k^2 (m - b) = A(b)/(2 c3); the end u = 1 before which a barrier
-stands adds E_1 (N. Bleistein, Comm. Pure Appl. Math. 19 (1966) 353). Of another bound A the pair is
-found in numbers, and E_1 left out.
+cos(acos(w)/3), since 4 (m - b)^3 - 3 k^2 (m - b) = A(b)/(2 c3). The end u = 1 before which a
+barrier stands adds E_1 (N. Bleistein, Comm. Pure Appl. Math. 19 (1966) 353). Of another bound A
+the pair is found in numbers, and E_1 left out.
 """
 
 from __future__ import annotations
@@ -221,8 +221,8 @@ def uniform(
         return own, formula(), known, where
     raise InputError(
         f"{drift!r} from {float_text(start)} has no well with a barrier behind it that the uniform "
-        "formula is of: it takes a cubic A, or any bound drift; sa.escape_time(method='uniform') has "
-        "numbers."
+        "formula is of: it takes a cubic A, or any bound drift; sa.escape_time(method='uniform') "
+        "has numbers."
     )
 
 
