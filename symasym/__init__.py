@@ -6,8 +6,6 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from symasym.asymptotics.coalescence.integral import uniform_integral
-    from symasym.asymptotics.coalescence.result import UniformExpansion
     from symasym.asymptotics.proofs.range_bound import RangeBound, weak_noise_bound
     from symasym.base.errors import (
         AccuracyError,
@@ -26,9 +24,10 @@ if TYPE_CHECKING:
     from symasym.drift.ready_made.smoothings import hill, linear, polynomial, sine, tanh
     from symasym.drift.reduction import Reduction, reduce
     from symasym.emit import emit
-    from symasym.expansions import Expansion, expand
     from symasym.formula import Formula, formula, labels
+    from symasym.formulas import Expansion, expand
     from symasym.integrals.laplace import LaplaceExpansion, laplace_integral
+    from symasym.integrals.uniform import UniformExpansion, uniform_integral
     from symasym.plan import Plan, plan
     from symasym.plot import plot
     from symasym.quantities import escape_time, exit_probability, occupation, stationary_density
@@ -56,7 +55,7 @@ _HOMES = {
         "drift.drift": "Drift",
         "drift.critical_points": "CriticalPoint",
         "base.estimate": "Estimate",
-        "expansions": "Expansion expand",
+        "formulas": "Expansion expand",
         "formula": "Formula formula labels",
         "asymptotics.proofs.range_bound": "RangeBound weak_noise_bound",
         "base.scales": "Scales rescale",
@@ -71,8 +70,7 @@ _HOMES = {
         "plot": "plot",
         "drift.reduction": "Reduction reduce",
         "stokes": "stokes_multiplier",
-        "asymptotics.coalescence.integral": "uniform_integral",
-        "asymptotics.coalescence.result": "UniformExpansion",
+        "integrals.uniform": "UniformExpansion uniform_integral",
     }.items()
     for name in names.split()
 }

@@ -141,13 +141,6 @@ class Method:
             return request
         if self.optimal and isinstance(order, str) and order == "optimal":
             return request._replace(order=range(self.orders[1] + 1))
-        if self.orders[1] == 0:
-            if order is not None and read_order(order, 0, 10**9) != 0:
-                raise InputError(
-                    f"order is {shown(order)}, but method {self.name!r} is of order 0; leave it "
-                    "out, or use method='uniform'."
-                )
-            return request._replace(order=0)
         return request._replace(order=read_order(order, *self.orders))
 
 
@@ -182,16 +175,14 @@ METHODS = {method.name: method for method in (
     Method("exact", (*_ALL, "p_ss"), "symasym.exact.balls", "the integral, nothing dropped",
            in_float=_without_error, in_floats="symasym.exact.floats"),
     Method("paper", _ALL, "symasym.paper", "the paper's own leading order"),
-    Method("laplace", _ALL, f"{_NOISE}.weak_noise.answer", "weak noise, in powers of kappa^2",
-           WEAK_NOISE_ORDERS, optimal=True, prover=_proof),
-    Method("local", ("T",), f"{_NOISE}.uniform.answer",
-           "weak noise near a fold, to leading order", (0, 0)),
-    Method("uniform", ("T", "P", "1 - P"), f"{_NOISE}.uniform.answer",
+    Method("laplace", _ALL, "symasym.expansions.answer", "weak noise, in powers of kappa^2",
+           WEAK_NOISE_ORDERS, optimal=True),
+    Method("uniform", _ALL, "symasym.expansions.uniform",
            "weak noise, also where wells, barriers, the start or an end meet", (2, 6)),
-    Method("strong_noise", _ALL, f"{_NOISE}.strong_noise.answer", "in powers of 2/kappa^2",
-           (2, 100), in_float=_without_error),
-    Method("bound", ("C", "1 - C"), f"{_NOISE}.proofs.exit_bounds",
-           "two proved bounds, which close as kappa goes to 0"),
+    Method("strong_noise", _ALL, "symasym.expansions.strong_noise", "in powers of 2/kappa^2",
+           (2, 100)),
+    Method("bound", ("C", "1 - C"), "symasym.expansions.bound",
+           "proved bounds around the exact value"),
 )}  # fmt: skip
 
 

@@ -23,9 +23,10 @@ def add_parser(commands: Commands) -> None:
         commands, "emit", "write a formula as source code", _run,
         "symasym emit folds --target python",
         "symasym emit eq:Ttilde --target c --drift friction --set mu=3 --set alpha=1 -o time.c",
+        "symasym emit expansion:T --target c --drift friction --order 2 -o time.c",
         description="Write a formula as source code. Parameters that are set are folded in.",
     )  # fmt: skip
-    parser.add_argument("label", metavar="LABEL", help="such as eq:Ttildesmall, folds, eq:V")
+    parser.add_argument("label", metavar="LABEL", help="such as folds, eq:V, expansion:T")
     # The error names the targets: asking here would load SymPy.
     targets = "numpy, mpmath, python, c, javascript or latex"
     parser.add_argument("--target", required=True, metavar="T", help=targets)
@@ -34,8 +35,8 @@ def add_parser(commands: Commands) -> None:
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--drift", choices=DRIFTS, help="put this drift into the formula")
     what.add_argument("--expr", metavar="A", help='or this A(u), e.g. "1/2 - u + u**3"')
-    parser.add_argument("--method", metavar="M", help="of eq:Ttilde: exact, laplace or uniform")
-    parser.add_argument("--order", type=int, metavar="N", help="of --method laplace, 0 to 20")
+    parser.add_argument("--method", metavar="M", help="of eq:Ttilde: exact or uniform")
+    parser.add_argument("--order", type=int, metavar="N", help="of an expansion, 0 to 8")
     takes_settings(parser, "fold a parameter in")
     takes_patience(parser)
 
@@ -51,8 +52,17 @@ def _run(arguments: argparse.Namespace) -> None:
         named = [name for name in values if arguments.drift and re.fullmatch(shapes, name)]
         shape = {name: values.pop(name) for name in named}
         drift = named_drift(arguments.drift, arguments.expr, shape)
-    how = {"method": arguments.method, "order": arguments.order}
-    source = sa.emit(sa.formula(arguments.label), arguments.target, values, drift=drift, **how)
+    quantity = arguments.label.removeprefix("expansion:")
+    if quantity != arguments.label:
+        drift = (drift or sa.Drift.general()).bind(**values)
+        source = sa.expand(drift, quantity, order=arguments.order).emit(arguments.target)
+    elif arguments.order is not None:
+        raise InputError(f"--order is of an expansion such as expansion:T, not {arguments.label}.")
+    else:
+        source = sa.emit(
+            sa.formula(arguments.label), arguments.target, values, drift=drift,
+            method=arguments.method,
+        )  # fmt: skip
     if arguments.out is not None:
         print(*source.write(arguments.out, header=arguments.header), sep="\n")
     elif arguments.header:

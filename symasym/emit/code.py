@@ -34,8 +34,7 @@ def emit(
     parameters: Mapping[str, Any] | None = None,
     *,
     drift: Drift | None = None,
-    method: Literal["exact", "laplace", "uniform"] | None = None,
-    order: int | None = None,
+    method: Literal["exact"] | None = None,
     name: str = "f",
     patience: float | None = None,
 ) -> Source:
@@ -55,12 +54,9 @@ def emit(
         For the formulas that hold a general drift: phi (``"eq:phi"``), V (``"eq:V"``), the escape
         time (``"eq:Ttilde"``), also in weak noise (``"eq:Ttildesmall"``), the stationary density
         (``"eq:pss"``) and others. Its free parameters become arguments.
-    method : {"exact", "laplace", "uniform"}, optional
-        Of ``"eq:Ttilde"`` with a drift: T itself (to any number of digits in ``"mpmath"``); its
-        expansion in weak noise, for a bound drift; or the formula that holds through folds, for a
-        polynomial one. As in `symasym.escape_time`.
-    order : int, optional
-        Of the expansion, 0 to 20; 2 where it is left out. The uniform formula has order 0.
+    method : {"exact"}, optional
+        Of ``"eq:Ttilde"`` with a drift: T itself (to any number of digits in ``"mpmath"``).
+        Expansions are emitted by `symasym.Expansion.emit`.
     name : str
         What to call the function of an expression.
     patience : float, optional
@@ -101,13 +97,13 @@ def emit(
     if drift is not None:
         require_drift(drift, bound=False)
         require_printable(drift.values)
-    if drift is None and (method is not None or order is not None):
-        raise InputError("method and order are for a formula with a drift in it; give drift=….")
+    if drift is None and method is not None:
+        raise InputError("method is for a formula with a drift in it; give drift=….")
     if isinstance(what, Record):
         if drift is not None:
             from symasym.emit.drifts import program as with_drift
 
-            return rendered(with_drift(what, drift, numbers, method, order), target)
+            return rendered(with_drift(what, drift, numbers, method), target)
         program = _of_formula(what)
     else:
         if drift is not None:

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from fractions import Fraction
-from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sympy
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import choice, is_array, shown
+from symasym.base.inputs import choice, is_array
 from symasym.drift.drift import Drift
-from symasym.emit.asymptotic_time import uniform_time, weak_noise_time
 from symasym.emit.forms import (
     by_name,
     called,
@@ -197,7 +194,7 @@ def _marks(drift: Drift) -> tuple[Any, ...]:
 # -- all of them -----------------------------------------------------------------------------
 
 # Digits of the numbers that are found by iteration: well and barrier of a general drift.
-_DIGITS = 60
+_DIGITS, _BITS = 60, 512
 
 
 def program(
@@ -205,7 +202,6 @@ def program(
     drift: Drift,
     numbers: Mapping[str, Any],
     method: str | None = None,
-    order: int | str | None = None,
 ) -> Program:
     """A formula of `LABELS` for a drift; `numbers` are the drift's parameters, or the others."""
     if what.label not in LABELS:
@@ -222,17 +218,8 @@ def program(
     if arrays:
         raise InputError(f"{arrays[0]} is an array; leave it free, it becomes an argument.")
     rest = {name: value for name, value in numbers.items() if name not in own}
-    chosen = _method_of(what, method, order)
-    if chosen == "uniform":
-        emitted = uniform_time(what, drift)
-    elif chosen == "laplace":
-        r = rest.pop("r", None)
-        radius = None if r is None else Fraction(int(r.p), int(r.q))
-        kappa = float(rest["kappa"]) if "kappa" in rest else None
-        emitted = weak_noise_time(what, drift, order, radius, kappa)
-        own = {**own, **({} if r is None else {"r": r})}
-    else:
-        emitted = LABELS[what.label](what, drift)
+    _require_method(what, method)
+    emitted = LABELS[what.label](what, drift)
     for function in emitted.functions:
         for name in drift.free:
             if function.arguments.count(name) > 1:
@@ -250,24 +237,19 @@ def _taken(name: str) -> InputError:
     )
 
 
-def _method_of(what: Record, method: str | None, order: int | str | None) -> str:
-    """The method of the escape time that is asked for, ``"exact"`` by default."""
-    if method is None and order is None:
-        return "exact"
+def _require_method(what: Record, method: str | None) -> None:
+    """Refuse a method other than that of the exact escape time."""
+    if method is None:
+        return
     if what.label != "eq:Ttilde":
-        raise InputError(f"{what.label} has no method or order; eq:Ttilde has.")
-    if method is not None:
-        choice("method", method, ("exact", "laplace", "uniform"))
-    if method == "uniform":
-        whole = isinstance(order, Integral) and not isinstance(order, bool)
-        if order is not None and not (whole and order == 0):
-            raise InputError(
-                f"order is {shown(order)}; with method='uniform' order 0 is emitted, call "
-                "sa.escape_time for more."
-            )
-    elif method != "laplace" and order is not None:
-        raise InputError("order is for method='laplace'; the exact time has none.")
-    return method or "exact"
+        raise InputError(f"{what.label} has no method; eq:Ttilde has.")
+    if method in ("laplace", "uniform"):
+        noise = "weak" if method == "laplace" else "uniform"
+        raise InputError(
+            f"method is {method!r}; such a formula is emitted by "
+            f"sa.expand(drift, noise={noise!r}).emit(target)."
+        )
+    choice("method", method, ("exact",))
 
 
 def _program(what: Record, *functions: Function, **more: Any) -> Program:
@@ -381,14 +363,16 @@ def _weak_noise(what: Record, drift: Drift) -> Program:
             f"the well of {drift!r} has no closed form in {', '.join(drift.free)}; bind them, or "
             "use sa.friction."
         )
-    from symasym.base.call_context import own_context
+    from symasym.numbers.balls import precision
     from symasym.paper import well
 
-    with own_context(_DIGITS) as context:
-        zeros = well(drift, context)
+    with precision(_BITS):
+        known = well(drift, _BITS)
         names = ["a_plus", "slope_well", "slope_barrier", "barrier"]
-        known = [zeros.ahead, *zeros.slopes] + ([] if zeros.barrier is None else [zeros.barrier])
-        numbers = {n: sympy.Float(str(x), _DIGITS) for n, x in zip(names, known, strict=False)}
+        numbers = {
+            n: sympy.Float(x.mid().str(_DIGITS, radius=False, more=True), _DIGITS)
+            for n, x in zip(names, known, strict=False)
+        }
     left = () if "barrier" in numbers else ("the well's term, there is no barrier beyond u = 0",)
     value = item["values"][0] if "barrier" in numbers else _without_well(item["values"][0])
     # The logarithm's form first: the numbers hide which factor is an exponential's.

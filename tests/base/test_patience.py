@@ -126,7 +126,6 @@ def test_the_watch_is_of_its_own_thread() -> None:
     [
         lambda: sa.laplace_integral("-x**2", _FRACTIONS, "x", _FRACTIONS.replace("x", "2"), 9),
         lambda: sa.reduce((_FRACTIONS, "1"), ("-1", "1"), ("-s", "1"), ((1,), (0,)), ("y", "x")),
-        lambda: sa.uniform_integral("-x**2", _FRACTIONS, "x", 0, 1),
         lambda: sa.hill(a_minus=1, a_plus=[0.1, 0.5], K=0.05, n=3).potential(),
         lambda: sa.escape_time(sa.Drift("(u**2 + u + 1)**1000"), "0.5", 2),
     ],
@@ -241,13 +240,13 @@ _ALONE = sa.friction(mu="31/7")
     [
         (lambda: sa.Drift("1 - u + exp(sin(3*u))*u^7*cos(u)").potential(), "give a simpler"),
         # No other test asks this drift for its expression, which is kept.
-        (lambda: sa.expand(_ALONE, "T", noise="uniform", order=1).expression, "use formula"),
+        (lambda: sa.expand(_ALONE, "T", order=8).expression, "use formula"),
     ],
 )
 def test_what_takes_no_patience_does_not_advise_it(
     asked: Callable[[], Any], way_out: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    sa.expand(_ALONE, "T", noise="uniform", order=1)  # kept
+    sa.expand(_ALONE, "T", order=8)  # kept
     monkeypatch.setattr(call_context, "PATIENCE", 0.01)
     told: list[BaseException] = []
 

@@ -144,7 +144,7 @@ def test_options_reach_the_verb(capsys: pytest.CaptureFixture[str]) -> None:
         (["show", "V"], "eq:V"),
         (["emit", "fold", "--target", "c"], "folds"),
         (["emit", "folds", "--target", "c", "--set", "alfa=1"], "alpha"),
-        (["emit", "eq:Ttilde", "--target", "c", *FRICTION, "--method", "laplac"], "laplace"),
+        (["emit", "eq:Ttilde", "--target", "c", *FRICTION, "--method", "unifrom"], "uniform"),
         (["derive", "eq:Ttidle"], "eq:Ttilde"),
         (["report", "--scene", "modreate"], "moderate"),
         (["--verison"], "--version"),

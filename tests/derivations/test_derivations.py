@@ -139,14 +139,14 @@ def test_a_series_is_derived_to_the_order_asked_for(series, order, tmp_path):
         assert not alive, step.name
     if series == "saddle-start":
         assert derivation.rests_on == (f"saddle-series-{order}",)
-        # A = b u + c u^2, -V with the derivatives b and 2 c: C ~ (B0/2 + R + Y)/(B0 + L + R).
+        # A = b u + c u^2, -V with the derivatives b and 2 c: R ~ B0/2 + O0 + ...
         e = sa.expand(
             sa.Drift("b*u + c*u**2"), "C", order=order, case="start=barrier", patience=120
         )
         of, (b, x) = {s.name: s for s in e.definitions}, sympy.symbols("b x", positive=True)
         c = sympy.Symbol("c", real=True)
         put = {of["V''(0)"]: -b, of["V'''(0)"]: -2 * c, of["x"]: x}
-        half = (e.definitions[of["B0"]] / 2 + e.definitions[of["Y"]]).subs(put)
+        half = (e.definitions[of["B0"]] / 2 + e.definitions[of["O0"]]).subs(put)
         values = {"c_2": b, "c_3": 2 * c, "lam": 1 / x}
         want = derivation.result.leading
         want = want.subs({s: values.get(s.name, 0) for s in want.free_symbols})

@@ -192,31 +192,6 @@ def test_the_exact_time_in_digits_on_the_problem_table(tmp_path):
     assert in_digits([(name, 30) for name in scenes], tmp_path) == []
 
 
-@pytest.mark.parametrize(
-    ("drift", "kappa", "r", "carried"),
-    [
-        (sa.linear("1/3", "-1/7"), 2**-10, 2, True),
-        (sa.linear("1/3", "-1/7"), 2**-20, 2, True),
-        (sa.linear("1/3", "-1/7"), 2**-66, 2, False),
-        (sa.linear("1/3", "-1/7"), 2**-10, 1e30, False),
-        (sa.polynomial("1/3", -(10**15)), 2**-4, 2, True),
-        (sa.polynomial("1/3", -(10**15)), 2**-40, 2, False),
-    ],
-)
-def test_the_expanded_time_has_the_digits_asked_for_or_says_so(drift, kappa, r, carried):
-    load = sa.emit("eq:Ttilde", "mpmath", drift=drift, method="laplace", order=1).load()
-    asked = {"method": "laplace", "order": 1, "dps": 30}
-    with mpmath.workdps(40):
-        log = sa.escape_time(drift, kappa, r, log=True, **asked)
-        assert abs(load.log_weak_noise_time(kappa, r, dps=20) / log - 1) < 1e-19
-        if carried:
-            want = sa.escape_time(drift, kappa, r, **asked)
-            assert abs(load.weak_noise_time(kappa, r, dps=20) / want - 1) < 1e-19
-            return
-    with pytest.raises(ValueError, match="give fewer, or take the logarithm"):
-        load.weak_noise_time(kappa, r, dps=20)
-
-
 def test_free_parameters_and_logarithms_in_digits():
     load = sa.emit("eq:Ttilde", "mpmath", drift=sa.friction()).load()
     before = mpmath.mp.dps
@@ -246,150 +221,13 @@ def test_the_exact_time_in_latex():
     )
 
 
-# -- weak noise --------------------------------------------------------------------------------
-
-# Names of scenes and orders: crossing with and without a well, an end in the layer, no polynomial;
-# repelling, sliding, no layer at all, large numbers.
-EXPANDED = [
-    ("friction", 5),
-    ("friction past the fold", 2),
-    ("friction sliding weak", 3),
-    ("linear repelling, stiff", 4),
-    ("linear r=1/2", 2),
-    ("expression, cubic", 1),
-]
-MORE = [
-    ("friction", 0),
-    ("friction", 1),
-    ("friction down, a well", 4),
-    ("friction from its well", 2),
-    ("alpha=1e8", 1),
-    ("mu=1e8", 1),
-    ("linear sliding, uneven", 3),
-    ("constant down", 2),
-    ("sine", 1),
-    ("tanh stiff, crossing", 2),
-    ("quintic", 3),
-    ("degree 12", 0),
-]
-
-
-def expanded(scenes):
-    """Files by name; and calls with the same formula in many digits."""
-    files, found = {}, []
-    for number, (name, order) in enumerate(scenes):
-        p, file = BY_NAME[name], f"W{number}"
-        drift, r = p.make(), Fraction(p.r)
-        given = {} if r > 1 else {"r": p.r}
-        options = {"method": "laplace", "order": order}
-        files[file] = sa.emit("eq:Ttilde", "numpy", given, drift=drift, **options)
-        most = 0.999 * float(files[file].split("kappa is not in 1e-100..")[1].split(",")[0])
-        # The largest noise that is answered, at two radii, and a small one.
-        for kappa, radius in ((most, float(r)), (most, 1.0625), (1e-6, float(r))):
-            if r <= 1 and radius > 1:
-                continue
-            want = sa.escape_time(drift, kappa, radius, log=True, dps=16, **options)
-            arguments = (kappa, radius)[: 1 + (r > 1)]
-            found.append((emitted.Call(file, "log_weak_noise_time", arguments), want))
-    return files, found
-
-
-@pytest.fixture(scope="module")
-def expanded_scenes():
-    return expanded(EXPANDED)
-
-
-@pytest.mark.parametrize("target", [*DOUBLE, "mpmath"])
-def test_the_expansion_is_the_same_in_every_target(target, expanded_scenes, tmp_path):
-    compare(target, *expanded_scenes, tmp_path)
-
-
-@pytest.mark.slow
-def test_the_expansion_of_every_kind_of_drift(tmp_path):
-    files, asked = expanded(MORE)
-    for target in [*DOUBLE, "mpmath"]:
-        (tmp_path / target).mkdir()
-        compare(target, files, asked, tmp_path / target)
-
-
-def compare(target, files, asked, folder):
-    if why := emitted.available(target):
-        pytest.skip(why)
-    sources = {name: source.to(target) for name, source in files.items()}
-    values = emitted.run(target, sources, [call for call, _ in asked], folder)
-    allowed = 1e-15 if target == "mpmath" else 1e-13
-    wrong = [
-        (call, got, want)
-        for (call, want), (got,) in zip(asked, values, strict=True)
-        if not far(got, want) < allowed
-    ]
-    assert not wrong
-
-
-@pytest.mark.parametrize(
-    ("drift", "kappa"),
-    [
-        (sa.polynomial("3e-6"), 3e-4),
-        (sa.polynomial("1e6", "-2e6"), 50.0),
-        (sa.polynomial("-7e5", "2e6"), 50.0),
-    ],
-)
-def test_the_expansion_of_a_drift_far_from_1_in_size(drift, kappa):
-    code = sa.emit("eq:Ttilde", "python", drift=drift, method="laplace", order=8).load()
-    want = sa.escape_time(drift, kappa, 10, method="laplace", order=8, log=True, dps=20)
-    assert abs(code.log_weak_noise_time(kappa, 10) - want) <= 1e-13 * max(1, abs(want))
-
-
-def test_orders_approach_the_exact_time_as_the_header_claims():
-    drift = sa.friction(3, 1, "-0.4")
-    for order in (0, 2, 5):
-        source = sa.emit("eq:Ttilde", "mpmath", drift=drift, method="laplace", order=order)
-        told = " ".join(source.replace("\n#", "").split())
-        told = told.split("is for r = 10:")[1].split(". Here")[0]
-        assert f"relative O(kappa^{2 * order + 2})" in " ".join(source.replace("\n#", "").split())
-        for part in told.split(",")[1:]:
-            claimed, kappa = part.split(" at kappa = ")
-            got = source.load().weak_noise_time(kappa, 10, dps=30)
-            exact = sa.escape_time(drift, kappa, 10, dps=30)
-            with mpmath.workdps(30):
-                error = float(abs(got / exact - 1))
-            # The header rounds kappa and the error to two or three digits.
-            assert 0.001 * float(claimed) < error < 1.1 * float(claimed)
-
-
-def test_what_an_expansion_leaves_out_is_told():
-    sliding = sa.emit("eq:Ttilde", "c", drift=sa.friction(0, 1, "-0.4"), method="laplace")
-    assert "Left out: wells in the layer, there are none." in sliding
-    assert "Left out: barriers in the layer, there are none." in sliding
-    assert "sqrt" not in sliding
-    drift = sa.friction(3, 1, "-0.4")
-    free = sa.emit("eq:Ttilde", "python", drift=drift, method="laplace", order=1)
-    assert "products of critical points below e^-150 of the rest for any kappa up to" in " ".join(
-        free.replace("\n#  ", "").split()
-    )
-    # A noise that is given leaves fewer terms, a radius no condition.
-    weak = sa.emit(
-        "eq:Ttilde", "python", {"kappa": "0.02", "r": 10}, drift=drift, method="laplace", order=1
-    )
-    assert "Folded in: alpha = 1, kappa = 1/50, mu = 3, r = 10, z0 = -2/5." in weak
-    assert weak.count("_exp(") < free.count("_exp(")
-    want = sa.escape_time(drift, "0.02", 10, method="laplace", order=1, log=True)
-    assert weak.load().log_weak_noise_time() == pytest.approx(want, rel=1e-13)
-
-
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: _weak(order=21), "order is 21"),
-        (lambda: _weak(order="optimal"), "which depends on kappa; give a number"),
-        (lambda: _weak(drift=sa.friction(3)), "have no closed form in alpha, z0; bind them"),
-        (lambda: _weak(drift=sa.friction(3, 1, 0)), "a tangency, where"),
-        (lambda: _weak(method="local"), "give one of 'exact', 'laplace', 'uniform'"),
-        (lambda: _weak(method=None, order=1), "order is for method='laplace'"),
+        (lambda: sa.emit("eq:Ttilde", drift=sa.sine(), method="laplace"), "emitted by"),
+        (lambda: sa.emit("eq:Ttilde", drift=sa.sine(), method="uniform"), "emitted by"),
         (lambda: sa.emit("eq:Ttilde", method="exact"), "give drift="),
-        (lambda: sa.emit("eq:C", drift=sa.sine(), order=1), "eq:C has no method or order"),
-        (lambda: _weak(drift=BY_NAME["fold + 1e-30"].make()), "too close to another"),
-        (lambda: _weak(parameters={"kappa": 7}), "has no value at kappa = 7"),
+        (lambda: sa.emit("eq:C", drift=sa.sine(), method="exact"), "eq:C has no method"),
     ],
 )
 def test_bad_input_is_told_in_one_sentence(call, message):
@@ -397,29 +235,12 @@ def test_bad_input_is_told_in_one_sentence(call, message):
         call()
 
 
-def _weak(**changed):
-    asked = {"drift": sa.friction(3, 1, "-0.4"), "method": "laplace", **changed}
-    return sa.emit("eq:Ttilde", asked.pop("target", "python"), **asked)
-
-
-def test_beyond_its_range_an_expansion_has_no_value():
-    load = _weak().load()
-    for arguments in ((0.5, 10), (0.0, 10), (0.1, 1.0), (float("nan"), 10)):
-        with pytest.raises(ValueError, match="where this order gives T"):
-            load.log_weak_noise_time(*arguments)
-    with pytest.raises(ValueError, match=r"kappa is 0.5, r is 10.0: kappa is not in 1e-100\.\."):
-        load.log_weak_noise_time(0.5, 10)
-    load = _weak(target="numpy").load()
-    with pytest.raises(ValueError, match=r"kappa is 0.5, r is 20.0: kappa is not in 1e-100\.\."):
-        load.log_weak_noise_time([0.01, 0.5, 0.6], [10, 20, 30])
-
-
-def test_the_command_takes_method_and_order(capsys):
-    words = ["emit", "eq:Ttilde", "--target", "python", "--drift", "friction", "--set", "mu=3"]
-    more = ["--set", "alpha=1", "--set", "z0=-0.4", "--method", "laplace", "--order", "0"]
-    assert cli.main([*words, *more]) == 0
-    assert "def log_weak_noise_time(kappa, r):" in capsys.readouterr().out
-    assert cli.main(words) == 0
+def test_the_command_takes_expansions(capsys):
+    words = ["--target", "python", "--drift", "friction", "--set", "mu=3"]
+    more = ["--set", "alpha=1", "--set", "z0=-0.4", "--order", "0"]
+    assert cli.main(["emit", "expansion:T", *words, *more]) == 0
+    assert "def log_f(kappa, r):" in capsys.readouterr().out
+    assert cli.main(["emit", "eq:Ttilde", *words]) == 0
     assert "def log_escape_time(kappa, r, alpha, z0):" in capsys.readouterr().out
 
 

@@ -71,7 +71,6 @@ CALLS: dict[str, Callable[[], Any]] = {
     "1 - P uniform": lambda: sa.occupation(
         SLIDING, "0.1", complement=True, method="uniform", order=0, **FULL
     ),
-    "T local": _scene(sa.escape_time, DRIFT, "0.1", 10, method="local"),
     "T strong": _scene(sa.escape_time, DRIFT, 4, 3, method="strong_noise", order=4),
     "C strong": _scene(sa.exit_probability, ANALYTIC, 4, 3, method="strong_noise", order=4),
     "P strong": _scene(sa.occupation, SLIDING, 4, method="strong_noise", order=4),

@@ -116,7 +116,7 @@ _DPS = _Place(["15", "30", "None"], 0.3)
 _ORDER = _Place(["0", "1", "2", "4", "'optimal'", "None"], 0.2)
 _RTOL = _Place(["1e-3", "'1e-6'", "None"], 0.15)
 _METHODS = _Place(
-    ["'exact'", "'paper'", "'laplace'", "'uniform'", "'local'", "'strong_noise'", "'auto'",
+    ["'exact'", "'paper'", "'laplace'", "'uniform'", "'strong_noise'", "'auto'",
      "'bound'"], 0.5
 )  # fmt: skip
 _MANY = {"errors": _Place(["'nan'", "'raise'"], 0.2), "workers": _Place(["1", "None"], 0.05)}
@@ -154,7 +154,7 @@ CALLS: dict[str, dict[str, _Place]] = {
     "plan": {"drift": _DRIFT, "kappa": _KAPPA, "r": _R, "rtol": _RTOL, "start": _START},
     "stokes_multiplier": {
         "drift": _DRIFT, "kappa": _KAPPA, "dps": _DPS,
-        "method": _Place(["'step'", "'local'", "'uniform'"], 0.5),
+        "method": _Place(["'step'", "'uniform'"], 0.5),
     },
     "weak_noise_bound": {
         "drift": _DRIFT, "r": _R, "start": _START, "order": _ORDER,
@@ -259,7 +259,10 @@ AFTER: dict[str, dict[str, dict[str, _Place] | None]] = {
     "expand": {**_SYMBOLIC, "evaluate": {"kappa": _KAPPA, "r": _R, "dps": _DPS, "log": _FLAG,
                                          "full": _FLAG}},
     "laplace_integral": {**_INTEGRAL, "bound": None, "omitted": None, "height": None},
-    "uniform_integral": {**_INTEGRAL, "coefficients": {"dps": _DPS}},
+    "uniform_integral": {
+        **{name: _INTEGRAL[name] for name in ("evaluate", "bind", "error_kind", "parameters")},
+        "coefficients": {"dps": _DPS}, "__str__": {},
+    },
     "formula": {"latex": {}, "__str__": {}, "emit": {"target": _TARGET, "drift": _DRIFT},
                 "cases": None, "expression": None, "left": None, "limit": None,
                 "remainder": None, "names": None},
@@ -271,7 +274,7 @@ AFTER: dict[str, dict[str, dict[str, _Place] | None]] = {
     "oscillator": {"frozen": {"z": _KAPPA}, "drag_time": {"z": _KAPPA, "eps": _KAPPA},
                    "__str__": {}, "drift": None},
     "System": {"frozen": {"z": _KAPPA}, "drift": None, "__str__": {}},
-    "plan": {"__str__": {}, "singulants": None},
+    "plan": {"__str__": {}, "terms": None},
     "sensitivity": {"__str__": {}},
     "weak_noise_bound": {"__str__": {}, "error": {"kappa": _KAPPA}},
     "Drift": {**_LANDSCAPE, "bind": {"a": _KAPPA}, "derivative": {"name": _Place(["'a'"])}},
@@ -298,7 +301,8 @@ COMMANDS = [
     "show LABEL", "show LABEL --latex", "show LABEL --steps", "show --all",
     "show expansion:T DRIFT --order N", "show expansion:T --expr TEXT --noise WORD --latex",
     "show expansion:WORD DRIFT --start X --case WORD --patience X",
-    "emit LABEL --target WORD", "emit eq:Ttilde --target WORD DRIFT --method METHOD --order N",
+    "emit LABEL --target WORD", "emit eq:Ttilde --target WORD DRIFT --method METHOD",
+    "emit expansion:WORD --target WORD DRIFT --order N",
     "emit LABEL --target WORD -o OUT --header --patience X",
     "emit eq:V --target WORD --expr TEXT --set b=X",
     "figure", "figure FIGURE --set points=N -o OUT", "figure FIGURE --set mu=X -o OUT",
@@ -322,7 +326,7 @@ _WORDS: dict[str, list[str]] = {
         "--drift hill --set a_minus=X --set a_plus=X --set K=X", "--expr 1/2-u+u**3",
     ],
     "TEXT": ["1/2-u+b*u**3", "exp(-u)*cos(u)", "1 - z - u", "y - 1", "2 - u^3", "-1"],
-    "METHOD": ["exact", "laplace", "uniform", "paper", "bound", "strong_noise", "local", "auto"],
+    "METHOD": ["exact", "laplace", "uniform", "paper", "bound", "strong_noise", "auto"],
     "LABEL": ["eq:Ttilde", "fr1", "folds", "eq:V", "eq:P", "eq:S", "endpoint-series", "eq:osc1"],
     "WORD": ["c", "python", "numpy", "weak", "strong", "uniform", "march", "frozen", "C", "P",
              "start well barrier", "latex"],

@@ -68,7 +68,7 @@ def test_every_public_name_argument_and_option_is_called() -> None:
         "order=0, dps=20, patience=1)",
         "sa.formula('folds').emit(target=10**5000)",
         "sa.plan(sa.sine(1e150, '0.1', '-0.4', waves=3), 2, 2, start='0.1', patience=1)",
-        "sa.plan(sa.polynomial('0.1', 0, '-0.4', 1e-124), kappa=0.05, r=2).singulants",
+        "sa.plan(sa.polynomial('0.1', 0, '-0.4', 1e-124), kappa=0.05, r=2).terms",
         "sa.release(sa.oscillator(3, 1), 1, 10, eps=1e-3, start=('0.1', -0.5), method='march', "
         "rtol=1e308)",
         "sa.plan(sa.polynomial(1, '0.7', 2, '0.02'), 0.3, 2, rtol=Fraction(1, 10**5000))",

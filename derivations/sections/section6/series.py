@@ -21,7 +21,8 @@ from derivations.numerics import Scene, around, integral
 from derivations.registry import derives
 from derivations.sections.section6.well import S1
 from symasym.derivation import Expansion, Identity, Order, Satisfies
-from symasym.expansions.universal import beside_start, gaussian, put_in
+from symasym.formulas.letters import Letters
+from symasym.series.local import corner, finite_parts_in_s, gaussian
 
 # A(u) = -(u - 1/10)(1 + u/3 - u^2/4 + u^3/2 + u^4/5): a well at 1/10, and none of c_2 ... c_6 is 0.
 WELL = Fraction(1, 10)
@@ -96,14 +97,14 @@ def saddle_series(d: Any) -> None:
         + 7 * c3 * c5 / (48 * c2**4)
         - c6 / (48 * c2**3),
     }
-    alpha = [2 * x / (sympy.factorial(j) * c2) for j, x in enumerate(c[1:], 3)]
+    evaluated = gaussian(_phi(c), d.order + 1, Letters)
     series = sympy.S.One
     for k in range(1, d.order + 1):
-        perron = put_in(gaussian(k)[k], alpha) / c2**k
+        perron = sympy.expand(evaluated[k] / evaluated[0])
         series += lam**-k * d.step(
             f"{TIMES[k - 1]} correction",
             "evaluate",
-            textbook.get(k, sympy.expand(perron)),
+            textbook.get(k, perron),
             Satisfies(
                 lambda found, k=k, perron=perron: {
                     "mean over the Gaussian": found - _mean(even[k - 1], moments),
@@ -162,16 +163,15 @@ def saddle_start(d: Any) -> None:
         "of s^3, s^5, and so on",
         left=tuple(rf"\int_0^\infty s^{{{n}}} e^{{-c_2 s^2/2}} \, ds" for n in powers),
     )
-    ratios = [x / (sympy.factorial(j - 1) * c2) for j, x in enumerate(c[1:], 3)]
-    evaluated = beside_start(d.order + 1, None, False).odd
+    evaluated = gaussian(_phi(c), d.order + 1, Letters, step=1)[1::2]
     beside = sympy.S.Zero
     for k in range(d.order + 1):
         # As for every k, and as textbooks have it for k = 0.
-        perron = put_in(evaluated[k], ratios) / c2 ** (k + 1)
+        perron = sympy.expand(evaluated[k])
         beside += lam**-k * d.step(
             f"{TIMES[k]} odd term",
             "evaluate",
-            -c3 / (3 * c2**2) if k == 0 else sympy.expand(perron),
+            -c3 / (3 * c2**2) if k == 0 else perron,
             Satisfies(
                 lambda found, k=k, perron=perron: {
                     "integral over s > 0": found - _mean(odd[k], moments, 3),
@@ -196,7 +196,7 @@ def saddle_start(d: Any) -> None:
         d.step(
             f"double integral beside a {name}",
             "evaluate",
-            _evaluated(ratios, d.order, barrier),
+            _evaluated(c, d.order, barrier),
             Identity(lambda barrier=barrier: _double(rest, c, 2 * d.order + 1, barrier)),
             "what the start adds to the finite part of the regular part, as it is evaluated; here "
             "by parts from the first ones",
@@ -246,14 +246,30 @@ def _values(scene: Scene, c: tuple[Any, ...]) -> dict[Any, Any]:
     }
 
 
-def _evaluated(ratios: list[Any], order: int, barrier: bool) -> tuple[Any, ...]:
-    """Coefficients of delta^2, delta^3, ... of the double integral beside the start."""
-    beside, found = beside_start(order + 1, None, barrier), []
-    for n in range(order + 1):
-        plain, log, half = (put_in(x[n], ratios) for x in (beside.plain, beside.log, beside.half))
-        found.append((plain + log * 2 * LOG) / c2 ** (n + 1))
-        found.append(sympy.sqrt(2 * sympy.pi) * half / c2 ** (n + sympy.Rational(3, 2)))
-    return tuple(sympy.expand(x) for x in found)
+def _phi(c: tuple[Any, ...], barrier: bool = False) -> list[Any]:
+    """-V' in powers of u - u1, or V' of a barrier in place of a well."""
+    sign = 1 if barrier else -1
+    return [sympy.S.Zero, *(sign * x / sympy.factorial(j) for j, x in enumerate(c, 1))]
+
+
+def _evaluated(c: tuple[Any, ...], order: int, barrier: bool) -> tuple[Any, ...]:
+    """Coefficients of delta^2, delta^3, ... of the double integral beside the start.
+
+    Even powers by Mellin's transform; what is odd in s or t is a product of one-sided series.
+    """
+    phi, count = _phi(c, barrier), order + 1
+    half = [x / 2 for x in gaussian(phi, count, Letters)]
+    odd = gaussian(phi, count, Letters, step=1)[1::2]
+    other = [x * (-1) ** n for n, x in enumerate(odd)]
+    plain, logs = corner([2 * x for x in half], barrier, Letters)
+    more, found = finite_parts_in_s(phi, count, Letters), []
+    log = 2 * LOG - sympy.EulerGamma - sympy.log(2 * c2)
+    for n in range(count):
+        even, mixed = (sum(x[i] * other[k - i] for i in range(k + 1))
+                       for x, k in ((odd, n - 1), (half, n)))  # fmt: skip
+        found.append(plain[n] + logs[n] * log + more[n] - (even if barrier else 0))
+        found.append(-mixed if barrier else mixed)
+    return tuple(sympy.expand(sympy.expand_log(x)) for x in found)
 
 
 def _first_pairs() -> list[Any]:

@@ -1,0 +1,464 @@
+"""The ring of balls: the local expansions of a bound drift in flint's arb, and T, C, P from them.
+
+All is enclosed. The finite parts of int h_k are sums over the zeros of a polynomial A; V and the
+finite parts of any other A are integrals by Gauss's rule, the latter along a path above the zeros
+of A: it has the same real part as one below them, and that is the finite part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
+from functools import cached_property, lru_cache
+from itertools import pairwise
+from math import ceil, lcm, log
+from typing import Any, NamedTuple
+
+from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx, fmpq, fmpz_poly
+
+from symasym.base.errors import AccuracyError
+from symasym.base.inputs import float_text
+from symasym.drift.drift import Drift
+from symasym.drift.evaluate import pieces
+from symasym.expansions import weak
+from symasym.numbers.balls import exact_ball, precision
+from symasym.series.local import by_parts, finite_parts_in_s, pole_sums, slow
+from symasym.series.power_series import Series
+
+#: The whole line, of which P is asked, as an interval with a start.
+LINE = Fraction(2), Fraction(-1)
+_STEPS, _FEWER = 8, 4  # times that the bits are doubled, of a polynomial and of others
+_INSIDE = Fraction(1)
+_OUTER, _INNER, _MOST = 3.0, 2.0, 2000  # ellipses, intervals
+
+
+class Balls:
+    """Functions of balls (`symasym.series.local`)."""
+
+    two = 2
+    euler = property(lambda self: arb.const_euler())
+    gamma = staticmethod(lambda n: arb.gamma_fmpq(fmpq(n, 2)))
+    ratio = staticmethod(lambda p, q: arb(p) / q)
+    log = staticmethod(lambda x: arb(x).log())
+
+    @staticmethod
+    def root(x: Any, n: int) -> Any:
+        """x^(n/2)."""
+        whole = arb(x) ** (n // 2)
+        return whole * arb(x).sqrt() if n % 2 else whole
+
+    @staticmethod
+    def generic(c: list[Any]) -> tuple[Series, Callable[[Any], Any]]:
+        """The series 1 + c_1 t + ..., and the way back from its coefficients."""
+        return Series([arb(1), *c]), lambda x: x
+
+    @staticmethod
+    def log_ratio(high: Any, low: Any, real: bool) -> Any:
+        """log(high/low); of what is 0 nothing, the finite part."""
+        if not real:
+            return (high / low).log()
+        ends = ((1, high), (-1, low))
+        return sum((sign * abs(t.real).log() for sign, t in ends if (t == 0) is False), arb(0))
+
+
+RING = Balls()
+
+
+class Unresolved(ArithmeticError):
+    """More bits are needed."""
+
+
+def no_series(u: Any, where: str) -> AccuracyError:
+    """The refusal of a drift whose series has a vanishing divisor."""
+    return AccuracyError(
+        f"A vanishes at u = {float_text(u) if isinstance(u, Fraction) else f'{float(u):.6g}'}, "
+        f"{where}, where the series for weak noise do not exist; use method='exact'."
+    )
+
+
+class Field:
+    """phi of a bound drift: Taylor coefficients, V, its critical places, the finite parts."""
+
+    def __init__(self, drift: Drift, r: Fraction, start: Fraction, time: bool = True) -> None:
+        self.start, self.r, self.exact = start, r, drift.exact_coefficients()
+        self.time = time  # whether the finite parts are needed, which a double zero lacks
+        self.drift, self.x = drift, exact_ball(start)
+        self.phi = pieces(drift, fmpq(1))[0].phi
+        if self.exact is not None:
+            self.poly = [exact_ball(c) for c in self.exact] or [arb(0)]
+        if self.exact is not None and not any(self.exact):
+            raise AccuracyError("A is 0 on all of [-1, 1]; use method='exact'.")
+        self.a = {side: self._at_end(side) for side in (-1, 1)}
+        edges = {start, *((Fraction(-1), Fraction(1)) if r > 1 else (-r, r))}
+        zeros = list(self._zeros(edges))
+        own = ""
+        if abs(start) < 1:
+            own = next((kind for u, kind in zeros if u.overlaps(self.x)), "")
+            if own and self.exact is not None and self._rational(start):
+                raise Unresolved
+        self.on_zero = bool(own)
+        self.zeros = [(u, kind) for u, kind in zeros if not (own and u.overlaps(self.x))]
+        kinks = [side for side in (-1, 1) if r > 1 and start != side]
+        self.places: list[tuple[Any, str]] = sorted(
+            [
+                *((exact_ball(side * r), "end") for side in (-1, 1)),
+                *((arb(side), "kink") for side in kinks),
+                (self.x, f"start={own}" if own else "start"),
+                *self.zeros,
+            ],
+            key=lambda place: float(place[0]),
+        )
+        if any(not low < high for (low, _), (high, _) in pairwise(self.places)):
+            raise Unresolved
+
+    # -- A and its zeros -----------------------------------------------------------------------
+
+    def taylor(self, u: Any, count: int) -> list[Any]:
+        """Taylor coefficients of A at u, real or complex."""
+        real = isinstance(u, arb)
+        if self.exact is not None:
+            of: Any = arb_poly if real else acb_poly
+            c = of(self.poly)(of([u, 1])).coeffs()[:count]
+        else:
+            ctx.cap = count
+            c = self.phi((arb_series if real else acb_series)([u, 1], prec=count)).coeffs()
+        return [*c, *[u * 0] * (count - len(c))]
+
+    def around(self, box: Any, count: int) -> list[Any]:
+        """The same on a wide box, nan unless A is analytic on it."""
+        if self.exact is None and not acb(self.phi(box)).is_finite():
+            return [acb("nan")] * count
+        return self.taylor(box, count)
+
+    def _at_end(self, side: int) -> Any:
+        """A(-1) or A(1)."""
+        known = self.drift.end(side)
+        return self.taylor(arb(side), 1)[0] if known is None else exact_ball(known)
+
+    def _rational(self, u: Fraction) -> Fraction:
+        """A(u) of a polynomial."""
+        total = Fraction(0)
+        for c in reversed(self.exact or ()):
+            total = total * u + c
+        return total
+
+    def _zeros(self, edges: set[Fraction]) -> Iterator[tuple[Any, str]]:
+        """The zeros of A between the ends, left to right, each a well or a barrier."""
+        reach = exact_ball(min(self.r, _INSIDE))
+        for u in edges:
+            inside = u == self.start and abs(u) < 1
+            known = self.drift.end(int(u)) if abs(u) == 1 else None
+            value = self._rational(u) if self.exact is not None and abs(u) <= 1 else known
+            if abs(u) <= 1 and not inside and value == 0:
+                raise no_series(u, "where the start, an end or a kink is")
+        for u, kind, multiplicity in self._of_polynomial if self.exact else self._of_any:
+            if u.overlaps(reach) or u.overlaps(-reach):
+                raise Unresolved
+            if not abs(u) < reach:
+                continue
+            if multiplicity == 1:
+                yield u, kind
+            elif self.time or multiplicity % 2 or u.overlaps(self.x):
+                raise no_series(u, "with its slope")
+
+    @cached_property
+    def _of_polynomial(self) -> list[tuple[Any, str, int]]:
+        """The real zeros of a polynomial, and their multiplicities."""
+        assert self.exact is not None
+        self.roots: Any = []
+        if len(self.poly) > 1:
+            whole = lcm(*(c.denominator for c in self.exact))
+            self.roots = fmpz_poly([int(c * whole) for c in self.exact]).complex_roots()
+        real = sorted(
+            ((z.real, m) for z, m in self.roots if z.imag == 0), key=lambda p: float(p[0])
+        )
+        return [(u, self._kind(u), m) for u, m in real]
+
+    @cached_property
+    def _of_any(self) -> list[tuple[Any, str, int]]:
+        """The zeros of any other A inside (-1, 1)."""
+        return [
+            (self._refined(p.u) if p.multiplicity == 1 else arb(str(p.u)), p.kind, p.multiplicity)
+            for p in self.drift.critical_points()
+        ]
+
+    def _kind(self, u: Any) -> str:
+        return "barrier" if self.taylor(u, 2)[1] > 0 else "well"
+
+    def _refined(self, near: Any) -> Any:
+        """A simple zero: Newton's method, then that for balls, which proves it."""
+        u, bits = arb(str(near)), 100
+        while bits < 2 * ctx.prec:
+            value, slope = self.taylor(u, 2)
+            u, bits = (u - value / slope).mid(), 2 * bits
+        value, slope = self.taylor(u, 2)
+        around = arb(u, (value / slope).abs_upper() * 2 + arb(2) ** (8 - ctx.prec))
+        found = u - value / self.taylor(around, 2)[1]
+        if not around.contains(found):
+            raise Unresolved
+        return found
+
+    def sides(self, u: Any, kind: str, count: int) -> tuple[list[Any], list[Any]]:
+        """phi's Taylor coefficients left and right of u, empty beyond an end."""
+        place, found = float(u), []
+        inside = self.taylor(u, count) if abs(place) <= 1 else []
+        for side in (-1, 1):
+            straight = abs(place) > 1 or side * place >= 1
+            slope = self.a[1 if place > 0 else -1]
+            phi = [slope, *[arb(0)] * (count - 1)] if straight else inside
+            found.append([] if kind == "end" and side * place > 0 else phi)
+        return found[0], found[1]
+
+    # -- V -------------------------------------------------------------------------------------
+
+    def height(self, u: Any) -> Any:
+        """V(u) - V(start)."""
+        return self.potential(u) - self._own_potential
+
+    @cached_property
+    def _own_potential(self) -> Any:
+        return self.potential(self.x)
+
+    def potential(self, u: Any) -> Any:
+        """V(u) - V(0), V' = -phi."""
+        side, place = (1 if float(u) > 0 else -1), float(u)
+        inside = arb(side) if abs(place) > 1 else u
+        if self.exact is not None:
+            area = arb_poly(self.poly).integral()(inside)
+        else:
+            area = gauss(self, acb(0), acb(inside), 0)[0].real
+        return -area - (u - inside) * self.a[side]
+
+    # -- finite parts --------------------------------------------------------------------------
+
+    def regular(self, count: int) -> list[list[Any]]:
+        """Finite parts of int h_k left and right of the start, k = 1 to count."""
+
+        def clip(y: Fraction) -> Fraction:
+            return min(max(y, -_INSIDE), _INSIDE)
+
+        found = []
+        for lo, hi in ((-self.r, self.start), (self.start, self.r)):
+            row = [arb(0)] * count
+            if clip(lo) < clip(hi):
+                row = self._inside(clip(lo), clip(hi), count)
+            # The straight stretches.
+            for side, length in (
+                (-1, min(hi, -_INSIDE) - min(lo, -_INSIDE)),
+                (1, max(hi, _INSIDE) - max(lo, _INSIDE)),
+            ):
+                if length > 0:
+                    row[0] += exact_ball(length) / self.a[side]
+            found.append(row)
+        if self.on_zero:
+            more = finite_parts_in_s(self.taylor(self.x, 2 * count + 1), count, RING)
+            for k, change in enumerate(more):
+                found[0][k], found[1][k] = found[0][k] - change, found[1][k] + change
+        return found
+
+    def _inside(self, lo: Fraction, hi: Fraction, count: int) -> list[Any]:
+        """Those of a part of [-1, 1]; places are taken from the start, where an own zero is 0."""
+        if self.exact is None or any(m > 1 for _, m in self.roots):
+            return self._by_contour(exact_ball(lo), exact_ball(hi), count)
+        if len(self.poly) == 1:
+            return [exact_ball(hi - lo) / self.poly[0], *[arb(0)] * (count - 1)]
+        real = [acb(u) for u, _ in self.zeros] + [acb(self.x)] * self.on_zero
+        others = [z for z, _ in self.roots if not any(z.overlaps(u) for u in real)]
+        poles = [
+            (z - self.x, self.taylor(z, 2 * count + 1), k < len(real))
+            for k, z in enumerate([*real, *others])
+        ]
+        if self.on_zero:
+            poles[len(real) - 1] = (acb(0), *poles[len(real) - 1][1:])
+        low, high = (acb(exact_ball(u - self.start)) for u in (lo, hi))
+        return [acb(y).real for y in pole_sums(poles, low, high, count, RING)]
+
+    def _by_contour(self, lo: Any, hi: Any, count: int) -> list[Any]:
+        """Those of any A; beside a start on a zero by the series there."""
+        row = [arb(0)] * count
+        if self.on_zero:
+            marks = [u for u, _ in self.zeros] + [arb(-1), arb(1)]
+            room = min(float(abs(u - self.x)) for u in marks)
+            step = self._alone(self.x, room / 2) / 16
+            if lo.overlaps(self.x):
+                lo = lo + step
+                row = self._beside_zero(step, count)
+            else:
+                hi = hi - step
+                row = [-y for y in self._beside_zero(-step, count)]
+        zeros = [u for u, _ in self.zeros if lo < u < hi]
+        path, marks = [acb(lo)], [lo, *zeros, hi]
+        for left, z, right in zip(marks, zeros, marks[2:], strict=False):
+            reach = self._alone(z, min(float(z - left), float(right - z), 1.0) / 2)
+            path += [acb(z - reach), acb(z, reach), acb(z + reach)]
+        path.append(acb(hi))
+
+        pieces = [gauss(self, p, q, (count + 1) // 2) for p, q in pairwise(path)]
+        odd = [sum(column, acb(0)).real for column in zip(*pieces, strict=True)]
+        ends = [slow(self.taylor(u, count), count, RING) for u in (lo, hi)]
+        return [a + b for a, b in zip(row, by_parts(ends, lambda m: odd[m], count), strict=True)]
+
+    def _beside_zero(self, step: Any, count: int) -> list[Any]:
+        """Finite parts from the start, a zero of A, over a step, by the Laurent series of h_k.
+
+        They converge 16 times as far as the step (`_by_contour`); the last term bounds the rest.
+        """
+        terms = ctx.prec // 4 + 2 * count + 8
+        phi = self.taylor(self.x, terms + 1)
+        shape = Series([c / phi[1] for c in phi[1:]])
+        f, row = Series([arb(1), *[arb(0)] * (terms - 1)]) / shape, []
+        for k in range(1, count + 1):
+            total = f.c[2 * k - 2] * abs(step).log()
+            for j, c in enumerate(f.c):
+                if (p := j + 2 - 2 * k) != 0:
+                    last = c * step**p / p
+                    total += last
+            total += arb(0, abs(last).upper())
+            row.append(total / phi[1] ** k)
+            f = (f * (2 * k - 1) - f.theta()) / shape
+        return row
+
+    def _alone(self, z: Any, reach: float) -> Any:
+        """Half the side of a square about z without another zero: Re A'/A'(z) > 0 there
+        (Noshiro, Warschawski)."""
+        half, slope = arb(reach), self.taylor(z, 2)[1]
+        for _ in range(200):
+            box = acb(arb(z.mid(), half), arb(0, half))
+            if (self.around(box, 2)[1] / slope).real > 0:
+                return half
+            half = half / 2
+        raise Unresolved
+
+
+@lru_cache(maxsize=8)
+def _nodes(count: int, bits: int) -> list[tuple[Any, Any]]:
+    """Gauss's nodes and weights on [-1, 1]."""
+    return [arb.legendre_p_root(count, k, weight=True) for k in range(count)]
+
+
+def gauss(field: Field, p: Any, q: Any, count: int) -> list[Any]:
+    """The integrals of h_(m+1)^2 phi, m < count, from p to q, enclosed; that of phi if count is 0.
+
+    Of a function below M on the ellipse with foci p and q whose half axes add up to rho |q - p|/2,
+    Gauss's rule of n nodes misses at most (64/15) M |q - p|/2 rho^-2n/(1 - rho^-2) (L. N.
+    Trefethen, SIAM Rev. 50 (2008) 67, theorem 4.5). With |phi| > c on a larger ellipse, at a
+    distance d from it, |h_(m+1)| <= c^-1 (m/(c d))^m by Cauchy's estimate, step by step.
+    """
+    total, waiting = [acb(0)] * max(count, 1), [(p, q)]
+    rate, usual = 2 * log(_INNER), ctx.prec * log(2) / (2 * log(_INNER))
+    axes = [((x + 1 / x) / 2, (x - 1 / x) / 2) for x in (_OUTER, _INNER)]
+    ellipse = acb(arb(0, axes[0][0]), arb(0, axes[0][1]))
+    for _ in range(_MOST):
+        if not waiting:
+            return total
+        p, q = waiting.pop()
+        middle, half = (p + q) / 2, (q - p) / 2
+        around = acb(field.phi(middle + half * ellipse))
+        least, most = abs(around).lower(), abs(around).upper() * abs(half) * 64 / 15
+        nodes, bounds = 0, [most]
+        if most.is_finite() and (least > 0 or not count):
+            step = (axes[0][0] - axes[1][0]) * abs(half) * least
+            if count:
+                bounds = [most * ((m / step) ** m / least) ** 2 for m in range(count)]
+            own = [abs(half * y) for y in _integrands(field, middle, count)]
+            least_size = (own[0] + abs(half * field.phi(p)) * (not count)) * arb(2) ** -64
+            sizes = [(y + abs(x)).max(least_size) for x, y in zip(total, own, strict=True)]
+            ratios = (b / y for b, y in zip(bounds, sizes, strict=True) if b > 0)
+            worst = max((float(x.log().upper()) for x in ratios), default=0.0)
+            nodes = 8 * ceil((usual + worst / rate + 1) / 8)
+        if not 0 < nodes < 2 * usual + 8:
+            waiting += [(middle, q), (p, middle)]
+            continue
+        rule = _nodes(nodes, ctx.prec)
+        rows = [(half * w, _integrands(field, middle + half * t, count)) for t, w in rule]
+        missed = arb(_INNER) ** (-2 * nodes) / (1 - arb(_INNER) ** -2)
+        for m, bound in enumerate(bounds):
+            error = arb(0, (bound * missed).upper())
+            total[m] += sum((w * row[m] for w, row in rows), acb(error, error))
+    raise Unresolved
+
+
+def _integrands(field: Field, z: Any, count: int) -> list[Any]:
+    """h_(m+1)^2 phi at z, m < count; phi itself if count is 0."""
+    if not count:
+        return [acb(field.phi(z))]
+    ctx.cap = count
+    phi = acb_series(field.taylor(z, count), prec=count)
+    h, row = 1 / phi, []
+    for m in range(count):
+        row.append(h[0] ** 2 * phi[0])
+        if m < count - 1:
+            h = -h.derivative() / phi
+    return row
+
+
+class Local(NamedTuple):
+    """A drift's points with their series, its finite parts, a- and a+."""
+
+    points: list[weak.Point]
+    regular: list[list[Any]]
+    slopes: tuple[Any, Any]
+
+
+@lru_cache(maxsize=16)
+def local(drift: Drift, r: Fraction, start: Fraction, name: str, count: int, bits: int) -> Local:
+    """What the quantity `name` takes, each series to `count` terms; once for all noise."""
+    with precision(bits):
+        field = Field(drift, r, start, name == "T")
+        points = weak.points_of(field, count, RING)
+        regular = field.regular(count) if name == "T" else []
+        if name[-1] == "P":
+            points = [p for p in points if p.kind != "end"]
+        return Local(points, regular, (field.a[-1], field.a[1]))
+
+
+class AtLam:
+    """The points' terms at one lam, to an order."""
+
+    def __init__(self, lam: Any, order: int) -> None:
+        self.lam, self.order, self.log_lam = lam, order, lam.log()
+
+    def named(self, name: str, value: Any) -> Any:
+        """The value itself."""
+        return value
+
+    def term(self, letter: str, point: weak.Point, height: Any, halves: int, row: list[Any]) -> Any:
+        """lam^(-halves/2) e^(lam height) sum row_n lam^-n."""
+        total = arb(0)
+        for c in row[self.order :: -1] if len(row) > self.order else row[::-1]:
+            total = total / self.lam + c
+        return total * RING.root(self.lam, -halves) * (self.lam * height).exp()
+
+
+def quantity(known: Local, name: str, at: Any) -> Any:
+    """T, C, 1 - C or 1 - P to the order of `at`."""
+    if name == "T":
+        return weak.escape_time(known.points, known.regular, at)
+    if name[-1] == "C":
+        return weak.exit_probability(known.points, at, name != "C")
+    return weak.outside_layer(known.points, known.slopes, at)
+
+
+def values(
+    drift: Drift, lam: Fraction, r: Fraction, start: Fraction, name: str, orders: Sequence[int],
+    digits: int, bits: int,
+) -> list[Any]:  # fmt: skip
+    """Balls of the quantity to each of the orders, each good to so many digits."""
+    count, wanted = max(orders) + 1, int(3.33 * digits) + 1
+    for _ in range(_FEWER if drift.exact_coefficients() is None else _STEPS):
+        try:
+            known = local(drift, r, start, name, count, bits)
+            with precision(bits):
+                number = exact_ball(lam)
+                found = [quantity(known, name, AtLam(number, n)) for n in orders]
+                if name == "P":
+                    found = [1 - y for y in found]
+                if all(y.rel_accuracy_bits() > wanted for y in found):
+                    return found
+        except Unresolved:
+            pass
+        bits *= 2
+    raise AccuracyError(
+        f"A varies too fast, or its zeros are too close to each other or to an end, for {bits:,} "
+        "bits; use method='exact'."
+    )
