@@ -371,10 +371,11 @@ class LaplaceExpansion:
             if not full:
                 return float(middle) if dps is None else middle
             error = -(-error / total).log1p() if log else error * scale.exp()
-            error = error.upper() + arb(radius)
+            error += arb(radius)
             if dps is None:
                 middle, error = float(middle), error + abs(arb(middle) - arb(float(middle)))
-            whole = sum(to_mpf(error.upper(), 15)) * (1 + mpmath.mpf(2) ** -40)
+            # The last rounding is within the factor.
+            whole = to_mpf((error * (1 + arb(2) ** -30)).upper(), 15)[0]
         shares = tuple(f"{self.x} = {short(m.point)}: {self._terms} terms" for m in self._tops)
         whole = whole if dps else float(whole)
         return Estimate(middle, whole, "bound", "laplace", max(used), shares, self.dropped)

@@ -612,27 +612,7 @@ REFUSED = {
     "label": Refused(sa.formula, 3, then=[lambda: sa.formula(sa.labels()[0])]),
     "labels": Refused(sa.formula, "qqq", then=[lambda: sa.formula(sa.labels()[0])]),
     "varies fast": Refused(sa.escape_time, sa.tanh(3, 1, 5), 8, 2, method="laplace"),
-    "lam f beyond its digits": Refused(
-        sa.laplace_integral("10**60*(x/3 + sin(x) - x**3)", 1, "x", -1, 1).evaluate,
-        3,
-        dps=20,
-        then=[
-            lambda: sa.laplace_integral(
-                "10**60*(x/3 + sin(x) - x**3)", 1, "x", -1, 1, dps=100
-            ).evaluate(3, dps=20)
-        ],
-    ),
     "integral in float64": Refused(sa.laplace_integral("3 - x**2", 1, "x", -1, 1).evaluate, 1000),
-    "integral's digits": Refused(
-        sa.laplace_integral("-x**2 - x**3/10", 1, "x", -1, 1, dps=20).evaluate,
-        10,
-        dps=80,
-        then=[
-            lambda: sa.laplace_integral("-x**2 - x**3/10", 1, "x", -1, 1, dps=100).evaluate(
-                10, dps=80
-            )
-        ],
-    ),
     "coefficients": Refused(
         lambda: _plain("-x**2").coefficients(),
         then=[
