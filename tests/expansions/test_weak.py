@@ -15,12 +15,12 @@ import pytest
 import sympy
 
 import symasym as sa
-from tests.moments import moment_coefficients
 from symasym.expansions import cases as cases_of_drifts
 from symasym.expansions.builder import FinitePart
 from symasym.expansions.cases import case_of, contradiction
 from symasym.expansions.universal import endpoint, gaussian
 from tests.latex import compiled, needs_latex
+from tests.moments import moment_coefficients
 from tests.problems import Problem
 from tests.problems import answered as all_answered
 

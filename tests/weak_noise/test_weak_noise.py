@@ -16,13 +16,13 @@ from hypothesis import strategies as st
 
 import symasym as sa
 from symasym import methods
-from tests.moments import moment_coefficients
 from symasym.asymptotics.weak_noise import critical_points, regular_part
 from symasym.asymptotics.weak_noise.one_sided import inverse_coefficients
 from symasym.asymptotics.weak_noise.regular_part import panel_integrals
 from symasym.base.call_context import own_context
 from symasym.drift.field.taylor_field import ExactField
 from tests.asking import exact_value
+from tests.moments import moment_coefficients
 from tests.problems import PROBLEMS, Problem, constant_drift, distance, linear_sliding, relative
 from tests.strategies import ALL, SAMPLE, WHOLE, drifts, powers_of_ten, rationals
 
