@@ -29,7 +29,7 @@ DIGITS: dict[str, Any] = {"full": True, "dps": 22}
 def _integral(*given: Any, **options: Any) -> list[Any]:
     found = sa.laplace_integral(*given, **options)
     values = [found.evaluate(40, **FULL), found.evaluate("40", dps=18, full=True)]
-    return [found.bound, str(found), str(found.expression_in()), found.latex(), *values]
+    return [str(found), str(found.expression_in()), found.latex(), *values]
 
 
 def _uniform(*given: Any) -> list[Any]:

@@ -164,7 +164,7 @@ CALLS: dict[str, dict[str, _Place]] = {
     "laplace_integral": {
         "f": _TEXT, "g": _WEIGHT, "x": _Place(["'x'"]), "a": _ENDS, "b": _ENDS,
         "order": _Place(["1", "2", "3", "'optimal'"], 0.5), "maxima": _Place(["[0]"], 0.1),
-        "dps": _DPS, "keep": _FLAG, "check": _FLAG,
+        "dps": _DPS, "keep": _FLAG,
     },
     "uniform_integral": {
         "f": _TEXT, "g": _WEIGHT, "x": _Place(["'x'"]), "a": _ENDS, "b": _ENDS,
@@ -258,7 +258,7 @@ AFTER: dict[str, dict[str, dict[str, _Place] | None]] = {
     **dict.fromkeys(list(CALLS)[:4], _ESTIMATE),
     "expand": {**_SYMBOLIC, "evaluate": {"kappa": _KAPPA, "r": _R, "dps": _DPS, "log": _FLAG,
                                          "full": _FLAG}},
-    "laplace_integral": {**_INTEGRAL, "bound": None, "omitted": None, "height": None},
+    "laplace_integral": {**_INTEGRAL, "omitted": None, "height": None},
     "uniform_integral": {
         **{name: _INTEGRAL[name] for name in ("evaluate", "bind", "error_kind", "parameters")},
         "coefficients": {"dps": _DPS}, "__str__": {},
