@@ -10,7 +10,6 @@ if TYPE_CHECKING:
     from symasym.asymptotics.coalescence.result import UniformExpansion
     from symasym.asymptotics.laplace.integral import laplace_integral
     from symasym.asymptotics.laplace.result import LaplaceExpansion
-    from symasym.asymptotics.proofs.range_bound import RangeBound, weak_noise_bound
     from symasym.base.errors import (
         AccuracyError,
         InputError,
@@ -39,13 +38,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AccuracyError", "CriticalPoint", "Drift", "Estimate", "Expansion", "Folds", "Formula",
-    "Friction", "InputError", "LaplaceExpansion", "OutputError", "Plan", "RangeBound", "RangeError",
+    "Friction", "InputError", "LaplaceExpansion", "OutputError", "Plan", "RangeError",
     "Reduction", "RegionError", "Release", "Scales", "Sensitivity", "SymasymError", "System",
     "TimeLimitError", "UniformExpansion", "emit", "escape_time", "exit_probability", "expand",
     "formula", "friction", "hill", "labels", "laplace_integral", "linear", "occupation",
     "oscillator", "plan", "plot", "polynomial", "reduce", "release", "rescale", "sensitivity",
     "sine", "stationary_density", "stokes_multiplier", "tanh", "uniform_integral",
-    "weak_noise_bound",
 ]  # fmt: skip
 
 #: Where each public name lives; it is loaded when first asked for.
@@ -59,7 +57,6 @@ _HOMES = {
         "base.estimate": "Estimate",
         "expansions.expansion": "Expansion expand",
         "formula": "Formula formula labels",
-        "asymptotics.proofs.range_bound": "RangeBound weak_noise_bound",
         "base.scales": "Scales rescale",
         "sensitivity": "Sensitivity sensitivity",
         "release": "Release System oscillator release",

@@ -297,7 +297,7 @@ def _exit_bounds(scenes: Scenes, request: Request) -> Answers:
 
 def _exit_value(scene: Scene, request: Request) -> tuple[arb, arb]:
     """Balls of the bound of eq:C (C-bound) and its logarithm, where its conditions are proved."""
-    from symasym.asymptotics.proofs.layer_bounds import highest
+    from symasym.expansions.balls import top_of
 
     drift, values, complement = scene.drift, scene.numbers, request.complement
     if values["start"] != 0:
@@ -324,8 +324,8 @@ def _exit_value(scene: Scene, request: Request) -> tuple[arb, arb]:
                 "method='bound' or 'exact'."
             )
         radius, noise = balls.exact_ball(r), balls.exact_ball(kappa)
-        top = highest(drift, complement)
-        if not balls.exact_ball(top) <= a_minus * radius / 4:
+        top = top_of(drift, complement, Fraction(0), Fraction(1), -Fraction(1))
+        if not top <= a_minus * radius / 4:
             raise InputError(
                 f"V reaches {float(top):.6g} between the start and the layer's edge, more than "
                 f"a- r/4 = {float((a_minus * radius / 4).mid()):.6g}, where the paper's bound may "
@@ -395,16 +395,16 @@ def _proved(scene: Scene, mirrored: bool, length: Fraction, share: Fraction) -> 
 
     So is 2 share - 1: claims of P and of log P that reach from 1 to twice as far as `share` hold.
     """
-    from symasym.asymptotics.proofs.layer_bounds import below_its_end, layer_of
+    from symasym.expansions.balls import top_of
 
     drift, bits = scene.drift, share.denominator.bit_length()
     one = Fraction(1)
     profile = balls.profile_of(drift)
     profile = profile.mirrored() if mirrored else profile
     with balls.precision(128 + 2 * bits):
-        if not below_its_end(layer_of(drift, mirrored, one - length, one)):
+        if not top_of(drift, mirrored, one - length, one, one) <= 0:
             return False
-        top = layer_of(drift, mirrored, -one, one).end
+        top = top_of(drift, mirrored, one, one, -one)
         a_minus, a_plus = profile.value(-one), profile.value(one)
         noise, reach = balls.exact_ball(scene.numbers["kappa"]), balls.exact_ball(length)
         bound = mpmath_formulas.occupation_bound(

@@ -50,7 +50,7 @@ from symasym.scenes import (
 if TYPE_CHECKING:
     from mpmath import mpf
 
-    from symasym.asymptotics.weak_noise.answer import Parts
+    from symasym.expansions.answer import Parts
 
 __all__ = ["Plan", "Singulant", "Term", "plan"]
 
@@ -68,8 +68,8 @@ _UNIFORM_COST = 450
 _STRONG_COST = 5_000
 _EXACT_COST = 10_000
 # Predicted seconds in arrays, of which the ratios matter alone; measured as docs/plan.md says.
-_SECONDS_A_CALL, _SECONDS_A_POINT, _SECONDS_A_DRIFT = 2e-3, 1e-6, 2e-5
-_SECONDS_WITH_DIGITS = 2.0
+_SECONDS_A_CALL, _SECONDS_A_POINT, _SECONDS_A_DRIFT = 2e-3, 1e-6, 4e-3
+_SECONDS_UNIFORM, _SECONDS_WITH_DIGITS = 2e-5, 0.3
 _SECONDS_EXACT, _SECONDS_EXACT_PER_EXPONENT = 4e-6, 7e-9
 # Beyond some 700 of lam |A| the panels are shorter, but for a linear A.
 _SECONDS_STEEP, _SECONDS_STEEP_PER_EXPONENT, _MOST_EXPONENT = -1.8e-5, 4e-8, 4000.0
@@ -347,7 +347,7 @@ def _relative(estimate: Estimate, log: bool) -> mpf:
 
 def _planned(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: Request) -> Plan:
     """The plan of one scene."""
-    from symasym.asymptotics.weak_noise import answer as weak_noise
+    from symasym.expansions import answer as weak_noise
 
     rtol, scene = float(allowed), read_scene(drift, numbers, request.dps)
     refused: dict[str, str] = {}
@@ -525,7 +525,7 @@ def _of_arrays(
         if order is None and not used:
             return as_floats(exactly, scenes.shape, METHODS["exact"].of_scenes(scenes, exactly))
         if order is not None:
-            seconds = _seconds(in_float, index[rows], order)
+            seconds = _seconds(method, in_float, index[rows], order)
             if seconds > min(left, _FOR_ATTEMPT * exact_seconds[rows].sum()):
                 continue
             left -= seconds
@@ -537,8 +537,8 @@ def _of_arrays(
             logs_and_errors = np.atleast_1d(last.value), np.atleast_1d(last.error)
             better = np.ones(len(rows), dtype=bool)
         else:
-            how = (method, order, in_float)
-            logs_and_errors = _attempt(some, values, request.name, how, index[rows])
+            asked = Request(request.name, method, order, None, True, True, "nan")
+            logs_and_errors = _attempt(some, values, asked, index[rows])
             better = logs_and_errors[1] <= most
         logs[rows[better]], errors[rows[better]] = (
             logs_and_errors[0][better],
@@ -581,31 +581,25 @@ def _on_grid(drift: Drift, scenes: Scenes) -> FloatArray:
     return np.atleast_2d(drift.evaluate_float(_GRID, values) + 0 * _GRID)
 
 
-def _seconds(in_float: bool, index: IntArray, order: int) -> float:
+def _seconds(method: str, in_float: bool, index: IntArray, order: int) -> float:
     """Predicted time to expand the drifts with these numbers, and to evaluate their scenes."""
-    one = _SECONDS_A_DRIFT if in_float else _SECONDS_WITH_DIGITS
+    known = _SECONDS_UNIFORM if method == "uniform" else _SECONDS_A_DRIFT
+    one = known if in_float else _SECONDS_WITH_DIGITS
     points = _SECONDS_A_CALL + _SECONDS_A_POINT * len(index)
     return (1 + order / 4) * points + one * len(np.unique(index))
 
 
 def _attempt(
-    drift: Drift,
-    numbers: dict[str, Any],
-    name: str,
-    how: tuple[str, int, bool],
-    index: IntArray,
+    drift: Drift, numbers: dict[str, Any], request: Request, index: IntArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Logarithms and their errors by one method and order, infinite errors where it refuses.
-
-    Drifts are analysed in float64 alone, or all of them with more digits.
-    """
-    from symasym.asymptotics.weak_noise import answer as weak_noise
-
-    (method, order, in_float), scenes = how, float_scenes(drift, numbers)
+    """Logarithms and their errors by one method and order, infinite errors where it refuses."""
+    scenes = float_scenes(drift, numbers)
     try:
-        if method == "laplace":
-            return weak_noise.array_logs(scenes, name, order, index, not in_float)
-        return _uniform_logs(drift, scenes, index)
+        if request.method == "uniform":
+            return _uniform_logs(drift, scenes, index)
+        found = METHODS[request.method].of_scenes(scenes, request)
+        assert found.errors is not None
+        return found.logs, np.where(np.isnan(found.logs), np.inf, found.errors)
     except SymasymError:
         return np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
 
