@@ -27,7 +27,7 @@ BITS = 192
 #: Orders beyond the one asked for, by whose differences its error is estimated.
 NEXT = 3
 # Values of lam at which errors are looked at where they are not asked for, and compared.
-_PROBES, _COMPARED = 3, 9
+_PROBES, _COMPARED = 3, 48
 _SMALL, _AT_ONCE = 0.1, 8192
 
 

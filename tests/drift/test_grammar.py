@@ -189,7 +189,6 @@ ENTRIES: dict[str, Callable[[str], Any]] = {
     "system's point": lambda t: sa.System.of(_reduced(noise=((t,), (0,))), "z", "y"),
     "drift's derivative": lambda t: sa.friction(3, 1, 0).derivative(t),
     "emitted parameter": lambda t: sa.emit("fr1", "python", {"mu": t}),
-    "bound": lambda t: sa.weak_noise_bound(sa.linear(1, 1), 1, kappa0=t),
     "velocity of u": lambda t: sa.System(t, "-1"),
     "velocity of z": lambda t: sa.System("1 - z - u", t),
     "noise of u": lambda t: sa.System("1 - z - u", "-1", t),

@@ -11,8 +11,6 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-
-import symasym as sa
 from symasym.exact.digit_panels import (
     constant_moments,
     guard_bits,
@@ -23,6 +21,8 @@ from symasym.exact.digit_panels import (
     slow_series,
     terms_needed,
 )
+
+import symasym as sa
 from symasym.numbers.float_arrays import DoubleDouble, DoubleDoubleOps, shift
 from symasym.series.truncated_series import SeriesOps, TruncatedSeries
 

@@ -579,12 +579,6 @@ REFUSED = {
             lambda: sa.escape_time(FRICTION, [0.1, 1], 10),
         ],
     ),
-    "all noise": Refused(
-        sa.weak_noise_bound,
-        LINES,
-        2,
-        then=[lambda: sa.escape_time(LINES, "0.1", 2, method="laplace")],
-    ),
     "label": Refused(sa.formula, 3, then=[lambda: sa.formula(sa.labels()[0])]),
     "labels": Refused(sa.formula, "qqq", then=[lambda: sa.formula(sa.labels()[0])]),
     "varies fast": Refused(sa.escape_time, sa.tanh(3, 1, 5), 8, 2, method="laplace"),

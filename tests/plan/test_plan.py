@@ -14,7 +14,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symasym as sa
-from symasym.asymptotics.weak_noise import arrays as weak_noise_arrays
 from tests.problems import PROBLEMS, Problem
 from tests.strategies import SAMPLE, WHOLE, drifts, scenes
 
@@ -114,29 +113,6 @@ def test_arrays_on_the_table(problem: Problem) -> None:
     where = float(Fraction(problem.r)), float(Fraction(problem.start))
     for rtol in (1e-2, 1e-4):
         within(problem.make(), kappa, *where, rtol)
-
-
-@pytest.mark.usefixtures("dear")
-def test_a_drift_is_analysed_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    counts: list[int] = []
-    expanded_of = weak_noise_arrays.expanded_of
-
-    def counted(scenes: Any, order: int) -> Any:
-        counts.append(len(scenes.start))
-        return expanded_of(scenes, order)
-
-    logs_of: Any = weak_noise_arrays.logs_of
-    monkeypatch.setattr(logs_of, "__defaults__", (counted, *logs_of.__defaults__[1:]))
-    drift = sa.friction(3, 1, np.array([[-0.4], [-0.3], [-0.2]]))
-    kappa = np.geomspace(0.02, 0.3, 40)
-    many = sa.escape_time(drift, kappa, 10, method="auto", rtol=1e-2, log=True)
-    assert counts
-    assert max(counts) <= 3
-    apart = [
-        sa.escape_time(sa.friction(3, 1, z), kappa, 10, method="auto", rtol=1e-2, log=True)
-        for z in (-0.4, -0.3, -0.2)
-    ]
-    np.testing.assert_allclose(many, apart, rtol=1e-14)
 
 
 def held(made: Any, exact: Any) -> None:
