@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, reduce
 from itertools import pairwise
 from math import ceil, lcm, log
 from typing import Any, NamedTuple
@@ -150,7 +150,7 @@ class Field:
             known = self.drift.end(int(u)) if abs(u) == 1 else None
             value = self._rational(u) if self.exact is not None and abs(u) <= 1 else known
             if abs(u) <= 1 and not inside and value == 0:
-                raise no_series(u, "where the start, an end or a kink is")
+                raise no_series(u, "at the start, an end or a kink")
         for u, kind, multiplicity in self._of_polynomial if self.exact else self._of_any:
             if u.overlaps(reach) or u.overlaps(-reach):
                 raise Unresolved
@@ -159,7 +159,7 @@ class Field:
             if multiplicity == 1:
                 yield u, kind
             elif self.time or multiplicity % 2 or u.overlaps(self.x):
-                raise no_series(u, "with its slope")
+                raise no_series(u, "its slope too")
 
     @cached_property
     def _of_polynomial(self) -> list[tuple[Any, str, int]]:
@@ -398,6 +398,22 @@ class Local(NamedTuple):
     points: list[weak.Point]
     regular: list[list[Any]]
     slopes: tuple[Any, Any]
+
+
+def top_of(drift: Drift, mirrored: bool, low: Fraction, high: Fraction, base: Fraction) -> Any:
+    """The maximum of V - V(base) over [low, high] inside [-1, 1], of -A(-u) if mirrored.
+
+    It is at an end or at a barrier; what is at `base` itself is 0.
+    """
+    field, sign = Field(drift, LINE[0], Fraction(0), time=False), -1 if mirrored else 1
+    ground = field.potential(exact_ball(sign * base))
+    tops = [
+        field.potential(exact_ball(sign * u)) - ground if u != base else arb(0) for u in (low, high)
+    ]
+    ends = [exact_ball(u) for u in sorted((sign * low, sign * high))]
+    inside = (u for u, kind in field.places if kind.endswith("barrier"))
+    tops += [field.potential(u) - ground for u in inside if not (u < ends[0] or u > ends[1])]
+    return reduce(lambda x, y: x.max(y), tops)
 
 
 @lru_cache(maxsize=16)
