@@ -12,7 +12,9 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
+
+from flint import arb
 
 from symasym.base.call_context import own_context
 from symasym.base.errors import AccuracyError
@@ -20,9 +22,10 @@ from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.exact import balls as exact
+from symasym.expansions import weak
 from symasym.expansions.arrays import BITS, NEXT, AtLams, Expanded, of_drifts, orders_of, other
-from symasym.expansions.balls import LINE, local, quantity, values
-from symasym.numbers.balls import precision, to_mpf
+from symasym.expansions.balls import LINE, AtLam, local, quantity, values
+from symasym.numbers.balls import exact_ball, precision, to_mpf
 from symasym.scenes import Answer, Answers, Request, Scene, Scenes, exponent_bits
 
 DROPPED = ("higher orders of every series, in the error",)
@@ -39,9 +42,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     """T, C or P, or a complement, to the request's order, any start."""
     name, digits, orders = request.name, request.digits, orders_of(request)
     r, start = LINE if name[-1] == "P" else (scene.r, scene.start)
-    bits = int(3.33 * digits) + exponent_bits(scene.drift, scene.lam, r)
-    bits += 80 + int(r / (r - abs(start))).bit_length()
-    bits += -bits % 64
+    bits = _bits(scene, digits, r, start)
 
     def to_orders(some: list[int], complement: bool = False) -> list[Any]:
         asked = other(name) if complement else name
@@ -52,6 +53,13 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     words = (str(p).replace("at ", "at u = ") for p in points if p.peak)
     kept = (w for w in words if name[-1] != "P" or w.startswith("well"))
     return found._replace(terms=(*sorted(kept), "kinks" if name[-1] == "P" else _TIME))
+
+
+def _bits(scene: Scene, digits: int, r: Fraction, start: Fraction) -> int:
+    """The bits to begin with."""
+    bits = int(3.33 * digits) + exponent_bits(scene.drift, scene.lam, r)
+    bits += 80 + int(r / (r - abs(start))).bit_length()
+    return bits - bits % -64
 
 
 def of_scenes(scenes: Scenes, request: Request) -> Answers:
@@ -76,6 +84,68 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     return Answers(logs, errors, "estimate", (terms,), DROPPED)
 
 
+class Parts(NamedTuple):
+    """T as a sum: names, shares and their errors; `error` is relative to the total."""
+
+    items: list[tuple[str, Any, Any]]
+    total: Any
+    error: Any
+    order: int
+
+
+def parts(scene: Scene, digits: int, orders: range, allowed: Fraction) -> Parts:
+    """T in parts, to the first of `orders` whose estimated error is small enough, or the best."""
+    drift, r, start = scene.drift, scene.r, scene.start
+    bits = _bits(scene, digits, r, start)
+    count = orders[-1] + NEXT + 1
+    values(drift, scene.lam, r, start, "T", range(count), digits, bits)  # refuses, or has digits
+    known, best = local(drift, r, start, "T", count, bits), None
+    with precision(bits), own_context(digits) as context:
+
+        def number(x: Any) -> Any:
+            return context.make_mpf(to_mpf(x, digits)[0]._mpf_)
+
+        lam = exact_ball(scene.lam)
+        rows = [[*weak.parts(known.points, known.regular, AtLam(lam, n))] for n in range(count)]
+        for n in orders:
+            few = rows[n : n + NEXT + 1]
+            totals = [sum((y for *_, y in row), arb(0)) for row in few]
+            error = _differences(totals) / totals[0]
+            if not 0 < error < 0.5 or (best is not None and error >= best[1]):
+                continue
+            best = (n, error)
+            if error <= exact_ball(allowed):
+                break
+        if best is None:
+            raise too_strong(scene.noise, orders)
+        columns = list(zip(*rows[best[0] : best[0] + NEXT + 1], strict=True))
+        items = [
+            (
+                _named(*column[0][:2]),
+                number(column[0][2]),
+                number(_differences([y for *_, y in column])),
+            )
+            for column in columns
+        ]
+        total = sum((value for _, value, _ in items), context.zero)
+        return Parts([x for x in items if x[1] or x[2]], total, number(best[1]), best[0])
+
+
+def _differences(values: Sequence[Any]) -> Any:
+    """Three times the sum of the differences."""
+    return sum((abs(b - a).upper() for a, b in pairwise(values)), arb(0)) * 3
+
+
+def _named(side: int, pair: tuple[weak.Point, ...]) -> str:
+    """A part in words; what lies left of the start is multiplied by C."""
+    if not side:
+        return "the start's own share"
+    chance = "C times " if side < 0 else ""
+    if pair:
+        return chance + " with ".join(map(str, pair))
+    return f"{chance}the regular part, {'left' if side < 0 else 'right'}"
+
+
 def of_series(scene: Scene, request: Request, to_orders: Values, refusal: AccuracyError) -> Answer:
     """The best of the request's orders with its error; the refusal where it has none."""
     orders, digits, log = list(orders_of(request)), request.digits, request.log
@@ -88,8 +158,7 @@ def of_series(scene: Scene, request: Request, to_orders: Values, refusal: Accura
         order, estimate = orders[0], None
         if proved is None:
             rows = to_orders([*orders, *range(orders[-1] + 1, orders[-1] + NEXT + 1)], False)
-            steps = [abs(b - a).upper() for a, b in pairwise(rows)]
-            estimates = [sum(steps[k : k + NEXT]) * 3 for k in range(len(orders))]
+            estimates = [_differences(rows[k : k + NEXT + 1]) for k in range(len(orders))]
             best = estimates.index(min(estimates))
             order, relative = orders[best], estimates[best] / rows[best]
             if 0 < relative < 0.5:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, reduce
 from itertools import pairwise
 from math import ceil, lcm, log
 from typing import Any, NamedTuple
@@ -398,6 +398,22 @@ class Local(NamedTuple):
     points: list[weak.Point]
     regular: list[list[Any]]
     slopes: tuple[Any, Any]
+
+
+def top_of(drift: Drift, mirrored: bool, low: Fraction, high: Fraction, base: Fraction) -> Any:
+    """The maximum of V - V(base) over [low, high] inside [-1, 1], of -A(-u) if mirrored.
+
+    It is at an end or at a barrier; what is at `base` itself is 0.
+    """
+    field, sign = Field(drift, LINE[0], Fraction(0), time=False), -1 if mirrored else 1
+    ground = field.potential(exact_ball(sign * base))
+    tops = [
+        field.potential(exact_ball(sign * u)) - ground if u != base else arb(0) for u in (low, high)
+    ]
+    ends = [exact_ball(u) for u in sorted((sign * low, sign * high))]
+    inside = (u for u, kind in field.places if kind.endswith("barrier"))
+    tops += [field.potential(u) - ground for u in inside if not (u < ends[0] or u > ends[1])]
+    return reduce(lambda x, y: x.max(y), tops)
 
 
 @lru_cache(maxsize=16)

@@ -8,7 +8,7 @@ import pytest
 
 import symasym as sa
 from symasym.asymptotics.uniform import answer as uniform
-from symasym.asymptotics.weak_noise import answer as weak_noise
+from symasym.expansions import weak
 
 TEXT = "a - b*u + exp(-c*u)*tanh(3*u)"
 
@@ -21,8 +21,8 @@ def drift(**more: Any) -> sa.Drift:
     ("module", "name", "ask"),
     [
         (
-            weak_noise,
-            "both_sides",
+            weak,
+            "points_of",
             lambda d, k: sa.escape_time(d, k, 2, method="laplace", log=True),
         ),
         (

@@ -6,7 +6,7 @@ outside the layer at the height of a barrier, at ends, at kinks and beside zeros
 says "bound" is compared with the exact value: arrays with that in float64 and its own error, and
 those claims that this cannot tell from violated ones, and single scenes, with more digits
 (`symasym.exact.digits`, which shares nothing with the bounds). Integrals by Laplace are compared
-with Arb's quadrature, and `weak_noise_bound` with T at random noise below kappa0.
+with Arb's quadrature.
 """
 
 from __future__ import annotations
@@ -162,9 +162,7 @@ class Search:
     def _one(self) -> None:
         """A claim that is no array's."""
         kind = self._rng.integers(40)
-        if kind == 0:
-            self._range()
-        elif kind < 5:
+        if kind < 5:
             self._integral()
         elif kind < 7:
             self._derivative()
@@ -225,29 +223,6 @@ class Search:
             exact = changes * step.denominator / (12 * step.numerator)
         value, error = claim.derivative["kappa"], claim.error["kappa"]
         self._judge(name, value, error, exact, (drift, kappa, quantity, more, dps))
-
-    def _range(self) -> None:
-        """|T/T_N - 1| of a weak-noise expansion at some noise below kappa0."""
-        rng = self._rng
-        c = [str(x) for x in rng.uniform(-3, 3, rng.integers(1, 5)).round(2)]
-        drift, order = sa.polynomial(*c), int(rng.integers(0, 4))
-        x, r = self.place(drift)
-        try:
-            bound = sa.weak_noise_bound(drift, r, start=x, order=order, rtol="0.5")
-        except sa.SymasymError:
-            return
-        for share in (Fraction(1), Fraction(3, 4), Fraction(2, 5)):
-            scene = (drift, bound.kappa0 * share, r)
-            try:
-                found = sa.escape_time(*scene, start=x, method="laplace", order=order, dps=40)
-                exact = sa.escape_time(*scene, start=x, dps=45)
-            except sa.SymasymError:
-                continue
-            self.claims["T, all noise"] += 1
-            self.checked["T, all noise"] += 1
-            with mpmath.workprec(600):
-                size = bound.error(scene[1])
-                self._judge("T, all noise", 1, size, exact / found, (c, x, r, order, scene[1]))
 
     def _scalar(self) -> None:
         """One scene by a method that proves its error."""

@@ -1,6 +1,6 @@
 """Weak noise through the coalescence of wells, barriers and ends: T by uniform approximation.
 
-Laplace's sums (`symasym.asymptotics.weak_noise.answer`) with coalescing critical points taken
+Laplace's sums (`symasym.asymptotics.weak_noise.compose`) with coalescing critical points taken
 together: a well and the barrier next to it, also beyond the coalescence, where they are complex
 (`.coalescing_pair`: the canonical Airy form of Chester, Friedman and Ursell), and each of them with
 the start and with the ends of the layer (`.truncated_gaussian`: Bleistein). Their own series stay
@@ -14,6 +14,7 @@ At one lam critical points, pairs, truncations and the regular part are added up
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -47,7 +48,6 @@ from symasym.asymptotics.uniform.truncated_gaussian import (
     truncations_at,
     truncations_of,
 )
-from symasym.asymptotics.weak_noise.answer import DROPPED, digits_lost
 from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes, rounding_of_places
 from symasym.asymptotics.weak_noise.compose import (
     Exponential,
@@ -89,6 +89,7 @@ __all__ = ["Member", "corrected", "of_scene", "of_scenes", "sides_at", "whole_at
 
 # Of lam, where the next terms are looked at.
 _BESIDE = (1, 0.8, 0.64)
+DROPPED = ("higher orders of every series, in the error",)
 _TERMS = ("wells, barriers, start, ends, kinks and the regular part",)
 
 
@@ -677,3 +678,10 @@ def whole_at(
         if not any(point is p for p in left_out):
             total += plain(Exponential(point.height, point.series), at)[0]
     return total
+
+
+def digits_lost(r: Fraction, x: Fraction) -> int:
+    """Digits that cancel where the way to an end is short: T is as small, its terms are not."""
+    share = max(r, Fraction(1)) / (r - abs(x))
+    bits = int(share.numerator // share.denominator).bit_length() - 1
+    return math.ceil(0.30103 * bits)

@@ -51,7 +51,6 @@ from symasym.asymptotics.weak_noise.series import (
 )
 from symasym.base.inputs import FloatArray
 from symasym.generated.formulas import on_the_right, share_of_side, time_of_doubles
-from symasym.numbers.arithmetic import Arithmetic
 
 #: Rounding of lam, of a product with it, and of an exponential.
 ULP = 1.2e-15
@@ -524,14 +523,6 @@ def outside_layer(composed: Composed, at: Point) -> Evaluated:
     if not at.errors:
         return Evaluated(log, None, None, total)
     return Evaluated(log, 2 * (total.error / total.value), abs(log) + abs(rise), total)
-
-
-def of_complement(log: Numbers, error: Numbers, arithmetic: Arithmetic) -> tuple[Any, Any]:
-    """log(1 - x) and its error from log x and the error of that, both small."""
-    # What is not below 1 by more than rounding is not known.
-    log = arithmetic.minimum(log, -arithmetic.eps)
-    x = arithmetic.exp(log)
-    return arithmetic.log1p(-x), error * (x / -arithmetic.expm1(log))
 
 
 class AtOrder(NamedTuple):
