@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from symasym.drift.ready_made.smoothings import hill, linear, polynomial, sine, tanh
     from symasym.drift.reduction import Reduction, reduce
     from symasym.emit import emit
-    from symasym.formulas import Expansion, expand
     from symasym.formula import Formula, formula, labels
+    from symasym.formulas import Expansion, expand
     from symasym.integrals.laplace import LaplaceExpansion, laplace_integral
     from symasym.plan import Plan, plan
     from symasym.plot import plot

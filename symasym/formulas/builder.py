@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
 __all__ = ["SeriesOf", "Symbols"]
 
+
 @dataclass(frozen=True)
 class SeriesOf:
     """front (c_0 + c_1 x + c_2 x^2 + ...), x = kappa^2/2."""

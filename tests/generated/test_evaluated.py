@@ -13,7 +13,6 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
-import sympy
 from flint import arb, fmpq
 
 import symasym
