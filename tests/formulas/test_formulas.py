@@ -66,6 +66,8 @@ SCENES = [
     Scene(sa.Drift("c", "u"), {"c": "2/3"}, "1/2", "1/5"),
     Scene(sa.Drift("c", "u"), {"c": "-2/3"}, "1/2"),
     Scene(sa.Drift("cos(2*u) - 1/5"), {}, "1/10"),
+    # Zeros that are no simple ones, but beyond the layer.
+    Scene(sa.Drift("(u - 2)**2*(1/2 - u)"), {}, "1/5"),
 ]  # fmt: skip
 #: Starts on a well or a barrier; what the odd derivatives add is seen at such noise.
 ON_ZERO = [
