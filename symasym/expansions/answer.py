@@ -50,7 +50,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
 
     found = of_series(scene, request, to_orders, too_strong(scene.noise, orders))
     points = local(scene.drift, r, start, name, orders[-1] + 1, bits).points
-    words = (str(p).replace("at ", "at u = ") for p in points if p.peak)
+    words = (f"{p.name} at u = {float(p.u):.6g}" for p in points if p.peak)
     kept = (w for w in words if name[-1] != "P" or w.startswith("well"))
     return found._replace(terms=(*sorted(kept), "kinks" if name[-1] == "P" else _TIME))
 

@@ -150,7 +150,7 @@ class Field:
             known = self.drift.end(int(u)) if abs(u) == 1 else None
             value = self._rational(u) if self.exact is not None and abs(u) <= 1 else known
             if abs(u) <= 1 and not inside and value == 0:
-                raise no_series(u, "where the start, an end or a kink is")
+                raise no_series(u, "at the start, an end or a kink")
         for u, kind, multiplicity in self._of_polynomial if self.exact else self._of_any:
             if u.overlaps(reach) or u.overlaps(-reach):
                 raise Unresolved
@@ -159,7 +159,7 @@ class Field:
             if multiplicity == 1:
                 yield u, kind
             elif self.time or multiplicity % 2 or u.overlaps(self.x):
-                raise no_series(u, "with its slope")
+                raise no_series(u, "its slope too")
 
     @cached_property
     def _of_polynomial(self) -> list[tuple[Any, str, int]]:
