@@ -68,7 +68,7 @@ _UNIFORM_COST = 450
 _STRONG_COST = 5_000
 _EXACT_COST = 10_000
 # Predicted seconds in arrays, of which the ratios matter alone; measured as docs/plan.md says.
-_SECONDS_A_CALL, _SECONDS_A_POINT, _SECONDS_A_DRIFT = 2e-3, 1e-6, 4e-3
+_SECONDS_A_CALL, _SECONDS_A_POINT, _SECONDS_A_DRIFT = 2e-3, 1e-6, 2e-3
 _SECONDS_UNIFORM, _SECONDS_WITH_DIGITS = 2e-5, 0.3
 _SECONDS_EXACT, _SECONDS_EXACT_PER_EXPONENT = 4e-6, 7e-9
 # Beyond some 700 of lam |A| the panels are shorter, but for a linear A.

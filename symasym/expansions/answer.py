@@ -177,7 +177,7 @@ def of_series(scene: Scene, request: Request, to_orders: Values, refusal: Accura
         if proved is not None:
             middle, radius = (context.make_mpf(x._mpf_) for x in (proved.value, proved.error))
             error, kind = abs(value - middle) + radius, proved.kind
-        most = max(context.ln2, abs(value) / 10**11) if log else value
+        most = max(context.ln2, abs(value) / 10**11) if log else value / 2
         if error is None or not error < most:
             raise refusal
         error += abs(value) * context.mpf(10) ** -(digits + 5)
