@@ -24,7 +24,7 @@ from symasym.drift.drift import Drift
 from symasym.exact import balls as exact
 from symasym.expansions import weak
 from symasym.expansions.arrays import BITS, NEXT, AtLams, Expanded, of_drifts, orders_of, other
-from symasym.expansions.balls import LINE, AtLam, local, quantity, values
+from symasym.expansions.balls import LINE, AtLam, quantity, resolved, values
 from symasym.numbers.balls import exact_ball, precision, to_mpf
 from symasym.scenes import Answer, Answers, Request, Scene, Scenes, exponent_bits
 
@@ -49,7 +49,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
         return values(scene.drift, scene.lam, r, start, asked, some, digits + 5, bits)
 
     found = of_series(scene, request, to_orders, too_strong(scene.noise, orders))
-    points = local(scene.drift, r, start, name, orders[-1] + 1, bits).points
+    points = resolved(scene.drift, r, start, name, orders[-1] + 1, bits).points
     words = (f"{p.name} at u = {float(p.u):.6g}" for p in points if p.peak)
     kept = (w for w in words if name[-1] != "P" or w.startswith("well"))
     return found._replace(terms=(*sorted(kept), "kinks" if name[-1] == "P" else _TIME))
@@ -68,7 +68,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
 
     def expanded(drift: Drift, r: Fraction, start: Fraction, name: str) -> Expanded:
         r, start = LINE if sliding else (r, start)
-        known = local(drift, r, start, name, count, BITS)
+        known = resolved(drift, r, start, name, count, BITS)
 
         def in_floats(lam: FloatArray, order: int) -> Any:
             return quantity(known, name, AtLams(lam, order))
@@ -99,7 +99,7 @@ def parts(scene: Scene, digits: int, orders: range, allowed: Fraction) -> Parts:
     bits = _bits(scene, digits, r, start)
     count = orders[-1] + NEXT + 1
     values(drift, scene.lam, r, start, "T", range(count), digits, bits)  # refuses, or has digits
-    known, best = local(drift, r, start, "T", count, bits), None
+    known, best = resolved(drift, r, start, "T", count, bits), None
     with precision(bits), own_context(digits) as context:
 
         def number(x: Any) -> Any:
@@ -177,7 +177,7 @@ def of_series(scene: Scene, request: Request, to_orders: Values, refusal: Accura
         if proved is not None:
             middle, radius = (context.make_mpf(x._mpf_) for x in (proved.value, proved.error))
             error, kind = abs(value - middle) + radius, proved.kind
-        most = max(context.ln2, abs(value) / 10**11) if log else value
+        most = max(context.ln2, abs(value) / 10**11) if log else value / 2
         if error is None or not error < most:
             raise refusal
         error += abs(value) * context.mpf(10) ** -(digits + 5)
