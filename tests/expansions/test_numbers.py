@@ -255,3 +255,13 @@ def test_the_enclosure() -> None:
     many = sa.exit_probability(sa.linear(1, 2), [0.5, 1.0], 2, method="bound", full=True)
     assert abs(many.value[0] / float(exact) - 1) < 1e-14
     assert METHODS["bound"].quantities == ("C", "1 - C")
+
+
+def test_logarithms_of_the_occupation_in_arrays() -> None:
+    """1 - P is near 1 where the noise is strong."""
+    drift, kappa = sa.linear(1, -1), np.array([2.0, 20.0])
+    for name in ("P", "1 - P"):
+        options = {"method": "strong_noise", "order": 8, "log": True}
+        found = ask(name, drift, kappa, None, None, **options)
+        exact = ask(name, drift, kappa, None, None, log=True)
+        assert np.abs(found - exact).max() < 1e-4
