@@ -43,13 +43,15 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     name, digits, orders = request.name, request.digits, orders_of(request)
     r, start = LINE if name[-1] == "P" else (scene.r, scene.start)
     bits = _bits(scene, digits, r, start)
+    # As many terms as the estimate takes, where it is likely to be needed.
+    terms = orders[-1] + 1 + NEXT * (not request.full or len(orders) > 1)
 
     def to_orders(some: list[int], complement: bool = False) -> list[Any]:
         asked = other(name) if complement else name
-        return values(scene.drift, scene.lam, r, start, asked, some, digits + 5, bits)
+        return values(scene.drift, scene.lam, r, start, asked, some, digits + 5, bits, terms)
 
     found = of_series(scene, request, to_orders, too_strong(scene.noise, orders))
-    points = resolved(scene.drift, r, start, name, orders[-1] + 1, bits).points
+    points = resolved(scene.drift, r, start, name, terms, bits).points
     words = (f"{p.name} at u = {float(p.u):.6g}" for p in points if p.peak)
     kept = (w for w in words if name[-1] != "P" or w.startswith("well"))
     return found._replace(terms=(*sorted(kept), "kinks" if name[-1] == "P" else _TIME))

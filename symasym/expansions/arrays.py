@@ -182,7 +182,7 @@ def _of_drift(
         found = _complement(*_direct(scenes, request, expand("1 - P")))
     else:
         found = _direct(scenes, request, expand(name))
-        if request.log and name != "T" and (near := found[0] > -0.5).any():
+        if request.log and name[-1] == "C" and (near := found[0] > -0.5).any():
             others = _complement(*_direct(scenes, request, expand(other(name))))
             found = (
                 np.where(near, others[0], found[0]),

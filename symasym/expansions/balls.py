@@ -458,10 +458,10 @@ def quantity(known: Local, name: str, at: Any) -> Any:
 
 def values(
     drift: Drift, lam: Fraction, r: Fraction, start: Fraction, name: str, orders: Sequence[int],
-    digits: int, bits: int,
+    digits: int, bits: int, terms: int = 0,
 ) -> list[Any]:  # fmt: skip
     """Balls of the quantity to each of the orders, each good to so many digits."""
-    count, wanted = max(orders) + 1, int(3.33 * digits) + 1
+    count, wanted = max(terms, max(orders) + 1), int(3.33 * digits) + 1
     for more in _doubled(drift, bits):
         known = resolved(drift, r, start, name, count, more)
         with precision(more):

@@ -62,7 +62,7 @@ def test_weak_noise_gains_a_power_with_each_order(name: str) -> None:
     make, r, start = WEAK[name]
     drift = make()
     for quantity in ("T", "C") if name != "tanh from its well" else ("T", "1 - P"):
-        for order in (0, 1, 4) if drift.exact_coefficients() else (2,):
+        for order in (0, 1, 4) if "double" not in name and drift.exact_coefficients() else (2,):
             errors = []
             for kappa in ("0.024", "0.012"):
                 exact = ask(quantity, drift, kappa, r, start, dps=40)
@@ -105,7 +105,7 @@ def test_closed_forms() -> None:
 ADVERSARIAL: dict[str, tuple[Any, Any, Any]] = {
     "next terms that vanish": (lambda: sa.Drift("1/2 - 2*u**5"), 2, 0),
     "odd": (lambda: sa.polynomial(0, -1, 0, "1/2"), 2, 0),
-    "a bump between": (lambda: sa.Drift("1 + 8/(1 + 400*(u - 1/2)**2)"), 3, "-1/2"),
+    "a bump between": (lambda: sa.Drift("1 + 8/(1 + 40*(u - 1/2)**2)"), 3, "-1/2"),
     "a ghost": (lambda: sa.Drift("1/20 + 5*(u - 3/4)**4"), 3, "-1/2"),
     "start beside a barrier": (lambda: sa.polynomial("-1/4", "3/4", 1), 2, "0.27"),
     "start beside a well": (lambda: sa.polynomial(0, -1, "3/2", 1), 2, "1/50"),
@@ -255,3 +255,13 @@ def test_the_enclosure() -> None:
     many = sa.exit_probability(sa.linear(1, 2), [0.5, 1.0], 2, method="bound", full=True)
     assert abs(many.value[0] / float(exact) - 1) < 1e-14
     assert METHODS["bound"].quantities == ("C", "1 - C")
+
+
+def test_logarithms_of_the_occupation_in_arrays() -> None:
+    """1 - P is near 1 where the noise is strong."""
+    drift, kappa = sa.linear(1, -1), np.array([2.0, 20.0])
+    for name in ("P", "1 - P"):
+        options = {"method": "strong_noise", "order": 8, "log": True}
+        found = ask(name, drift, kappa, None, None, **options)
+        exact = ask(name, drift, kappa, None, None, log=True)
+        assert np.abs(found - exact).max() < 1e-4
