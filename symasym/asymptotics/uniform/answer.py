@@ -533,7 +533,7 @@ def sides_at(
     """Both sides of the start at one lam.
 
     `local` and `correction` are what stands for `airy` and `corrected` where lam is a symbol
-    (`symasym.expansions`).
+    (`symasym.formulas`).
     """
     at = Point(lam, order, False, None, Digits(context))
     sums = [_SideSum(one, r, at) for one in sides]
