@@ -8,6 +8,7 @@ of A: it has the same real part as one below them, and that is the finite part.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from functools import cached_property, lru_cache, reduce
 from itertools import pairwise
@@ -461,20 +462,33 @@ def values(
 ) -> list[Any]:  # fmt: skip
     """Balls of the quantity to each of the orders, each good to so many digits."""
     count, wanted = max(orders) + 1, int(3.33 * digits) + 1
-    for _ in range(_FEWER if drift.exact_coefficients() is None else _STEPS):
-        try:
-            known = local(drift, r, start, name, count, bits)
-            with precision(bits):
-                number = exact_ball(lam)
-                found = [quantity(known, name, AtLam(number, n)) for n in orders]
-                if name == "P":
-                    found = [1 - y for y in found]
-                if all(y.rel_accuracy_bits() > wanted for y in found):
-                    return found
-        except Unresolved:
-            pass
-        bits *= 2
-    raise AccuracyError(
-        f"A varies too fast, or its zeros are too close to each other or to an end, for {bits:,} "
-        "bits; use method='exact'."
+    for more in _doubled(drift, bits):
+        known = resolved(drift, r, start, name, count, more)
+        with precision(more):
+            number = exact_ball(lam)
+            found = [quantity(known, name, AtLam(number, n)) for n in orders]
+            if name == "P":
+                found = [1 - y for y in found]
+            if all(y.rel_accuracy_bits() > wanted for y in found):
+                return found
+    raise _unresolved(bits)
+
+
+def resolved(drift: Drift, r: Fraction, start: Fraction, name: str, count: int, bits: int) -> Local:
+    """The same with so many bits that zeros and edges are apart."""
+    for more in _doubled(drift, bits):
+        with suppress(Unresolved):
+            return local(drift, r, start, name, count, more)
+    raise _unresolved(bits)
+
+
+def _doubled(drift: Drift, bits: int) -> list[int]:
+    """The bits that are tried."""
+    return [bits << k for k in range(_FEWER if drift.exact_coefficients() is None else _STEPS)]
+
+
+def _unresolved(bits: int) -> AccuracyError:
+    return AccuracyError(
+        f"A varies too fast, or its zeros are too close to each other or to an end, for many times "
+        f"{bits:,} bits; use method='exact'."
     )
