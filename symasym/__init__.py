@@ -6,8 +6,6 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from symasym.asymptotics.coalescence.integral import uniform_integral
-    from symasym.asymptotics.coalescence.result import UniformExpansion
     from symasym.base.errors import (
         AccuracyError,
         InputError,
@@ -28,6 +26,7 @@ if TYPE_CHECKING:
     from symasym.formula import Formula, formula, labels
     from symasym.formulas import Expansion, expand
     from symasym.integrals.laplace import LaplaceExpansion, laplace_integral
+    from symasym.integrals.uniform import UniformExpansion, uniform_integral
     from symasym.plan import Plan, plan
     from symasym.plot import plot
     from symasym.quantities import escape_time, exit_probability, occupation, stationary_density
@@ -68,8 +67,7 @@ _HOMES = {
         "plot": "plot",
         "drift.reduction": "Reduction reduce",
         "stokes": "stokes_multiplier",
-        "asymptotics.coalescence.integral": "uniform_integral",
-        "asymptotics.coalescence.result": "UniformExpansion",
+        "integrals.uniform": "UniformExpansion uniform_integral",
     }.items()
     for name in names.split()
 }

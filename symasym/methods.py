@@ -133,13 +133,6 @@ class Method:
             return request
         if self.optimal and isinstance(order, str) and order == "optimal":
             return request._replace(order=range(self.orders[1] + 1))
-        if self.orders[1] == 0:
-            if order is not None and read_order(order, 0, 10**9) != 0:
-                raise InputError(
-                    f"order is {shown(order)}, but method {self.name!r} is of order 0; leave it "
-                    "out, or use method='uniform'."
-                )
-            return request._replace(order=0)
         return request._replace(order=read_order(order, *self.orders))
 
 
@@ -161,9 +154,7 @@ METHODS = {method.name: method for method in (
     Method("paper", _ALL, "symasym.paper", "the paper's own leading order"),
     Method("laplace", _ALL, "symasym.expansions.answer", "weak noise, in powers of kappa^2",
            WEAK_NOISE_ORDERS, optimal=True),
-    Method("local", ("T",), f"{_NOISE}.uniform.answer",
-           "weak noise near a fold, to leading order", (0, 0)),
-    Method("uniform", ("T", "P", "1 - P"), f"{_NOISE}.uniform.answer",
+    Method("uniform", _ALL, "symasym.expansions.uniform",
            "weak noise, also where wells, barriers, the start or an end meet", (2, 6)),
     Method("strong_noise", _ALL, "symasym.expansions.strong_noise", "in powers of 2/kappa^2",
            (2, 100)),
@@ -197,7 +188,7 @@ def answer(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
     method = METHODS[request.method]
     request = method.with_order(request)
     if request.dps is None and (not one_scene(drift, numbers) or method.in_float(drift, request)):
-        scenes = float_scenes(drift, numbers, request.name in QUANTITIES)
+        scenes = float_scenes(drift, numbers)
         return as_floats(request, scenes.shape, method.of_scenes(scenes, request))
     scene = read_scene(drift, numbers, request.dps)
     return as_digits(request, method.of_scene(scene, request))

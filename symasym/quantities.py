@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 __all__ = ["escape_time", "exit_probability", "occupation", "stationary_density"]
 
-TimeMethod = Literal["exact", "paper", "laplace", "local", "uniform", "strong_noise", "auto"]
-ExitMethod = Literal["exact", "paper", "laplace", "strong_noise", "bound", "auto"]
+TimeMethod = Literal["exact", "paper", "laplace", "uniform", "strong_noise", "auto"]
+ExitMethod = Literal["exact", "paper", "laplace", "uniform", "strong_noise", "bound", "auto"]
 OccupationMethod = Literal["exact", "paper", "laplace", "uniform", "strong_noise", "auto"]
 Errors = Literal["raise", "nan"]
 
@@ -122,14 +122,12 @@ def escape_time(
         Scaled radius, r_p/eps, greater than 0.
     start : number or array_like, optional
         Scaled starting point, inside (-r, r).
-    method : {"exact", "paper", "laplace", "local", "uniform", "strong_noise", "auto"}
+    method : {"exact", "paper", "laplace", "uniform", "strong_noise", "auto"}
 
         - ``"exact"``: the integral itself.
         - ``"laplace"``: its expansion for weak noise, in powers of kappa^2/2.
         - ``"uniform"``: an expansion for weak noise that also holds where a well and a barrier, or
           one of them and the start or u = 1 or -1, are close to each other or coalesce.
-        - ``"local"``: the leading order of that beside a fold, in Airy functions of the distance
-          to it.
         - ``"strong_noise"``: the expansion in powers of 2/kappa^2.
         - ``"paper"``: the paper's leading order, eq:Ttildesmall with its step Stokes multiplier
           (eq:Ttildelarge where there is no well); only for start 0.
@@ -242,7 +240,7 @@ def exit_probability(
     ----------
     complement : bool
         Return 1 - C, the probability of leaving through +r, with digits of its own: for C near 1.
-    method : {"exact", "paper", "laplace", "strong_noise", "bound", "auto"}
+    method : {"exact", "paper", "laplace", "uniform", "strong_noise", "bound", "auto"}
         ``"bound"``: the middle of two proved bounds, with half their distance as the error.
         ``"paper"``: the paper's upper bound (docs/bounds.md).
 
@@ -308,8 +306,8 @@ def occupation(
     complement : bool
         Return 1 - P, with digits of its own: for P near 1.
     method : {"exact", "paper", "laplace", "uniform", "strong_noise", "auto"}
-        ``"uniform"`` takes no arrays. ``"paper"``: the leading term of eq:Plarge2 or, where that
-        is above 1, the lower bound from which eq:Psmall2 follows.
+        ``"paper"``: the leading term of eq:Plarge2 or, where that is above 1, the lower bound
+        from which eq:Psmall2 follows.
 
     Returns
     -------

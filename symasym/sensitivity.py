@@ -143,7 +143,7 @@ def sensitivity(
     if dps is not None:
         dps = digits(dps, _MOST_DIGITS)
         return _in_digits(quantity, read_scene(drift, numbers, dps), dps)
-    return _in_floats(quantity, float_scenes(drift, numbers, laplace=False))
+    return _in_floats(quantity, float_scenes(drift, numbers))
 
 
 def _numbers(quantity: str, kappa: Numbers, r: Numbers | None, start: Numbers) -> dict[str, Any]:

@@ -7,52 +7,47 @@ Ai^2 + Bi^2 of Z = lam^(2/3) zeta.
 
 from __future__ import annotations
 
-from fractions import Fraction
-from typing import TYPE_CHECKING, Literal
+import math
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from flint import arb, ctx, fmpq
 
-from symasym.base.call_context import mpf_of, own_context, patient, to_mpf
-from symasym.base.errors import InputError, SymasymError
+from symasym.base.errors import InputError
 from symasym.base.inputs import Floats, Numbers, choice
 from symasym.drift.drift import Drift
+from symasym.drift.evaluate import pieces
+from symasym.expansions.canonical import Field, central_map
+from symasym.numbers.balls import exact_ball, precision, to_mpf
 from symasym.scenes import (
     FLOAT_DIGITS,
     Scene,
-    exponent_bits,
     float_scenes,
     one_scene,
     read_scene,
     require_drift,
     scene_at,
-)
+)  # fmt: skip
 
 if TYPE_CHECKING:
     from mpmath import mpf
 
 __all__ = ["stokes_multiplier"]
 
-_METHODS = ("step", "local", "uniform")
-_GUARD = 15
 
-
-@patient
 def stokes_multiplier(
     drift: Drift,
     kappa: Numbers,
     *,
-    method: Literal["step", "local", "uniform"] = "uniform",
+    method: Literal["step", "uniform"] = "uniform",
     dps: int | None = None,
-    patience: float | None = None,
 ) -> Floats | mpf:
     """Share of a well's exponential in T, from 0 before the fold to 1 beyond it (eq:Ttildesmall).
 
     With phi du = (s^2 - zeta) ds for the well and the barrier next to each other,
     Z = lam^(2/3) zeta and G = Ai^2 + Bi^2, it is G(Z)/(G(Z) + G(-Z)): 1/2 at the fold, and over
     a width of lam^(-2/3) in the least value of phi from 0 to 1. The leading term goes with it as
-    pi^2 p_0^2 lam^(1/3) (G(Z) + G(-Z)), which is even in Z and for Z >> 1 is the paper's; what
-    multiplier times leading term leaves of T is the regular part on a path past both zeros, which
-    does not notice the fold.
+    pi^2 p_0^2 lam^(1/3) (G(Z) + G(-Z)), which is even in Z and for Z >> 1 is the paper's.
 
     Parameters
     ----------
@@ -61,13 +56,10 @@ def stokes_multiplier(
         that is nearest to its fold counts.
     kappa : number or array_like
         Scaled noise amplitude, greater than 0.
-    method : {"uniform", "local", "step"}
-        ``"uniform"``: zeta from the potential's values at the zeros. ``"local"``: zeta linear in
-        phi at its turning point. ``"step"``: 0, 1/2 or 1, as the paper has it.
+    method : {"uniform", "step"}
+        ``"step"``: 0, 1/2 or 1, as the paper has it.
     dps : int, optional
         Digits, 1 to 10,000, for scalars. None: float64.
-    patience : float, optional
-        Seconds of processor time that it may take, 10 if left out.
 
     Returns
     -------
@@ -77,7 +69,7 @@ def stokes_multiplier(
     Raises
     ------
     InputError
-        If A has no turning point inside (-1, 1), or a value is outside its range.
+        If no well and barrier coalesce in (-1, 1), or a value is outside its range.
 
     Examples
     --------
@@ -86,60 +78,48 @@ def stokes_multiplier(
     >>> sa.stokes_multiplier(fold, "0.1")
     0.5
     >>> beside = sa.friction(mu=3, alpha=1, z0="-0.7")
-    >>> for method in ("step", "local", "uniform"):
+    >>> for method in ("step", "uniform"):
     ...     print(f"{sa.stokes_multiplier(beside, '0.1', method=method):.4f}")
     1.0000
-    0.9281
     0.9283
     """
     require_drift(drift)
-    choice("method", method, _METHODS)
+    choice("method", method, ("step", "uniform"))
     numbers = {"kappa": kappa}
     if dps is None and not one_scene(drift, numbers):
         scenes = float_scenes(drift, numbers)
         each = (scene_at(scenes, row) for row in range(len(scenes.lam)))
-        values = np.array([float(_multiplier(scene, method, FLOAT_DIGITS)) for scene in each])
+        values = np.array([float(_multiplier(s, method, FLOAT_DIGITS).mid()) for s in each])
         return values.reshape(scenes.shape)
-    scene = read_scene(drift, numbers, dps)
-    if dps is None:
-        return float(_multiplier(scene, method, FLOAT_DIGITS))
-    return to_mpf(_multiplier(scene, method, dps), dps)
+    value = _multiplier(read_scene(drift, numbers, dps), method, dps or FLOAT_DIGITS)
+    return float(value.mid()) if dps is None else to_mpf(value, dps)[0]
 
 
-def _multiplier(scene: Scene, method: str, digits: int) -> mpf:
+def _multiplier(scene: Scene, method: str, digits: int) -> Any:
     """G(Z)/(G(Z) + G(-Z)) of the pair that is nearest to its fold."""
-    from symasym.asymptotics.weak_noise.critical_points import turning_points
-    from symasym.drift.field.taylor_field import ExactField
-    from symasym.series.quadratic_factor import split_pair
-
-    drift, lam = scene.drift, scene.lam
-    exponent = exponent_bits(drift, lam, Fraction(1))
-    with own_context(2 * digits + int(0.30103 * exponent) + _GUARD) as context:
-        field, one = ExactField(drift, False, context), Fraction(1)
-        nearest = None
-        for point in turning_points(field, -one, one, context):
-            exact = field.taylor(point, one, 4 * digits + 40)
-            taylor = [mpf_of(c, context) for c in exact]
-            if abs(taylor[0]) < abs(taylor[2]) * context.ldexp(1, -context.prec + 16):
-                # The turning point is known to rounding: exactly on the fold.
-                return context.mpf(1) / 2
-            sign = 1 if taylor[2] > 0 else -1
-            zeta = -sign * taylor[0] / context.cbrt(abs(taylor[2]))
-            if method == "uniform":
-                try:
-                    zeta = split_pair(taylor, context).zeta
-                except SymasymError:
-                    # No pair by itself: far from its fold, where only the side counts.
-                    zeta = context.sign(zeta) * context.inf
-            if nearest is None or abs(zeta) < abs(nearest):
-                nearest = zeta
-        if nearest is None:
+    bits = int(4 * digits) + 60 + int(math.log2(2 + scene.lam))
+    with precision(bits):
+        ctx.cap = 4 * digits + 40
+        zetas = []
+        field = Field(pieces(scene.drift, fmpq(1))[0].phi)
+        for cluster in field.clusters():
+            if len(cluster.zeros) == 2 and abs(cluster.centre) < 1:
+                centre, pi = field.factor(cluster)
+                found = central_map(field.taylor(centre), pi)
+                psi0, psi1 = found.chi[0], found.chi[1]
+                # Beyond that the slope of (y^2 - D)(psi0 + psi1 y) vanishes nowhere.
+                if 3 * pi.square * psi1 * psi1 > -psi0 * psi0:
+                    # On the fold to all digits that the zeros have.
+                    on = abs(found.zeta) < arb(2) ** (-bits // 2)
+                    zetas.append(arb(0) if on else found.zeta)
+        if not zetas:
             raise InputError(
-                f"A of {drift!r} has no turning point inside (-1, 1), so that no well is born or "
-                "lost there; the Stokes multiplier is that of a fold."
+                f"A of {scene.drift!r} has no turning point inside (-1, 1) at which a well and a "
+                "barrier coalesce; the Stokes multiplier is that of a fold."
             )
-        if method == "step" or not context.isfinite(nearest):
-            return (1 + context.sign(nearest)) / 2
-        z = context.cbrt(mpf_of(lam, context)) ** 2 * nearest
-        there, back = (context.airyai(x) ** 2 + context.airybi(x) ** 2 for x in (z, -z))
+        zeta = min(zetas, key=lambda z: float(abs(z)))
+        Z = exact_ball(scene.lam).root(3) ** 2 * zeta
+        if method == "step":
+            return (1 + zeta.sgn()) / 2
+        there, back = (x.airy()[0] ** 2 + x.airy()[2] ** 2 for x in (Z, -Z))
         return there / (there + back)

@@ -6,12 +6,9 @@ import math
 import zlib
 from collections import Counter
 from collections.abc import Iterator
-from typing import Any
 
 import pytest
 
-from symasym.asymptotics.uniform import answer as uniform_noise
-from symasym.asymptotics.uniform.truncated_gaussian import Truncations
 from symasym.base.call_context import limited
 from tests.guard import is_public
 
@@ -34,26 +31,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             if place != zlib.crc32(f"{name}{row}".encode()) % n:
                 item.add_marker(pytest.mark.slow)
             seen[name] += 1
-
-
-@pytest.fixture
-def as_in_float(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Scenes with more digits leave out what arrays leave out: the start, and wells at the ends."""
-    every, corrected = uniform_noise.truncations_of, uniform_noise.corrected
-
-    def fewer(*given: Any) -> Truncations:
-        found = every(*given)
-        left, right = (
-            [c for c in truncations if c.barrier] for truncations in (found.left, found.right)
-        )
-        return Truncations(left, [], right)
-
-    def alone(truncations: Any, met: Any, *rest: Any) -> Any:
-        return corrected(truncations, [], *rest)
-
-    monkeypatch.setattr(uniform_noise, "truncations_of", fewer)
-    monkeypatch.setattr(uniform_noise, "corrected", alone)
-    monkeypatch.setattr(uniform_noise, "_beyond", lambda *_: 0)
 
 
 @pytest.fixture(autouse=True)

@@ -43,10 +43,8 @@ def formulas() -> str:
 def sources() -> Mapping[str, Source]:
     """Label, or label and method -> the module that `symasym.emit` writes."""
     drift = sa.friction()
-    uniform = sa.emit("eq:Ttilde", "javascript", drift=drift, method="uniform", order=0)
     return {
         **{label: sa.emit(label, "javascript", drift=drift) for label in WITH_DRIFT},
-        "eq:Ttilde uniform": uniform,
         **{
             f"{name} {label}": sa.emit(label, "javascript", drift=other)
             for name, other in OTHERS.items()

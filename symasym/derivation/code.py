@@ -25,11 +25,6 @@ if TYPE_CHECKING:
 # those of `symasym.numbers.arithmetic`, the first argument, and finds shared parts once.
 _NUMBERS = {"mpmath": "mpf", "plain": "Ratios", "arithmetic": "Number"}
 _FIRST = {"mpmath": "ctx: MPContext", "arithmetic": "c: Arithmetic"}
-#: Scaled Airy products, Dawson's integral and erfcx.
-LOCAL = (
-    "airy_squares", "airy_cross", "airy_slopes", "airy_bi", "airy_bi_slope",
-    "erfcx", "dawson", "dawson_area", "erfcx_area",
-)  # fmt: skip
 # SymPy's name of a function -> the name it goes by here (and in C).
 _KNOWN = {
     **{name: name for name in ("exp", "log", "tanh", "sin", "cos", "asin", "acos", "atan")},
@@ -40,8 +35,6 @@ _KNOWN = {
     "height_exp": "height_exp",
     # Quotients with a removable singularity at 0; each file that needs one holds it.
     **{name: name for name in ("exprel", "exprel2", "tanhc", "sinc")},
-    # Functions that each file holds where it calls them (`symasym.emit.forms.LOCAL`).
-    **{name: name for name in LOCAL},
     "Abs": "abs",
     "atan2": "atan2",
     "_Root": "sqrt",
@@ -75,13 +68,12 @@ DIALECTS = {
         {
             **_OWN,
             **{name: f"_{name}" for name in ("log_modulus", "height_exp")},
-            **{name: f"_each_{name}" for name in LOCAL},
         },
     ),
     "mpmath": Dialect(
         "ctx.",
         {"abs": "fabs"},
-        {**_OWN, **{n: f"_{n}" for n in ("logaddexp", "larger", "log_modulus", *LOCAL)}},
+        {**_OWN, **{n: f"_{n}" for n in ("logaddexp", "larger", "log_modulus")}},
         first="ctx",
     ),
     "plain": Dialect(""),
@@ -93,7 +85,6 @@ DIALECTS = {
         {
             **_OWN,
             **{n: f"_{n}" for n in ("exp", "expm1", "sinh", "cosh", "logaddexp", "log_modulus")},
-            **{name: f"_{name}_of" for name in LOCAL},
             "larger": "max",
         },
     ),
@@ -102,7 +93,6 @@ DIALECTS = {
         {"abs": "fabs", "larger": "fmax"},
         {
             **{name: f"{name}_" for name in (*_REMOVABLE, "logaddexp", "log_modulus")},
-            **{name: f"{name}_of_" for name in LOCAL},
         },
         power="pow",
         whole=".0",
@@ -114,10 +104,6 @@ DIALECTS = {
         {
             **{name: name for name in (*_REMOVABLE, "logaddexp")},
             "log_modulus": "logModulus",
-            **{
-                n: "".join([n.split("_")[0], *map(str.capitalize, n.split("_")[1:]), "Of"])
-                for n in LOCAL
-            },
         },
         power="Math.pow",
     ),

@@ -34,7 +34,7 @@ def emit(
     parameters: Mapping[str, Any] | None = None,
     *,
     drift: Drift | None = None,
-    method: Literal["exact", "uniform"] | None = None,
+    method: Literal["exact"] | None = None,
     name: str = "f",
     patience: float | None = None,
 ) -> Source:
@@ -54,10 +54,9 @@ def emit(
         For the formulas that hold a general drift: phi (``"eq:phi"``), V (``"eq:V"``), the escape
         time (``"eq:Ttilde"``), also in weak noise (``"eq:Ttildesmall"``), the stationary density
         (``"eq:pss"``) and others. Its free parameters become arguments.
-    method : {"exact", "uniform"}, optional
-        Of ``"eq:Ttilde"`` with a drift: T itself (to any number of digits in ``"mpmath"``), or the
-        formula of order 0 that holds through folds, for a polynomial one. Expansions are emitted
-        by `symasym.Expansion.emit`.
+    method : {"exact"}, optional
+        Of ``"eq:Ttilde"`` with a drift: T itself (to any number of digits in ``"mpmath"``).
+        Expansions are emitted by `symasym.Expansion.emit`.
     name : str
         What to call the function of an expression.
     patience : float, optional

@@ -12,7 +12,6 @@ import sympy
 from symasym.base.errors import InputError
 from symasym.base.inputs import choice, is_array
 from symasym.drift.drift import Drift
-from symasym.emit.asymptotic_time import uniform_time
 from symasym.emit.forms import (
     by_name,
     called,
@@ -182,13 +181,9 @@ def critical(drift: Drift) -> tuple[Any, ...]:
 
 def _marks(drift: Drift) -> tuple[Any, ...]:
     """Zeros of the drift, and where it turns: what is narrow is not stepped over."""
-    from symasym.base.call_context import own_context
-    from symasym.drift.field.taylor_field import ExactField
-
-    zeros = critical(drift)
-    with own_context(30) as context:
-        turns = [float(u) for u in ExactField(drift, False, context).monotone_marks()]
-    apart = (u for u in turns if all(abs(u - float(z)) > 1e-9 for z in zeros) and abs(u) < 1)
+    zeros, slope = critical(drift), sympy.diff(drift.expression(), _U)
+    turns = Drift(slope, _U).critical_points() if slope.has(_U) else []
+    apart = (float(p.u) for p in turns if all(abs(p.u - float(z)) > 1e-9 for z in zeros))
     return tuple(sorted((*zeros, *(sympy.Float(u, 20) for u in apart))))
 
 
@@ -219,9 +214,8 @@ def program(
     if arrays:
         raise InputError(f"{arrays[0]} is an array; leave it free, it becomes an argument.")
     rest = {name: value for name, value in numbers.items() if name not in own}
-    chosen = _method_of(what, method)
-    made = uniform_time if chosen == "uniform" else LABELS[what.label]
-    emitted = made(what, drift)
+    _require_method(what, method)
+    emitted = LABELS[what.label](what, drift)
     for function in emitted.functions:
         for name in drift.free:
             if function.arguments.count(name) > 1:
@@ -239,15 +233,19 @@ def _taken(name: str) -> InputError:
     )
 
 
-def _method_of(what: Record, method: str | None) -> str:
-    """The method of the escape time that is asked for, ``"exact"`` by default."""
+def _require_method(what: Record, method: str | None) -> None:
+    """Refuse a method other than that of the exact escape time."""
     if method is None:
-        return "exact"
+        return
     if what.label != "eq:Ttilde":
         raise InputError(f"{what.label} has no method; eq:Ttilde has.")
-    if method == "laplace":
-        raise InputError("weak noise is emitted by sa.expand(drift, order=…).emit(target).")
-    return choice("method", method, ("exact", "uniform"))
+    if method in ("laplace", "uniform"):
+        noise = "weak" if method == "laplace" else "uniform"
+        raise InputError(
+            f"method is {method!r}; such a formula is emitted by "
+            f"sa.expand(drift, noise={noise!r}).emit(target)."
+        )
+    choice("method", method, ("exact",))
 
 
 def _program(what: Record, *functions: Function, **more: Any) -> Program:

@@ -95,55 +95,6 @@ class log_modulus(sympy.Function):  # type: ignore[misc]
     is_real = True
 
 
-class _Local(sympy.Function):  # type: ignore[misc]
-    """A function that a file holds (`symasym.emit.kernels.uniform`)."""
-
-    is_real = True
-
-
-class airy_squares(_Local):
-    """Ai² + Bi², for x > 0 times e^{-(4/3) x^(3/2)}, as the next two; Bi and Bi' times its root."""
-
-
-class airy_cross(_Local):
-    """Ai Ai' + Bi Bi'."""
-
-
-class airy_slopes(_Local):
-    """Ai'² + Bi'²."""
-
-
-class airy_bi(_Local):
-    """Bi."""
-
-
-class airy_bi_slope(_Local):
-    """Bi'."""
-
-
-class erfcx(_Local):
-    """e^{x²} erfc(x)."""
-
-
-class dawson(_Local):
-    """Dawson's integral."""
-
-
-class dawson_area(_Local):
-    """Twice the integral of Dawson's from 0 to x."""
-
-
-class erfcx_area(_Local):
-    """sqrt(pi) times the integral of `erfcx` from 0 to x."""
-
-
-#: What a file holds of these.
-LOCAL = (
-    airy_squares, airy_cross, airy_slopes, airy_bi, airy_bi_slope,
-    erfcx, dawson, dawson_area, erfcx_area,
-)  # fmt: skip
-
-
 class CalledBase(sympy.Function):  # type: ignore[misc]
     """A call of another function of the same file, by the name of the class."""
 

@@ -128,14 +128,11 @@ class FirstPassage(_OfDrift):
         The drift beyond the layer.
     size : expression
         How large the drift's terms are, and how much it moves as u does.
-    uniform : bool
-        Whether it is the uniform formula of order 0; `coefficients` and `ends` are enough for it.
     """
 
     drift: Any
     ends: tuple[Any, ...]
     size: Any
-    uniform: bool = False
 
     @property
     def rounding(self) -> Expr:

@@ -185,13 +185,6 @@ def rendered(program: Program, target: str) -> Source:
                 "language has taken."
             )
     functions: list[Ready] = []
-    if target == "mpmath" and any(
-        f.first_passage and f.first_passage.uniform for f in program.functions
-    ):
-        raise InputError(
-            f"the uniform {program.label} is emitted in double precision; for more digits call "
-            "sa.escape_time with dps=n, or emit the exact time."
-        )
     if target != "latex":
         functions = program.in_digits if target == "mpmath" else program.in_doubles
     if target == "c":

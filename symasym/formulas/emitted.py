@@ -15,7 +15,7 @@ import sympy
 from sympy import Expr, S, Symbol
 
 from symasym.base.errors import InputError
-from symasym.emit.forms import erfcx, height_exp, larger
+from symasym.emit.forms import height_exp, larger
 from symasym.emit.program import Case, Function, Program, by_logarithm
 from symasym.formulas.letters import LAM, FinitePart, expanded, joined
 from symasym.formulas.numbers import DIGITS, numbers_of
@@ -163,7 +163,6 @@ def _refuse(e: Expansion, free: Iterable[Symbol], expressions: Iterable[Expr]) -
 def _in_code(e: Expr) -> Expr:
     """The expression in functions that every language has."""
     e = e.replace(sympy.acosh, lambda w: sympy.log(w + sympy.sqrt(w**2 - 1)))
-    e = e.replace(sympy.erfc, lambda x: sympy.exp(-(x**2)) * erfcx(x))
     # One of two exponentials may overflow where their product does not.
     return joined(e)
 

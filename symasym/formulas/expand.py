@@ -25,6 +25,7 @@ from symasym.formulas.cases import Case, case_of, found_cases, read_case, slides
 from symasym.formulas.formula import OF_START, Contribution, Expanded, Expansion, Noise
 from symasym.formulas.letters import KAPPA, LAM, Field, Letters, R, Terms, U, X, joined
 from symasym.formulas.strong import strong
+from symasym.formulas.uniform import NAMES, uniform
 from symasym.records import Record
 from symasym.scenes import require_drift
 
@@ -54,18 +55,18 @@ def expand(
         of one well and one barrier, in V's derivatives there.
     quantity : {"T", "C", "1 - C", "P", "1 - P", "density"}
     noise : {"weak", "strong", "uniform"}
-        kappa -> 0; kappa -> oo, of a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T, P
-        and 1 - P through the coalescence of a well and a barrier, in Airy functions, of a
-        polynomial A; of another up to the coalescence, for T.
+        kappa -> 0; kappa -> oo, of a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T
+        through the coalescence of a well and a barrier, in Airy functions, of a cubic A or any
+        bound drift.
     order : int, optional
         0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 N), or of
-        2/kappa^2; 0 or 1 for ``noise="uniform"``, 0 if left out.
+        2/kappa^2; 0 for ``noise="uniform"``.
     start : number, optional
-        Also on a simple zero of A, or outside the layer; for ``noise="uniform"`` neither.
+        Also on a simple zero of A, or outside the layer; for ``noise="uniform"`` inside.
     case : str, optional
         The wells, barriers and the start from left to right, such as ``"start well barrier"``; for
         P and the density ``"well"`` or the like. For a bound drift it is found; else it is the
-        first of `Expansion.cases`, for ``noise="uniform"`` the first that has a formula.
+        first of `Expansion.cases`.
         ``"start=well barrier"`` is that of a start on the well.
     patience : float, optional
         Seconds of processor time that it may take, 10 if left out.
@@ -110,9 +111,11 @@ def expand(
             raise InputError("quantity is 'density', which has a formula for weak noise only.")
         return _strong(drift, quantity, order, at)
     if noise == "uniform":
-        from symasym.formulas.composition import uniform
-
-        return uniform(drift, quantity, order, at, case, _case, expand)
+        own, formula, known, where = uniform(drift, quantity, order, at, case)
+        return Expansion(
+            quantity, noise, order, drift, at, own, formula, known, conditions=where, tex=NAMES,
+            verb=expand,
+        ).with_own_names()  # fmt: skip
     return _weak(drift, quantity, order, at, _case(drift, at, case, quantity))
 
 

@@ -175,12 +175,7 @@ class Expansion:
 
         They are found by trying values, and no proof that there are no others.
         """
-        known = found_cases(self.drift, self.start, self.quantity not in OF_START)
-        if self.noise == "uniform":
-            from symasym.formulas.uniform import has_formula
-
-            return tuple(c for c in known if has_formula(c, self.quantity))
-        return known
+        return found_cases(self.drift, self.start, self.quantity not in OF_START)
 
     # -- numbers ----------------------------------------------------------------------------
 
@@ -226,6 +221,10 @@ class Expansion:
             text = Program("expression", f"{self.quantity} to order {self.order}", (),
                            latex=self.latex())  # fmt: skip
             return rendered(text, target)
+        if self.noise == "uniform":
+            from symasym.formulas.uniform import code
+
+            return code(self, target, name)
         if not self.sums and self.noise == "weak" and self.quantity in OF_START:
             # In closed form, or one product.
             e = self.expression

@@ -13,7 +13,7 @@ from sympy import Expr, Symbol
 from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
 from symasym.expansions.balls import Field, Unresolved
-from symasym.formulas.letters import FinitePart, U
+from symasym.formulas.letters import FinitePart
 from symasym.numbers.balls import exact_ball, precision
 
 if TYPE_CHECKING:
@@ -35,8 +35,7 @@ def numbers_of(e: Expansion) -> dict[Symbol, Expr]:
         If zeros of A are too close together.
     """
     drift, bits = e.drift, 256
-    of_pair = e.noise == "uniform" and not drift.free and drift.expression().as_poly(U) is not None
-    if drift.free or drift.shape or drift == Drift.general() or of_pair:
+    if drift.free or drift.shape or drift == Drift.general():
         return {}
     while bits <= _MOST_BITS:
         with suppress(Unresolved), precision(bits):

@@ -1,475 +1,300 @@
-"""T through a coalescence, order 0, with a symbol for everything that depends on the drift.
+"""T through the fold of a well and a barrier, as a formula in Airy functions of order 0.
 
-`Coalescing` is the `OrderZero` of `symasym.asymptotics.uniform.order_zero` whose numbers are SymPy
-expressions. It has one pair of zeros of a polynomial A, A = ((u - m)^2 - D) psi(u - m), a well and
-a barrier (D > 0) or past their coalescence a complex pair (D < 0). With phi du = (s^2 - zeta) ds,
-u'(s) = p + q s at both zeros,
+A well and the barrier behind it are the zeros of y^2 - D, y = u - m, in phi = A, real for D > 0,
+past their fold complex. With phi du = (s^2 - zeta) ds and u'(s) = p + q s at both (C. Chester, B.
+Friedman, F. Ursell, Proc. Camb. Phil. Soc. 53 (1957) 599),
 
-    (4/3) zeta^(3/2) = V(barrier) - V(well),    p ± q zeta^(1/2) = (2 zeta^(1/2)/|phi'|)^(1/2),
+    T = pi^2 [p^2 lam^(1/3) (Ai^2 + Bi^2)(Z) - q^2 lam^(-1/3) (Ai'^2 + Bi'^2)(Z)] + R + (r - 1)/a+,
 
-which in m, D and psi are analytic through D = 0 (C. Chester, B. Friedman, F. Ursell, Proc. Camb.
-Phil. Soc. 53 (1957) 599). A barrier before the layer's end u = 1 has its Gaussian truncated there
-(N. Bleistein, Comm. Pure Appl. Math. 19 (1966) 353). A of degree 2 or 3 has m and D in closed form:
-with A = c_3 (v^3 - 3 k^2 v + ...), v = u + c_2/(3 c_3), v = ± k T_(1/3)(± w) half-way between both.
-Of another A a real pair has both equations themselves, with u1 and u2 named: `_between_zeros`.
+Z = lam^(2/3) zeta (DLMF 9.11.4 and its derivative). R is the finite part of int du/phi from the
+start to 1, without the pair's own pi/(-D)^(1/2). All of it is analytic in D, so that the formula
+is one and the same on both sides of the fold. Of a cubic A = (y^2 - D)(psi0 + psi1 y) all is
+explicit: m = b + k T_(1/3)(w) with the turning points b +- k, 2 c3 k^3 w = A(b) and T_(1/3)(w) =
+cos(acos(w)/3), since 4 (m - b)^3 - 3 k^2 (m - b) = A(b)/(2 c3). The end u = 1 before which a
+barrier stands adds E_1 (N. Bleistein, Comm. Pure Appl. Math. 19 (1966) 353). Of another bound A
+the pair is found in numbers, and E_1 left out.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any
 
 import sympy
-from sympy import Expr, Rational, S, Symbol
+from flint import arb, ctx, fmpq
+from sympy import Expr, Rational, S
 
-from symasym.asymptotics.uniform.order_zero import OrderZero, Together
-from symasym.asymptotics.uniform.order_zero_forms import (
-    BLENDING,
-    AiryForm,
-    Truncated,
-    TruncatedIntegral,
-    blended,
-    regular_share,
-)
-from symasym.asymptotics.weak_noise.one_sided import Builder, CriticalPoint, PairContribution
-from symasym.asymptotics.weak_noise.series import Series
 from symasym.base.errors import InputError
+from symasym.base.inputs import float_text, is_name, shown
 from symasym.drift.drift import Drift
-from symasym.emit.forms import LOCAL
-from symasym.formulas.builder import Symbols
-from symasym.formulas.cases import Case
-from symasym.formulas.letters import U
-from symasym.formulas.symbolic_sums import BEYOND_1, LAM, Sum, Symbolic
-from symasym.generated.formulas import canonical, over_end, pair_norm
-from symasym.numbers.polynomials import float_zeros, poly
-from symasym.series.quadratic_factor import Pair, mirrored
-from symasym.special.airy import AiryProducts
-from symasym.special.dawson import gaussians
-from symasym.special.exponentials import quotients
+from symasym.drift.evaluate import pieces
+from symasym.emit.program import Program
+from symasym.emit.source import Source
+from symasym.expansions.canonical import Field, by_parts, central_map, panel
+from symasym.formulas.cases import Case, read_case
+from symasym.formulas.letters import KAPPA, LAM, R, U
+from symasym.numbers.balls import exact_ball, precision, to_mpf
 
-__all__ = [
-    "PAIRED", "Coalescing", "Locals", "PairSymbols", "Place", "airy_functions",
-    "gaussian_functions", "has_formula", "place_of", "require_pair",
-]  # fmt: skip
+__all__ = ["NAMES", "code", "uniform"]
 
-#: The cases with one pair; the last is that of a complex one.
-PAIRED = ("start well barrier", "barrier well start", "start")
-#: Those of 1 - P: a pair of three zeros, or a complex one, or none.
-WELLS = ("start well", "start well barrier well")
-M = Symbol("m", real=True)
-
-
-def signed(name: str, positive: bool | None) -> Symbol:
-    """A real symbol that is positive, negative, or either (None).
-
-    With one assumption: SymPy may take a symbol for another of the same name and sign that was
-    made with more of them, which prints otherwise.
-    """
-    return Symbol(name, **{{True: "positive", False: "negative", None: "real"}[positive]: True})
+M, D, K, W, ZETA, Z, N = sympy.symbols("m D k w zeta Z N", real=True)
+PSI0, PSI1 = sympy.symbols("psi0 psi1", real=True)
+P2, Q2, REST, SLOPE, BESIDE, EDGE = sympy.symbols("p^2 q^2 R_0 a_+ x_1 E_1", real=True)
+#: LaTeX of the symbols.
+NAMES = {
+    LAM: r"\lambda", PSI0: r"\psi_0", PSI1: r"\psi_1", REST: "R_0", SLOPE: "a_+", P2: "p^2",
+    Q2: "q^2", BESIDE: "x_1", EDGE: "E_1",
+}  # fmt: skip
+_DIGITS = 30
+# Of lam V, that it falls at least from the barrier to the end, and from the start to the well.
+_END, _START = 2, 4
 
 
-V_MEAN = Symbol("V(m)", real=True)
-#: The number of zeros of A' in (-1, 1).
-TURNS = sympy.Function("turning_points", integer=True)
-Z, P0, Q0 = sympy.symbols("Z p q", real=True)
-_PARTS = {"scale": "B", "speed": "W", "both": "J", "onward": "G"}
+def third(w: Expr) -> Expr:
+    """T_(1/3)(w) = cos(acos(w)/3), analytic through w = 1."""
+    return sympy.hyper([Rational(1, 3), -Rational(1, 3)], [Rational(1, 2)], (1 - w) / 2)
 
 
-class Expressions:
-    """The arithmetic of expressions; of a test that is open the general branch is taken."""
-
-    context = True
-    bits, eps = 0, S.Zero
-    zero, one, pi, euler = S.Zero, S.One, sympy.pi, sympy.EulerGamma
-    sqrt, exp, log = (staticmethod(f) for f in (sympy.sqrt, sympy.exp, sympy.log))
-    maximum, tiny = staticmethod(sympy.Max), S.Zero
-    rational, number = staticmethod(Rational), staticmethod(sympy.sympify)
-
-    def cbrt(self, x: Expr) -> Expr:
-        return x ** Rational(1, 3)
-
-    def expm1(self, x: Expr) -> Expr:
-        return sympy.exp(x) - 1
-
-    def log1p(self, x: Expr) -> Expr:
-        return sympy.log(1 + x)
-
-    def atan2(self, y: Expr, x: Expr) -> Expr:
-        """For x > 0."""
-        return sympy.atan(y / x)
-
-    def where(self, test: Any, a: Expr, b: Expr) -> Expr:
-        return a if test == True else b  # noqa: E712
-
-    def any(self, test: Any) -> bool:
-        return bool(test == True)  # noqa: E712
-
-    all = any
+def inverse_tangent(x: Expr) -> Expr:
+    """artanh(x^(1/2))/x^(1/2), analytic through x = 0."""
+    return sympy.hyper([Rational(1, 2), 1], [Rational(3, 2)], x)
 
 
-class Locals(Symbolic):
-    """Sums whose local integrals are symbols, too."""
-
-    def __init__(self, symbols: Coalescing) -> None:
-        self.symbols = symbols
-
-    def exponential(self, height: Expr, series: Any, rounding: float = 0.0) -> Sum:
-        """One symbol times e^{lam height}."""
-        if isinstance(series, Series):
-            return super().exponential(height, series, rounding)
-        return Sum([(height, self.symbols.local(series))])
+def formula() -> Expr:
+    """T in the symbols."""
+    ai, bi, ai1, bi1 = (
+        f(Z) for f in (sympy.airyai, sympy.airybi, sympy.airyaiprime, sympy.airybiprime)
+    )
+    third_power = LAM ** Rational(1, 3)
+    airy = P2 * third_power * (ai**2 + bi**2) - Q2 / third_power * (ai1**2 + bi1**2)
+    return sympy.pi**2 * airy + REST + EDGE + (R - 1) / SLOPE
 
 
-class Place(NamedTuple):
-    """Where the pair is: right (1) or left (-1) of the start, and the sign of psi there."""
-
-    side: int
-    sign: int
-
-
-def has_formula(case: Case, quantity: str) -> bool:
-    """True of a case that the uniform formula of a quantity is for."""
-    if quantity == "T":
-        return str(case) in PAIRED or len(case.kinds) < 2
-    return str(case) in WELLS
-
-
-def require_pair(case: Case) -> None:
-    """Refuse a case without one pair of zeros that has a well first, or a complex one."""
-    if str(case) not in PAIRED:
-        raise InputError(
-            f"case is '{case}'; the uniform formula of T is that of 'start well barrier', of "
-            "'barrier well start', of 'start' past the coalescence of both, and of one zero or "
-            "none without a complex pair; use sa.escape_time(method='uniform')."
-        )
-
-
-class PairSymbols(Symbols):
-    """A case with one pair of zeros, in symbols: m, D and psi, and the pair's Airy form.
-
-    `paired` are the numbers of the pair's well and barrier among the zeros in the layer, none of
-    a complex pair.
-    """
-
-    def __init__(
-        self, drift: Drift, case: Case, order: int, start: Fraction, place: Place,
-        paired: tuple[int, ...],
-    ) -> None:  # fmt: skip
-        self.drift, self.place, self.paired = drift, place, paired
-        self.real = bool(paired)
-        self.square = signed("D", self.real)
-        self.zeta = signed("zeta", self.real)
-        super().__init__(drift, case, order, start)
-
-    def _zeros(self) -> list[Symbol]:
-        """u1, u2, ... in the layer, the pair's m ± D^(1/2); `others_outside` are in no pair."""
-        if self.powers is None:
-            zeros = super()._zeros()
-            low, high = (zeros[k] for k in self.paired)
-            self.factor = []
-            self.values[M], self.values[self.square] = (low + high) / 2, (high - low) ** 2 / 4
-            return zeros
-        self.kept = self.powers.degree()
-        self.factor = self._factor()
-        inside = len(self.case.kinds)
-        zeros = [self._point(k + 1, True) for k in range(inside)]
-        for k, sign in zip(self.paired, (-1, 1), strict=False):
-            self.values[zeros[k]] = M + sign * sympy.sqrt(self.square)
-            del self.equations[zeros[k]]
-        more = range(inside + 1, self.kept - 1 + len(self.paired))
-        self.others_outside = [self._point(k, self.kept == 3) for k in more]
-        apart = [u for k, u in enumerate(zeros) if k not in self.paired] + self.others_outside
-        if self.kept == 3:
-            # The sum of all zeros.
-            (u,) = apart
-            c3, c2 = self.powers.all_coeffs()[:2]
-            self.values[u] = -c2 / c3 - 2 * M
-            del self.equations[u]
-        return zeros
-
-    def _factor(self) -> list[Symbol]:
-        """psi_0, psi_1, ... away from the start; m and D in closed form or their equations."""
-        assert self.powers is not None
-        assert self.kept is not None
-        c = [sympy.diff(self.A, U, j).subs(U, M) / sympy.factorial(j) for j in range(self.kept + 1)]
-        psi: list[Any] = [S.Zero] * (self.kept + 1)
-        for j in range(self.kept, 1, -1):
-            psi[j - 2] = sympy.expand(c[j] + self.square * psi[j])
-        side, sign = self.place
-        names = [Symbol(f"psi{j}", real=True) for j in range(self.kept - 1)]
-        for name, value in zip(names, mirrored(psi, side), strict=False):
-            self.values[name] = sign * value
-            self.tex[name] = rf"\psi_{{{name.name[3:]}}}"
-        a = self.powers.all_coeffs()
-        if self.kept == 2:
-            self.values[M] = -a[1] / (2 * a[0])
-            self.values[self.square] = M**2 - a[2] / a[0]
-        elif self.kept == 3:
-            shift, w, k = a[1] / (3 * a[0]), Symbol("w", real=True), Symbol("k", positive=True)
-            turn = side * sign * (1 if _leading(self.drift, self.case) > 0 else -1)
-            third = sympy.cos(sympy.acos(w) / 3) if self.real else sympy.cosh(sympy.acosh(w) / 3)
-            self.values[k] = sympy.sqrt(sympy.factor(shift**2 - a[2] / (3 * a[0])))
-            low = sympy.factor(self.A.subs(U, -shift) / a[0])
-            self.values[w] = turn * low / (2 * k**3)
-            self.values[M] = turn * k * third - shift
-            self.values[self.square] = 3 * (k**2 - (M + shift) ** 2)
-        else:
-            self.equations[M] = sympy.expand(c[1] + self.square * psi[1])
-            self.equations[self.square] = sympy.expand(c[0] + self.square * psi[0])
-        return names
-
-    def canonical_form(self) -> Pair:
-        """The pair in its Airy form, p + q s."""
-        if self.powers is None:
-            return self._between_zeros()
-        c, square, sign = self.arithmetic, self.square, self.place.sign
-        even, odd = (poly(self.factor[j::2], square) + S.Zero for j in (0, 1))
-        mean = poly(
-            [3 * a / ((2 * k + 1) * (2 * k + 3)) for k, a in enumerate(self.factor[::2])], square
-        )
-        root = c.cbrt(mean)
-        self.values[self.zeta] = square * root**2
-        norm = Symbol("n", positive=True)
-        self.values[norm] = pair_norm(c, even, odd, square)
-        self.values[P0], self.values[Q0] = canonical(c, 1 / root, even, sign * odd, norm)
-        self.values[Z] = self.zeta * LAM ** Rational(2, 3)
-        self.tex |= {self.zeta: r"\zeta", V_MEAN: r"\bar V"}
-        # The mean of V over both zeros, a polynomial in D.
-        y, v = Symbol("y"), -sympy.integrate(self.A, U)
-        about = sympy.Poly(v.subs(U, M + y) - v.subs(U, self.start), y)
-        self.values[V_MEAN] = sum(
-            (a * square ** (n // 2) for (n,), a in about.terms() if n % 2 == 0), S.Zero
-        )
-        return Pair(S.Zero, square, self.factor, sign, self.zeta, 1 / root, S.Zero)
-
-    def _between_zeros(self) -> Pair:
-        """The same of two real zeros without a closed form, from V and V'' there."""
-        well, barrier = (self.zeros[k] for k in self.paired[:: self.place.side])
-        low, high = (self.heights[u] for u in (well, barrier))
-        self.values[self.zeta] = (3 * (high - low) / 4) ** Rational(2, 3)
-        root = sympy.sqrt(self.zeta)
-        before, behind = (
-            sympy.sqrt(2 * root / abs(self.derivative(2, u))) for u in (well, barrier)
-        )
-        self.values[P0], self.values[Q0] = (behind + before) / 2, (behind - before) / (2 * root)
-        self.values[Z], self.values[V_MEAN] = self.zeta * LAM ** Rational(2, 3), (low + high) / 2
-        self.tex |= {self.zeta: r"\zeta", V_MEAN: r"\bar V"}
-        return Pair(S.Zero, self.square, [], 1, self.zeta, S.One, S.Zero)
-
-    def grows(self, symbol: Symbol, scaled: Expr, times: int) -> None:
-        """The name of `symbol` in code, without its growth e^{(2/3) times Z^(3/2)} for D > 0."""
-        self.code[symbol] = scaled
-        if self.real:
-            rise = Symbol("rise(m)", positive=True)
-            self.code[rise] = Rational(2, 3) * self.zeta ** Rational(3, 2)
-            self.growth[symbol] = times * rise
-
-    def conditions(self) -> Iterator[Any]:
-        """The place and kind of the pair."""
-        side, m = self.place.side, M
-        if self.kept == 3:
-            w = Symbol("w", real=True)
-            yield sympy.Lt(sympy.Abs(w), 1) if self.real else sympy.Gt(w, 1)
-        if self.powers is None:
-            yield sympy.Eq(TURNS(self.A), 1)
-        if self.real:
-            return
-        yield from (self.start < m, m < 1) if side > 0 else (m > -1, m < self.start)
-        # Airy functions take the pair's integrals over all of the line.
-        yield sympy.Le((-self.zeta) ** Rational(3, 2) * Rational(4, 3), sympy.Abs(V_MEAN))
+def of_cubic(A: Expr, start: Expr) -> dict[Any, Expr]:
+    """What the symbols are for a polynomial of degree 2 or 3, its first coefficient positive if
+    not known to be negative."""
+    c3, c2, c1, c0 = [S.Zero, S.Zero, *sympy.Poly(A, U).all_coeffs()][-4:]
+    if c3 == 0:
+        known = {M: -c1 / (2 * c2), D: M**2 - c0 / c2, PSI0: c2, PSI1: S.Zero}
+    else:
+        side, b = (-1 if c3.is_negative else 1), -c2 / (3 * c3)
+        known = {
+            K: sympy.sqrt(sympy.factor(b**2 - c1 / (3 * c3))),
+            W: sympy.factor(A.subs(U, b) / c3) / (2 * K**3),
+            M: b + side * K * third(side * W),
+            D: 3 * (K**2 - (M - b) ** 2),
+            PSI0: 3 * c3 * (M - b),
+            PSI1: c3,
+        }
+    # 1/A = (psi0 - psi1 y)/(N^2 (y^2 - D)) + psi1/(N^2 (y + psi0/psi1)).
+    y0, y1, log = start - M, 1 - M, sympy.log
+    rest = (
+        PSI0 * (inverse_tangent(D / y0**2) / y0 - inverse_tangent(D / y1**2) / y1)
+        - PSI1 * log(sympy.Abs((y1**2 - D) / (y0**2 - D))) / 2
+        + PSI1 * log((PSI0 + PSI1 * y1) / (PSI0 + PSI1 * y0))
+    ) / N**2
+    return {
+        **known,
+        N: sympy.sqrt(PSI0**2 - PSI1**2 * D),
+        ZETA: PSI0 ** Rational(2, 3) * D,
+        P2: PSI0 ** Rational(1, 3) * (PSI0 + N) / (2 * N**2),
+        Q2: PSI1**2 / (2 * N**2 * (PSI0 + N) * PSI0 ** Rational(1, 3)),
+        REST: rest,
+    }
 
 
-class Coalescing(PairSymbols, OrderZero):
-    """Both one-sided expansions of a case with one pair, to order 0, in symbols."""
-
-    def __init__(self, drift: Drift, case: Case, start: Fraction) -> None:
-        place = place_of(drift, case, start)
-        self.locals: dict[Symbol, Expr] = {}
-        super().__init__(drift, case, 0, start, place, (0, 1) if case.kinds else ())
-        self.arithmetic = Expressions()  # type: ignore[assignment]
-        self.exponential_gap = S.Zero
-        self.apart = []
-        self.together = [self._pair()]
-        self.prepared()
-
-    def _pair(self) -> Together:
-        """The pair in its Airy form, p + q s."""
-        form = AiryForm(2, self.zeta, P0, Q0, None, None, None)
-        pair, (side, sign) = self.canonical_form(), self.place
-        return Together(form, pair, side * M, side, sign > 0, self.paired, V_MEAN, S.Zero)
-
-    def ranks(self, pair: Together, inside: list[int]) -> tuple[Any, Any]:
-        return (1, 2) if pair.members else (Rational(1, 2), Rational(1, 2))
-
-    # -- local integrals ----------------------------------------------------------------------
-
-    def local(self, integral: Any) -> Symbol:
-        """A symbol for a local integral, heights left out, with all that it is made of."""
-        side = "+" if self.place.side > 0 else "-"
-        airy = not isinstance(integral, TruncatedIntegral)
-        letter = _PARTS[integral.part] if airy else f"{_PARTS[integral.part]}e"
-        symbol = Symbol(f"{letter}{side}", real=True)
-        if symbol not in self.locals:
-            over = self._over_pair(symbol, integral) if airy else self._over_end(integral)
-            self.locals[symbol] = over
-            name = rf"\mathcal{{{letter[0]}}}"
-            self.tex[symbol] = name if airy else rf"{name}_{{{'+' if side == '+' else '-'}1}}"
-        return symbol
-
-    def _over_pair(self, symbol: Symbol, integral: Any) -> Expr:
-        plain, scaled = (
-            integral.at(_Point(self.arithmetic, {(2, "airy"): (Z, airy_functions(emitted))}))[0]
-            for emitted in (False, True)
-        )
-        self.grows(symbol, scaled, 2 if integral.part == "both" else 1)
-        return plain
-
-    def _over_end(self, integral: TruncatedIntegral) -> Expr:
-        c, e = self.arithmetic, integral.gaussian
-        x, sigma, dawson, area = (Symbol(s, positive=True) for s in ("xi", "sigma", "Da", "area"))
-        if x not in self.values:
-            self.values[x] = e.t * sympy.sqrt(LAM / 2)
-            for table, emitted in ((self.values, False), (self.code, True)):
-                named = gaussian_functions(x, True, emitted)
-                table |= dict(zip((sigma, dawson, area), named, strict=True))
-            self.tex |= {x: r"\xi", sigma: r"\sigma", dawson: r"\mathcal{D}", area: r"\Lambda"}
-        scale, speed, both = over_end(c, LAM, e.t, e.peak, e.rest, sigma, dawson, area)
-        length = BEYOND_1
-        straight, beyond = quotients(-LAM * e.slope * length, c)
-        straight, beyond = length * straight, length**2 * beyond
-        return {
-            "scale": scale + straight, "speed": speed,
-            "onward": straight, "both": both + beyond,
-        }[integral.part]  # fmt: skip
-
-    def barrier_before(self, sign: int) -> Any:
-        """The barrier of the pair before the end, if that is on this side."""
-        if not self.real or sign != self.place.side:
+def in_numbers(drift: Drift, mirrored: bool, start: Fraction) -> dict[Any, Expr] | None:
+    """The same of any bound drift; None where it has no pair behind the start."""
+    with precision(5 * _DIGITS):
+        ctx.cap = 6 * _DIGITS
+        field = Field(pieces(drift, fmpq(1))[0].phi)
+        field = field.mirrored() if mirrored else field
+        x, one = exact_ball(-start if mirrored else start), arb(1)
+        pairs = [c for c in field.clusters() if len(c.zeros) == 2 and x < c.centre < 1]
+        if len(pairs) != 1:
             return None
-        edge = self.edges[1 + sign]
-        well, barrier = self.zeros[::sign]
-        t, peak, rest = (Symbol(s, real=True) for s in ("t", "P", "rest"))
-        fall = self.heights[barrier] - self.heights[edge]
-        rho, slope = Symbol("rho", positive=True), self._slope(sign)
-        self.tex |= {rho: r"\rho", rest: "Q"}
-        drop = self.heights[barrier] - self.heights[well]
-        self.values[rho] = blended(self.arithmetic, drop, S.One, fall)[0]
-        keep = blended(self.arithmetic, rho / BLENDING, S.One, S.One)[1]
-        self.values[t] = sympy.sqrt(2 * fall)
-        self.values[peak] = (1 - keep) / sympy.sqrt(-self.derivative(2, barrier))
-        self.values[rest] = 1 / slope - peak / t
-        return Truncated(sign, t, peak, rest, S.Zero, S.Zero, slope)
-
-    def _slope(self, sign: int) -> Expr:
-        """phi beyond the end, positive away from the start."""
-        return self.a_plus if sign > 0 else -self.a_minus
-
-    def end(
-        self,
-        sign: int,
-        rank: int,
-        scale_points: list[CriticalPoint],
-        speed_points: list[CriticalPoint],
-    ) -> tuple[Any, Any, Any] | None:
-        gaussian: Any = self.before_end[sign]
-        if gaussian is None:
-            return Builder.end(self, sign, rank, scale_points, speed_points)
-        height, edge = self.heights[self.edges[1 + sign]], self.edges[1 + sign]
-        parts = {part: TruncatedIntegral(gaussian, part) for part in _PARTS}
-        self.coalescing.append(PairContribution(-1, -1, S.Zero, parts["both"]))
-        scale_points.append(
-            CriticalPoint(rank, height, parts["scale"], parts["onward"], "kink", edge)
-        )
-        speed_points.append(CriticalPoint(rank, -height, parts["speed"], None, "kink", edge))
-        return None
-
-    # -- the regular part -----------------------------------------------------------------------
-
-    def primitives(self) -> Any:
-        return None
-
-    def _partial_fractions(self, k: int, lo: Expr, hi: Expr) -> Expr:
-        """The finite part of int du/phi past the pair and over the other zeros."""
-        zeros, self.zeros = self.zeros, []
-        total = super()._partial_fractions(k, lo, hi)
-        self.zeros = zeros
-        one, side = self.together[0], self.place.side
-        share, parts = regular_share(one.pair, True, self.arithmetic), []
-        for edge in (hi, lo):
-            beyond = edge != self.start
-            mine = (edge > self.start) == (side > 0) and beyond
-            y = signed(f"y({edge})", mine)
-            self.values[y] = side * (edge - M)
-            self.tex[y] = f"y_{{{edge}}}"
-            parts.append(sum(share(y, None), S.Zero))
-        # Seen in the mirror a primitive has the same sign.
-        return total + (parts[0] - parts[1])
+        centre, pi = field.factor(pairs[0])
+        found = central_map(field.taylor(centre), pi)
+        if found.eps < 0:
+            return None
+        ((p, q),) = by_parts(pi, found, arb(1), 0)[0]
+        whole = panel(field, centre, pi, x, one, 0)
+        rest = whole.own[0] + whole.mixed[0][0]
+        for sign, s in zip((-1, 1), whole.ends, strict=True):
+            # The finite part of (p + q s)^2/(s^2 - zeta), its mean along paths past both zeros.
+            ratio = found.zeta / (s * s)
+            tangent = _tangent(ratio)
+            rest += sign * (
+                q * q * s - (p * p + q * q * found.zeta) * tangent / s
+                + p * q * abs(s * s - found.zeta).log()
+            )  # fmt: skip
+        values = {M: centre, D: pi.square, ZETA: found.zeta, P2: p * p, Q2: q * q, REST: rest}
+        return {s: sympy.Float(to_mpf(v, _DIGITS)[0], _DIGITS) for s, v in values.items()}
 
 
-class _Point:
-    """lam as a symbol, and the local functions there."""
-
-    errors = False
-
-    def __init__(self, arithmetic: Any, known: dict[Any, Any]) -> None:
-        self.arithmetic, self.known = arithmetic, known
-        self.third = LAM ** Rational(1, 3)
+def _tangent(x: Any) -> Any:
+    """`inverse_tangent` of a ball."""
+    if abs(x) < 1e-8:
+        return 1 + x / 3 + x * x / 5 + x**3 / 7 + x**4 / 9
+    root = abs(x).sqrt()
+    return (root.atan() if x < 0 else ((1 + root) / abs(1 - root)).log() / 2) / root
 
 
-def airy_functions(emitted: bool = False) -> AiryProducts:
-    """The products of Airy functions of Z, as they are; `emitted`: scaled."""
-    if emitted:
-        return AiryProducts(*(f(Z) for f in LOCAL[:5]))
-    ai, bi = sympy.airyai(Z), sympy.airybi(Z)
-    ai1, bi1 = sympy.airyaiprime(Z), sympy.airybiprime(Z)
-    return AiryProducts(ai**2 + bi**2, ai * ai1 + bi * bi1, ai1**2 + bi1**2, bi, bi1)
+def fall(y: Expr) -> Expr:
+    """V(m) - V(m + y) of a cubic A."""
+    return PSI0 * (y**3 / 3 - D * y) + PSI1 * (y**4 / 4 - D * y**2 / 2)
 
 
-def gaussian_functions(
-    x: Expr, barrier: bool = True, emitted: bool = False
-) -> tuple[Expr, Expr, Expr]:
-    """sigma, D and lam times the integral of D, or of sigma, at x = |t| (lam/2)^(1/2)."""
-    c: Any = Expressions()
-    if emitted:
-        shade, dawson, *areas = (f(x) for f in LOCAL[5:])
-        return gaussians(c, LAM, shade, dawson, areas[0] if barrier else areas[1])
-    area = x**2 * sympy.hyper([1, 1], [Rational(3, 2), 2], -(x**2))
-    if not barrier:
-        y = Symbol("y")
-        area = sympy.sqrt(sympy.pi) * sympy.Integral(sympy.exp(y**2) * sympy.erfc(y), (y, 0, x))
-    dawson = sympy.sqrt(sympy.pi) / 2 * sympy.exp(-(x**2)) * sympy.erfi(x)
-    return gaussians(c, LAM, sympy.exp(x**2) * sympy.erfc(x), dawson, area)
+def beside_end() -> dict[Any, Expr]:
+    """What the layer's end changes before a barrier: its Gaussian is cut off there, and a straight
+    line of slope a+ follows, with x^2 = lam (V(u2) - V(1)).
 
-
-def _leading(drift: Drift, case: Case) -> float:
-    """The sign of A's leading coefficient, that of the case's example with parameters free."""
-    known = drift.bind(**{n: case.example.get(n, 1) for n in drift.free}).exact_coefficients()
-    return float(known[-1]) if known else 1.0
-
-
-def place_of(drift: Drift, case: Case, start: Fraction) -> Place:
-    """The place of the pair; a complex one of free parameters is taken to be right of the start."""
-    if case.kinds:
-        return Place(1 if case.before == 0 else -1, 1)
-    if drift.free:
-        return Place(1, 1)
-    found = complex_pair(drift, [float(x) for x in drift.exact_coefficients() or ()])
-    if found is None:
-        raise InputError(f"{drift!r} has no pair of zeros over the layer, real or complex.")
-    side = 1 if found[0] > start else -1
-    return Place(side, 1 if side * found[1] > 0 else -1)
-
-
-def complex_pair(drift: Drift, coefficients: Sequence[float]) -> tuple[float, float] | None:
-    """The middle of the one complex pair of A's zeros over the layer and A there, if there is one.
-
-    InputError: there are more.
+    First the time in the well times the change of int e^{lam V} behind it; then the time beyond
+    the end, where int e^{-lam V} before it is no longer e^{-lam V(1)}/(lam a+). A pair that is
+    close together, as seen from the end, has all of it in its Airy functions.
     """
-    roots = [z for z in float_zeros(coefficients) if z.imag > 0 and abs(z.real) < 1]
-    if len(roots) > 1:
+    root, climb = sympy.sqrt(D), Rational(4, 3) * Z ** Rational(3, 2)
+    well, top = 2 * root * (PSI0 - PSI1 * root), 2 * root * (PSI0 + PSI1 * root)
+    share = 1 - (1 + 8 * climb / BESIDE**2) * sympy.exp(-8 * climb / BESIDE**2)
+    tail, pi = sympy.exp(-(BESIDE**2)), sympy.pi
+    left = sympy.exp(-LAM * SLOPE * (R - 1)) / (LAM * SLOPE)
+    cut = (
+        pi
+        / (2 * root * N)
+        * sympy.exp(climb)
+        * (tail / (sympy.sqrt(pi) * BESIDE) - sympy.erfc(BESIDE))
+    )
+    over = sympy.sqrt(2 * pi * LAM / well) * sympy.exp(climb - BESIDE**2) * left
+    dawson = sympy.sqrt(pi) / 2 * tail * sympy.erfi(BESIDE)
+    slow = sympy.sqrt(2 * LAM / top) * (dawson - 1 / (2 * BESIDE)) * (1 / (LAM * SLOPE) - left)
+    return {
+        BESIDE: sympy.sqrt(LAM * (fall(1 - M) - fall(root))),
+        EDGE: sympy.Piecewise((share * (cut - over + slow), D > 0), (0, True)),
+    }
+
+
+def conditions(known: dict[Any, Expr], start: Expr) -> list[Any]:
+    """Where the formula holds: neither the layer's end nor the start comes too near to the pair."""
+    found = [sympy.Gt(R, 1), sympy.Gt(SLOPE, 0)]
+    if PSI0 in known:
+        top = sympy.sqrt(sympy.Max(D, 0))
+        found.append(sympy.Gt(PSI0, 0))
+        found.append(sympy.Gt(LAM * (fall(1 - M) - fall(top)), _END))
+        found.append(sympy.Gt(LAM * (fall(-top) - fall(start - M)), _START))
+    return found
+
+
+def uniform(
+    drift: Drift, quantity: str, order: int, start: Fraction, case: Any = None
+) -> tuple[Case, Expr, dict[Any, Expr], tuple[Any, ...]]:
+    """The case, the formula, what its symbols are, and where it holds."""
+    if quantity != "T" or order:
         raise InputError(
-            f"{drift!r} has {len(roots)} complex pairs of zeros over the layer; the uniform "
-            "formula is that of one."
+            f"quantity is {quantity!r} and order {order}; the uniform formula is that of T to "
+            "order 0, and method='uniform' has numbers of the others."
         )
-    return (roots[0].real, poly(coefficients, roots[0].real)) if roots else None
+    if abs(start) >= 1:
+        raise InputError(
+            f"start is {float_text(start)}, outside of the layer; sa.escape_time(method='uniform') "
+            "has numbers."
+        )
+    sides = [False, True]
+    if case is not None:
+        kinds = str(case).split()
+        sides = [kinds.index("start") > 0]
+    A, x = drift.expression(), sympy.Rational(start.numerator, start.denominator)
+    cubic = A.is_polynomial(U) and sympy.degree(A, U) in (2, 3)
+    for mirrored in sides:
+        seen, begin = (sympy.expand(-A.subs(U, -U)), -x) if mirrored else (A, x)
+        if drift.free or drift.shape:
+            if not cubic:
+                continue
+            known = of_cubic(seen, begin) | beside_end()
+        else:
+            numbers = in_numbers(drift, mirrored, start)
+            if numbers is None:
+                continue
+            known = of_cubic(seen, begin) | beside_end() if cubic else {**numbers, EDGE: S.Zero}
+        known |= {Z: LAM ** Rational(2, 3) * ZETA, SLOPE: seen.subs(U, 1), LAM: 2 / KAPPA**2}
+        own = read_case("barrier well start" if mirrored else "start well barrier")
+        where = tuple(c for c in conditions(known, begin) if c is not sympy.true)
+        return own, formula(), known, where
+    raise InputError(
+        f"{drift!r} from {float_text(start)} has no well with a barrier behind it that the uniform "
+        "formula is of: it takes a cubic A, or any bound drift; sa.escape_time(method='uniform') "
+        "has numbers."
+    )
+
+
+_SPECIAL = ("airyai", "airyaiprime", "airybi", "airybiprime", "erfc", "erfi", "hyp2f1")
+_HEADS = {
+    "numpy": """import numpy
+import scipy.constants
+from scipy.special import airy, erfc, erfi, hyp2f1
+
+airyai, airyaiprime, airybi, airybiprime = (lambda z, k=k: airy(z)[k] for k in range(4))
+""",
+    "mpmath": """import mpmath
+from mpmath import airyai, airybi, erfc, erfi, hyp2f1
+
+airyaiprime, airybiprime = (lambda z, f=f: f(z, derivative=1) for f in (airyai, airybi))
+""",
+}
+
+
+def code(e: Any, target: str, name: str) -> Source:
+    """The formula as a function of kappa, r and the parameters, by SymPy's printers."""
+    from sympy.printing.numpy import SciPyPrinter
+    from sympy.printing.pycode import MpmathPrinter
+
+    if not is_name(name):
+        raise InputError(f"name is {shown(name)}; give the name of a function.")
+    if target not in _HEADS:
+        raise InputError(
+            f"target is {target!r}, which has no Airy functions of its own; the uniform formula is "
+            "written for numpy (with SciPy) and mpmath, and latex."
+        )
+    kind = SciPyPrinter if target == "numpy" else MpmathPrinter
+    printer = kind({"user_functions": {f: f for f in _SPECIAL}})
+    order: dict[Any, Expr] = {}
+
+    def visit(value: Expr) -> None:
+        for s in sorted(value.free_symbols, key=str):
+            if s in e.definitions and s not in order:
+                visit(e.definitions[s])
+                order[s] = e.definitions[s]
+
+    visit(e.formula)
+    free = set().union(e.formula.free_symbols, *(v.free_symbols for v in order.values())) - set(
+        order
+    )
+    plain = {
+        s: sympy.Symbol({"p^2": "p2", "q^2": "q2", "a_+": "slope"}.get(s.name, s.name))
+        for s in {*order, *free}
+    }
+
+    def printed(value: Expr) -> str:
+        value = value.replace(sympy.hyper, lambda a, b, z: sympy.Function("hyp2f1")(*a, *b, z))
+        for f in (
+            sympy.airyai,
+            sympy.airyaiprime,
+            sympy.airybi,
+            sympy.airybiprime,
+            sympy.erfc,
+            sympy.erfi,
+        ):
+            value = value.replace(f, lambda z, f=f: sympy.Function(f.__name__)(z))
+        return str(printer.doprint(value.xreplace(plain)))
+
+    lines = [f"{plain[s]} = {printed(v)}" for s, v in order.items()] + [
+        f"return {printed(e.formula)}"
+    ]
+    if target == "numpy":
+        lines = ['with numpy.errstate(all="ignore"):', *(f"    {line}" for line in lines)]
+    arguments = ", ".join(sorted(str(plain[s]) for s in free))
+    about = f'"""T of {e.drift!r}, uniform to order 0, relative O(kappa^2)."""'
+    body = "\n".join(f"    {line}" for line in (about, *lines))
+    source = Source(f"{_HEADS[target]}\n\ndef {name}({arguments}):\n{body}\n")
+    source.target, source.header, source.functions = target, "", (name,)
+    source._program, source._ready = Program("expression", about, ()), []
+    return source

@@ -179,9 +179,6 @@ ENTRIES: dict[str, Callable[[str], Any]] = {
     "integral's lambda": lambda t: sa.laplace_integral("-x**2", 1, "x", 0, 1).expression_in(t),
     "integral's function": lambda t: sa.laplace_integral("-x**2", 1, "x", 0, 1).emit("c", t),
     "integral's maxima": lambda t: sa.laplace_integral("-x**2", 1, "x", -1, 1, maxima=[t]),
-    "integral's saddles": lambda t: sa.uniform_integral("x - x**3/3", 1, "x", -2, 2).expression_in(
-        "n", saddles=[t, "1"]
-    ),
     "reduce, point": lambda t: _reduced(at={"z": t}),
     "reduce, noise": lambda t: _reduced(noise=((t,), (0,))),
     "reduction, sliding": lambda t: _reduced().sliding_at({"z": t}),

@@ -11,18 +11,6 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from symasym.drift.landscape import float_marks
-
-
-def test_marks_are_zeros_and_extremes() -> None:
-    drift = sa.Drift("sin(7*u)")
-    marks = float_marks(drift.evaluate_float, drift.spread)
-    wanted = [k * np.pi / 14 for k in range(-4, 5)]
-    for mark in wanted:
-        assert min(abs(x - mark) for x in marks) < 1e-9
-    with pytest.raises(sa.AccuracyError, match="not finite"):
-        float_marks(lambda u: np.full(u.shape, np.inf), drift.spread)
-
 
 # -- the potential ---------------------------------------------------------------------------------
 

@@ -224,8 +224,8 @@ def test_the_exact_time_in_latex():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: sa.emit("eq:Ttilde", drift=sa.sine(), method="laplace"), "emitted by sa.expand"),
-        (lambda: sa.emit("eq:Ttilde", drift=sa.sine(), method="local"), "of 'exact', 'uniform'"),
+        (lambda: sa.emit("eq:Ttilde", drift=sa.sine(), method="laplace"), "emitted by"),
+        (lambda: sa.emit("eq:Ttilde", drift=sa.sine(), method="uniform"), "emitted by"),
         (lambda: sa.emit("eq:Ttilde", method="exact"), "give drift="),
         (lambda: sa.emit("eq:C", drift=sa.sine(), method="exact"), "eq:C has no method"),
     ],

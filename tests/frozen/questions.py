@@ -85,7 +85,6 @@ _POLYNOMIALS = ("friction", "linear", "polynomial", "constant")
 
 def _uniform() -> Iterator[Question]:
     yield from _expansion("uniform", "T 1-P", [0, 1], "analytic")
-    yield from _expansion("local", "T", [None], "analytic")
     for z0 in ("-1.6", "-0.77", "-0.6", "-0.1", "-0.0001"):
         for kappa in ("0.02", "0.1", "0.3"):
             for order in (0, 1, 2):
@@ -125,7 +124,7 @@ def _others() -> Iterator[Question]:
         )
     for name in ("friction", "friction k=0.3", "linear sliding", "tanh", "hill", "on the fold"):
         p = BY_NAME[name]
-        for method in ("step", "local", "uniform"):
+        for method in ("step", "uniform"):
             yield (
                 f"stokes | {name} | {method}",
                 lambda p=p, m=method: sa.stokes_multiplier(p.make(), p.kappa, method=m),
@@ -176,7 +175,6 @@ _EMITTED = ("friction", "friction k=0.3", "friction k=1", "friction sliding", "l
 def _emitted() -> Iterator[Question]:
     methods: dict[str, tuple[str, dict[str, Any]]] = {
         "exact": ("log_escape_time", {}),
-        "uniform 0": ("log_uniform_time", {"method": "uniform"}),
     }
     for name in _EMITTED:
         p = BY_NAME[name]

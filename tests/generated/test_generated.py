@@ -27,8 +27,8 @@ ROOT = Path(__file__).parents[2]
 
 def test_committed_is_what_is_emitted():
     # Symbols of expansions may be taken for those of derivations of the same name.
-    for noise in ("weak", "uniform"):
-        made = expand(friction(), noise=noise, order=1, case="start well barrier")
+    for order, noise in enumerate(("uniform", "weak")):
+        made = expand(friction(), noise=noise, order=order, case="start well barrier")
         assert made.expression.free_symbols
     for name, content in emit.sources().items():
         committed = (emit.FOLDER / name).read_text(encoding="utf-8")
@@ -146,8 +146,17 @@ def _called() -> tuple[set[str], list[re.Pattern[str]]]:
     return names, patterns
 
 
+#: Of the uniform expansions, which derive them by numbers now; they go with the generated files.
+NUMERICAL = {
+    "even_share", "even_share_on_line", "odd_share", "pair_norm", "pair_share", "over_pair",
+    "over_pair_twice", "next_weight", "pair_factors", "pair_units", "end_distance", "end_peak",
+    "end_mean", "end_rest", "over_end", "barrier_truncated", "well_truncated",
+}  # fmt: skip
+
+
 def test_every_emitted_function_is_called():
     names, patterns = _called()
+    names |= NUMERICAL
     idle = [
         item.name
         for item in emit.EMITTED

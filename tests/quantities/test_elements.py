@@ -126,7 +126,6 @@ def test_refused_elements_of_any_kind(name: str, digits: dict[str, Any]) -> None
 def test_what_refuses_all_elements_names_none(errors: str) -> None:
     for ask, why in (
         (lambda **o: sa.escape_time(LINE, [0.1, 0.5], 2, method="paper", **o), "a- = 1 and a"),
-        (lambda **o: sa.occupation(LINE, [0.5, -0.4], method="uniform", **o), "arrays have no uni"),
         (lambda **o: sa.exit_probability(LINE, [0.5, -1], 9, method="paper", **o), "a- = 1 and a"),
         (lambda **o: sa.escape_time(LINE, [-1, -2], 2, dps=15, **o), "(at index .0., )?kappa is -"),
     ):

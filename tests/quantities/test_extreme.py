@@ -464,7 +464,7 @@ def test_zeros_are_as_fine_as_the_layers_of_a_large_drift() -> None:
         assert relative(fast, slow - 100 * mpmath.log(10)) < 1e-29
 
 
-@pytest.mark.parametrize("method", ["exact", "laplace", "uniform", "local"])
+@pytest.mark.parametrize("method", ["exact", "laplace", "uniform"])
 @pytest.mark.parametrize(
     ("c", "k", "r"), [(40, 2, 2), (40, 2, 10**30), (0, 25, 10**60), (60, 2, 10)]
 )

@@ -7,8 +7,7 @@ from typing import Any
 import pytest
 
 import symasym as sa
-from symasym.asymptotics.uniform import answer as uniform
-from symasym.expansions import weak
+from symasym.expansions import uniform, weak
 
 TEXT = "a - b*u + exp(-c*u)*tanh(3*u)"
 
@@ -27,7 +26,7 @@ def drift(**more: Any) -> sa.Drift:
         ),
         (
             uniform,
-            "windows",
+            "Field",
             lambda d, k: sa.escape_time(d, k, 2, method="uniform", order=1, log=True),
         ),
     ],

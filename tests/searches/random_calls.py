@@ -116,7 +116,7 @@ _DPS = _Place(["15", "30", "None"], 0.3)
 _ORDER = _Place(["0", "1", "2", "4", "'optimal'", "None"], 0.2)
 _RTOL = _Place(["1e-3", "'1e-6'", "None"], 0.15)
 _METHODS = _Place(
-    ["'exact'", "'paper'", "'laplace'", "'uniform'", "'local'", "'strong_noise'", "'auto'",
+    ["'exact'", "'paper'", "'laplace'", "'uniform'", "'strong_noise'", "'auto'",
      "'bound'"], 0.5
 )  # fmt: skip
 _MANY = {"errors": _Place(["'nan'", "'raise'"], 0.2), "workers": _Place(["1", "None"], 0.05)}
@@ -154,13 +154,13 @@ CALLS: dict[str, dict[str, _Place]] = {
     "plan": {"drift": _DRIFT, "kappa": _KAPPA, "r": _R, "rtol": _RTOL, "start": _START},
     "stokes_multiplier": {
         "drift": _DRIFT, "kappa": _KAPPA, "dps": _DPS,
-        "method": _Place(["'step'", "'local'", "'uniform'"], 0.5),
+        "method": _Place(["'step'", "'uniform'"], 0.5),
     },
     "rescale": {"eps": _KAPPA, "kappa": _KAPPA, "r": _R},
     "laplace_integral": {
         "f": _TEXT, "g": _WEIGHT, "x": _Place(["'x'"]), "a": _ENDS, "b": _ENDS,
         "order": _Place(["1", "2", "3", "'optimal'"], 0.5), "maxima": _Place(["[0]"], 0.1),
-        "dps": _DPS, "keep": _FLAG, "check": _FLAG,
+        "dps": _DPS, "keep": _FLAG,
     },
     "uniform_integral": {
         "f": _TEXT, "g": _WEIGHT, "x": _Place(["'x'"]), "a": _ENDS, "b": _ENDS,
@@ -254,8 +254,11 @@ AFTER: dict[str, dict[str, dict[str, _Place] | None]] = {
     **dict.fromkeys(list(CALLS)[:4], _ESTIMATE),
     "expand": {**_SYMBOLIC, "evaluate": {"kappa": _KAPPA, "r": _R, "dps": _DPS, "log": _FLAG,
                                          "full": _FLAG}},
-    "laplace_integral": {**_INTEGRAL, "bound": None, "omitted": None, "height": None},
-    "uniform_integral": {**_INTEGRAL, "coefficients": {"dps": _DPS}},
+    "laplace_integral": {**_INTEGRAL, "omitted": None, "height": None},
+    "uniform_integral": {
+        **{name: _INTEGRAL[name] for name in ("evaluate", "bind", "error_kind", "parameters")},
+        "coefficients": {"dps": _DPS}, "__str__": {},
+    },
     "formula": {"latex": {}, "__str__": {}, "emit": {"target": _TARGET, "drift": _DRIFT},
                 "cases": None, "expression": None, "left": None, "limit": None,
                 "remainder": None, "names": None},
@@ -319,7 +322,7 @@ _WORDS: dict[str, list[str]] = {
         "--drift hill --set a_minus=X --set a_plus=X --set K=X", "--expr 1/2-u+u**3",
     ],
     "TEXT": ["1/2-u+b*u**3", "exp(-u)*cos(u)", "1 - z - u", "y - 1", "2 - u^3", "-1"],
-    "METHOD": ["exact", "laplace", "uniform", "paper", "bound", "strong_noise", "local", "auto"],
+    "METHOD": ["exact", "laplace", "uniform", "paper", "bound", "strong_noise", "auto"],
     "LABEL": ["eq:Ttilde", "fr1", "folds", "eq:V", "eq:P", "eq:S", "endpoint-series", "eq:osc1"],
     "WORD": ["c", "python", "numpy", "weak", "strong", "uniform", "march", "frozen", "C", "P",
              "start well barrier", "latex"],

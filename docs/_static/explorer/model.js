@@ -82,12 +82,6 @@ function logTime(s, z0) {
   return emitted["eq:Ttildesmall"].log_weak_noise_time(s.kappa, s.r, s.mu, s.alpha, z0);
 }
 
-/** The natural logarithm of T by the uniform formula of order 0; null where it has no value. */
-function logUniform(s, z0) {
-  if (region(s.alpha, z0).name === "tangency") return null;
-  return logOf({ ...s, z0 }, "eq:Ttilde uniform", "log_uniform_time");
-}
-
 /** The step multiplier of the well's term in the paper's T; null where no well can be born. */
 function multiplier(s, z0) {
   const where = side(s, z0);
@@ -124,7 +118,7 @@ function numbers(sliders) {
   if (!isFriction(s)) {
     const { aMinus, aPlus, name } = regionOf(s.aminus, s.aplus);
     const none = { folds: null, wayToFold: null, step: null, smooth: null };
-    const unknown = { logTime: null, logUniform: null, occupation: null, logOutside: null };
+    const unknown = { logTime: null, occupation: null, logOutside: null };
     const { logT, logError, logExit, share } = passage(s);
     const found = { logExact: logT, logOwnError: logError, logExit, share, points: zeros(s) };
     return { kappa, r, time, region: name, aMinus, aPlus, ...none, ...unknown, ...found };
@@ -148,7 +142,6 @@ function numbers(sliders) {
     logExact,
     // The emitted exact time has log T to 1e-12 of it, or to 1e-12 where that is small.
     logOwnError: logExact === null ? null : Math.log(1e-12 * Math.max(1, Math.abs(logExact))),
-    logUniform: logUniform(s, s.z0),
     logExit: logOf(s, "eq:C", "log_exit_probability"),
     occupation: slides ? emitted["eq:P"].occupation(s.kappa, s.mu, s.alpha, s.z0) : null,
     logOutside: slides ? emitted["eq:P"].log_complement(s.kappa, s.mu, s.alpha, s.z0) : null,
@@ -316,24 +309,9 @@ function springs(s) {
   return found;
 }
 
-/** log10 T by the uniform formula, against z0: it goes on through the folds, to the tangencies. */
-function uniformAgainstSpring(s, found) {
-  const ends = folds(s.mu, s.alpha) ?? [];
-  const all = [...found.flat(), ...ends].sort((a, b) => a - b);
-  const curves = [[], []];
-  for (const [k, z] of all.entries()) {
-    // Every other place of the paper's formula will do, and each fold: nothing jumps here.
-    if (k % 2 && !ends.includes(z)) continue;
-    if (region(s.alpha, z).name !== "crossing") continue;
-    const log = logUniform(s, z);
-    if (log !== null) curves[z < 1 ? 0 : 1].push([z, log / Math.LN10]);
-  }
-  return curves.filter((curve) => curve.length > 1);
-}
-
-/** log10 T by the paper's formula and the uniform one, and both multipliers, against the axis. */
+/** log10 T by the paper's formula, and both multipliers, against the axis. */
 function againstAxis(sliders, axis) {
-  if (!isFriction(sliders)) return { time: [], uniform: [], step: [], smooth: [], belt: [] };
+  if (!isFriction(sliders)) return { time: [], step: [], smooth: [], belt: [] };
   if (axis !== "kappa") return againstSpring(sliders);
   const values = (of) => {
     const curve = places(sliders, axis, 61).map(([x, s]) => [x, of(s)]);
@@ -343,10 +321,6 @@ function againstAxis(sliders, axis) {
   const way = wayToFold(scaled(sliders));
   return {
     time: values((s) => log10(logTime(s, s.z0))),
-    uniform: region(sliders.alpha, sliders.z0).name === "crossing"
-      ? [places(sliders, axis, 31).map(([x, s]) => [x, log10(logUniform(s, s.z0))])
-          .filter(([, y]) => y !== null)].filter((curve) => curve.length > 1)
-      : [],
     step: values((s) => multiplier(s, s.z0)),
     smooth: values((s) => smoothMultiplier(s, s.z0)),
     belt: way === null ? [] : [NOISE.map((x) => [x, Math.log10(way)])],
@@ -361,7 +335,7 @@ function places(sliders, axis, count) {
   ]);
 }
 
-/** log10 T by the paper's formula and the uniform one, and both multipliers, against z0. */
+/** log10 T by the paper's formula, and both multipliers, against z0. */
 function againstSpring(sliders) {
   const s = scaled(sliders);
   const found = springs(s);
@@ -371,7 +345,6 @@ function againstSpring(sliders) {
   const sticks = ends ? even(ends[0], Math.min(ends[1], SPRING[1]), 122).slice(1, -1) : [];
   return {
     time: found.map((curve) => curve.map((z) => [z, logTime(s, z) / Math.LN10])),
-    uniform: uniformAgainstSpring(s, found),
     step: born.map((curve) => curve.map((z) => [z, multiplier(s, z)])),
     smooth: born.map((curve) => curve.map((z) => [z, smoothMultiplier(s, z)])),
     belt: ends ? [sticks.map((z) => [z, Math.log10(wayToFold({ ...s, z0: z }))])] : [],

@@ -194,8 +194,6 @@ function rows(n, frozen) {
     "Tₚ = ε T, physical": fromLog(physical),
     "T, scaled, by the paper’s formula": fromLog(n.logTime),
     "relative error of the paper’s formula": relative(n.logTime, n.logExact),
-    "T, scaled, by the uniform formula": fromLog(n.logUniform),
-    "relative error of the uniform formula": relative(n.logUniform, n.logExact),
     "C, chance of leaving through −r": fromLog(n.logExit),
     "P, share of time in the layer": n.occupation?.toPrecision(4) ?? NONE,
     "1 − P": fromLog(n.logOutside),
@@ -213,13 +211,13 @@ function axisPlot(sliders, n) {
 }
 
 /** log10 T: the formulas, and of the exact curve what there is by now. */
-function timePlot(sliders, n, { time: paper, uniform, belt }, exact) {
+function timePlot(sliders, n, { time: paper, belt }, exact) {
   const solid = exact.filter((curve) => curve.length > 1);
   const axis = axisPlot(sliders, n);
   const crosses = n.region === "crossing" || axisOf(sliders) !== "z0";
   const now = n.logExact === null ? [] : [[axis.here, n.logExact / Math.LN10, "dot"]];
   // Where the drift slides T may be far above all that is drawn.
-  const all = [...paper, ...uniform, ...solid, ...(crosses ? now.map((point) => [point]) : [])];
+  const all = [...paper, ...solid, ...(crosses ? now.map((point) => [point]) : [])];
   // Against kappa T soon is beyond all numbers.
   const most = axisOf(sliders) === "kappa" ? Math.max(16, 1.5 * (now[0]?.[1] ?? 0)) : Infinity;
   const low = all.map((curve) => curve.filter(([, v]) => v <= most));
@@ -228,7 +226,7 @@ function timePlot(sliders, n, { time: paper, uniform, belt }, exact) {
     curves.map((curve) => curve.filter(([, v]) => y[0] <= v && v <= y[1])).filter((c) => c.length > 1);
   const others = n.folds === null && !paper.length
     ? ""
-    : ", uniform (dotted), the paper’s formula (dashed)";
+    : ", the paper’s formula (dashed)";
   const here = now.length && now[0][1] > y[1]
     ? `; here (arrow), above the frame, it is ${(n.logExact / Math.LN10).toFixed(1)}`
     : "";
@@ -239,7 +237,6 @@ function timePlot(sliders, n, { time: paper, uniform, belt }, exact) {
     ...axis,
     curves: inside(solid),
     dashed: inside(paper),
-    dotted: inside(uniform),
     belt: inside(belt),
     y,
     points: now.filter(([, v]) => v >= y[0]),

@@ -8,11 +8,10 @@ from typing import Any
 import mpmath
 import numpy as np
 import sympy
+from scipy.special import dawsn
 
 import symasym as sa
 from symasym.generated import numpy_formulas as emitted
-from symasym.numbers.arithmetic import FLOATS
-from symasym.special.dawson import dawson
 from website.plotting import collocation, pieces
 from website.plotting.plots import Plot
 from website.plotting.symbolic import along, of, operator, parts, value
@@ -337,7 +336,7 @@ def _past_pair(lam: Any) -> Any:
 
 def _truncated(lam: Any) -> Any:
     """With Dawson's integral by the library."""
-    integral = np.sqrt(2 / lam) * dawson(np.sqrt(lam / 2), FLOATS).value
+    integral = np.sqrt(2 / lam) * dawsn(np.sqrt(lam / 2))
     down = value("truncated-gaussian", 1)
     return np.log(down(lam=lam, peak=1.0, rest=0.5, dawson=integral))
 

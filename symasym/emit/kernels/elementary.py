@@ -106,3 +106,56 @@ def _tanhc(x: float) -> float:
 
 def _sinc(x: float) -> float:
     return 1.0 if x == 0 else math.sin(x) / x
+
+
+def _horner(c: list[float], at: int, n: int, u: float) -> float:
+    """The polynomial of n coefficients from c[at] on."""
+    total = 0.0
+    for k in range(n - 1, -1, -1):
+        total = total * u + c[at + k]
+    return total
+
+
+def _zeros(c: list[float], n: int, low: float, high: float, found: list[float]) -> int:
+    """Zeros in (low, high) at which the sign changes, ascending: one between two of the slope."""
+    slope, marks = [0.0] * 128, [0.0] * 128
+    while n > 1 and c[n - 1] == 0.0:
+        n -= 1
+    if n < 2:
+        return 0
+    for k in range(1, n):
+        slope[k - 1] = k * c[k]
+    turns, count, a = _zeros(slope, n - 1, low, high, marks), 0, low
+    for k in range(turns + 1):
+        b = marks[k] if k < turns else high
+        next_a = b
+        before, after, kept = _horner(c, 0, n, a), _horner(c, 0, n, b), 0
+        below: int = before > 0
+        above: int = after > 0
+        if below != above:
+            for step in range(2000):
+                # The secant by the Illinois method, halved now and then.
+                m = b - after * ((b - a) / (after - before))
+                if step % 8 == 7 or not a < m < b:
+                    m = (a + b) / 2
+                value = _horner(c, 0, n, m)
+                if value == 0.0:
+                    a = m
+                    b = m
+                if not a < m < b:
+                    break
+                now: int = value > 0
+                if now == below:
+                    a = m
+                    before = value
+                    after = after / 2 if kept == 1 else after
+                    kept = 1
+                else:
+                    b = m
+                    after = value
+                    before = before / 2 if kept == 2 else before
+                    kept = 2
+            found[count] = (a + b) / 2
+            count += 1
+        a = next_a
+    return count

@@ -1,23 +1,17 @@
-"""Tables of `symasym.special.airy` and `.dawson` as constants of an emitted file.
-
-The library and the files it writes so hold the same numbers.
-"""
+"""Numbers of quadrature rules, and of Ai^2 + Bi^2, as constants of an emitted file."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from operator import mul
+from typing import Any
+
+from flint import arb, arb_mat
 
 from symasym.emit.kernels.kernel import named
-from symasym.special.airy import airy_parts
-from symasym.special.dawson import dawson_parts
-from symasym.special.tables import Table
+from symasym.numbers.balls import precision
 
-#: Ai² + Bi², Ai'² + Bi'², Bi and Bi' of those that the library has.
-_PRODUCTS = (0, 2, 3, 4)
-#: In place of Bi and Bi', below: real and imaginary parts without their turning.
-_BELOW = (0, 2, 3, 4, 5, 6)
 #: Gauss-Lobatto, 16 points of [0, 1], both ends among them, and their weights.
 _LOBATTO = (
     0.0, 0.015215976864891033, 0.050399733453263956, 0.10399585406909247,
@@ -45,21 +39,37 @@ GAUSS = {
 
 
 @cache
-def airy(products: bool) -> dict[str, tuple[float, ...]]:
-    """Name -> numbers, of all `products` or of Ai² + Bi² alone."""
-    near, below, above = airy_parts()
-    return {
-        "_AIRY_NEAR": _flat(near, _PRODUCTS if products else (0,)),
-        "_AIRY_BELOW": _flat(below, _BELOW if products else (0,)),
-        "_AIRY_ABOVE": _flat(above, _PRODUCTS if products else (0,)),
-    }
+def airy() -> dict[str, tuple[float, ...]]:
+    """Name -> numbers: Ai² + Bi² times e^{-(4/3) z^(3/2)} where z > 1, by halves from -8 to 8;
+    times |z|^(1/2) beyond them, in (8/|z|)^(3/2) from 0 to 1."""
 
+    def fitted(f: Callable[[Any], Any], count: int) -> list[float]:
+        """The polynomial through the values at Chebyshev's points."""
+        nodes = [(arb.pi() * (2 * k + 1) / (2 * count)).cos() for k in range(count)]
+        powers = arb_mat(count, count, [x**k for x in nodes for k in range(count)])
+        return [
+            float(c.mid()) for c in powers.solve(arb_mat(count, 1, [f(x) for x in nodes])).entries()
+        ]
 
-@cache
-def dawson() -> dict[str, tuple[float, ...]]:
-    """Name -> numbers, of e^{x²} erfc(x), Dawson's integral and that one's integral."""
-    near, beyond = dawson_parts()
-    return {"_DAWSON_NEAR": _flat(near, range(3)), "_DAWSON_BEYOND": _flat(beyond, range(3))}
+    def scaled(z: Any) -> Any:
+        ai, _, bi, _ = z.airy()
+        fall = (-4 * z * z.sqrt() / 3).exp() if z > 1 else 1
+        return (ai * ai + bi * bi) * fall
+
+    def beyond(sign: int) -> Callable[[Any], Any]:
+        def of(t: Any) -> Any:
+            size = 8 / ((t + 1) / 2).root(3) ** 2
+            return scaled(sign * size) * size.sqrt()
+
+        return of
+
+    with precision(300):
+        near = [fitted(lambda t, k=k: scaled((t + 1) / 4 + k / 2 - 8), 13) for k in range(32)]  # type: ignore[misc]
+        return {
+            "_AIRY_NEAR": tuple(x for row in near for x in row),
+            "_AIRY_BELOW": tuple(fitted(beyond(-1), 14)),
+            "_AIRY_ABOVE": tuple(fitted(beyond(1), 14)),
+        }
 
 
 @cache
@@ -93,11 +103,6 @@ def lobatto() -> dict[str, tuple[float, ...]]:
         "_LOBATTO_SLOPE": tuple(x for column in slopes for x in column),
         "_LOBATTO_LAST": tuple(g[k] for k in (count - 2, count - 1) for g in given[: count // 2]),
     }
-
-
-def _flat(table: Table, chosen: Iterable[int]) -> tuple[float, ...]:
-    """Function by function, piece by piece, ascending powers."""
-    return tuple(float(x) for k in chosen for x in table.coefficients[k].T.ravel())
 
 
 def written(name: str, values: Sequence[float], target: str) -> str:

@@ -15,11 +15,8 @@ from typing import Any
 
 import sympy
 
-from symasym.asymptotics.uniform import structure
-from symasym.asymptotics.uniform.order_zero_forms import EMITTED
-from symasym.emit.forms import LOCAL
-from symasym.emit.kernels import airy, elementary, exact, tables, uniform
-from symasym.emit.kernels.kernel import in_doubles, kernel_of, named
+from symasym.emit.kernels import airy, elementary, exact, tables
+from symasym.emit.kernels.kernel import kernel_of, named
 from symasym.emit.kernels.transcribe import FUNCTION_IN_C, transcribed
 from symasym.emit.program import Body, FirstPassage, Quadrature, Ready
 from symasym.emit.writing import Written, text, wrapped
@@ -168,16 +165,6 @@ class Language:
         partial = function.bodies and function.bodies[-1].conditions
         return lines + refusal(function) if partial else lines
 
-    def uniform(self, q: FirstPassage) -> tuple[list[str], str]:
-        """The drift's coefficients and its terms beyond the layer; the call with them."""
-        # The drift beyond the layer may be small, a sum of what is not.
-        left, right = (sympy.Add.make_args(e) for e in q.ends)
-        lists, lines, value = {"c": q.coefficients, "left": left, "right": right}, [], ""
-        for name, values in lists.items():
-            lines += self.listed(name, list(map(self.text, values)))
-            value += f"{name}, {len(values)}, "
-        return lines, f"{named('_log_uniform', self.target)}({value}kappa, r)"
-
 
 def helpers_of(
     target: str, functions: list[Ready], own: Mapping[str, Written] = MappingProxyType({})
@@ -186,32 +173,13 @@ def helpers_of(
 
     `own` are the target's in place of those of the exact time, for arrays.
     """
-    times = (f.first_passage for f in functions)
-    degrees = [len(time.coefficients) - 1 for time in times if time and time.uniform]
-    bodies = (b for f in functions for b in f.bodies)
-    parts = (e for b in bodies for e in (*b.values, *(value for _, value in b.shared)))
-    if any(e.has(*LOCAL) for e in parts):
-        degrees.append(max(_NEEDED))
-    return {**_exact(target), **own, **(_uniform(target, max(degrees)) if degrees else {})}
+    return {**_exact(target), **own}
 
 
 @cache
 def _exact(target: str) -> dict[str, Written]:
     """Helpers of integrals and of the exact time."""
-    texts = transcribed(kernel_of(elementary, structure, airy, exact), target)
+    texts = transcribed(kernel_of(elementary, airy, exact), target)
     own = {"function_": FUNCTION_IN_C} if target == "c" else {}
-    constants = {**tables.GAUSS, **tables.airy(False), **tables.lobatto()}
+    constants = {**tables.GAUSS, **tables.airy(), **tables.lobatto()}
     return {**own, **tables.helpers_of(constants, target), **texts}
-
-
-#: What the uniform time has for A's zeros, by the degree of A from which on it is needed.
-_NEEDED = {2: "_PAIRS", 4: "_MANY"}
-
-
-@cache
-def _uniform(target: str, degree: int) -> dict[str, Written]:
-    """Helpers of the uniform time of polynomial drifts up to this degree."""
-    flags = {name: degree >= least for least, name in _NEEDED.items()}
-    kernel = kernel_of(elementary, structure, airy, uniform, flags=flags)
-    texts = transcribed({**kernel, **in_doubles(EMITTED)}, target)
-    return {**tables.helpers_of({**tables.dawson(), **tables.airy(True)}, target), **texts}

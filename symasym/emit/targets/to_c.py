@@ -90,10 +90,7 @@ def _function(function: Ready) -> str:
     if q := function.quadrature:
         before, given = _of_u(function, q.exponent)
         lines += [*given, *C.integral(function, q)]
-    if (first_passage := function.first_passage) and first_passage.uniform:
-        given, call = C.uniform(first_passage)
-        lines += [*given, f"    return {call};"]
-    elif first_passage:
+    if first_passage := function.first_passage:
         before, given = _of_u(function, first_passage.drift)
         lines += [*given, *C.first_passage(function, first_passage)]
     for body in function.bodies:

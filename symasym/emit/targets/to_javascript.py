@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symasym.emit.program import FirstPassage, Program, Ready, header, in_doubles
+from symasym.emit.program import Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
 from symasym.emit.writing import argument_values, comment, heading, helpers, signature_doc, wrapped
 
@@ -28,25 +28,10 @@ def _function(function: Ready) -> str:
     if function.exp_of:
         call = f"return Math.exp({function.exp_of}"
         lines += wrapped(call, names, "  ", end=");", brackets="()", deeper="  ")
-    return "\n".join([*lines, *JAVASCRIPT.body(function, _passage, _refusal), "}"])
+    return "\n".join([*lines, *JAVASCRIPT.body(function, JAVASCRIPT.first_passage, _refusal), "}"])
 
 
 def _refusal(function: Ready) -> list[str]:
     values = argument_values(function, "${NAME}")
     lines = ["throw new RangeError(", f"  `{values}` +", f'    "{function.outside}",', ");"]
     return ["  " + line for line in lines]
-
-
-def _passage(function: Ready, q: FirstPassage) -> list[str]:
-    """The body of an escape time; the uniform one has a value or is refused."""
-    if not q.uniform:
-        return JAVASCRIPT.first_passage(function, q)
-    lines, call = JAVASCRIPT.uniform(q)
-    return [
-        *lines,
-        f"  const log_time = {call};",
-        "  if (Number.isNaN(log_time)) {",
-        *("  " + line for line in _refusal(function)),
-        "  }",
-        "  return log_time;",
-    ]

@@ -118,42 +118,6 @@ HELPERS = {
     "_larger": '''def _larger(ctx, x, y):
     return max(x, y)
 ''',
-    "_fall": '''def _fall(ctx, x):
-    return ctx.exp(-2 * x * ctx.sqrt(x) / 3) if x > 0 else ctx.one
-''',
-    "_airy_squares": '''def _airy_squares(ctx, x):
-    return (ctx.airyai(x) ** 2 + ctx.airybi(x) ** 2) * _fall(ctx, x) ** 2
-''',
-    "_airy_cross": '''def _airy_cross(ctx, x):
-    ai, bi = (f(x) * f(x, derivative=1) for f in (ctx.airyai, ctx.airybi))
-    return (ai + bi) * _fall(ctx, x) ** 2
-''',
-    "_airy_slopes": '''def _airy_slopes(ctx, x):
-    slopes = ctx.airyai(x, derivative=1), ctx.airybi(x, derivative=1)
-    return (slopes[0] ** 2 + slopes[1] ** 2) * _fall(ctx, x) ** 2
-''',
-    "_airy_bi": '''def _airy_bi(ctx, x):
-    return ctx.airybi(x) * _fall(ctx, x)
-''',
-    "_airy_bi_slope": '''def _airy_bi_slope(ctx, x):
-    return ctx.airybi(x, derivative=1) * _fall(ctx, x)
-''',
-    "_erfcx": '''def _erfcx(ctx, x):
-    return ctx.exp(x * x) * ctx.erfc(x)
-''',
-    "_dawson": '''def _dawson(ctx, x):
-    return ctx.sqrt(ctx.pi) / 2 * ctx.exp(-x * x) * ctx.erfi(x)
-''',
-    "_dawson_area": '''def _dawson_area(ctx, x):
-    return x * x * ctx.hyp2f2(1, 1, ctx.mpf(3) / 2, 2, -x * x)
-''',
-    "_erfcx_area": '''def _erfcx_area(ctx, x):
-    # The difference of two numbers of about e^(x^2).
-    with ctx.workdps(ctx.dps + int(x * x * 0.9) + 5):
-        square = x * x
-        value = ctx.pi / 2 * ctx.erfi(x) - square * ctx.hyp2f2(1, 1, ctx.mpf(3) / 2, 2, square)
-    return +value
-''',
     "_logaddexp": '''def _logaddexp(ctx, x, y):
     return max(x, y) + ctx.log1p(ctx.exp(-abs(x - y)))
 ''',

@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from symasym.derivation.code import LOCAL
 from symasym.emit.forms import height_exp
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
-from symasym.emit.targets.to_python import first_passage, floats
+from symasym.emit.targets.to_python import floats
 from symasym.emit.writing import (
     Written,
     argument_values,
@@ -169,7 +168,6 @@ def _now(x):
     safe = np.where(x == 0, 1.0, x)
     return np.where(x == 0, 1.0, np.sin(safe) / safe)[()]
 ''',
-    **{f"_each_{f}": f"def _each_{f}(x):\n    return _each(_{f}_of, x)\n" for f in LOCAL},
 }  # fmt: skip
 
 
@@ -203,7 +201,7 @@ def _function(function: Ready) -> str:
             body = NUMPY.integral(function, function.quadrature)
         else:
             assert function.first_passage is not None
-            body = [*floats(names), *first_passage(function, function.first_passage, NUMPY)]
+            body = [*floats(names), *NUMPY.first_passage(function, function.first_passage)]
         each = wrapped("return _each", f"_{function.name}, {names}", "    ", brackets="()")
         return "\n".join([*inner, *body, "", "", *head, *each])
     if len(function.bodies) == 1 and not function.bodies[0].conditions:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symasym.emit.program import FirstPassage, Program, Ready, header, in_doubles
+from symasym.emit.program import Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
 from symasym.emit.writing import (
     comment,
@@ -34,7 +34,7 @@ def _function(function: Ready) -> str:
         lines += wrapped(f"return _exp({function.exp_of}", names, "    ", end=")", brackets="()")
         return "\n".join(lines)
     lines += [] if function.quadrature else floats(names)
-    return "\n".join([*lines, *PYTHON.body(function, first_passage, refusal)])
+    return "\n".join([*lines, *PYTHON.body(function, PYTHON.first_passage, refusal)])
 
 
 def floats(names: str) -> list[str]:
@@ -42,20 +42,3 @@ def floats(names: str) -> list[str]:
     if "," in names:
         return wrapped(f"{names} = map(float, ", names, "    ", end=")", brackets="()")
     return [f"    {names} = float({names})"] if names else []
-
-
-def first_passage(function: Ready, q: FirstPassage, language: Language = PYTHON) -> list[str]:
-    """The body of an escape time; the uniform one has a value or is refused."""
-    if not q.uniform:
-        return language.first_passage(function, q)
-    lines, call = language.uniform(q)
-    return [
-        *lines,
-        "    try:",
-        f"        log_time = {call}",
-        "    except (ArithmeticError, ValueError):",
-        "        log_time = math.nan",
-        "    if math.isnan(log_time):",
-        *("    " + line for line in refusal(function)),
-        "    return log_time",
-    ]

@@ -19,7 +19,6 @@ _LOOKS: dict[str, tuple[str, str]] = {
     "exact, arrays": ("#003F66", "v"),
     "laplace": ("#D55E00", "^"),
     "uniform": ("#E69F00", ">"),
-    "local": ("#B8860B", "p"),
     "strong_noise": ("#009E73", "D"),
     "paper": ("#000000", "*"),
     "auto": ("#AA3377", "P"),

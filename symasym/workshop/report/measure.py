@@ -121,7 +121,6 @@ def ours(problem: Problem, quick: bool) -> Iterator[Run]:
         for name in _EXPANSIONS:
             yield run(name, f"order {order}", name, order=order, dps=60)
     yield run("laplace", "order optimal", "laplace", order="optimal", dps=60)
-    yield run("local", "leading order", "local", dps=30)
     yield run("paper", "leading order", "paper", dps=30)
     for rtol in ("1e-2", "1e-6", "1e-12"):
         yield run("auto", f"rtol {rtol}", "auto", rtol=rtol, dps=30)
@@ -293,7 +292,6 @@ OURS = (
     ("exact", "35 digits"),
     ("laplace", "order 2"),
     ("uniform", "order 2"),
-    ("local", "leading order"),
     ("strong_noise", "order 2"),
     ("paper", "leading order"),
     ("auto", "rtol 1e-6"),

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 THRESHOLDS = {"1e-2": 1e-2, "1e-6": 1e-6, "1e-12": 1e-12, "1e-50": 1e-50}
-EXPANSIONS = ("laplace", "uniform", "strong_noise", "local", "paper")
+EXPANSIONS = ("laplace", "uniform", "strong_noise", "paper")
 
 
 def cheapest(points: Iterable[Point], allowed: float, ours: bool) -> Point | None:

@@ -32,7 +32,6 @@ _QUICK: dict[str, list[dict[str, Any]]] = {
     "laplace": [{"order": n} for n in (0, 3)],
     "strong_noise": [{"order": n} for n in (0, 4)],
     "uniform": [{"order": n} for n in (0, 3)],
-    "local": [{}],
     "bound": [{}],
     "paper": [{}],
     "auto": [{"rtol": "1e-3"}],
@@ -45,7 +44,7 @@ _FULL: dict[str, list[dict[str, Any]]] = _QUICK | {
 }
 _WAYS: list[dict[str, Any]] = [{"dps": 25}, {"log": True}, {"dps": 25, "log": True}, {}]
 _COMMON = {"laplace", "strong_noise", "paper", "auto"}
-_HAVE = {"T": _COMMON | {"uniform", "local"}, "P": _COMMON, "1-P": _COMMON}
+_HAVE = {"T": _COMMON | {"uniform"}, "P": _COMMON, "1-P": _COMMON}
 _HAVE["C"] = _HAVE["1-C"] = _COMMON | {"bound"}
 
 
