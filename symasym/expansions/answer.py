@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 from flint import arb
 
@@ -22,10 +22,9 @@ from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.exact import balls as exact
-from symasym.expansions import weak
 from symasym.expansions.arrays import BITS, NEXT, AtLams, Expanded, of_drifts, orders_of, other
-from symasym.expansions.balls import LINE, AtLam, quantity, resolved, values
-from symasym.numbers.balls import exact_ball, precision, to_mpf
+from symasym.expansions.balls import LINE, quantity, resolved, values
+from symasym.numbers.balls import precision, to_mpf
 from symasym.scenes import Answer, Answers, Request, Scene, Scenes, exponent_bits
 
 DROPPED = ("higher orders of every series, in the error",)
@@ -86,66 +85,9 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     return Answers(logs, errors, "estimate", (terms,), DROPPED)
 
 
-class Parts(NamedTuple):
-    """T as a sum: names, shares and their errors; `error` is relative to the total."""
-
-    items: list[tuple[str, Any, Any]]
-    total: Any
-    error: Any
-    order: int
-
-
-def parts(scene: Scene, digits: int, orders: range, allowed: Fraction) -> Parts:
-    """T in parts, to the first of `orders` whose estimated error is small enough, or the best."""
-    drift, r, start = scene.drift, scene.r, scene.start
-    bits = _bits(scene, digits, r, start)
-    count = orders[-1] + NEXT + 1
-    values(drift, scene.lam, r, start, "T", range(count), digits, bits)  # refuses, or has digits
-    known, best = resolved(drift, r, start, "T", count, bits), None
-    with precision(bits), own_context(digits) as context:
-
-        def number(x: Any) -> Any:
-            return context.make_mpf(to_mpf(x, digits)[0]._mpf_)
-
-        lam = exact_ball(scene.lam)
-        rows = [[*weak.parts(known.points, known.regular, AtLam(lam, n))] for n in range(count)]
-        for n in orders:
-            few = rows[n : n + NEXT + 1]
-            totals = [sum((y for *_, y in row), arb(0)) for row in few]
-            error = _differences(totals) / totals[0]
-            if not 0 < error < 0.5 or (best is not None and error >= best[1]):
-                continue
-            best = (n, error)
-            if error <= exact_ball(allowed):
-                break
-        if best is None:
-            raise too_strong(scene.noise, orders)
-        columns = list(zip(*rows[best[0] : best[0] + NEXT + 1], strict=True))
-        items = [
-            (
-                _named(*column[0][:2]),
-                number(column[0][2]),
-                number(_differences([y for *_, y in column])),
-            )
-            for column in columns
-        ]
-        total = sum((value for _, value, _ in items), context.zero)
-        return Parts([x for x in items if x[1] or x[2]], total, number(best[1]), best[0])
-
-
 def _differences(values: Sequence[Any]) -> Any:
     """Three times the sum of the differences."""
     return sum((abs(b - a).upper() for a, b in pairwise(values)), arb(0)) * 3
-
-
-def _named(side: int, pair: tuple[weak.Point, ...]) -> str:
-    """A part in words; what lies left of the start is multiplied by C."""
-    if not side:
-        return "the start's own share"
-    chance = "C times " if side < 0 else ""
-    if pair:
-        return chance + " with ".join(map(str, pair))
-    return f"{chance}the regular part, {'left' if side < 0 else 'right'}"
 
 
 def of_series(scene: Scene, request: Request, to_orders: Values, refusal: AccuracyError) -> Answer:

@@ -35,14 +35,10 @@ class Scaled:
         What each symbol stands for, those of the sums' heights and coefficients among them.
     sums : collection of Symbol
         Those that are sums of exponentials.
-    growth : mapping
-        h of symbols that `known` has without their e^{lam h}.
     """
 
-    def __init__(
-        self, known: Mapping[Symbol, Expr], sums: Collection[Symbol], growth: Mapping[Symbol, Expr]
-    ) -> None:
-        self.known, self.sums, self.growth = dict(known), sums, growth
+    def __init__(self, known: Mapping[Symbol, Expr], sums: Collection[Symbol]) -> None:
+        self.known, self.sums = dict(known), sums
         self._made: dict[Expr, tuple[Expr, Expr]] = {}
 
     def of(self, e: Expr, name: str = "") -> tuple[Expr, Expr]:
@@ -52,8 +48,6 @@ class Scaled:
         return self._made[e]
 
     def _of(self, e: Expr, name: str) -> tuple[Expr, Expr]:
-        if e in self.growth:
-            return self.growth[e], e
         if e in self.sums:
             return self.of(self.known[e], str(e))
         if isinstance(e, sympy.exp):
@@ -76,7 +70,7 @@ class Scaled:
     def _exponential(self, e: Expr) -> bool:
         """True where an expression has exponentials of lam, perhaps in its symbols."""
         return any(x.has(LAM) for x in e.atoms(sympy.exp)) or any(
-            s in self.sums or s in self.growth for s in e.free_symbols
+            s in self.sums for s in e.free_symbols
         )
 
     def _sum(self, parts: list[tuple[Expr, Expr]], name: str) -> tuple[Expr, Expr]:
@@ -100,10 +94,10 @@ def program(e: Expansion, name: str) -> Program:
     """The program of one function: 1 less a formula, strong noise as it is, else a logarithm."""
     numbers, plain_noise = numbers_of(e), e.noise == "strong"
     complement = e.quantity == "P" and not plain_noise
-    known: dict[Symbol, Expr] = {**e.nested, **e.code, **numbers}
+    known: dict[Symbol, Expr] = {**e.nested, **numbers}
     value = 1 - e.formula if complement else e.formula
     if not plain_noise:
-        scaled = Scaled(known, e.sums, e.growth)
+        scaled = Scaled(known, e.sums)
         height, c = scaled.of(value)
         value, known = LAM * height + sympy.log(c), scaled.known
     order: dict[Symbol, Expr] = {}
@@ -111,7 +105,7 @@ def program(e: Expansion, name: str) -> Program:
     def visit(expression: Expr) -> None:
         for s in sorted(expression.free_symbols - order.keys(), key=str):
             if s in known and s not in order:
-                value = _in_code(known[s])
+                value = joined(known[s])
                 visit(value)
                 order[s] = value
 
@@ -158,13 +152,6 @@ def _refuse(e: Expansion, free: Iterable[Symbol], expressions: Iterable[Expr]) -
         raise InputError(
             f"{odd[0]} may be complex, which the code has no numbers for; bind {names}."
         )
-
-
-def _in_code(e: Expr) -> Expr:
-    """The expression in functions that every language has."""
-    e = e.replace(sympy.acosh, lambda w: sympy.log(w + sympy.sqrt(w**2 - 1)))
-    # One of two exponentials may overflow where their product does not.
-    return joined(e)
 
 
 def plain_name(name: str) -> str:

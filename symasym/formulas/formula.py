@@ -25,7 +25,7 @@ from symasym.emit.source import check_target, rendered
 from symasym.formulas.cases import Case, found_cases
 from symasym.formulas.emitted import plain_name, program
 from symasym.formulas.leading import Leading, leading
-from symasym.formulas.letters import KAPPA, LAM, FinitePart, R, Row, Rule, U, X
+from symasym.formulas.letters import KAPPA, LAM, FinitePart, R, Row, U, X
 from symasym.quantities import escape_time, exit_probability, occupation
 
 __all__ = ["OF_START", "Contribution", "Expanded", "Expansion", "Noise"]
@@ -90,10 +90,9 @@ class Expansion:
         Of T; pairs of critical points, each with its exact coefficients.
     conditions : tuple of SymPy predicates
         Where the formula holds.
-    integrals, rules, tex, rows, sums, code, growth, verb
-        The regular part as finite parts of h_k, rules that stand for several symbols, and names in
-        LaTeX; the series, the sums of exponentials, what is defined otherwise in code, without
-        functions that overflow, and the height that is left out there; `expand`.
+    integrals, tex, rows, sums, verb
+        The regular part as finite parts of h_k; the symbols' LaTeX; the series; the sums of
+        exponentials; `expand`.
     """
 
     quantity: Expanded
@@ -108,17 +107,14 @@ class Expansion:
     terms: tuple[Contribution, ...] = ()
     conditions: tuple[Any, ...] = ()
     integrals: Mapping[Symbol, Expr] = field(default_factory=dict, repr=False)
-    rules: Mapping[Symbol, Rule] = field(default_factory=dict, repr=False)
     tex: Mapping[Symbol, str] = field(default_factory=dict, repr=False)
     rows: Mapping[Symbol, Row] = field(default_factory=dict, repr=False)
     sums: tuple[Symbol, ...] = field(default=(), repr=False)
-    code: Mapping[Symbol, Expr] = field(default_factory=dict, repr=False)
-    growth: Mapping[Symbol, Expr] = field(default_factory=dict, repr=False)
     verb: Callable[..., Any] = field(default=dict, repr=False)
 
     def __post_init__(self) -> None:
         # What the formula is made of, and no more.
-        met = self._met({}, self.definitions)
+        met = self._met({})
         object.__setattr__(
             self, "definitions", {s: v for s, v in self.definitions.items() if s in met}
         )
@@ -138,10 +134,7 @@ class Expansion:
 
     @cached_property
     def expression(self) -> Expr:
-        """The formula in kappa, r, the parameters, and u1, u2, ... where these are not solved.
-
-        Through a coalescence to order 1 it has millions of terms, and is a TimeLimitError.
-        """
+        """The formula in kappa, r, the parameters, and u1, u2, ... where these are not solved."""
         return self.put_in(as_printed(self.formula))
 
     def put_in(self, expression: Expr) -> Expr:
@@ -242,12 +235,10 @@ class Expansion:
         polynomial is in `definitions`.
         """
         left = "p_{ss}(y)" if self.quantity == "density" else self.quantity
-        rows, met = self._rows(left, r"\sim", as_printed(self.formula)), self._met(self.rules)
+        rows, met = self._rows(left, r"\sim", as_printed(self.formula)), self._met(self.integrals)
         made: dict[tuple[str, ...], None] = {}
         for s in met:
-            if s in self.rules:
-                made |= dict.fromkeys((row,) for row in self.rules[s].lines)
-            elif s in self.definitions and s.name != "beyond":
+            if s in self.definitions:
                 value = self.integrals.get(s, self.definitions[s])
                 if self._latex(value) != self._latex(s):  # else a parameter of that name
                     made[tuple(self._rows(self._latex(s), "=", value))] = None
@@ -281,20 +272,14 @@ class Expansion:
             rows[-1] += f"{sign}{text} "
         return [row.rstrip() for row in rows]
 
-    def _met(
-        self, rules: Mapping[Symbol, Rule], integrals: Mapping[Symbol, Any] | None = None
-    ) -> dict[Symbol, None]:
-        """The symbols of the formula in the order in which they are met."""
+    def _met(self, closed: Mapping[Symbol, Any]) -> dict[Symbol, None]:
+        """The symbols of the formula as they are met, not those that `closed` are made of."""
         met: dict[Symbol, None] = {}
         row: set[Symbol] = self.formula.free_symbols
-        closed = self.integrals if integrals is None else {}
         while row:
             met |= dict.fromkeys(sorted(row, key=str))
-            parts = [
-                set(rules[s].of) if s in rules else self.definitions[s].free_symbols
-                for s in row if s in rules or s in self.definitions and s not in closed
-            ]  # fmt: skip
-            row = set().union(*parts) - met.keys()
+            known = (s for s in row if s in self.definitions and s not in closed)
+            row = set().union(*(self.definitions[s].free_symbols for s in known)) - met.keys()
         return met
 
     def _latex(self, e: Any) -> str:
@@ -316,8 +301,8 @@ class Expansion:
                 rows.append("contributions of pairs of critical points, times C or 1 - C")
             rows += [f"  ({t.weight}) {t.pair[0]}, {t.pair[1]}: {t.expression}" for t in self.terms]
             rows.append("with")
-            shown = {s: self.integrals.get(s, self.definitions[s]) for s in self._met({})
-                     if s in self.definitions}  # fmt: skip
+            met = (s for s in self._met(self.integrals) if s in self.definitions)
+            shown = {s: self.integrals.get(s, self.definitions[s]) for s in met}
             rows += [f"  {s} = {value}" for s, value in shown.items()]
             if any(isinstance(value, FinitePart) for value in shown.values()):
                 rows.append(

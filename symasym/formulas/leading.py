@@ -56,7 +56,7 @@ class _Highest(Scaled):
     """The highest exponential of an expression, and the conditions under which it is that."""
 
     def __init__(self, e: Expansion) -> None:
-        super().__init__(e.definitions, e.sums, {})
+        super().__init__(e.definitions, e.sums)
         self.e, self.numbers, self.conditions = e, _numbers(e), list[Any]()
         #: The radius from which on it is so, of a bound drift.
         self.beyond = 1.0

@@ -36,7 +36,6 @@ __all__ = [
     "FinitePart",
     "Letters",
     "Row",
-    "Rule",
     "Terms",
     "expanded",
     "joined",
@@ -364,13 +363,6 @@ class Row(NamedTuple):
         for c in reversed(self.c):
             total = total * X + c
         return self.front * total
-
-
-class Rule(NamedTuple):
-    """LaTeX lines that say what some symbols are, in other symbols."""
-
-    lines: tuple[str, ...]
-    of: tuple[Symbol, ...]
 
 
 @dataclass

@@ -362,7 +362,7 @@ BEYOND = (sympy.Integral, sympy.core.function.AppliedUndef, FinitePart, sympy.Ab
         (sa.Drift.general(), {"order": 3}, 1),
         (sa.Drift("c*u + u**2/3"), {"order": 2}, 20),
         (sa.friction(), {"noise": "strong", "order": 1}, 12),
-        (sa.friction(), {"noise": "uniform", "case": "barrier well start"}, 20),
+        (sa.friction(), {"noise": "uniform", "case": "barrier well start"}, 14),
     ],
     ids=str,
 )
