@@ -50,17 +50,15 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     digits = _FLOAT if request.dps is None else request.dps
     value, error = next(_estimates([scene], request, digits))
     kind: ErrorKind = "estimate"
-    if request.full:
-        exact = balls.of_scene(scene, request._replace(method="exact", order=None))
-        with precision(4 * digits + 100):
-            if request.log:
-                value = value.log()
-            error, kind = abs(value - arb(exact.value)) + arb(exact.error), "bound"
-    elif not error < value / 2:
-        raise _refused(scene, request)
-    elif request.log:
-        value = value.log()
     with precision(4 * digits + 100):
+        if request.full:
+            exact = balls.of_scene(scene, request._replace(method="exact", order=None))
+            value = value.log() if request.log else value
+            error, kind = abs(value - arb(exact.value)) + arb(exact.error), "bound"
+        elif not error < value / 2:
+            raise _refused(scene, request)
+        elif request.log:
+            value = value.log()
         mid, rad = to_mpf(value, digits + 5)
         error = (error + arb(rad)).upper() * (1 + arb(2) ** -50)
         return Answer(mid, to_mpf(error, 20)[0], kind, _TERMS, _DROPPED)
@@ -105,10 +103,13 @@ def _estimates(scenes: list[Scene], request: Request, digits: int) -> Iterator[t
                 _SAFETY * sum((abs(y - x) for x, y in pairwise(row)), arb(0))
                 for row in zip(*rows[order:], strict=True)
             ]
-            error = gaps[0] + abs(value) * arb(10) ** -digits
+            # Digits are lost in exponentials as large as the value is or small.
+            lost = abs(value) * (1 + abs(abs(value).log())) * arb(10) ** (1 - digits)
+            error = gaps[0] + lost
             if not all(gap < abs(x) / 2 for x, gap in zip(parts, gaps[1:], strict=True)):
                 error = arb("inf")
-            yield value.mid(), error.mid()
+            found = value.mid(), error.mid()
+        yield found
 
 
 def _orders(

@@ -7,8 +7,7 @@ from typing import Any
 import pytest
 
 import symasym as sa
-from symasym.asymptotics.weak_noise import answer as weak_noise
-from symasym.expansions import uniform
+from symasym.expansions import balls, uniform
 
 TEXT = "a - b*u + exp(-c*u)*tanh(3*u)"
 
@@ -21,8 +20,8 @@ def drift(**more: Any) -> sa.Drift:
     ("module", "name", "ask"),
     [
         (
-            weak_noise,
-            "both_sides",
+            balls,
+            "Field",
             lambda d, k: sa.escape_time(d, k, 2, method="laplace", log=True),
         ),
         (
