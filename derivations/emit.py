@@ -29,8 +29,7 @@ class Emitted:
     """A function to emit: its name, where its expression comes from, what it is.
 
     One that is `plain` needs no functions, and holds for any numbers: exact fractions, balls,
-    double-double pairs, SymPy expressions. One of an `arithmetic` is emitted for those of
-    `symasym.numbers.arithmetic` as well.
+    double-double pairs, SymPy expressions.
     """
 
     name: str
@@ -39,7 +38,6 @@ class Emitted:
     step: str = ""
     piece: int | None = None
     plain: bool = False
-    arithmetic: bool = False
 
 
 # fmt: off
@@ -49,12 +47,9 @@ EMITTED = (
     Emitted("scaled_radius", "eq:tilder", "r/eps, the radius in scaled variables.", plain=True),
     Emitted("potential_left", "eq:V2", "V(u) for u <= -1.", piece=0),
     Emitted("potential_right", "eq:V2", "V(u) for u >= 1.", piece=2),
-    Emitted("escape_time_of_sides", "positive-form",
-            "T from sigma on both sides and w, the sum of both.", plain=True),
     Emitted("log_exit_share", "positive-form", "log C from sigma.", "logarithm of C"),
     Emitted("log_occupation_share", "positive-density",
             "log P from the integrals inside and outside.", "logarithm of the occupation"),
-    Emitted("tail_left", "positive-density", "w at -1.", "w beyond the layer", piece=0, plain=True),
     Emitted("constant_single", "constant-panel", "int_e = int_inverse, per width.", piece=0),
     Emitted("constant_nested_down", "constant-panel", "nested where V falls, per width^2.",
             piece=1),
@@ -82,98 +77,6 @@ EMITTED = (
     Emitted("saddle_second", "saddle-series",
             "Coefficient of 1/lam^2 in the series of `saddle_first`.", "second correction",
             plain=True),
-    Emitted("manifold_term", "endpoint-series",
-            "h_1 from the weight, h_(k+1) from -h_k': the slow manifold's terms.", "next term",
-            plain=True),
-    Emitted("endpoint_shares", "endpoint-series",
-            "A start's coefficients of lam^-k from h_k, side = (-1)^k, to its right.",
-            "contributions to the right", plain=True),
-    Emitted("kink_change", "endpoint-series", "What stands for h_k at a kink.", "at a kink",
-            plain=True),
-    Emitted("fall_by_powers", "regular-part", "-h' of term t^(index - power), its coefficient.",
-            "-h' by powers", plain=True),
-    Emitted("finite_part", "regular-part",
-            "Primitive of term t^-power, the coefficient of t^(1 - power).", "finite part",
-            plain=True),
-    Emitted("even_share", "pair-primitives",
-            "Primitive of alpha/(y^2 - root^2), y > 0; `gap` is y - root.", "beside real zeros",
-            arithmetic=True),
-    Emitted("even_share_on_line", "pair-primitives",
-            "Primitive of alpha/(y^2 + root^2) along the real line.", "beside complex zeros",
-            arithmetic=True),
-    Emitted("odd_share", "pair-primitives",
-            "Primitive of beta y/(y^2 - square); `product` is |y^2 - square|.", "odd part",
-            arithmetic=True),
-    Emitted("share_of_line", "pair-primitives", "The integral of 1/(y^2 + root^2) over the line.",
-            "over the real line", arithmetic=True),
-    Emitted("next_share_of_line", "pair-primitives",
-            "int (y^2 - square)^(-n - 1) over the line from that of the power -n.",
-            "over the real line, next power", plain=True),
-    Emitted("next_binomial", "pair-primitives",
-            "Coefficient i + 1 of (1 - x)^-n from coefficient i.",
-            "coefficient of the series in D/y^2", plain=True),
-    Emitted("two_powers_more", "pair-primitives",
-            "int y^(j + 2) W^-n from y^j W^(1 - n) and y^j W^-n, W = y^2 - square.",
-            "from y^j to y^(j + 2)", plain=True),
-    Emitted("fall_beside_pair", "pair-primitives",
-            "-h' of a sum of c_i y^i over (y^2 - square)^power, its coefficient.",
-            "-h' by powers", plain=True),
-    Emitted("bend_of_saddle", "saddle-recurrences",
-            "alpha_j of V - V(z) = -slope t^2/2 (1 + alpha_1 t + ...).", "coefficients of V",
-            plain=True),
-    Emitted("first_moment", "saddle-recurrences", "int e^(-s^2/2) ds.", "first moment",
-            arithmetic=True),
-    Emitted("next_moment", "saddle-recurrences",
-            "int s^(2n + 2) e^(-s^2/2) ds from that of s^(2n).", "next moment", plain=True),
-    Emitted("time_of_doubles", "two-sides",
-            "T/lam from the single and the double integrals over both sides.", "sides", plain=True),
-    Emitted("on_the_right", "two-sides",
-            "The double integral on the right with the start's share of both sides.",
-            "K_right by J_right", plain=True),
-    Emitted("share_of_side", "two-sides",
-            "C from the integral of e^(lam V) on the right and over both sides.",
-            "chance of leaving on the left", plain=True),
-    Emitted("pair_norm", "airy-form", "The product of psi at both zeros of a pair.",
-            "psi at both zeros", arithmetic=True),
-    Emitted("canonical", "airy-form",
-            "a and b of u' = a + b s at a pair of zeros, odd counted along s.", "a and b",
-            arithmetic=True),
-    Emitted("pair_share", "airy-form",
-            "alpha and beta: the pair's share of 1/phi is (alpha + beta y)/(y^2 - square).",
-            "pole terms of 1/phi", arithmetic=True),
-    Emitted("over_pair", "airy-form",
-            "int e^(lam V) and int e^(-lam V) over a pair; `small` is lam^(-1/3).",
-            "single integrals from Bi and Bi'", arithmetic=True),
-    Emitted("over_pair_twice", "airy-form",
-            "The double integral over a pair, from Ai^2 + Bi^2 and Ai'^2 + Bi'^2.",
-            "both from products", arithmetic=True),
-    Emitted("next_weight", "airy-form",
-            "p_k and q_k of the next order, from q_(k+1), p_(k+2) and q_(k+2) of this one.",
-            "next weight", plain=True),
-    Emitted("pair_factors", "airy-form",
-            "Factors of Ai^2 + Bi^2, Ai Ai' + Bi Bi', Ai'^2 + Bi'^2 with both weights.",
-            "weights of the double integral", plain=True),
-    Emitted("pair_units", "airy-form",
-            "Ai^2 + Bi^2 and its kin in the double integral; `small` is lam^(-1/3).",
-            "products in lam", arithmetic=True),
-    Emitted("end_distance", "truncated-gaussian",
-            "t at the end of a barrier's Gaussian: t^2/2 = gap^2 area.", "t at the end",
-            arithmetic=True),
-    Emitted("end_peak", "truncated-gaussian", "du/dt at the barrier.", "du/dt at the barrier",
-            arithmetic=True),
-    Emitted("end_mean", "truncated-gaussian",
-            "The mean of psi before the end: peak/t = 1/(gap mean).", "mean of psi",
-            arithmetic=True),
-    Emitted("end_rest", "truncated-gaussian",
-            "1/phi at the end less peak/t, without its cancellation.",
-            "1/phi less the barrier's pole", arithmetic=True),
-    Emitted("over_end", "truncated-gaussian",
-            "int e^(lam V) from the end on, int e^(-lam V) up to it, and both.", arithmetic=True),
-    Emitted("barrier_truncated", "truncated-gaussian",
-            "A truncated barrier in both integrals and the regular part.",
-            "a barrier to every order", plain=True),
-    Emitted("well_truncated", "truncated-gaussian",
-            "The same of a well.", "a well to every order", plain=True),
     Emitted("weak_noise_time", "eq:Ttildesmall", "T for weak noise, with a well.", "sum"),
     Emitted("well_edge", "eq:Tsmall", "kappa at which both terms of `weak_noise_time` are equal."),
     Emitted("behind_barrier_term", "eq:S", "The large term of T for a start behind the barrier.",
@@ -242,9 +145,8 @@ def expression(item: Emitted) -> Any:
 _FORMULAS = """\
 \"""The formulas that the derivations emitted, each once.
 
-First those of + - * / and whole powers, for numbers of any one kind; then those over an arithmetic
-`c` (arrays of float64, or mpf of its context); then those in an mpmath context `ctx`, or with NumPy
-in its place.
+First those of + - * / and whole powers, for numbers of any one kind; then those in an mpmath
+context `ctx`, or with NumPy in its place.
 
 Written by ``python -m derivations.emit`` from the checked derivations: do not edit.
 \"""
@@ -259,8 +161,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
-
-    from symasym.numbers.arithmetic import Arithmetic, Number
 
 
 class Ratios(Protocol):
@@ -345,13 +245,13 @@ def __getattr__(name: str) -> Any:
 
 def target_of(item: Emitted) -> str:
     """The kind of numbers that a function is written for."""
-    return "plain" if item.plain else "arithmetic" if item.arithmetic else "mpmath"
+    return "plain" if item.plain else "mpmath"
 
 
 def definitions() -> str:
     """Source of the module that has every formula, those of one kind of numbers together."""
     lines = [_FORMULAS]
-    for target in ("plain", "arithmetic", "mpmath"):
+    for target in ("plain", "mpmath"):
         for item in EMITTED:
             if target_of(item) == target:
                 stated = expression(item)

@@ -6,7 +6,6 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from symasym.asymptotics.proofs.range_bound import RangeBound, weak_noise_bound
     from symasym.base.errors import (
         AccuracyError,
         InputError,
@@ -37,13 +36,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AccuracyError", "CriticalPoint", "Drift", "Estimate", "Expansion", "Folds", "Formula",
-    "Friction", "InputError", "LaplaceExpansion", "OutputError", "Plan", "RangeBound", "RangeError",
+    "Friction", "InputError", "LaplaceExpansion", "OutputError", "Plan", "RangeError",
     "Reduction", "RegionError", "Release", "Scales", "Sensitivity", "SymasymError", "System",
     "TimeLimitError", "UniformExpansion", "emit", "escape_time", "exit_probability", "expand",
     "formula", "friction", "hill", "labels", "laplace_integral", "linear", "occupation",
     "oscillator", "plan", "plot", "polynomial", "reduce", "release", "rescale", "sensitivity",
     "sine", "stationary_density", "stokes_multiplier", "tanh", "uniform_integral",
-    "weak_noise_bound",
 ]  # fmt: skip
 
 #: Where each public name lives; it is loaded when first asked for.
@@ -57,7 +55,6 @@ _HOMES = {
         "base.estimate": "Estimate",
         "formulas": "Expansion expand",
         "formula": "Formula formula labels",
-        "asymptotics.proofs.range_bound": "RangeBound weak_noise_bound",
         "base.scales": "Scales rescale",
         "sensitivity": "Sensitivity sensitivity",
         "release": "Release System oscillator release",

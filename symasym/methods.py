@@ -23,8 +23,7 @@ import importlib
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass
-from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -67,9 +66,6 @@ from symasym.scenes import (
     require_drift,
 )
 
-if TYPE_CHECKING:
-    from symasym.asymptotics.weak_noise.answer import Prove
-
 __all__ = [
     "METHODS", "Ask", "Method", "alone", "answer", "each", "require_drift_of", "require_method",
 ]  # fmt: skip
@@ -105,8 +101,6 @@ class Method:
         Of a drift and a request: True where one scene is answered in float64, like many.
     in_floats : str
         The module with the step for many scenes, where it is another one.
-    prover : callable or None
-        Of a scene and a request: the proof of bounds that the step for one scene is given, or None.
     """
 
     name: str
@@ -117,13 +111,11 @@ class Method:
     optimal: bool = False
     in_float: Callable[[Drift, Request], bool] = lambda drift, request: False
     in_floats: str = ""
-    prover: Callable[[Scene, Request], Prove | None] | None = None
 
     def of_scene(self, scene: Scene, request: Request) -> Answer:
         """The answer for one scene."""
-        proof = () if self.prover is None else (self.prover(scene, request),)
         step = importlib.import_module(self.module).of_scene
-        return cast(Answer, step(scene, request, *proof))
+        return cast(Answer, step(scene, request))
 
     def of_scenes(self, scenes: Scenes, request: Request) -> Answers:
         """The answers for many."""
@@ -147,21 +139,6 @@ class Method:
 def _without_error(drift: Drift, request: Request) -> bool:
     """True where no error is asked for, which the exact value has from more digits."""
     return not request.full
-
-
-def _proof(scene: Scene, request: Request) -> Prove | None:
-    """The proof of bounds at an order, in weak noise; None for C, which has none."""
-    return None if request.name[-1] == "C" else partial(_bounds, scene, request)
-
-
-def _bounds(scene: Scene, request: Request, order: int) -> Any:
-    """The enclosure of T or 1 - P with the series to `order`."""
-    from symasym.asymptotics.proofs.enclosures import enclosure, enclosure_outside
-
-    drift, kappa, digits = scene.drift, scene.numbers["kappa"], request.digits
-    if request.name == "T":
-        return enclosure(drift, kappa, scene.r, scene.start, order, digits)
-    return enclosure_outside(drift, kappa, order, digits)
 
 
 #: Of kappa^2: the order where none is given, and the highest.
@@ -211,7 +188,7 @@ def answer(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
     method = METHODS[request.method]
     request = method.with_order(request)
     if request.dps is None and (not one_scene(drift, numbers) or method.in_float(drift, request)):
-        scenes = float_scenes(drift, numbers, request.name in QUANTITIES)
+        scenes = float_scenes(drift, numbers)
         return as_floats(request, scenes.shape, method.of_scenes(scenes, request))
     scene = read_scene(drift, numbers, request.dps)
     return as_digits(request, method.of_scene(scene, request))

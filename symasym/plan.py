@@ -9,7 +9,6 @@ errors grow with kappa.
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -23,7 +22,7 @@ from symasym.base.estimate import Estimate
 from symasym.base.inputs import FloatArray, Number, exact, float_text, is_array, shown
 from symasym.drift.drift import Drift
 from symasym.expansions import weak
-from symasym.expansions.balls import AtLam, Unresolved, local
+from symasym.expansions.balls import AtLam, resolved
 from symasym.methods import METHODS, answer
 from symasym.numbers.balls import exact_ball, precision, to_mpf
 from symasym.scenes import (
@@ -156,16 +155,14 @@ def plan(
 def parts(scene: Scene, order: int, digits: int) -> list[tuple[str, mpf]]:
     """T to an order in weak noise as named parts, largest first."""
     bits = int(3.4 * digits) + 100 + exponent_bits(scene.drift, scene.lam, scene.r)
-    for more in (1, 2, 4, 8, 16):
-        with suppress(Unresolved), precision(bits * more):
-            known = local(scene.drift, scene.r, scene.start, "T", order + 1, bits * more)
-            at, found = AtLam(exact_ball(scene.lam), order), list[tuple[str, mpf]]()
-            for side, pair, value in weak.parts(known.points, known.regular, at):
-                name = " with ".join(map(str, pair)) if side else "the start's own share"
-                name = name or f"the regular part, {'left' if side < 0 else 'right'}"
-                found.append((name, to_mpf(value, digits + 10)[0]))
-            return sorted(found, key=lambda item: -abs(item[1]))
-    raise AccuracyError("zeros of A are too close together for a series; use method='exact'.")
+    known, found = resolved(scene.drift, scene.r, scene.start, "T", order + 1, bits), []
+    with precision(bits):
+        at = AtLam(exact_ball(scene.lam), order)
+        for side, pair, value in weak.parts(known.points, known.regular, at):
+            name = " with ".join(map(str, pair)) if side else "the start's own share"
+            name = name or f"the regular part, {'left' if side < 0 else 'right'}"
+            found.append((name, to_mpf(value, digits + 10)[0]))
+    return sorted(found, key=lambda item: -abs(item[1]))
 
 
 def _kept(values: list[Any], known: Any, room: Any) -> int:

@@ -12,7 +12,6 @@ from symasym.base.call_context import patient
 from symasym.base.errors import InputError
 from symasym.base.estimate import Estimate
 from symasym.base.inputs import (
-    BeyondFloat,
     FloatArray,
     Numbers,
     axes,
@@ -162,10 +161,7 @@ def _abscissa(drift: Drift, numbers: dict[str, Any]) -> tuple[str, FloatArray]:
             f"{arrays_given}; give one argument or parameter, what to plot against, as an array."
         )
     ((name, given),) = arrays.items()
-    try:
-        values = floats(name, given)
-    except BeyondFloat as error:
-        raise error.without_digits("the axis is drawn") from None
+    values = floats(name, given)
     if values.ndim != 1:
         raise InputError(f"{name} has shape {values.shape}; give an array of one axis.")
     return name, values

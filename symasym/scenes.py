@@ -18,10 +18,8 @@ from symasym.base.call_context import float_with_error, own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError, RangeError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import (
-    BeyondFloat,
     FloatArray,
     IntArray,
-    beyond,
     count,
     digits,
     exact,
@@ -40,8 +38,6 @@ if TYPE_CHECKING:
 
 _KAPPA_RANGE = (1e-145, 1e145)
 _R_RANGE = (1e-150, 1e152)
-# No number of digits helps an exact evaluation below it.
-_WEAKEST = 1e-154
 # Digits of exponentials stay such that work is short.
 _MOST_SIZE = 10_000
 _GRID = np.linspace(-1.0, 1.0, 33)
@@ -112,11 +108,7 @@ def exact_scene(drift: Drift, numbers: dict[str, Any], dps: int | None) -> dict[
                     "so pass one value at a time."
                 )
     values = {name: exact(name, value) for name, value in numbers.items()}
-    for name, number in (values | drift.scalars()).items():
-        if beyond(number):
-            raise InputError(
-                f"{name} is {float_text(number)}, beyond 1e±1000; rescale the problem."
-            )
+    drift.scalars()
     for name in ("kappa", "r"):
         if name in values:
             positive(name, values[name])
@@ -142,23 +134,9 @@ def common_shape(drift: Drift, shapes: dict[str, tuple[int, ...]]) -> tuple[int,
         ) from None
 
 
-def float_scenes(drift: Drift, numbers: dict[str, Any], laplace: bool = True) -> Scenes:
-    """The numbers and the drift's parameters broadcast together, in their ranges.
-
-    `laplace` is True where weaker noise has a method for itself.
-    """
-    kappa = numbers.get("kappa", 1)
-    if not is_array(kappa):
-        number = kappa if isinstance(kappa, float) else exact("kappa", kappa)
-        if 0 < number < _WEAKEST:
-            raise _too_weak(number, laplace)
-    try:
-        arrays = {name: floats(name, value, copy=False) for name, value in numbers.items()}
-    except BeyondFloat:
-        weakest = min(exact("kappa", x) for x in np.ravel(np.asarray(kappa, dtype=object)))
-        if 0 < weakest < _WEAKEST:
-            raise _too_weak(weakest, laplace, " with dps=…") from None
-        raise
+def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
+    """The numbers and the drift's parameters broadcast together, in their ranges."""
+    arrays = {name: floats(name, value, copy=False) for name, value in numbers.items()}
     shape = common_shape(drift, {name: x.shape for name, x in arrays.items()})
     size = math.prod(shape)
     # A number that all scenes share is not copied for each of them.
@@ -176,8 +154,6 @@ def float_scenes(drift: Drift, numbers: dict[str, Any], laplace: bool = True) ->
         if not least > 0:
             raise InputError(f"{name} is {least:.6g}; it must be greater than 0.")
         if least < low or most > high:
-            if name == "kappa" and least < _WEAKEST:
-                raise _too_weak(float(least), laplace, " with dps=…")
             beyond = (given < low) | (given > high)
             raise InputError(
                 f"{name} is {given[beyond][0]:.6g}, so that its square is near the end of "
@@ -200,20 +176,6 @@ def float_scenes(drift: Drift, numbers: dict[str, Any], laplace: bool = True) ->
     lam = flat["kappa"] ** 2
     np.divide(2.0, lam, out=lam)
     return Scenes(shape, lam, flat, parameters, moved, drift, numbers)
-
-
-def _too_weak(kappa: Fraction | float, laplace: bool, digits: str = "") -> InputError:
-    """The refusal of a noise too weak for any method but that of Laplace."""
-    laplace = laplace and not beyond(Fraction(kappa))
-    return InputError(
-        f"kappa is {float_text(Fraction(kappa))}, so that 2/kappa^2 leaves the range of float64 "
-        f"(1e308) in which the evaluation is planned; {weaker(laplace, digits)}."
-    )
-
-
-def weaker(laplace: bool, digits: str = "") -> str:
-    """What to do where the noise is too weak."""
-    return f"method='laplace'{digits} has no such limit" if laplace else "give a larger kappa"
 
 
 def read_scene(drift: Drift, numbers: dict[str, Any], dps: int | None) -> Scene:

@@ -143,7 +143,7 @@ def sensitivity(
     if dps is not None:
         dps = digits(dps, _MOST_DIGITS)
         return _in_digits(quantity, read_scene(drift, numbers, dps), dps)
-    return _in_floats(quantity, float_scenes(drift, numbers, laplace=False))
+    return _in_floats(quantity, float_scenes(drift, numbers))
 
 
 def _numbers(quantity: str, kappa: Numbers, r: Numbers | None, start: Numbers) -> dict[str, Any]:
@@ -234,7 +234,7 @@ def _in_digits(quantity: str, scene: Scene, dps: int) -> Sensitivity:
     """Derivatives of one scene to so many digits, proved."""
     whole, slopes = _proved(quantity, scene, dps)
     at = {**scene.drift.scalars(), **scene.numbers}
-    parts: list[dict[str, Any]] = [{}, {}, {}, {}]
+    parts: tuple[dict[str, Any], ...] = ({}, {}, {}, {})
     with precision(balls.bits(dps + 10)):
         for name in at:
             condition = abs(slopes[name] * arb(rational(at[name])))
@@ -242,7 +242,8 @@ def _in_digits(quantity: str, scene: Scene, dps: int) -> Sensitivity:
             shown = (to_mpf(x, dps)[0] for x in (condition, relative))
             for part, x in zip(parts, (*to_mpf(slopes[name], dps), *shown), strict=True):
                 part[name] = x
-    return Sensitivity(quantity, *parts, "bound")
+    derivative, errors, conditions, relatives = parts
+    return Sensitivity(quantity, derivative, errors, conditions, relatives, "bound")
 
 
 # -- in float64 ------------------------------------------------------------------------------------
@@ -287,7 +288,9 @@ def _in_floats(quantity: str, scenes: Scenes) -> Sensitivity:
         each = (x.reshape(scenes.shape) if scenes.shape else x.item() for x in rows)
         return dict(zip(names, each, strict=True))
 
-    return Sensitivity(quantity, *map(shaped, (slopes, errors, conditions, relative)), "estimate")
+    return Sensitivity(
+        quantity, shaped(slopes), shaped(errors), shaped(conditions), shaped(relative), "estimate"
+    )
 
 
 def _by_floats(
@@ -324,26 +327,29 @@ def _of_ends_in_floats(
     with np.errstate(all="ignore"):
         (ya, yb), (wa, wb) = floats.sides(of, scenes.lam, r, (start, -start), rows)
         (far_ya, far_yb), (far_wa, far_wb) = floats.sides(of, scenes.lam, r, (r, r), rows)
-        w = floats.Logs(np.logaddexp(wa.log, wb.log), np.maximum(wa.error, wb.error) + 4e-16)
-        terms = {
-            "T": ([(yb, far_wa, w), (ya, far_wb, w)], [(ya, wb, w)], [(yb, wa, w)]),
-            "C": ([(yb, far_ya, ya)], [], [(yb,)]),
-            "1 - C": ([(ya, far_yb, yb)], [(ya,)], []),
-        }[quantity]
-        up, right, left = (np.array([_product(*t) for t in some]) for some in terms)
-        down = {"T": [], "C": [(far_yb,)], "1 - C": [(far_ya,)]}[quantity]
-        minus = np.array([_product(*t) for t in down])
-    slopes, errors = [], []
-    for plus, less in ((up, minus), (right, left)):
-        both = [x.reshape(-1, 2, len(rows)) for x in (plus, less)]
-        slopes.append(both[0][:, 0].sum(axis=0) - both[1][:, 0].sum(axis=0))
-        errors.append(both[0][:, 1].sum(axis=0) + both[1][:, 1].sum(axis=0))
-    return np.array(slopes), np.array(errors)
+        per_w = floats.Logs(-np.logaddexp(wa.log, wb.log), np.maximum(wa.error, wb.error) + 4e-16)
+        sigma_a, sigma_b = (floats.Logs(-y.log, y.error) for y in (ya, yb))
+        # The products that r adds and takes away, and those of the start.
+        both_ways: dict[str, tuple[list[Any], list[Any], list[Any], list[Any]]] = {
+            "T": (
+                [(yb, far_wa, per_w), (ya, far_wb, per_w)], [],
+                [(ya, wb, per_w)], [(yb, wa, per_w)],
+            ),
+            "C": ([(yb, far_ya, sigma_a)], [(far_yb,)], [], [(yb,)]),
+            "1 - C": ([(ya, far_yb, sigma_b)], [(far_ya,)], [(ya,)], []),
+        }  # fmt: skip
+        sums = [_added(products, len(rows)) for products in both_ways[quantity]]
+    (up, down, right, left) = sums
+    return (
+        np.array([up[0] - down[0], right[0] - left[0]]),
+        np.array([up[1] + down[1], right[1] + left[1]]),
+    )
 
 
-def _product(*of: Any) -> FloatArray:
-    """The first number times the second over the third, and its error."""
-    signs = (1, 1, -1)
-    log = sum(s * x.log for s, x in zip(signs, of, strict=False))
-    error = sum(x.error + 2.3e-16 * np.abs(x.log) for x in of) + 1e-15
-    return np.array([np.exp(log), np.exp(log) * error])
+def _added(products: list[tuple[Any, ...]], count: int) -> FloatArray:
+    """The sum of products of positive numbers, and its error."""
+    total = np.zeros((2, count))
+    for of in products:
+        value = np.exp(sum(x.log for x in of))
+        total += value, value * (1e-15 + sum(x.error + 2.3e-16 * np.abs(x.log) for x in of))
+    return total

@@ -32,6 +32,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
                 item.add_marker(pytest.mark.slow)
             seen[name] += 1
 
+
 @pytest.fixture(autouse=True)
 def _unhurried() -> Iterator[None]:
     """Tests compare numbers, not machines: those of `patience` set their own."""

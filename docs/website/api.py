@@ -67,7 +67,7 @@ MODULES = {
 #: Classes of answers in `symasym`, which nobody builds: shown without arguments.
 RETURNED = {
     "CriticalPoint", "Expansion", "Folds", "Formula", "Friction", "LaplaceExpansion", "Plan",
-    "RangeBound", "Reduction", "Release", "Sensitivity", "UniformExpansion",
+    "Reduction", "Release", "Sensitivity", "UniformExpansion",
 }  # fmt: skip
 
 #: The types in signatures that are no classes, with what they are.

@@ -11,9 +11,8 @@ import math
 import operator
 import re
 from collections.abc import Iterable, Mapping
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
 from fractions import Fraction
-from numbers import Rational
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
@@ -22,8 +21,7 @@ from numpy.typing import ArrayLike
 from symasym.base.errors import InputError
 
 if TYPE_CHECKING:
-    from mpmath import mpf
-    from sympy import Expr
+    pass
 
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 IntArray = np.ndarray[Any, np.dtype[np.intp]]
@@ -34,15 +32,12 @@ Floats = float | FloatArray
 Number = int | float | str | Fraction | Decimal
 Numbers = ArrayLike | Fraction | Decimal
 
-#: The smallest number of which float64 has all its digits.
-SMALLEST = 2.0**-1022
 _Word = TypeVar("_Word", bound=str)
-# Of a scene's numbers: exponents stay such that work is short.
-_MOST_BITS = 3_330
-# Nobody means longer exponents and numbers, and reading them would fill the memory.
-_LONGEST_EXPONENT = 100_000
-_LONGEST_TEXT = 100_000
-_LONGEST_BITS = 400_000
+#: The declared domain: every number but 0 is between these in size, 1e300 as a float among them.
+MOST = Fraction(10**300) + 10**285
+LEAST = 1 / MOST
+# Digits of a number: reading longer ones would fill the memory.
+_LONGEST_TEXT = 20_000
 _SHOWN = 80
 # Digits of a number that a formula may hold.
 _PRINTED_DIGITS = 1000
@@ -217,7 +212,8 @@ def exact(name: str, value: object) -> Fraction:
     Raises
     ------
     InputError
-        If the value is not a finite real rational number.
+        If the value is not a finite real rational number, or neither 0 nor between 1e-300 and
+        1e300 in size.
 
     Examples
     --------
@@ -226,91 +222,46 @@ def exact(name: str, value: object) -> Fraction:
     >>> exact("kappa", 0.1) == Fraction(1, 10)
     False
     """
-    if isinstance(value, (bool, np.bool_)):
-        raise InputError(f"{name} is {shown(value)}, a truth value; give a number.")
-    if isinstance(value, (int, Fraction)):
-        return _bounded(name, Fraction(value))
-    if isinstance(value, str):
-        return _from_text(name, value)
-    if isinstance(value, np.ndarray) and value.ndim == 0:
-        value = value[()]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, (complex,)):
-        raise InputError(f"{name} is {shown(value)}, which is complex; give a real number.")
-    if isinstance(value, Rational):  # int, and others' rationals
-        return _bounded(name, Fraction(int(value.numerator), int(value.denominator)))
-    if isinstance(value, (float, Decimal)):
-        if not (value.is_finite() if isinstance(value, Decimal) else math.isfinite(value)):
-            raise InputError(f"{name} is {shown(value)}; give a finite number.")
-        if isinstance(value, Decimal) and abs(value.adjusted()) > _LONGEST_EXPONENT:
-            raise _beyond(name, value)
-        return Fraction(value)
-    return _from_library(name, value)
-
-
-def _from_text(name: str, text: str) -> Fraction:
-    """The rational that a text stands for: a decimal or a quotient."""
-    if len(text) > _LONGEST_TEXT:
-        raise InputError(
-            f"{name} has {len(text):,} characters; a number has at most {_LONGEST_TEXT:,}."
-        )
-    exponent = text.lower().rpartition("e")[2][:20] if "e" in text.lower() else "0"
     try:
-        if abs(int(exponent)) > _LONGEST_EXPONENT:
-            raise _beyond(name, text)
-        plain = text.strip().replace("\N{MINUS SIGN}", "-")
-        # Decimal reads any number of digits; int and with it Fraction stop at 4300.
-        return Fraction(plain) if "/" in plain or len(plain) < 4000 else Fraction(Decimal(plain))
-    except InputError:
-        raise
-    except (ValueError, ZeroDivisionError, InvalidOperation):
+        number = _rational(value)
+    except (ValueError, TypeError, ArithmeticError, OverflowError):
         raise InputError(
-            f"{name} is {shown(text)}, which is not a number; "
-            'write it like "-0.4", "1/3" or "1e-8".'
+            f'{name} is {shown(value)}; give a finite real number, such as 3, 0.5, "-0.4", '
+            '"1/3" or "1e-8".'
         ) from None
-
-
-def _bounded(name: str, value: Fraction) -> Fraction:
-    """The value, unless it is too long to work with."""
-    if max(abs(value.numerator), value.denominator).bit_length() > _LONGEST_BITS:
+    if number is None or (number and not LEAST <= abs(number) <= MOST):
         raise InputError(
-            f"{name} is {float_text(value)}, of more than {_LONGEST_EXPONENT:,} digits; "
-            "rescale the problem."
+            f"{name} is {shown(value)}, which is beyond 1e±300 or has more than "
+            f"{_LONGEST_TEXT:,} digits; rescale the problem."
         )
-    return value
+    return number
 
 
-def _beyond(name: str, value: object) -> InputError:
-    """The refusal of a number that is too large or too small to work with."""
-    return InputError(
-        f"{name} is {shown(value)}, whose exponent is beyond ±{_LONGEST_EXPONENT}; "
-        "rescale the problem."
-    )
-
-
-def _from_library(name: str, value: mpf | Expr) -> Fraction:
-    """Numbers of mpmath and SymPy, known by their own attributes so that neither is loaded."""
+def _rational(value: Any) -> Fraction | None:
+    """The rational that a value stands for; None for one far out of the domain."""
+    if isinstance(value, (np.generic, np.ndarray)):
+        value = value.item() if value.ndim == 0 else None
+    if isinstance(value, (bool, complex)) or hasattr(value, "_mpc_"):
+        raise TypeError
+    if isinstance(value, (str, Decimal)):
+        text = str(value).strip().replace("\N{MINUS SIGN}", "-")
+        power = text.lower().partition("e")[2] or "0"
+        if len(text) > _LONGEST_TEXT or abs(int(power[:10])) > _LONGEST_TEXT:
+            return None
+        # Decimal reads any number of digits; int and with it Fraction stop at 4300.
+        return Fraction(text) if "/" in text else Fraction(Decimal(text))
     if hasattr(value, "_mpf_"):
-        sign, mantissa, exponent, _ = value._mpf_
-        if not mantissa and exponent:
-            raise InputError(f"{name} is {value}; give a finite number.")
-        if abs(exponent) > 4 * _LONGEST_EXPONENT:
-            raise _beyond(name, value)
-        return Fraction(int(mantissa)) * Fraction(2) ** int(exponent) * (-1 if sign else 1)
+        sign, mantissa, power, _ = value._mpf_
+        if not mantissa and power:
+            raise ValueError
+        if abs(power) > 4 * _LONGEST_TEXT:
+            return None
+        return Fraction(int(mantissa)) * Fraction(2) ** int(power) * (-1 if sign else 1)
     if getattr(value, "is_Rational", False):
-        return _bounded(name, Fraction(int(value.p), int(value.q)))
-    if getattr(value, "is_number", False):
-        raise InputError(
-            f"{name} is {shown(value)}, which is not a finite rational number; give a rational, "
-            "or a decimal string with as many digits as the answer needs."
-        )
-    if hasattr(value, "_mpc_"):
-        raise InputError(f"{name} is {shown(value)}, which is complex; give a real number.")
-    raise InputError(
-        f"{name} is {shown(value)} of type {type(value).__name__}; give an int, float, str, "
-        "Fraction, Decimal, mpf or SymPy rational."
-    )
+        value = Fraction(int(value.p), int(value.q))
+    number = Fraction(value)
+    long = max(abs(number.numerator), number.denominator).bit_length() > 4 * _LONGEST_TEXT
+    return None if long else number
 
 
 def floats(name: str, value: Numbers, copy: bool = True) -> FloatArray:
@@ -351,31 +302,12 @@ def floats(name: str, value: Numbers, copy: bool = True) -> FloatArray:
     return array
 
 
-class BeyondFloat(InputError, OverflowError):
-    """A number that float64 cannot hold, though more digits could."""
-
-    def without_digits(self, what: str) -> BeyondFloat:
-        """The same where `what` happens in float64 alone."""
-        fact = str(self).partition(";")[0]
-        return BeyondFloat(f"{fact}, in which {what}; choose another value.")
-
-
-def beyond(value: Fraction | int) -> bool:
-    """True for a number, but 0, that is not between 1e-1000 and 1e1000."""
-    bits = abs(value.numerator).bit_length() - value.denominator.bit_length()
-    return bool(value) and abs(bits) > _MOST_BITS
-
-
 def to_float(name: str, value: Fraction | int) -> float:
-    """The nearest float64; an error beyond its range, or where it has fewer digits than 53 bits."""
-    way_out = "rescale the problem" if beyond(value) else "pass dps=… for it"
+    """The nearest float64 of a number found from others."""
     try:
-        result = float(value)
+        return float(value)
     except OverflowError:
-        raise BeyondFloat(f"{name} is beyond the range of float64; {way_out}.") from None
-    if abs(result) < SMALLEST and value != 0:
-        raise BeyondFloat(f"{name} is below the range of float64; {way_out}.")
-    return result
+        raise InputError(f"{name} is beyond the range of float64; rescale the problem.") from None
 
 
 def digits(dps: object, most: int = 10_000) -> int:

@@ -21,7 +21,6 @@ def add_parser(commands: Commands) -> None:
     """Add the parser of ``emit``."""
     parser = command(
         commands, "emit", "write a formula as source code", _run,
-        "symasym emit folds --target python",
         "symasym emit eq:Ttilde --target c --drift friction --set mu=3 --set alpha=1 -o time.c",
         "symasym emit expansion:T --target c --drift friction --order 2 -o time.c",
         description="Write a formula as source code. Parameters that are set are folded in.",

@@ -13,7 +13,6 @@ import numpy as np
 from symasym.base.call_context import step, symbolic
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import (
-    BeyondFloat,
     FloatArray,
     Number,
     Numbers,
@@ -28,7 +27,6 @@ from symasym.base.inputs import (
 )
 from symasym.base.texts import number_repr
 from symasym.drift import landscape, models
-from symasym.numbers.complex_balls import ComplexBall, ComplexBallOps
 from symasym.numbers.trees import (
     FractionOps,
     MpmathOps,
@@ -47,7 +45,6 @@ if TYPE_CHECKING:
 __all__ = ["Drift"]
 
 _NUMPY = NumpyOps()
-_BALLS = ComplexBallOps(_NUMPY)
 # Values of an array in `repr`.
 _MOST_SHOWN = 1000
 # Scenes whose parameters are kept beside the drift.
@@ -260,11 +257,6 @@ class Drift:
         values = {name: ops.rational(value) for name, value in self.scalars().items()}
         return self._model.evaluate(u, values, ops)
 
-    def evaluate_values(self, u: Any, values: dict[str, Any], ops: Operations) -> Any:
-        """A(u) with these parameter values, all in the arithmetic of `ops`."""
-        step()
-        return self._model.evaluate(u, values, ops)
-
     def evaluate_float(self, u: FloatArray, values: dict[str, FloatArray] | None = None) -> Any:
         """A(u) in float64 with the parameters broadcast against `u`; no bounds are checked.
 
@@ -280,45 +272,12 @@ class Drift:
             flat = [float(self.evaluate(context.mpf(x), ops)) for x in np.ravel(u)]
         return np.array(flat).reshape(np.shape(u))
 
-    def spread(
-        self, centre: FloatArray, radius: FloatArray, values: dict[str, FloatArray] | None = None
-    ) -> ComplexBall:
-        """Complex balls of float64 that hold A on these (see `symasym.numbers.complex_balls`)."""
-        if values is None and not self._in_float:
-            return self._spread_of_digits(centre, radius)
-        values = self.float_values() if values is None else values
-        with np.errstate(all="ignore"):
-            image = self._model.evaluate(_BALLS.ball(centre, radius), values, _BALLS)
-        # A constant becomes a ball, of the shape asked for.
-        shaped: ComplexBall = _BALLS.ball(0.0 * centre, 0.0 * radius) + image
-        return shaped
-
-    def _spread_of_digits(self, centre: FloatArray, radius: FloatArray) -> ComplexBall:
-        """The same balls through mpmath, of parameters beyond the range of float64."""
-        from symasym.base.call_context import own_context
-
-        images = []
-        with own_context(_DIGITS) as context:
-            ops = ComplexBallOps(MpmathOps(context))
-            for c, r in zip(centre, radius, strict=True):
-                ball = ops.ball(context.mpf(c), context.mpf(r))
-                try:
-                    image = self.evaluate(ball, ops) + 0 * ball
-                    images.append((float(image.centre), float(image.radius)))
-                except (ArithmeticError, ValueError):  # mpmath's words for infinity
-                    images.append((0.0, math.inf))
-        middles, radii = np.array(images).T
-        return _BALLS.ball(middles, radii)
-
     @cached_property
     def _in_float(self) -> bool:
         """False where a number of the drift is beyond the range of float64, or has fewer digits."""
         places = np.array([0.0] if self.shape else [-1.0, 0.0, 1.0])
-        try:
-            with np.errstate(all="ignore"):
-                known = self._model.evaluate(places, self.float_values(), _NUMPY)
-        except BeyondFloat:
-            return False
+        with np.errstate(all="ignore"):
+            known = self._model.evaluate(places, self.float_values(), _NUMPY)
         # Powers of a number may be beyond it too.
         return bool(self.shape) or not np.isnan(known).any()
 
@@ -513,10 +472,7 @@ class Drift:
             Scaled position, broadcast with the parameters.
         """
         position = floats("u", u)
-        try:
-            return landscape.potential_at(self, position)
-        except BeyondFloat as error:
-            raise error.without_digits("V is found") from None
+        return landscape.potential_at(self, position)
 
     def critical_points(self) -> list[CriticalPoint]:
         """Zeros of A in (-1, 1), left to right, with multiplicity and stability.

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from fractions import Fraction
 from functools import cached_property, lru_cache, partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -21,7 +20,6 @@ import numpy as np
 from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx, fmpq
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import BeyondFloat, to_float
 from symasym.drift.models import Expression, Model
 from symasym.numbers.balls import precision
 
@@ -320,14 +318,8 @@ def rational(x: Any) -> Any:
 
 def _in_floats(of: Callable[..., Any], *arguments: Any) -> Any:
     """What a function of models is in float64."""
-    try:
-        with np.errstate(all="ignore"):
-            found = of(*arguments, balls=False)
-        return [x if np.ndim(x) else float(x) for x in found] if isinstance(found, list) else found
-    except OverflowError:
-        raise BeyondFloat(
-            "A number of the drift is beyond the range of float64; pass dps=… for it."
-        ) from None
+    with np.errstate(all="ignore"):
+        return of(*arguments, balls=False)
 
 
 class Sampled:
@@ -349,8 +341,7 @@ class Sampled:
         self.model = drift.model
         self._arrays = {k: x for k, x in numbers.items() if isinstance(x, np.ndarray)}
         self._floats: dict[str, Any] = {
-            k: to_float("A number of the drift", x) if isinstance(x, Fraction) else x
-            for k, x in numbers.items()
+            k: x if k in self._arrays else np.float64(float(x)) for k, x in numbers.items()
         }
         self._c = _in_floats(_coefficients, self.model, self._floats)
         self.exact, self.careful = self._c is not None, pairs is not None

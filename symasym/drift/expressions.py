@@ -13,7 +13,7 @@ from flint import fmpq
 
 from symasym.base.call_context import SIMPLER, expect, limited, own_context, step, watched
 from symasym.base.errors import InputError
-from symasym.base.inputs import Number, exact, float_text, is_name, shown
+from symasym.base.inputs import Number, exact, is_name, shown
 from symasym.drift import evaluate, grammar, models
 from symasym.numbers.balls import precision
 from symasym.numbers.trees import FractionOps, MpmathOps, NotRational, evaluate_tree
@@ -195,13 +195,9 @@ def sympified(given: Any) -> Any:
 
 
 def exactly(expression: sympy.Expr, name: str = "A") -> Any:
-    """Every float replaced by its exact binary value; refused with numbers nobody can print."""
+    """Every float replaced by its exact binary value; numbers beyond the domain are refused."""
     for x in expression.atoms(sympy.Rational):
-        if models.unprintable(x):
-            raise InputError(
-                f"{name} has the number {float_text(Fraction(int(x.p), int(x.q)))}, of more than "
-                "4,000 digits; rescale the problem."
-            )
+        exact(f"a number of {name}", x)
     floats = {f: _rational(exact(name, f)) for f in expression.atoms(sympy.Float)}
     return expression.xreplace(floats)
 

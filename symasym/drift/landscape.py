@@ -1,4 +1,4 @@
-"""The shape of the potential: values of V, and where A vanishes or turns, in float64."""
+"""Values of V in float64, and the time in which a moving drift loses a well."""
 
 from __future__ import annotations
 
@@ -8,74 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symasym.base.call_context import step
-from symasym.base.errors import AccuracyError, RangeError
+from symasym.base.errors import RangeError
 from symasym.base.inputs import FloatArray
 from symasym.generated.numpy_formulas import potential_left, potential_right
-from symasym.numbers.complex_balls import ComplexBall, resolved
 
 if TYPE_CHECKING:
     from symasym.drift.critical_points import CriticalPoint
     from symasym.drift.drift import Drift
-
-# Values whose Chebyshev series stays within float64.
-_HUGE = 1e300
-_NARROWEST = 1e-12
-
-
-def float_marks(
-    function: Callable[[FloatArray], Any], spread: Callable[[FloatArray, FloatArray], ComplexBall]
-) -> list[float]:
-    """Zeros and extremes of a smooth function on [-1, 1], in float64, by Chebyshev proxies.
-
-    Parameters
-    ----------
-    function : callable
-        Takes and returns a float64 array.
-    spread : callable
-        The images of complex balls, given their centres and radii.
-    """
-    marks: list[float] = []
-    for lo, hi, series in _proxies(function, spread):
-        for poly in (series, np.polynomial.chebyshev.chebder(series)):
-            if len(poly) < 2:
-                continue
-            roots = np.polynomial.chebyshev.chebroots(poly)
-            good = roots[(np.abs(roots.imag) < 1e-6) & (np.abs(roots.real) <= 1 + 1e-9)].real
-            marks += list((lo + hi) / 2 + (hi - lo) / 2 * good)
-    return sorted(float(np.clip(x, -1, 1)) for x in marks)
-
-
-def _proxies(
-    function: Callable[[FloatArray], Any], spread: Callable[[FloatArray, FloatArray], ComplexBall]
-) -> list[tuple[float, float, FloatArray]]:
-    """Pieces of [-1, 1] with Chebyshev coefficients that have died out, down to rounding."""
-    degree = 32
-    nodes = np.cos(np.pi * np.arange(degree + 1) / degree)
-    pending = [(-1.0, 1.0)]
-    done: list[tuple[float, float, Any]] = []
-    while pending:
-        step()
-        lo, hi = pending.pop()
-        with np.errstate(all="ignore"):
-            x = (lo + hi) / 2 + (hi - lo) / 2 * nodes
-            values = np.broadcast_to(np.asarray(function(x), dtype=np.float64), x.shape)
-        if not (np.abs(values) < _HUGE).all():
-            raise AccuracyError(
-                f"A is not finite, or above {_HUGE:g}, between u = {lo:.6g} and {hi:.6g}; give an "
-                "A that is real and smooth on [-1, 1], or A/c and kappa/sqrt(c), T being c times "
-                "as long."
-            )
-        series = np.polynomial.chebyshev.chebfit(nodes, values, degree)
-        change = spread(np.array([(lo + hi) / 2]), np.array([hi - lo])).radius[0]
-        # Rounding of x is multiplied by the slope, which is at most change/radius.
-        size = np.abs(series).max()
-        noise = 1e-14 * size + 4e-16 * change / (hi - lo)
-        settled = np.abs(series[-3:]).max() <= 1e-12 * size + noise
-        if (settled and resolved(change, np.abs(values).max())) or hi - lo < _NARROWEST:
-            done.append((lo, hi, np.polynomial.chebyshev.chebtrim(series, min(noise, size))))
-        else:
-            pending += [(lo, (lo + hi) / 2), ((lo + hi) / 2, hi)]
-    return done
 
 
 def _minus_integral(

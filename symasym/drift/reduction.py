@@ -12,14 +12,12 @@ import numpy as np
 from symasym.base.call_context import symbolic
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import (
-    BeyondFloat,
     exact,
     is_name,
     meant,
     positive,
     sequence,
     shown,
-    to_float,
 )
 from symasym.drift import landscape
 from symasym.drift.drift import Drift
@@ -148,10 +146,7 @@ class Reduction:
         """
         import sympy
 
-        try:
-            width = to_float("eps", positive("eps", exact("eps", eps)))
-        except BeyondFloat as error:
-            raise error.without_digits("the time is found") from None
+        width = float(positive("eps", exact("eps", eps)))
         numbers = numbers_of("values", {} if values is None else values)
         u = sympy.Symbol("u")
         across = sum(n * f for n, f in zip(self.normal, self.inside, strict=True))

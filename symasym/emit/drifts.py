@@ -181,13 +181,9 @@ def critical(drift: Drift) -> tuple[Any, ...]:
 
 def _marks(drift: Drift) -> tuple[Any, ...]:
     """Zeros of the drift, and where it turns: what is narrow is not stepped over."""
-    from symasym.base.call_context import own_context
-    from symasym.drift.field.taylor_field import ExactField
-
-    zeros = critical(drift)
-    with own_context(30) as context:
-        turns = [float(u) for u in ExactField(drift, False, context).monotone_marks()]
-    apart = (u for u in turns if all(abs(u - float(z)) > 1e-9 for z in zeros) and abs(u) < 1)
+    zeros, slope = critical(drift), sympy.diff(drift.expression(), _U)
+    turns = Drift(slope, _U).critical_points() if slope.has(_U) else []
+    apart = (float(p.u) for p in turns if all(abs(p.u - float(z)) > 1e-9 for z in zeros))
     return tuple(sorted((*zeros, *(sympy.Float(u, 20) for u in apart))))
 
 

@@ -14,6 +14,8 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
+from flint import arb
+
 from symasym.base.call_context import own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
@@ -21,7 +23,7 @@ from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.exact import balls as exact
 from symasym.expansions.arrays import BITS, NEXT, AtLams, Expanded, of_drifts, orders_of, other
-from symasym.expansions.balls import LINE, local, quantity, values
+from symasym.expansions.balls import LINE, quantity, resolved, values
 from symasym.numbers.balls import precision, to_mpf
 from symasym.scenes import Answer, Answers, Request, Scene, Scenes, exponent_bits
 
@@ -39,19 +41,24 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     """T, C or P, or a complement, to the request's order, any start."""
     name, digits, orders = request.name, request.digits, orders_of(request)
     r, start = LINE if name[-1] == "P" else (scene.r, scene.start)
-    bits = int(3.33 * digits) + exponent_bits(scene.drift, scene.lam, r)
-    bits += 80 + int(r / (r - abs(start))).bit_length()
-    bits += -bits % 64
+    bits = _bits(scene, digits, r, start)
 
     def to_orders(some: list[int], complement: bool = False) -> list[Any]:
         asked = other(name) if complement else name
         return values(scene.drift, scene.lam, r, start, asked, some, digits + 5, bits)
 
     found = of_series(scene, request, to_orders, too_strong(scene.noise, orders))
-    points = local(scene.drift, r, start, name, orders[-1] + 1, bits).points
-    words = (str(p).replace("at ", "at u = ") for p in points if p.peak)
+    points = resolved(scene.drift, r, start, name, orders[-1] + 1, bits).points
+    words = (f"{p.name} at u = {float(p.u):.6g}" for p in points if p.peak)
     kept = (w for w in words if name[-1] != "P" or w.startswith("well"))
     return found._replace(terms=(*sorted(kept), "kinks" if name[-1] == "P" else _TIME))
+
+
+def _bits(scene: Scene, digits: int, r: Fraction, start: Fraction) -> int:
+    """The bits to begin with."""
+    bits = int(3.33 * digits) + exponent_bits(scene.drift, scene.lam, r)
+    bits += 80 + int(r / (r - abs(start))).bit_length()
+    return bits - bits % -64
 
 
 def of_scenes(scenes: Scenes, request: Request) -> Answers:
@@ -60,7 +67,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
 
     def expanded(drift: Drift, r: Fraction, start: Fraction, name: str) -> Expanded:
         r, start = LINE if sliding else (r, start)
-        known = local(drift, r, start, name, count, BITS)
+        known = resolved(drift, r, start, name, count, BITS)
 
         def in_floats(lam: FloatArray, order: int) -> Any:
             return quantity(known, name, AtLams(lam, order))
@@ -76,6 +83,11 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     return Answers(logs, errors, "estimate", (terms,), DROPPED)
 
 
+def _differences(values: Sequence[Any]) -> Any:
+    """Three times the sum of the differences."""
+    return sum((abs(b - a).upper() for a, b in pairwise(values)), arb(0)) * 3
+
+
 def of_series(scene: Scene, request: Request, to_orders: Values, refusal: AccuracyError) -> Answer:
     """The best of the request's orders with its error; the refusal where it has none."""
     orders, digits, log = list(orders_of(request)), request.digits, request.log
@@ -88,8 +100,7 @@ def of_series(scene: Scene, request: Request, to_orders: Values, refusal: Accura
         order, estimate = orders[0], None
         if proved is None:
             rows = to_orders([*orders, *range(orders[-1] + 1, orders[-1] + NEXT + 1)], False)
-            steps = [abs(b - a).upper() for a, b in pairwise(rows)]
-            estimates = [sum(steps[k : k + NEXT]) * 3 for k in range(len(orders))]
+            estimates = [_differences(rows[k : k + NEXT + 1]) for k in range(len(orders))]
             best = estimates.index(min(estimates))
             order, relative = orders[best], estimates[best] / rows[best]
             if 0 < relative < 0.5:
@@ -108,7 +119,7 @@ def of_series(scene: Scene, request: Request, to_orders: Values, refusal: Accura
         if proved is not None:
             middle, radius = (context.make_mpf(x._mpf_) for x in (proved.value, proved.error))
             error, kind = abs(value - middle) + radius, proved.kind
-        most = max(context.ln2, abs(value) / 10**11) if log else value
+        most = max(context.ln2, abs(value) / 10**11) if log else value / 2
         if error is None or not error < most:
             raise refusal
         error += abs(value) * context.mpf(10) ** -(digits + 5)

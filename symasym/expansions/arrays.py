@@ -27,7 +27,7 @@ BITS = 192
 #: Orders beyond the one asked for, by whose differences its error is estimated.
 NEXT = 3
 # Values of lam at which errors are looked at where they are not asked for, and compared.
-_PROBES, _COMPARED = 3, 9
+_PROBES, _COMPARED = 3, 48
 _SMALL, _AT_ONCE = 0.1, 8192
 
 
@@ -255,7 +255,8 @@ def _estimates(rows: list[Scaled], count: int) -> FloatArray:
     for k in range(count):
         ratios = [(y / rows[k]).plain() for y in rows[k : k + NEXT + 1]]
         found.append(3 * sum(np.abs(b - a) for a, b in pairwise(ratios)))
-    return np.nan_to_num(np.array(found), nan=np.inf)
+    estimates: FloatArray = np.nan_to_num(np.array(found), nan=np.inf)
+    return estimates
 
 
 def _compared(scenes: Scenes, request: Request, logs: FloatArray, errors: FloatArray) -> FloatArray:
@@ -278,6 +279,6 @@ def _compared(scenes: Scenes, request: Request, logs: FloatArray, errors: FloatA
     missed = 0.0 if true.errors is None else true.errors
     apart = np.abs(true.logs - logs[rows])
     factor = np.nanmax(np.where(known[rows], (apart - missed) / errors[rows], 0), initial=0)
-    raised: Any = np.where(known, errors * (3 * factor if factor > 0.5 else 1), np.inf)
+    raised: FloatArray = np.where(known, errors * (3 * factor if factor > 0.5 else 1), np.inf)
     raised[rows] = np.where(known[rows] | np.isnan(apart), raised[rows], apart + missed)
     return raised

@@ -8,8 +8,9 @@ of A: it has the same real part as one below them, and that is the finite part.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, reduce
 from itertools import pairwise
 from math import ceil, lcm, log
 from typing import Any, NamedTuple
@@ -150,7 +151,7 @@ class Field:
             known = self.drift.end(int(u)) if abs(u) == 1 else None
             value = self._rational(u) if self.exact is not None and abs(u) <= 1 else known
             if abs(u) <= 1 and not inside and value == 0:
-                raise no_series(u, "where the start, an end or a kink is")
+                raise no_series(u, "at the start, an end or a kink")
         for u, kind, multiplicity in self._of_polynomial if self.exact else self._of_any:
             if u.overlaps(reach) or u.overlaps(-reach):
                 raise Unresolved
@@ -159,7 +160,7 @@ class Field:
             if multiplicity == 1:
                 yield u, kind
             elif self.time or multiplicity % 2 or u.overlaps(self.x):
-                raise no_series(u, "with its slope")
+                raise no_series(u, "its slope too")
 
     @cached_property
     def _of_polynomial(self) -> list[tuple[Any, str, int]]:
@@ -400,6 +401,22 @@ class Local(NamedTuple):
     slopes: tuple[Any, Any]
 
 
+def top_of(drift: Drift, mirrored: bool, low: Fraction, high: Fraction, base: Fraction) -> Any:
+    """The maximum of V - V(base) over [low, high] inside [-1, 1], of -A(-u) if mirrored.
+
+    It is at an end or at a barrier; what is at `base` itself is 0.
+    """
+    field, sign = Field(drift, LINE[0], Fraction(0), time=False), -1 if mirrored else 1
+    ground = field.potential(exact_ball(sign * base))
+    tops = [
+        field.potential(exact_ball(sign * u)) - ground if u != base else arb(0) for u in (low, high)
+    ]
+    ends = [exact_ball(u) for u in sorted((sign * low, sign * high))]
+    inside = (u for u, kind in field.places if kind.endswith("barrier"))
+    tops += [field.potential(u) - ground for u in inside if not (u < ends[0] or u > ends[1])]
+    return reduce(lambda x, y: x.max(y), tops)
+
+
 @lru_cache(maxsize=16)
 def local(drift: Drift, r: Fraction, start: Fraction, name: str, count: int, bits: int) -> Local:
     """What the quantity `name` takes, each series to `count` terms; once for all noise."""
@@ -445,20 +462,33 @@ def values(
 ) -> list[Any]:  # fmt: skip
     """Balls of the quantity to each of the orders, each good to so many digits."""
     count, wanted = max(orders) + 1, int(3.33 * digits) + 1
-    for _ in range(_FEWER if drift.exact_coefficients() is None else _STEPS):
-        try:
-            known = local(drift, r, start, name, count, bits)
-            with precision(bits):
-                number = exact_ball(lam)
-                found = [quantity(known, name, AtLam(number, n)) for n in orders]
-                if name == "P":
-                    found = [1 - y for y in found]
-                if all(y.rel_accuracy_bits() > wanted for y in found):
-                    return found
-        except Unresolved:
-            pass
-        bits *= 2
-    raise AccuracyError(
-        f"A varies too fast, or its zeros are too close to each other or to an end, for {bits:,} "
-        "bits; use method='exact'."
+    for more in _doubled(drift, bits):
+        known = resolved(drift, r, start, name, count, more)
+        with precision(more):
+            number = exact_ball(lam)
+            found = [quantity(known, name, AtLam(number, n)) for n in orders]
+            if name == "P":
+                found = [1 - y for y in found]
+            if all(y.rel_accuracy_bits() > wanted for y in found):
+                return found
+    raise _unresolved(bits)
+
+
+def resolved(drift: Drift, r: Fraction, start: Fraction, name: str, count: int, bits: int) -> Local:
+    """The same with so many bits that zeros and edges are apart."""
+    for more in _doubled(drift, bits):
+        with suppress(Unresolved):
+            return local(drift, r, start, name, count, more)
+    raise _unresolved(bits)
+
+
+def _doubled(drift: Drift, bits: int) -> list[int]:
+    """The bits that are tried."""
+    return [bits << k for k in range(_FEWER if drift.exact_coefficients() is None else _STEPS)]
+
+
+def _unresolved(bits: int) -> AccuracyError:
+    return AccuracyError(
+        f"A varies too fast, or its zeros are too close to each other or to an end, for many times "
+        f"{bits:,} bits; use method='exact'."
     )

@@ -43,8 +43,13 @@ class Point(NamedTuple):
     left: list[Any]
     right: list[Any]
 
+    @property
+    def name(self) -> str:
+        """What it is, whether the start is there or not."""
+        return self.kind.removeprefix("start=")
+
     def __str__(self) -> str:
-        return f"{self.kind.removeprefix('start=')} at {float(self.u):.4g}"
+        return f"{self.name} at {float(self.u):.4g}"
 
     def tops(self, sign: int) -> bool:
         """True where e^{sign lam V} has a maximum."""

@@ -59,7 +59,7 @@ class Scaled:
         if isinstance(e, sympy.exp):
             height = expanded(e.args[0] / LAM)
             return (S.Zero, e) if height.has(LAM) else (height, S.One)
-        if e.is_Pow and e.exp.is_Integer:
+        if e.is_Pow and e.exp.is_Integer and e.base.is_Add:
             height, c = self.of(e.base)
             return e.exp * height, c**e.exp
         if e.is_Mul:
@@ -67,7 +67,11 @@ class Scaled:
             return expanded(sum(h for h, _ in parts)), sympy.Mul(*(c for _, c in parts))
         if e.is_Add and self._exponential(e):
             return self._sum([self.of(a) for a in e.args], name)
-        return S.Zero, e
+        return S.Zero, self._leaf(e)
+
+    def _leaf(self, e: Expr) -> Expr:
+        """The c of what has no exponential."""
+        return e
 
     def _exponential(self, e: Expr) -> bool:
         """True where an expression has exponentials of lam, perhaps in its symbols."""

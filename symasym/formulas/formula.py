@@ -126,14 +126,11 @@ class Expansion:
     @property
     def error(self) -> str:
         """The order of the terms that the formula leaves out."""
-        power, numbers = 2 * self.order + 2, "; evaluate(…, full=True) estimates that"
+        power, numbers = 2 * self.order + 2, "; evaluate(…, full=True) tells it"
         if not self.definitions and not self.terms:
             return "none, of a constant drift"
         if self.noise == "strong":
-            return (
-                f"relative O(kappa^-{power}), whatever r/kappa^2; evaluate(…, full=True) proves a "
-                "bound"
-            )
+            return f"relative O(kappa^-{power}), whatever r/kappa^2{numbers}"
         if self.noise == "uniform":
             return f"relative O(kappa^{power}), also where well and barrier coalesce{numbers}"
         series = f"each series in kappa^2 is short of O(kappa^{power}), relative to its first term"

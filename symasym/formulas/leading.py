@@ -14,6 +14,7 @@ from sympy import Expr, S, Symbol
 from symasym.base.errors import InputError
 from symasym.expansions.balls import Field
 from symasym.formulas.cases import found_cases
+from symasym.formulas.emitted import Scaled
 from symasym.formulas.letters import KAPPA, LAM, R, X, expanded
 from symasym.numbers.balls import precision
 
@@ -42,6 +43,7 @@ def leading(e: Expansion) -> Leading:
         return Leading(e.formula, e.conditions)
     highest = _Highest(e)
     height, c = highest.of(e.formula)
+    c = sympy.factor_terms(expanded(c))
     value = (c * sympy.exp(LAM * height)).xreplace({_LOG: sympy.log(LAM), X: 1 / LAM})
     value = sympy.powdenest(sympy.powsimp(value.xreplace({LAM: 2 / KAPPA**2})), force=True)
     conditions = dict.fromkeys(c for c in highest.conditions if c is not sympy.true)
@@ -50,36 +52,28 @@ def leading(e: Expansion) -> Leading:
     return Leading(value, tuple(conditions))
 
 
-class _Highest:
+class _Highest(Scaled):
     """The highest exponential of an expression, and the conditions under which it is that."""
 
     def __init__(self, e: Expansion) -> None:
+        super().__init__(e.definitions, e.sums, {})
         self.e, self.numbers, self.conditions = e, _numbers(e), list[Any]()
         #: The radius from which on it is so, of a bound drift.
         self.beyond = 1.0
 
-    def of(self, e: Expr) -> tuple[Expr, Expr]:
-        """Its height, and the first term of its coefficient."""
-        if e in self.e.sums:
-            return self.of(self.e.definitions[e])
+    def _leaf(self, e: Expr) -> Expr:
+        """The first term of a series."""
         if e in self.e.rows:
             row = self.e.rows[e]
             n, c = next((n, c) for n, c in enumerate(row.c) if c != 0)
-            return S.Zero, row.front * c * X**n
-        if isinstance(e, sympy.exp):
-            return expanded(e.args[0] / LAM), S.One
-        if e.is_Pow and e.exp.is_Integer and e.base.is_Add:
-            height, c = self.of(e.base)
-            return e.exp * height, c**e.exp
-        if e.is_Mul:
-            parts = [self.of(a) for a in e.args]
-            return expanded(sum(h for h, _ in parts)), sympy.Mul(*(c for _, c in parts))
-        if e.is_Add:
-            return self._largest([self.of(a) for a in e.args])
-        return S.Zero, e.xreplace({sympy.log(LAM): _LOG}).xreplace({LAM: 1 / X})
+            return row.front * c * X**n
+        return e.xreplace({sympy.log(LAM): _LOG}).xreplace({LAM: 1 / X})
 
-    def _largest(self, parts: list[tuple[Expr, Expr]]) -> tuple[Expr, Expr]:
-        """The largest term of a sum; of those as high all that have the least power of x."""
+    def _exponential(self, e: Expr) -> bool:
+        return True
+
+    def _sum(self, parts: list[tuple[Expr, Expr]], name: str) -> tuple[Expr, Expr]:
+        """The largest term; of those as high all that have the least power of x."""
         sizes = {h: _size(h, self.numbers) for h, _ in parts}
         top, same = max(sizes, key=sizes.__getitem__), set[Expr]()
         for h, (slope, level) in sizes.items():

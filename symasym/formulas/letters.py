@@ -293,7 +293,7 @@ class Field:
             values: list[Any] = [None] * count
         elif self.poly is not None and self.poly.degree() == 0:
             values = [(hi - lo) / self.A, *[S.Zero] * (count - 1)]
-        elif self.poly is not None:
+        elif self.poly is not None and self.poly.is_sqf:
             known = [(u, u not in self.outer) for u in (*self.zeros, *self.outer)]
             known += [(self.start, True)] * bool(self.case.at_start)
             poles = [(u, self.taylor(u, 2 * count + 1), real) for u, real in known]

@@ -54,7 +54,7 @@ def _found(e: Expansion, field: Field) -> dict[Symbol, Expr]:
 
     for s, value in e.definitions.items():
         if s in e.integrals or isinstance(value, FinitePart):
-            lo, hi = (place(u) for u in e.integrals.get(s, value).args[2:])
+            lo, hi = (Fraction(u.p, u.q) for u in e.integrals.get(s, value).args[2:])
             k = int(s.name[1:-1])
             found[s] = _number(field._inside(lo, hi, k)[k - 1])
         elif value.has(sympy.Integral) and value.free_symbols <= zeros.keys():

@@ -1,8 +1,7 @@
 """The formulas that the derivations emitted, each once.
 
-First those of + - * / and whole powers, for numbers of any one kind; then those over an arithmetic
-`c` (arrays of float64, or mpf of its context); then those in an mpmath context `ctx`, or with NumPy
-in its place.
+First those of + - * / and whole powers, for numbers of any one kind; then those in an mpmath
+context `ctx`, or with NumPy in its place.
 
 Written by ``python -m derivations.emit`` from the checked derivations: do not edit.
 """
@@ -17,8 +16,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
-
-    from symasym.numbers.arithmetic import Arithmetic, Number
 
 
 class Ratios(Protocol):
@@ -44,16 +41,6 @@ class Field(Ratios, Protocol):
 def scaled_radius(r: Ratios, eps: Ratios) -> Any:
     """r/eps, the radius in scaled variables (eq:tilder)."""
     return r/eps
-
-
-def escape_time_of_sides(w: Ratios, sigma_left: Ratios, sigma_right: Ratios) -> Any:
-    """T from sigma on both sides and w, the sum of both (positive-form)."""
-    return w/(1/sigma_left + 1/sigma_right)
-
-
-def tail_left(a_minus: Ratios) -> Any:
-    """w at -1 (positive-density)."""
-    return 1/a_minus
 
 
 def carried(
@@ -91,223 +78,9 @@ def saddle_second(V2: Field, V3: Field, V4: Field, V5: Field, V6: Field) -> Any:
     )
 
 
-def manifold_term(source: Ratios, drift: Ratios) -> Any:
-    """h_1 from the weight, h_(k+1) from -h_k': the slow manifold's terms (endpoint-series)."""
-    return source/drift
-
-
-def endpoint_shares(side: Field, term: Field) -> Any:
-    """A start's coefficients of lam^-k from h_k, side = (-1)^k, to its right (endpoint-series)."""
-    return -side*term, -term
-
-
-def kink_change(left: Field, right: Field) -> Any:
-    """What stands for h_k at a kink (endpoint-series)."""
-    return right - left
-
-
-def fall_by_powers(index: Field, power: Field, term: Field) -> Any:
-    """-h' of term t^(index - power), its coefficient (regular-part)."""
-    return term*(power - index)
-
-
-def finite_part(power: Field, term: Field) -> Any:
-    """Primitive of term t^-power, the coefficient of t^(1 - power) (regular-part)."""
-    return term/(1 - power)
-
-
-def next_share_of_line(n: Field, share: Field, square: Field) -> Any:
-    """int (y^2 - square)^(-n - 1) over the line from that of the power -n (pair-primitives)."""
-    return share*(1 - 2*n)/(2*square*n)
-
-
-def next_binomial(n: Ratios, i: Ratios, term: Ratios) -> Any:
-    """Coefficient i + 1 of (1 - x)^-n from coefficient i (pair-primitives)."""
-    return term*(i + n)/(1 + i)
-
-
-def two_powers_more(lower: Ratios, same: Ratios, square: Ratios) -> Any:
-    """int y^(j + 2) W^-n from y^j W^(1 - n) and y^j W^-n, W = y^2 - square (pair-primitives)."""
-    return lower + same*square
-
-
-def fall_beside_pair(index: Field, power: Field, before: Field, after: Field, square: Field) -> Any:
-    """-h' of a sum of c_i y^i over (y^2 - square)^power, its coefficient (pair-primitives)."""
-    return before*(1 - index + 2*power) + after*square*(1 + index)
-
-
-def bend_of_saddle(j: Ratios, term: Ratios, slope: Ratios) -> Any:
-    """alpha_j of V - V(z) = -slope t^2/2 (1 + alpha_1 t + ...) (saddle-recurrences)."""
-    return 2*term/(slope*(2 + j))
-
-
-def next_moment(n: Ratios, moment: Ratios) -> Any:
-    """int s^(2n + 2) e^(-s^2/2) ds from that of s^(2n) (saddle-recurrences)."""
-    return moment*(1 + 2*n)
-
-
-def time_of_doubles(
-    behind: Ratios, ahead: Ratios, double_left: Ratios, double_right: Ratios, total: Ratios
-) -> Any:
-    """T/lam from the single and the double integrals over both sides (two-sides)."""
-    return (ahead*double_left + behind*double_right)/total
-
-
-def on_the_right(ahead: Ratios, nested_right: Ratios, speed_start: Ratios) -> Any:
-    """The double integral on the right with the start's share of both sides (two-sides)."""
-    return nested_right + ahead*speed_start
-
-
-def share_of_side(ahead: Ratios, total: Ratios) -> Any:
-    """C from the integral of e^(lam V) on the right and over both sides (two-sides)."""
-    return ahead/total
-
-
-def next_weight(k: Ratios, zeta: Ratios, p_2: Ratios, q_1: Ratios, q_2: Ratios) -> Any:
-    """p_k and q_k of the next order, from q_(k+1), p_(k+2) and q_(k+2) of this one (airy-form)."""
-    return q_1*(1 + 2*k) + q_2*zeta*(2 + 2*k), p_2*(2 + 2*k)
-
-
-def pair_factors(a: Field, b: Field, a_up: Field, b_up: Field) -> Any:
-    """Factors of Ai^2 + Bi^2, Ai Ai' + Bi Bi', Ai'^2 + Bi'^2 with both weights (airy-form)."""
-    return a*a_up, a*b_up - a_up*b, -b*b_up
-
-
-def barrier_truncated(
-    a: Field, b: Field, a_down: Field, weights: Field, tail: Field, dawson: Field, integral: Field
-) -> Any:
-    """A truncated barrier in both integrals and the regular part (truncated-gaussian)."""
-    return a*tail, a_down*dawson, integral*weights - a_down*b*dawson
-
-
-def well_truncated(
-    a: Field,
-    a_down: Field,
-    b_down: Field,
-    weights: Field,
-    tail: Field,
-    dawson: Field,
-    integral: Field,
-) -> Any:
-    """The same of a well (truncated-gaussian)."""
-    return -a_down*dawson, -a*tail, -integral*weights - a*b_down*tail
-
-
 def friction_coefficients(mu: Field, alpha: Field, z0: Field) -> Any:
     """Coefficients of A(u) in ascending powers of u (eq:phifric0)."""
     return 1 - z0, -alpha*(1 + mu), 0, alpha*mu
-
-
-def even_share(c: Arithmetic, alpha: Number, root: Number, y: Number, gap: Number) -> Any:
-    """Primitive of alpha/(y^2 - root^2), y > 0; `gap` is y - root (pair-primitives)."""
-    return -alpha*c.log1p(4*y*root/gap**2)/(4*root)
-
-
-def even_share_on_line(c: Arithmetic, alpha: Number, root: Number, y: Number) -> Any:
-    """Primitive of alpha/(y^2 + root^2) along the real line (pair-primitives)."""
-    return -alpha*c.atan2(root, y)/root
-
-
-def odd_share(c: Arithmetic, beta: Number, product: Number) -> Any:
-    """Primitive of beta y/(y^2 - square); `product` is |y^2 - square| (pair-primitives)."""
-    return beta*c.log(product)/2
-
-
-def share_of_line(c: Arithmetic, root: Number) -> Any:
-    """The integral of 1/(y^2 + root^2) over the line (pair-primitives)."""
-    return c.pi/root
-
-
-def first_moment(c: Arithmetic) -> Any:
-    """int e^(-s^2/2) ds (saddle-recurrences)."""
-    return c.sqrt(2*c.pi)
-
-
-def pair_norm(c: Arithmetic, even: Number, odd: Number, square: Number) -> Any:
-    """The product of psi at both zeros of a pair (airy-form)."""
-    return even**2 - square*odd**2
-
-
-def canonical(c: Arithmetic, slope: Number, even: Number, odd: Number, norm: Number) -> Any:
-    """a and b of u' = a + b s at a pair of zeros, odd counted along s (airy-form)."""
-    x0 = even + c.sqrt(norm)
-    x1 = 2/norm
-    return c.sqrt(x0*x1/slope)/2, -odd*c.sqrt(x1*slope/x0)/2
-
-
-def pair_share(c: Arithmetic, side: Number, even: Number, odd: Number, norm: Number) -> Any:
-    """alpha and beta: the pair's share of 1/phi is (alpha + beta y)/(y^2 - square) (airy-form)."""
-    x0 = side/norm
-    return x0*even, -x0*odd
-
-
-def over_pair(
-    c: Arithmetic, a: Number, small: Number, b: Number, bi: Number, bi_slope: Number
-) -> Any:
-    """int e^(lam V) and int e^(-lam V) over a pair; `small` is lam^(-1/3) (airy-form)."""
-    x0 = a*bi
-    x1 = b*bi_slope*small
-    x2 = c.pi*small
-    return x2*(x0 + x1), x2*(x0 - x1)
-
-
-def over_pair_twice(
-    c: Arithmetic, a: Number, small: Number, b: Number, squares: Number, slopes: Number
-) -> Any:
-    """The double integral over a pair, from Ai^2 + Bi^2 and Ai'^2 + Bi'^2 (airy-form)."""
-    x0 = small**2
-    return x0*c.pi**2*(squares*a**2 - x0*slopes*b**2)
-
-
-def pair_units(c: Arithmetic, small: Number, squares: Number, cross: Number, slopes: Number) -> Any:
-    """Ai^2 + Bi^2 and its kin in the double integral; `small` is lam^(-1/3) (airy-form)."""
-    x0 = c.pi**2
-    return x0*squares*small**2, x0*cross*small**3, x0*slopes*small**4
-
-
-def end_distance(c: Arithmetic, gap: Number, area: Number) -> Any:
-    """t at the end of a barrier's Gaussian: t^2/2 = gap^2 area (truncated-gaussian)."""
-    return gap*c.sqrt(2*area)
-
-
-def end_peak(c: Arithmetic, bottom: Number) -> Any:
-    """du/dt at the barrier (truncated-gaussian)."""
-    return 1/c.sqrt(bottom)
-
-
-def end_mean(c: Arithmetic, bottom: Number, area: Number) -> Any:
-    """The mean of psi before the end: peak/t = 1/(gap mean) (truncated-gaussian)."""
-    return c.sqrt(2*area*bottom)
-
-
-def end_rest(
-    c: Arithmetic,
-    bottom: Number,
-    gap: Number,
-    first: Number,
-    second: Number,
-    value: Number,
-    mean: Number,
-) -> Any:
-    """1/phi at the end less peak/t, without its cancellation (truncated-gaussian)."""
-    return (first*bottom - gap*second**2 - 2*second*bottom)/(mean*value*(mean + value))
-
-
-def over_end(
-    c: Arithmetic,
-    lam: Number,
-    t: Number,
-    peak: Number,
-    rest: Number,
-    tail: Number,
-    dawson: Number,
-    integral: Number,
-) -> Any:
-    """int e^(lam V) from the end on, int e^(-lam V) up to it, and both (truncated-gaussian)."""
-    x0 = 1/lam
-    x1 = x0*rest
-    x2 = dawson*peak
-    return -x1 - peak*tail, x1 + x2, -x1*x2 + x0*peak**2*(integral - c.log(t))
 
 
 def scaled_noise(ctx: MPContext, kappa: mpf, eps: mpf) -> mpf:

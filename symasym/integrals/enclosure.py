@@ -23,6 +23,7 @@ from mpmath.ctx_iv import MPIntervalContext
 from sympy import Expr, S, Symbol
 
 from symasym.base.errors import AccuracyError, InputError
+from symasym.numbers.balls import precision
 
 Code = Callable[[Any, bool], Any]
 Bound = Callable[[Any, Fraction], Any]
@@ -149,16 +150,19 @@ class Zero:
     near: Fraction
 
     def ball(self) -> Any:
-        """An enclosure at the working precision, by Newton's method in balls."""
-        value, slope = (compiled(e, self.x) for e in (self.equation, self.equation.diff(self.x)))
-        z = arb(fmpq(self.near.numerator, self.near.denominator))
-        for _ in range(ctx.prec.bit_length() + 8):
-            z = (z - value(z, False) / slope(z, False)).mid()
-        for bits in range(8, ctx.prec, 8):
-            wide = arb(z, (abs(z) + arb(2) ** -ctx.prec) * arb(2) ** (bits - ctx.prec))
-            found = z - value(z, False) / slope(wide, False)
-            if wide.contains(found):
-                return found
+        """An enclosure, by Newton's method in balls, of more bits, as a polynomial cancels some."""
+        with precision(2 * ctx.prec + 200):
+            value, slope = (
+                compiled(e, self.x) for e in (self.equation, self.equation.diff(self.x))
+            )
+            z = arb(fmpq(self.near.numerator, self.near.denominator))
+            for _ in range(ctx.prec.bit_length() + 8):
+                z = (z - value(z, False) / slope(z, False)).mid()
+            for bits in range(8, ctx.prec, 8):
+                wide = arb(z, (abs(z) + arb(2) ** -ctx.prec) * arb(2) ** (bits - ctx.prec))
+                found = z - value(z, False) / slope(wide, False)
+                if wide.contains(found):
+                    return found
         raise AccuracyError(
             f"the zero of {self.equation} near {self} is not simple; give an f whose maxima have a "
             "closed form there."

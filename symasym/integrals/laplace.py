@@ -235,7 +235,11 @@ class LaplaceExpansion:
         if closed and not self.parameters and self._terms > _EXACT_TERMS:
             closed = exactly(lambda ring: bool(self._expanded(ring, 1)) and ring.domain == sympy.QQ)
         if self.parameters or (closed and self._dps is None):
-            return tuple(exactly(lambda ring: self._expanded(ring, self._terms)))
+            try:
+                return tuple(exactly(lambda ring: self._expanded(ring, self._terms)))
+            except AccuracyError:
+                if self.parameters:
+                    raise
         dps = self._dps or _DIGITS
         for bits in (int(3.33 * dps) + 64 << k for k in range(6)):
             found = self._in_balls(bits, self._terms)
@@ -371,10 +375,11 @@ class LaplaceExpansion:
             if not full:
                 return float(middle) if dps is None else middle
             error = -(-error / total).log1p() if log else error * scale.exp()
-            error = error.upper() + arb(radius)
+            error += arb(radius)
             if dps is None:
                 middle, error = float(middle), error + abs(arb(middle) - arb(float(middle)))
-            whole = sum(to_mpf(error.upper(), 15)) * (1 + mpmath.mpf(2) ** -40)
+            # The last rounding is within the factor.
+            whole = to_mpf((error * (1 + arb(2) ** -30)).upper(), 15)[0]
         shares = tuple(f"{self.x} = {short(m.point)}: {self._terms} terms" for m in self._tops)
         whole = whole if dps else float(whole)
         return Estimate(middle, whole, "bound", "laplace", max(used), shares, self.dropped)
@@ -558,7 +563,7 @@ def _expansion(
     dps: int | None, keep: bool,
 ) -> LaplaceExpansion:  # fmt: skip
     """The expansion of an integral that was read."""
-    if order not in ("optimal", "borel"):
+    if not (isinstance(order, str) and order in ("optimal", "borel")):
         order = count("order", order, 1, _MOST, " of terms", ', "optimal" or "borel"')
     keep, dps = flag("keep", keep), None if dps is None else digits(dps)
     if order == "borel":

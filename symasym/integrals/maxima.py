@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 import sympy
-from flint import arb
+from flint import arb, fmpz_poly
 from sympy import Expr, Rational, S, Symbol
 
 from symasym.base.errors import InputError
@@ -31,6 +31,8 @@ FLAT = 24
 _FAR, _LARGE = (10**4, 30_011, 10**5, 10**6), 10**4
 # Parameters without a sign up to which the signs are tried.
 _MOST_SIGNS = 3
+# Degree up to which zeros of f' may have a closed form.
+_CLOSED = 4
 # Operations of a zero of f' in parameters, beyond which no formula is worth having.
 _SHORT = 40
 
@@ -246,12 +248,20 @@ def _inside(piece: Piece) -> list[Any]:
     if not slope.has(x):
         return []
     if sympy.fraction(sympy.together(slope))[1].is_polynomial(x) and above.is_polynomial(x):
-        zeros = []
-        for factor, _ in sympy.Poly(above, x).sqf_list()[1]:
-            for root in factor.real_roots():
-                short = not root.has(sympy.CRootOf) and sympy.count_ops(root) < 8
-                near = Fraction(str(root.n(40)))
-                zeros.append(root if short else Zero(factor.as_expr(), x, near))
+        zeros: list[Any] = []
+        for factor, _ in sympy.Poly(above, x).factor_list()[1]:
+            if factor.degree() <= _CLOSED:
+                roots = factor.real_roots()
+                near = [Fraction(str(z.n(40))) for z in roots]
+            else:
+                whole = factor.clear_denoms(convert=True)[1].all_coeffs()[::-1]
+                found: Any = fmpz_poly([int(c) for c in whole]).complex_roots()
+                roots = [z for z, _ in found if z.imag == 0]
+                near = [Fraction(str(z.real.str(40, radius=False))) for z in roots]
+            for root, value in zip(roots, near, strict=True):
+                short = isinstance(root, Expr) and root.count_ops() < 8
+                closed = short and not root.has(sympy.CRootOf)
+                zeros.append(root if closed else Zero(factor.as_expr(), x, value))
     else:
         zeros = _on_grid(piece, slope)
     lo, hi = number(piece.lo), number(piece.hi)
@@ -268,7 +278,8 @@ def _on_grid(piece: Piece, slope: Expr) -> list[Any]:
     parts = np.geomspace(1e-8, 1e-2, 61), np.linspace(0.015, 30, 1201), np.geomspace(31, 1e8, 201)
     reach = np.concatenate(parts)
     if np.isfinite(hi - lo):
-        grid = lo + (hi - lo) * (1 - np.cos(np.pi * np.linspace(0, 1, 801)[1:-1])) / 2
+        share = (1 - np.cos(np.pi * np.linspace(0, 1, 801)[1:-1])) / 2
+        grid = lo * (1 - share) + hi * share
     elif np.isfinite(lo):
         grid = lo + reach
     elif np.isfinite(hi):

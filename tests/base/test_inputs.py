@@ -32,16 +32,15 @@ from symasym.base.inputs import (
 
 EXACT: list[tuple[Any, F]] = [
     (3, F(3)),
-    (-(10**400), F(-(10**400))),
+    (-(10**300), F(-(10**300))),
     (0.1, F(3602879701896397, 36028797018963968)),
-    (5e-324, F(1, 2**1074)),
     ("-0.4", F(-2, 5)),
     ("1/3", F(1, 3)),
     ("1e-8", F(1, 10**8)),
     ("1E+3", F(1000)),
     (" 2.50 ", F(5, 2)),
     ("\N{MINUS SIGN}7/9", F(-7, 9)),
-    ("1e-100000", F(1, 10**100000)),
+    ("1e-300", F(1, 10**300)),
     (F(22, 7), F(22, 7)),
     (Decimal("0.1"), F(1, 10)),
     (Decimal("-1.5e3"), F(-1500)),
@@ -92,7 +91,7 @@ def test_decimals_and_their_strings_are_the_same(x: Decimal) -> None:
     assert exact("x", x) == exact("x", str(x)) == F(x)
 
 
-@given(st.floats(allow_nan=False, allow_infinity=False))
+@given(st.floats(-1e300, 1e300).filter(lambda x: not 0 < abs(x) < 1e-300))
 def test_floats_are_their_binary_values(x: float) -> None:
     assert float(exact("x", x)) == x
     assert exact("x", x) == F(x)
@@ -105,7 +104,7 @@ def test_floats_are_their_binary_values(x: float) -> None:
         object, True, np.True_, 1j, np.complex64(1), mpmath.mpc(1, 1), mpmath.inf, mpmath.nan,
         float("nan"), float("inf"), -float("inf"), np.float32("nan"), Decimal("nan"),
         Decimal("sNaN"), Decimal("-Infinity"), sympy.oo, sympy.nan, sympy.pi, sympy.I,
-        sympy.Symbol("x"), "1e100001", "1e-99999999999", np.datetime64("2020"),
+        sympy.Symbol("x"), "1e301", "1e-301", "1e-99999999999", np.datetime64("2020"), 5e-324,
     ],
     ids=repr,
 )  # fmt: skip
@@ -156,12 +155,6 @@ def test_scalars_become_arrays_without_axes() -> None:
 def test_arrays_that_are_refused(value: Any) -> None:
     with pytest.raises(sa.InputError, match=r"^r (is|has) .*[.]$"):
         floats("r", value)
-
-
-def test_numbers_beyond_float64_are_refused_with_the_way_out() -> None:
-    for value in ("1e400", "1e-400", 10**400):
-        with pytest.raises(sa.InputError, match=r"range of float64; pass dps"):
-            floats("r", value)
 
 
 def test_longdouble_beyond_float64_is_refused() -> None:

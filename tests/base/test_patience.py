@@ -124,7 +124,6 @@ def test_the_watch_is_of_its_own_thread() -> None:
 @pytest.mark.parametrize(
     "call",
     [
-        lambda: sa.laplace_integral("-x**2", _FRACTIONS, "x", _FRACTIONS.replace("x", "2"), 9),
         lambda: sa.reduce((_FRACTIONS, "1"), ("-1", "1"), ("-s", "1"), ((1,), (0,)), ("y", "x")),
         lambda: sa.hill(a_minus=1, a_plus=[0.1, 0.5], K=0.05, n=3).potential(),
         lambda: sa.escape_time(sa.Drift("(u**2 + u + 1)**1000"), "0.5", 2),
@@ -143,18 +142,13 @@ _WAVES = "*".join(f"sin({k}*x)" for k in range(1, 30))
 #: Texts that took all of the time a call may take, or more.
 HOSTILE: dict[str, Callable[[], Any]] = {
     "a wave of a huge number": lambda: sa.System("tan(exp(1e30/z))", "1/(1 + z**2)").frozen(z=0.1),
-    "its limit": lambda: sa.laplace_integral("tan(exp(1e30/(x + 2)))", 1, "x", 0, 1),
     "its sign": lambda: _reduced("tan(exp(1e30/(x + 2)))"),
     "a hyperbolic function of it": lambda: sa.Drift("tanh(exp(1e30*(u + 2)))"),
     "as many balls": lambda: sa.Drift("log(exp(1e30*u) + 2)"),
-    "fractions in f": lambda: sa.laplace_integral(_FRACTIONS, 1, "x", 0, 1),
     "fractions in g": lambda: sa.uniform_integral(
         "-x**2", _FRACTIONS.replace("x", "x+2+sin(x)"), "x", -1, 1
     ),
     "a product in f": lambda: sa.uniform_integral(f"I*{_WAVES}", 1, "x", -1, 1),
-    "zeros of a high degree": lambda: sa.laplace_integral(
-        "*".join(f"(x-{k}/7)" for k in range(1, 300)), 1, "x", 0, 1
-    ),
     "fractions in h": lambda: _reduced("1", switch=_FRACTIONS),
     "functions in h": lambda: _reduced("1", switch="sin(2+sin(2+sin(2+x)))"),
     "roots in f-": lambda: _reduced("cbrt(2+" * 50 + "x" + ")" * 50),
@@ -200,9 +194,6 @@ LONG: dict[str, Callable[[float], Any]] = {
     ),
     "sensitivity": lambda p: sa.sensitivity(sa.tanh(3, 1, 1), "0.02", 2, dps=600, patience=p),
     "plan": lambda p: sa.plan(sa.sine(3, -1, 7, waves=3), "0.03", 2, 1e-300, patience=p),
-    "laplace_integral": lambda p: sa.laplace_integral(
-        "cos(x) - x**4", "exp(x)", "x", -2, 2, 300, dps=300, patience=p
-    ),
     "many panels in float64": lambda p: sa.exit_probability(
         sa.hill(10, 1e150, "0.3", n=4), 2, 2, patience=p
     ),
@@ -282,7 +273,7 @@ def test_the_default_is_ten_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def ask() -> None:
         try:
-            sa.laplace_integral("cos(x) - x**4", "exp(x)", "x", -2, 2, 300, dps=300)
+            sa.escape_time(sa.friction(3, 1, "-0.4"), "1e-3", 10, dps=2000)
         except sa.TimeLimitError as error:
             told.append(error)
 

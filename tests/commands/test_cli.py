@@ -456,9 +456,9 @@ def test_what_a_caller_wrote_stays(capsys: pytest.CaptureFixture[str], tmp_path:
 @pytest.mark.parametrize(
     ("arguments", "end"),
     [
-        ("T --drift friction", " symasym value escape-time --method laplace --json estimates that"),
+        ("T --drift friction", " symasym value escape-time --method laplace --json tells it"),
         ("1-C --drift linear --noise strong", "; symasym value exit-probability --complement "
-         "--method strong_noise --json proves a bound"),
+         "--method strong_noise --json tells it"),
         ("density --drift linear", "relative to its first term"),
     ],
 )  # fmt: skip

@@ -185,7 +185,6 @@ ENTRIES: dict[str, Callable[[str], Any]] = {
     "reduction, drag": lambda t: _reduced().drag_time(1, {"z": t}),
     "system's point": lambda t: sa.System.of(_reduced(noise=((t,), (0,))), "z", "y"),
     "emitted parameter": lambda t: sa.emit("fr1", "python", {"mu": t}),
-    "bound": lambda t: sa.weak_noise_bound(sa.linear(1, 1), 1, kappa0=t),
     "velocity of u": lambda t: sa.System(t, "-1"),
     "velocity of z": lambda t: sa.System("1 - z - u", t),
     "noise of u": lambda t: sa.System("1 - z - u", "-1", t),

@@ -66,6 +66,8 @@ SCENES = [
     Scene(sa.Drift("c", "u"), {"c": "2/3"}, "1/2", "1/5"),
     Scene(sa.Drift("c", "u"), {"c": "-2/3"}, "1/2"),
     Scene(sa.Drift("cos(2*u) - 1/5"), {}, "1/10"),
+    # Zeros that are no simple ones, but beyond the layer.
+    Scene(sa.Drift("(u - 2)**2*(1/2 - u)"), {}, "1/5"),
 ]  # fmt: skip
 #: Starts on a well or a barrier; what the odd derivatives add is seen at such noise.
 ON_ZERO = [
@@ -74,7 +76,7 @@ ON_ZERO = [
     Scene(sa.Drift("(u - 1/4)*(2 + u)*(2 - c*u)"), {"c": 3}, "1/5", "1/4"),
     Scene(sa.Drift("(2*u - 1)*(u + c)"), {"c": "1/2"}, "2/5", "1/2"),
 ]  # fmt: skip
-ORDERS = (0, 1, 3)
+ORDERS = (0, 2)
 
 
 def quantities(scene: Scene) -> tuple[str, ...]:
@@ -110,7 +112,7 @@ def test_the_formula_is_the_number(scene: Scene) -> None:
             with mpmath.workdps(80):
                 got = by_definitions(e, scene.drift, scene.kappa, scene.r)
                 assert agrees(got, asked(e, scene, dps=DIGITS)), (quantity, order)
-                if order == 1:
+                if order == 0:
                     whole = by_definitions(e, scene.drift, scene.kappa, scene.r, e.expression)
                     assert agrees(whole, got, 60)
 
@@ -154,7 +156,7 @@ def test_strong_noise_is_the_number(scene: Scene) -> None:
 
 @cache
 def code() -> tuple[dict[str, Source], list[Call], list[Any]]:
-    """Files, calls and the right values: every third of the formulas above, and bound drifts."""
+    """Files, calls and the right values: every fifth of the formulas above, and bound drifts."""
     files, calls, wanted = {}, [], []
 
     def add(e: sa.Expansion, scene: Scene) -> None:
@@ -169,7 +171,7 @@ def code() -> tuple[dict[str, Source], list[Call], list[Any]]:
         wanted.append(asked(e, scene, dps=20, **options))
 
     every = [(s, q, n) for s in SCENES if s.free.free for q in quantities(s) for n in (0, 2)]
-    for scene, quantity, order in every[::3]:
+    for scene, quantity, order in every[::5]:
         e = formula_of(scene, quantity, order)
         if any(not u.is_real for u in e.equations):
             e = e.bind(**scene.values)

@@ -129,14 +129,6 @@ def _others() -> Iterator[Question]:
                 f"stokes | {name} | {method}",
                 lambda p=p, m=method: sa.stokes_multiplier(p.make(), p.kappa, method=m),
             )
-    for kappa0 in ("0.03", "0.1"):
-        for order in (0, 1, 2):
-            yield (
-                f"range | kappa0={kappa0} | order {order}",
-                lambda k=kappa0, n=order: str(
-                    sa.weak_noise_bound(sa.friction(3, 1, "-0.4"), 10, kappa0=k, order=n)
-                ),
-            )
 
 
 def _integrals() -> Iterator[Question]:

@@ -13,13 +13,10 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
-import sympy
 from flint import arb, fmpq
 
 import symasym
-import symasym as sa
 from symasym import friction, rescale
-from symasym.asymptotics.weak_noise import answer as weak_noise
 from symasym.base.call_context import own_context
 from symasym.drift.evaluate import Piece, Polynomial, rational
 from symasym.exact import balls as ball_panels
@@ -193,39 +190,3 @@ def test_formulas_that_were_emitted_are_written_nowhere_else():
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
         }
         assert "sqrt" not in calls, name
-
-
-@pytest.mark.parametrize(
-    "drift",
-    [
-        friction(mu=3, alpha=1, z0="-0.3"),
-        sa.polynomial("0.3", "-1", "-0.2", "1.5"),
-        sa.polynomial("0.1", "1", "0.3", "-3", "0.5", "2"),
-        sa.Drift("sin(5*u) + 1/5 - u**2/7"),
-    ],
-    ids=["friction", "cubic", "quintic", "sine"],
-)
-def test_weak_noise_series_of_wells_and_barriers(drift):
-    """Power series of the engine against what the Gaussian moments of the derivation give."""
-    u = sympy.Symbol("u", real=True)
-    slope, checked = drift.expression(), 0
-    with own_context(40) as ctx:
-        halves = weak_noise._one_sided(drift, Fraction(10), Fraction(0), 2, ctx, 0)
-        # The left half is seen in a mirror: odd derivatives change sign, these formulas do not.
-        for mirror, half in zip((-1, 1), halves, strict=True):
-            for place in half.speed_points + half.scale_points:
-                if place.kind not in ("well", "barrier"):
-                    continue
-                sign = -1 if place.kind == "well" else 1
-                derivatives = (sympy.diff(slope, u, k) for k in range(1, 6))
-                at = mirror * place.u
-                V = [sign * ctx.mpf(A.subs(u, at).evalf(50)) for A in derivatives]
-                leading, one, two = place.series.parts[0].coefficients[:3]
-                for found, wanted in (
-                    (leading, ctx.sqrt(2 * ctx.pi / V[0])),
-                    (one / leading, formulas.saddle_first(*V[:3])),
-                    (two / leading, formulas.saddle_second(*V)),
-                ):
-                    assert abs(found - wanted) < abs(wanted) * ctx.mpf(10) ** -30
-                checked += 1
-    assert checked >= 2

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 import symasym as sa
-from symasym.expansions import balls, uniform
+from symasym.expansions import uniform, weak
 
 TEXT = "a - b*u + exp(-c*u)*tanh(3*u)"
 
@@ -20,8 +20,8 @@ def drift(**more: Any) -> sa.Drift:
     ("module", "name", "ask"),
     [
         (
-            balls,
-            "Field",
+            weak,
+            "points_of",
             lambda d, k: sa.escape_time(d, k, 2, method="laplace", log=True),
         ),
         (

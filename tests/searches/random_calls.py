@@ -156,15 +156,11 @@ CALLS: dict[str, dict[str, _Place]] = {
         "drift": _DRIFT, "kappa": _KAPPA, "dps": _DPS,
         "method": _Place(["'step'", "'uniform'"], 0.5),
     },
-    "weak_noise_bound": {
-        "drift": _DRIFT, "r": _R, "start": _START, "order": _ORDER,
-        "kappa0": _Place(["'0.01'", "0.1"], 0.5), "rtol": _RTOL,
-    },
     "rescale": {"eps": _KAPPA, "kappa": _KAPPA, "r": _R},
     "laplace_integral": {
         "f": _TEXT, "g": _WEIGHT, "x": _Place(["'x'"]), "a": _ENDS, "b": _ENDS,
         "order": _Place(["1", "2", "3", "'optimal'"], 0.5), "maxima": _Place(["[0]"], 0.1),
-        "dps": _DPS, "keep": _FLAG, "check": _FLAG,
+        "dps": _DPS, "keep": _FLAG,
     },
     "uniform_integral": {
         "f": _TEXT, "g": _WEIGHT, "x": _Place(["'x'"]), "a": _ENDS, "b": _ENDS,
@@ -258,7 +254,7 @@ AFTER: dict[str, dict[str, dict[str, _Place] | None]] = {
     **dict.fromkeys(list(CALLS)[:4], _ESTIMATE),
     "expand": {**_SYMBOLIC, "evaluate": {"kappa": _KAPPA, "r": _R, "dps": _DPS, "log": _FLAG,
                                          "full": _FLAG}},
-    "laplace_integral": {**_INTEGRAL, "bound": None, "omitted": None, "height": None},
+    "laplace_integral": {**_INTEGRAL, "omitted": None, "height": None},
     "uniform_integral": {
         **{name: _INTEGRAL[name] for name in ("evaluate", "bind", "error_kind", "parameters")},
         "coefficients": {"dps": _DPS}, "__str__": {},
@@ -276,7 +272,7 @@ AFTER: dict[str, dict[str, dict[str, _Place] | None]] = {
     "System": {"frozen": {"z": _KAPPA}, "drift": None, "__str__": {}},
     "plan": {"__str__": {}, "terms": None},
     "sensitivity": {"__str__": {}},
-    "weak_noise_bound": {"__str__": {}, "error": {"kappa": _KAPPA}},
+
     "Drift": {**_LANDSCAPE, "bind": {"a": _KAPPA}, "derivative": {"name": _Place(["'a'"])}},
     "friction": {**_LANDSCAPE, "folds": {}, "turning_points": {}, "beta": {}},
     **dict.fromkeys(("tanh", "sine", "hill", "linear", "polynomial"), _LANDSCAPE),
@@ -284,7 +280,7 @@ AFTER: dict[str, dict[str, dict[str, _Place] | None]] = {
 #: Verbs with an argument ``patience``.
 _PATIENT = {
     "escape_time", "exit_probability", "occupation", "stationary_density", "sensitivity", "plan",
-    "stokes_multiplier", "weak_noise_bound", "laplace_integral", "uniform_integral", "release",
+    "stokes_multiplier", "laplace_integral", "uniform_integral", "release",
     "plot", "expand", "emit", "reduce",
 }  # fmt: skip
 

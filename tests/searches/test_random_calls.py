@@ -97,7 +97,6 @@ def test_every_public_name_argument_and_option_is_called() -> None:
         "sa.Drift(A='1e400').plot()",
         "sa.sine(a_minus=0.05, a_plus=1, b='-1e99999')._repr_latex_()",
         "sa.hill(a_minus=10**5000, a_plus=1, K=[0.1, 0.5])._repr_latex_()",
-        "sa.laplace_integral(f='cos(x)', g='1/x', x='x', a=1, b=1e308, patience=1.0).latex()",
         "sa.emit(what=[], patience=1.0)",
         "sa.release(sa.oscillator(mu='1/2', alpha=2), 0.3, 2, eps='0.1', method='simulate', "
         "paths=100, step=0.01, tau=5e-324, patience=1.0).time",

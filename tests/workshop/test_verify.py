@@ -18,12 +18,11 @@ import pytest
 
 import symasym as sa
 from symasym import paper
-from symasym.asymptotics.proofs import exit_bounds
-from symasym.asymptotics.strong_noise import answer as strong_noise
-from symasym.asymptotics.weak_noise import answer as weak_noise
 from symasym.commands.main import main
 from symasym.exact import balls
 from symasym.exact import floats as double
+from symasym.expansions import answer as weak_noise
+from symasym.expansions import strong_noise
 from symasym.generated import mpmath_formulas, numpy_formulas
 from symasym.workshop.verify import Verification, verify
 from symasym.workshop.verify import run as tasks_module
@@ -161,17 +160,6 @@ def test_an_error_that_is_claimed_too_small_is_found(
     monkeypatch.setattr(module, "of_scene", proud)
     found = failures(task)
     assert {evaluator for evaluator, _ in found} >= {method}
-
-
-def test_a_wrong_bound_of_C_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = exit_bounds.of_scene
-
-    def wrong(*args: Any) -> Any:
-        found = right(*args)
-        return found._replace(value=found.value * 3)
-
-    monkeypatch.setattr(exit_bounds, "of_scene", wrong)
-    assert ("bound", "stated error (bound)") in failures(("stated error", SCENE))
 
 
 def test_a_paper_that_claims_an_error_is_found(monkeypatch: pytest.MonkeyPatch) -> None:

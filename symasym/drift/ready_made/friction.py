@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import BeyondFloat, Floats, Numbers, floats
+from symasym.base.inputs import Floats, Numbers, floats
 from symasym.drift import models
 from symasym.drift.drift import Drift
 from symasym.generated import numpy_formulas as formulas
@@ -33,10 +33,7 @@ class Friction(Drift):
         if missing:
             raise InputError(f"{missing[0]} has no value; set it with bind({missing[0]}=…).")
         mu, alpha = (self._values[n] for n in ("mu", "alpha"))
-        try:
-            return floats("mu", mu)[()], floats("alpha", alpha)[()]
-        except BeyondFloat as error:
-            raise error.without_digits("folds are found") from None
+        return floats("mu", mu)[()], floats("alpha", alpha)[()]
 
     def turning_points(self) -> Any:
         """u > 0 at which the friction force turns, sqrt((1+mu)/(3 mu)); nan where mu <= 1/2.
@@ -90,7 +87,7 @@ class Friction(Drift):
 def _require_finite(name: str, values: Any) -> None:
     """Refuse what overflows, on the way at least."""
     if np.isinf(values).any():
-        raise BeyondFloat(f"{name} is beyond the range of float64; rescale the problem.")
+        raise InputError(f"{name} is beyond the range of float64; rescale the problem.")
 
 
 def friction(

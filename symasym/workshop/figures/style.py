@@ -15,7 +15,6 @@ import numpy as np
 import symasym as sa
 from symasym.base.errors import InputError, SymasymError
 from symasym.base.inputs import (
-    BeyondFloat,
     FloatArray,
     Number,
     choice,
@@ -59,7 +58,7 @@ def reads_numbers(figure: Callable[_P, Figure]) -> Callable[_P, Figure]:
                 warnings.simplefilter("error", UserWarning)
                 return figure(*args, **kwargs)
         except (UserWarning, ArithmeticError) as error:
-            if isinstance(error, SymasymError) and not isinstance(error, BeyondFloat):
+            if isinstance(error, SymasymError):
                 raise
             values = ", ".join(
                 f"{name} = {value if isinstance(value, str) else shown(value)}"

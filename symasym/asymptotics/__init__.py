@@ -1,1 +1,0 @@
-"""Large-parameter expansions of integrals, for any integrand and for the drift's own."""

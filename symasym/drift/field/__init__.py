@@ -1,1 +1,0 @@
-"""The drift, its potential and Taylor coefficients as numbers; scenes of one drift or of many."""

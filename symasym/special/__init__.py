@@ -1,1 +1,0 @@
-"""Special functions: products of Airy functions and Dawson's integral, in float64 and in digits."""

@@ -1,0 +1,257 @@
+"""Weak and strong noise in numbers: right, honest, the same in arrays and digits, on one table.
+
+What they are compared with is the exact value (`symasym.exact`), which shares nothing with an
+expansion, and closed forms.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+
+import symasym as sa
+from symasym.methods import METHODS
+from tests.problems import PROBLEMS, Problem, constant_drift
+
+F = Fraction
+ENDS = {"T": sa.escape_time, "C": sa.exit_probability}
+
+
+def ask(name: str, drift: sa.Drift, kappa: Any, r: Any, start: Any, **options: Any) -> Any:
+    """A quantity by its name."""
+    if name[-1] == "P":
+        return sa.occupation(drift, kappa, complement=name != "P", **options)
+    if name[-1] == "C":
+        options["complement"] = name != "C"
+    return ENDS[name[-1]](drift, kappa, r, start=start, **options)
+
+
+def relative(value: Any, exact: Any) -> float:
+    """|value/exact - 1|."""
+    with mpmath.workdps(90):
+        return float(abs(mpmath.mpf(value) / mpmath.mpf(exact) - 1))
+
+
+# -- right: each order gains its power of the noise ------------------------------------------------
+
+# A drift, r, start; a pair of kappa in the ratio 2 where the next order is what is left out.
+WEAK: dict[str, tuple[Any, Any, Any]] = {
+    "well and barrier": (lambda: sa.friction(3, 1, "-0.4"), 10, 0),
+    "start between": (lambda: sa.friction(3, 1, "-0.4"), 10, "2/3"),
+    "start outside": (lambda: sa.friction(3, 1, "-0.4"), 10, "-3"),
+    "start on a kink": (lambda: sa.friction(3, 1, "-0.4"), 10, -1),
+    "r below 1": (lambda: sa.friction(3, 1, "-0.4"), "0.95", "0.1"),
+    "no well": (lambda: sa.friction(3, 1, "-1.6"), 4, 0),
+    "several wells": (lambda: sa.polynomial("1/20", "-1/2", 0, "1/4", 0, -1), 2, "1/4"),
+    "start on a barrier": (lambda: sa.polynomial(0, "3/4", 0, -3), 2, 0),
+    "start on a barrier, not at 0": (lambda: sa.linear(-1, 2), 3, "-1/3"),
+    "start on a well": (lambda: sa.polynomial(0, -1, "3/2", 1), 2, 0),
+    "sine": (lambda: sa.sine(-1, -2, 3), 3, "1/10"),
+    "tanh from its well": (lambda: sa.tanh(1, -1, 2), 3, 0),
+    "double zeros elsewhere": (lambda: sa.Drift("(u - 3)**2*(u + 1/3)*(1/2 - u)"), 2, "1/10"),
+}
+
+
+@pytest.mark.parametrize("name", WEAK)
+def test_weak_noise_gains_a_power_with_each_order(name: str) -> None:
+    make, r, start = WEAK[name]
+    drift = make()
+    for quantity in ("T", "C") if name != "tanh from its well" else ("T", "1 - P"):
+        for order in (0, 1, 4) if drift.exact_coefficients() else (2,):
+            errors = []
+            for kappa in ("0.024", "0.012"):
+                exact = ask(quantity, drift, kappa, r, start, dps=40)
+                options = {"method": "laplace", "order": order, "dps": 40}
+                errors.append(relative(ask(quantity, drift, kappa, r, start, **options), exact))
+            if errors[1] < 1e-36:
+                continue  # nothing but what is exponentially small is left out
+            assert np.log2(errors[0] / errors[1]) > 2 * (order + 1) - 0.4, (quantity, order)
+
+
+@pytest.mark.parametrize("name", ["well and barrier", "several wells", "start outside", "sine"])
+def test_strong_noise_gains_a_power_with_each_order(name: str) -> None:
+    make, r, start = WEAK[name]
+    drift = make()
+    for order in (0, 2, 4):
+        errors = []
+        for kappa in (10, 20):
+            exact = ask("T", drift, kappa, r, start, dps=30)
+            options = {"method": "strong_noise", "order": order, "dps": 30}
+            errors.append(relative(ask("T", drift, kappa, r, start, **options), exact))
+        assert np.log2(errors[0] / errors[1]) > 2 * (order + 1) - 0.3
+
+
+def test_closed_forms() -> None:
+    """From the top of A = u in |u| < r; of a constant drift nothing is dropped."""
+    context = mpmath.MPContext()
+    context.dps = 40
+    value = sa.escape_time(sa.linear(-1, 1), "1e-9", 1, method="laplace", order=0, dps=16)
+    top = (context.log(4 / context.mpf("1e-18")) + context.euler) / 2
+    assert abs(value - top) < 1e-14
+    closed = constant_drift("3/2")
+    at = (context, context.mpf("0.1"), context.mpf(5), context.mpf(-2))
+    for name in ("T", "C"):
+        found = ask(name, sa.polynomial("3/2"), "0.1", 5, -2, method="laplace", dps=25)
+        assert relative(found, closed[name](*at)) < 1e-24
+
+
+# -- honest ----------------------------------------------------------------------------------------
+
+ADVERSARIAL: dict[str, tuple[Any, Any, Any]] = {
+    "next terms that vanish": (lambda: sa.Drift("1/2 - 2*u**5"), 2, 0),
+    "odd": (lambda: sa.polynomial(0, -1, 0, "1/2"), 2, 0),
+    "a bump between": (lambda: sa.Drift("1 + 8/(1 + 400*(u - 1/2)**2)"), 3, "-1/2"),
+    "a ghost": (lambda: sa.Drift("1/20 + 5*(u - 3/4)**4"), 3, "-1/2"),
+    "start beside a barrier": (lambda: sa.polynomial("-1/4", "3/4", 1), 2, "0.27"),
+    "start beside a well": (lambda: sa.polynomial(0, -1, "3/2", 1), 2, "1/50"),
+    "an end beside a zero": (lambda: sa.linear(-1, 2), "0.35", 0),
+    "a zero beyond 1": (lambda: sa.Drift("(u + 21/20)*(u + 1/10)*(u - 4/5)"), 1, 0),
+    "a zero beyond -1": (lambda: sa.Drift("-(u + 26/25)*(u - 1/3)"), 3, "-1/2"),
+    "beside the fold": (lambda: sa.friction(3, 1, "-0.775"), 10, 0),
+    "a cusp beside the kink": (lambda: sa.friction(3, 1, "-0.01"), 10, 0),
+}
+
+
+@pytest.mark.parametrize("name", ADVERSARIAL)
+def test_errors_of_arrays_cover_the_true_ones(name: str) -> None:
+    make, r, start = ADVERSARIAL[name]
+    drift, kappa, claims = make(), np.geomspace(0.02, 1.2, 24), 0
+    start = float(Fraction(start))
+    for quantity in ("T", "C"):
+        exact = ask(quantity, drift, kappa, float(r), start, log=True, full=True)
+        asked: list[tuple[str, Any]] = [("laplace", n) for n in (0, 1, 3, 6, "optimal")]
+        for method, order in [*asked, ("strong_noise", 2), ("strong_noise", 9)]:
+            options = {"method": method, "order": order, "log": True, "full": True}
+            found = ask(quantity, drift, kappa, float(r), start, errors="nan", **options)
+            known = np.isfinite(found.value)
+            wrong = np.abs(found.value - exact.value) > found.error + exact.error
+            assert not (known & wrong).any(), (quantity, method, order, kappa[known & wrong])
+            claims += known.sum()
+    assert claims > 20
+
+
+@pytest.mark.every(6)
+@pytest.mark.parametrize(
+    "problem", [p for p in PROBLEMS if not p.tags & {"slow", "refused", "narrow"}], ids=str
+)
+def test_one_scene_is_proved(problem: Problem) -> None:
+    """The error is the distance to the exact value; a refusal has to have a reason."""
+    drift, at = problem.make(), (problem.kappa, problem.r, problem.start)
+    for name in ("T", "C", *(("1 - P",) if problem.slides else ())):
+        exact = ask(name, drift, *at, log=True, dps=40)
+        for method, order in (("laplace", 1), ("strong_noise", 4)):
+            options = {"method": method, "order": order, "log": True, "full": True}
+            try:
+                found = ask(name, drift, *at, dps=25, **options)
+            except sa.AccuracyError:
+                continue
+            assert found.error_kind == "bound"
+            with mpmath.workdps(60):
+                assert abs(found.value - exact) <= found.error
+
+
+@pytest.mark.parametrize("method", ["laplace", "strong_noise"])
+def test_a_value_has_its_claim_when_exact_values_are_not_asked_for(method: str) -> None:
+    """Without full=True a scene is refused by the same rule; the value is the same."""
+    for kappa in ("0.05", "0.3", 1, 5):
+        values = []
+        for full in (False, True):
+            with suppress(sa.AccuracyError):
+                drift = sa.friction(3, 1, "-0.4")
+                values.append(float(sa.escape_time(drift, kappa, 10, method=method, full=full)))
+        assert len(values) != 1
+        assert len(set(values)) <= 1
+
+
+# -- the same in every arithmetic ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", [n for n in WEAK if "kink" not in n and "outside" not in n])
+def test_arrays_have_the_values_of_scenes(name: str) -> None:
+    make, r, start = WEAK[name]
+    drift, kappas = make(), {"laplace": [0.02, 0.05, 0.08], "strong_noise": [3.0, 10.0, 1e6]}
+    for method, kappa in kappas.items():
+        for quantity in ("T", "C"):
+            options = {"method": method, "order": 3, "log": True, "errors": "nan"}
+            found = ask(quantity, drift, kappa, r, start, **options)
+            for k, value in zip(kappa, found, strict=True):
+                if np.isnan(value):
+                    continue
+                one = ask(quantity, drift, k, r, start, dps=20, **options)
+                assert abs(value - one) <= 1e-13 + 2e-15 * abs(value)
+
+
+@pytest.mark.parametrize("method", ["laplace", "strong_noise"])
+def test_digits_agree_with_more_digits(method: str) -> None:
+    kappa = "0.05" if method == "laplace" else 5
+    for name, drift, r, start in (
+        ("T", sa.friction(3, 1, "-0.4"), 10, "1/3"),
+        ("C", sa.sine(1, 1, 4, waves=2), 2, "1/10"),
+        ("P", sa.hill(1, -2, "1/3", n=3), None, None),
+    ):
+        few, many = (
+            ask(name, drift, kappa, r, start, method=method, order=4, dps=n) for n in (15, 40)
+        )
+        assert relative(few, many) < 1e-14
+
+
+def test_many_drifts_and_radii_are_a_loop() -> None:
+    z0, r = np.array([-0.5, -0.4, -1.2]), np.array([[4.0], [10.0]])
+    found = sa.escape_time(sa.friction(3, 1, z0), 0.1, r, method="laplace", full=True)
+    assert found.value.shape == (2, 3)
+    for i in range(2):
+        for k in range(3):
+            drift = sa.friction(3, 1, float(z0[k]))
+            one = sa.escape_time(drift, 0.1, float(r[i, 0]), method="laplace")
+            assert abs(found.value[i, k] / one - 1) < 1e-13
+
+
+def test_logarithms_of_probabilities_near_1() -> None:
+    """log C = log(1 - (1 - C)) has digits of its own."""
+    drift, options = sa.linear(-1, -1), {"method": "laplace", "log": True}
+    rest = sa.exit_probability(drift, "0.1", 2, complement=True, method="laplace", dps=20)
+    one = sa.exit_probability(drift, "0.1", 2, dps=20, **options)
+    many = sa.exit_probability(drift, [0.1, 0.2], 2, **options)
+    assert relative(one, -rest) < 1e-15
+    assert relative(many[0], one) < 1e-12
+
+
+# -- refusals --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("drift", "start", "says"),
+    [
+        (lambda: sa.friction(3, 1, 0), 0, "A vanishes at u = 1, at the start"),
+        (lambda: sa.friction(3, 1, "-7/9"), 0, "A vanishes at u = 0.666667, its slope too"),
+        (lambda: sa.polynomial(0), 0, "A is 0 on all of"),
+        (lambda: sa.friction(3, 1, "-0.4"), "0.39", "kappa is 0.3, "),
+    ],
+)
+def test_refusals(drift: Any, start: Any, says: str) -> None:
+    with pytest.raises(sa.AccuracyError, match=says):
+        sa.escape_time(drift(), "0.3", 4, start=start, method="laplace", order=8)
+
+
+def test_an_inflection_has_no_part_in_the_exit_probability() -> None:
+    fold, at = sa.friction(3, 1, "-7/9"), ("0.02", 4)
+    found = sa.exit_probability(fold, *at, method="laplace", order=3, log=True, dps=20)
+    assert abs(found - sa.exit_probability(fold, *at, log=True, dps=20)) < 1e-9
+
+
+def test_the_enclosure() -> None:
+    """method="bound" of C."""
+    found = sa.exit_probability(sa.linear(1, 2), "0.5", 2, method="bound", dps=20, full=True)
+    exact = sa.exit_probability(sa.linear(1, 2), "0.5", 2, dps=40)
+    assert found.error_kind == "bound"
+    assert 0 < found.error < found.value * mpmath.mpf("1e-19")
+    with mpmath.workdps(50):
+        assert abs(found.value - exact) <= found.error
+    many = sa.exit_probability(sa.linear(1, 2), [0.5, 1.0], 2, method="bound", full=True)
+    assert abs(many.value[0] / float(exact) - 1) < 1e-14
+    assert METHODS["bound"].quantities == ("C", "1 - C")
