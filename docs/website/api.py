@@ -33,7 +33,6 @@ _PLACES = {
     "symasym.drift": "drifts",
     "symasym.release": "release",
     "symasym.integrals": "integrals",
-    "symasym.asymptotics.coalescence": "integrals",
     "symasym.formula": "formulas",
     "symasym.records": "formulas",
     "symasym.emit": "formulas",

@@ -7,9 +7,9 @@ of both sides,
     T = lam (B_L J_R + B_R J_L)/(B_L + B_R),    C = B_R/(B_L + B_R),
 
 and P is m/E of the one stretch [-1, 1], which is int e^{-lam V}, to the same with both tails. Each
-is an expansion in powers of kappa^2. Its error is three times the sum of the next three
-differences, refused from half the value on; with ``full=True`` one scene has the distance to the
-exact value instead, which is proved.
+is an expansion in powers of kappa^2. With ``full=True`` its error is the distance to the exact
+value in a ball, which costs less than the expansion: proved. Without, it is refused where three
+times the sum of the next three differences, of it or of B, is half of the value or more.
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ __all__ = ["of_scene", "of_scenes"]
 _MORE, _SAFETY = 3, 3
 # Digits of a value in float64.
 _FLOAT = 14
+_BITS = 160
 _KEPT = 16
 _ONE = Fraction(1)
 _TERMS = ("wells, barriers, the start and the ends of the layer, all that meet taken together",)
@@ -49,21 +50,16 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     """The quantity to an order, of one scene in exact numbers."""
     digits = _FLOAT if request.dps is None else request.dps
     value, error = next(_estimates([scene], request, digits))
-    kind: ErrorKind = "estimate"
-    if request.full:
-        exact = balls.of_scene(scene, request._replace(method="exact", order=None))
-        with precision(4 * digits + 100):
-            if request.log:
-                value = value.log()
-            error, kind = abs(value - arb(exact.value)) + arb(exact.error), "bound"
-    elif not error < value / 2:
-        raise _refused(scene, request)
-    elif request.log:
-        value = value.log()
     with precision(4 * digits + 100):
+        if request.full:
+            value, error = _distance(scene, request, value)
+        elif not error < value / 2:
+            raise _refused(scene, request)
+        elif request.log:
+            value = value.log()
         mid, rad = to_mpf(value, digits + 5)
-        error = (error + arb(rad)).upper() * (1 + arb(2) ** -50)
-        return Answer(mid, to_mpf(error, 20)[0], kind, _TERMS, _DROPPED)
+        error = to_mpf((error + arb(rad)).upper() * (1 + arb(2) ** -50), 20)[0]
+        return Answer(mid, error, "bound" if request.full else "estimate", _TERMS, _DROPPED)
 
 
 def of_scenes(scenes: Scenes, request: Request) -> Answers:
@@ -74,11 +70,24 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
         some = [scene_at(scenes, row) for row in rows]
         found = zip(rows, some, _estimates(some, request, _FLOAT), strict=True)
         for row, scene, (value, error) in found:
-            if not error < value / 2:
-                raise _refused(scene, request)
-            logs[row] = float(value.log())
-            errors[row] = float(error / (value - error)) + 4e-16 * (1 + abs(logs[row]))
-    return Answers(logs, errors, "estimate", _TERMS, _DROPPED)
+            with precision(_BITS):
+                if request.full and value > 0:
+                    value, error = _distance(scene, request._replace(log=True), value)
+                elif not error < value / 2:
+                    raise _refused(scene, request)
+                else:
+                    value = value.log()
+                logs[row], errors[row] = float(value), float(error.upper())
+    errors += 4e-16 * (1 + np.abs(logs))
+    kind: ErrorKind = "bound" if request.full else "estimate"
+    return Answers(logs, errors, kind, _TERMS, _DROPPED)
+
+
+def _distance(scene: Scene, request: Request, value: Any) -> tuple[Any, Any]:
+    """The value, or its logarithm, and how far the exact one is from it, proved."""
+    exact = balls.of_scene(scene, request._replace(method="exact", order=None))
+    value = value.log() if request.log else value
+    return value, abs(value - arb(exact.value)) + arb(exact.error)
 
 
 def _refused(scene: Scene, request: Request) -> AccuracyError:
@@ -105,10 +114,13 @@ def _estimates(scenes: list[Scene], request: Request, digits: int) -> Iterator[t
                 _SAFETY * sum((abs(y - x) for x, y in pairwise(row)), arb(0))
                 for row in zip(*rows[order:], strict=True)
             ]
-            error = gaps[0] + abs(value) * arb(10) ** -digits
+            # Digits are lost in exponentials as large as the value is or small.
+            lost = abs(value) * (1 + abs(abs(value).log())) * arb(10) ** (1 - digits)
+            error = gaps[0] + lost
             if not all(gap < abs(x) / 2 for x, gap in zip(parts, gaps[1:], strict=True)):
                 error = arb("inf")
-            yield value.mid(), error.mid()
+            found = value.mid(), error.mid()
+        yield found
 
 
 def _orders(

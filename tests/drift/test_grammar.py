@@ -247,7 +247,7 @@ NUMBERS = (
     "integral's parameter", "uniform near", "emit command, number", "figure, number",
     "figure, points", "release, number", "release, z", "release, paths", "expand, start",
     "reduction, sliding", "reduction, drag", "emitted parameter", "bound", "integral's maxima",
-    "integral's saddles", "reduce, point", "reduce, noise", "system's point",
+    "reduce, point", "reduce, noise", "system's point",
 )  # fmt: skip
 
 
@@ -265,7 +265,7 @@ def nothing_is_run(monkeypatch) -> Iterator[list[str]]:
 _TAKE_OBJECTS = [
     "Drift", "a_minus", "laplace f", "laplace g", "laplace end", "laplace variable", "uniform f",
     "reduce", "bind", "friction", "kappa", "emit", "coordinate", "uniform g", "uniform near",
-    "integral's parameter", "integral's lambda", "integral's maxima", "integral's saddles",
+    "integral's parameter", "integral's lambda", "integral's maxima",
     "reduce, point", "reduce, noise", "reduction, sliding", "reduction, drag", "system's point",
     "emitted parameter", "bound", "velocity of u", "velocity of z",
     "noise of u", "oscillator", "release, start", "expand", "expand, start", "plot, number",
