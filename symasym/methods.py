@@ -145,7 +145,6 @@ def _without_error(drift: Drift, request: Request) -> bool:
 WEAK_NOISE_ORDERS = (2, 20)
 
 _ALL = tuple(QUANTITIES)
-_NOISE = "symasym.asymptotics"
 
 #: By their names, in the order in which messages list them.
 METHODS = {method.name: method for method in (

@@ -109,13 +109,13 @@ def test_backward_equation(name: str) -> None:
 
 def mpmath_fraction(drift: sa.Drift, u: F) -> F:
     """A(u) to 120 digits, as a rational."""
-    from symasym.drift.field.taylor_field import to_fraction
+    from symasym.base.inputs import exact
     from symasym.numbers.trees import MpmathOps
 
     context = mpmath.MPContext()
     context.dps = 120
     ops = MpmathOps(context)
-    return to_fraction(drift.evaluate(ops.rational(max(F(-1), min(F(1), u))), ops))
+    return exact("A", drift.evaluate(ops.rational(max(F(-1), min(F(1), u))), ops))
 
 
 SLIDING = ["linear sliding", "linear sliding, uneven", "friction sliding", "tanh"]

@@ -1,6 +1,6 @@
 """Section 6, weak noise: the expansions of the integrals to every order, and how they compose.
 
-What `symasym.asymptotics.weak_noise` evaluates: the formal series that a start, a kink or an end
+What `symasym.series.local` evaluates: the formal series that a start, a kink or an end
 contributes and the slow manifold of the regular part (by parts), Laplace's series of a well or a
 barrier (Watson's lemma), and T from both sides of the start.
 """

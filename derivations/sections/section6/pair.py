@@ -1,7 +1,7 @@
 """Section 6.2, weak noise: a well and a barrier that may coalesce.
 
 The double integral over both, and the integrals of the slow manifold beside them: what
-`symasym.expansions.canonical` (by numbers) and `symasym.asymptotics.weak_noise.regular_part`
+`symasym.expansions.canonical` (by numbers) and `symasym.series.local`
 evaluate.
 """
 

@@ -30,7 +30,7 @@ def forget() -> None:
 
     Constants, such as the nodes of a rule, stay: their caches have no bound.
     """
-    rooms = ("symasym.asymptotics.", "symasym.drift.")
+    rooms = ("symasym.expansions.", "symasym.drift.")
     for name in [name for name in sys.modules if name.startswith(rooms)]:
         for value in vars(sys.modules[name]).values():
             bounded = getattr(value, "cache_parameters", lambda: {"maxsize": 2})()["maxsize"]
