@@ -1,9 +1,9 @@
 """Section 6.2, weak noise: integrals over a pair of zeros of phi, and from a barrier to an end.
 
-What `symasym.expansions.canonical` takes by numbers: the canonical Airy form of a well and barrier
-that may coalesce (Chester, Friedman and Ursell), and the Gaussian truncated by an end (Bleistein),
-both to leading order; and the recurrence and the products by which the first goes on to every
-order.
+What `symasym.expansions.canonical` takes by numbers: the canonical Airy form of a well and a
+barrier that may coalesce (Chester, Friedman and Ursell), and the Gaussian truncated by an end
+(Bleistein), both to leading order; and the recurrence and the products by which the first goes on
+to every order.
 """
 
 from __future__ import annotations
