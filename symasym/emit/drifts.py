@@ -180,10 +180,19 @@ def critical(drift: Drift) -> tuple[Any, ...]:
 
 
 def _marks(drift: Drift) -> tuple[Any, ...]:
-    """Zeros of the drift, and where it turns: what is narrow is not stepped over."""
+    """Zeros of the drift, and where it turns or panels must begin: nothing narrow is missed."""
+    from symasym.drift.evaluate import sampled
+
     zeros, slope = critical(drift), sympy.diff(drift.expression(), _U)
-    turns = Drift(slope, _U).critical_points() if slope.has(_U) else []
-    apart = (float(p.u) for p in turns if all(abs(p.u - float(z)) > 1e-9 for z in zeros))
+    if drift.exact_coefficients() is None:
+        cuts = sampled(drift, {}, 1).cuts
+        if cuts is None:
+            raise InputError(f"{drift!r} varies too fast for a program; smooth it.")
+        places = cuts.tolist()
+    else:
+        turns = Drift(slope, _U).critical_points() if slope.has(_U) else []
+        places = [float(point.u) for point in turns]
+    apart = (u for u in places if all(abs(u - float(z)) > 1e-9 for z in zeros))
     return tuple(sorted((*zeros, *(sympy.Float(u, 20) for u in apart))))
 
 
@@ -239,7 +248,7 @@ def _require_method(what: Record, method: str | None) -> None:
         return
     if what.label != "eq:Ttilde":
         raise InputError(f"{what.label} has no method; eq:Ttilde has.")
-    if method in ("laplace", "uniform"):
+    if isinstance(method, str) and method in ("laplace", "uniform"):
         noise = "weak" if method == "laplace" else "uniform"
         raise InputError(
             f"method is {method!r}; such a formula is emitted by "

@@ -61,7 +61,10 @@ def at(x: Any, y: Any) -> Any:
 def radius(x: Any, inverse: bool = True) -> float:
     """Of convergence of x and 1/x: the distance to the next zero or singularity (root test)."""
     c = x.coeffs()
-    x = x / (c[0] if inverse else max(map(abs, c[:4]), key=float))
+    first = c[0] if inverse else max(map(abs, c[:4]), key=float, default=arb(0))
+    if first == 0:  # as of a power beyond the terms that are known
+        return 1 / _TINY
+    x = x / first
     series = [x.coeffs(), x.inv().coeffs()] if inverse else [x.coeffs()]
     last = [(k, c) for row in series for k, c in list(enumerate(row))[4:][-8:]]
     return 1 / max(_TINY, *(float(abs(c.mid()).root(k)) for k, c in last), 0)

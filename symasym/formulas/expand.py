@@ -115,7 +115,7 @@ def expand(
         return Expansion(
             quantity, noise, order, drift, at, own, formula, known, conditions=where, tex=NAMES,
             verb=expand,
-        ).with_own_names()  # fmt: skip
+        )._with_own_names()  # fmt: skip
     return _weak(drift, quantity, order, at, _case(drift, at, case, quantity))
 
 
@@ -183,7 +183,7 @@ def _strong(drift: Drift, quantity: Expanded, order: int, start: Fraction) -> Ex
         quantity, "strong", order, drift, start, Case(("start",)), formula,
         {**values, LAM: 2 / KAPPA**2}, tex=tex, verb=expand,
         conditions=tuple(c for c in dict.fromkeys(where) if c is not sympy.true),
-    ).with_own_names()  # fmt: skip
+    )._with_own_names()  # fmt: skip
 
 
 # -- weak noise ------------------------------------------------------------------------------------
@@ -200,7 +200,7 @@ def _weak(drift: Drift, quantity: Expanded, order: int, start: Fraction, case: C
         return Expansion(
             quantity, "weak", order, drift, start, case, _of_constant(field.A, quantity), {},
             conditions=conditions, verb=expand,
-        ).with_own_names()  # fmt: skip
+        )._with_own_names()  # fmt: skip
     at, terms = Terms(field), tuple[Contribution, ...]()
     points = weak.points_of(field, order + 1, Letters)
     if quantity == "T":
@@ -234,7 +234,7 @@ def _weak(drift: Drift, quantity: Expanded, order: int, start: Fraction, case: C
         quantity, "weak", order, drift, start, case, formula, known, field.equations, terms,
         conditions, field.integrals, tex=field.tex, rows=at.rows, sums=tuple(at.sums),
         verb=expand,
-    ).with_own_names()  # fmt: skip
+    )._with_own_names()  # fmt: skip
 
 
 def _of_constant(A: Expr, quantity: str) -> Expr:

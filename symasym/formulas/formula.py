@@ -314,7 +314,7 @@ class Expansion:
 
     __repr__ = __str__
 
-    def with_own_names(self) -> Self:
+    def _with_own_names(self) -> Self:
         """The expansion, if no parameter of the drift reads as a symbol of the formula."""
         parameters = self.drift.expression().free_symbols - {U}
         values = [self.formula, *self.definitions.values(), *self.integrals.values()]

@@ -180,12 +180,6 @@ def test_what_is_no_time_is_refused(bad: Any) -> None:
 
 STIFF = sa.tanh(1, -1, "1.4")
 LONG: dict[str, Callable[[float], Any]] = {
-    "digits": lambda p: sa.escape_time(sa.friction(3, 1, "-0.4"), "1e-3", 9, dps=9000, patience=p),
-    "balls": lambda p: sa.exit_probability(
-        sa.tanh(3, 1, 1), "0.05", 2, dps=2000, full=True, patience=p
-    ),
-    "occupation": lambda p: sa.occupation(STIFF, "1e-60", dps=400, log=True, patience=p),
-    "density": lambda p: sa.stationary_density(STIFF, "1e-60", "0.5", dps=400, patience=p),
     "laplace": lambda p: sa.escape_time(
         sa.sine(3, -1, 7, waves=3), "0.05", 2, method="laplace", order=12, dps=300, patience=p
     ),

@@ -246,7 +246,7 @@ NUMBERS = (
     "table, parameter", "table, r", "plot, number", "oscillator", "release, start",
     "integral's parameter", "uniform near", "emit command, number", "figure, number",
     "figure, points", "release, number", "release, z", "release, paths", "expand, start",
-    "reduction, sliding", "reduction, drag", "emitted parameter", "bound", "integral's maxima",
+    "reduction, sliding", "reduction, drag", "emitted parameter", "integral's maxima",
     "reduce, point", "reduce, noise", "system's point",
 )  # fmt: skip
 
@@ -267,7 +267,7 @@ _TAKE_OBJECTS = [
     "reduce", "bind", "friction", "kappa", "emit", "coordinate", "uniform g", "uniform near",
     "integral's parameter", "integral's lambda", "integral's maxima",
     "reduce, point", "reduce, noise", "reduction, sliding", "reduction, drag", "system's point",
-    "emitted parameter", "bound", "velocity of u", "velocity of z",
+    "emitted parameter", "velocity of u", "velocity of z",
     "noise of u", "oscillator", "release, start", "expand", "expand, start", "plot, number",
 ]  # fmt: skip
 

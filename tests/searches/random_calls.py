@@ -254,7 +254,7 @@ AFTER: dict[str, dict[str, dict[str, _Place] | None]] = {
     **dict.fromkeys(list(CALLS)[:4], _ESTIMATE),
     "expand": {**_SYMBOLIC, "evaluate": {"kappa": _KAPPA, "r": _R, "dps": _DPS, "log": _FLAG,
                                          "full": _FLAG}},
-    "laplace_integral": {**_INTEGRAL, "omitted": None, "height": None},
+    "laplace_integral": {**_INTEGRAL, "omitted": None, "height": None, "contributions": None},
     "uniform_integral": {
         **{name: _INTEGRAL[name] for name in ("evaluate", "bind", "error_kind", "parameters")},
         "coefficients": {"dps": _DPS}, "__str__": {},
@@ -279,8 +279,8 @@ AFTER: dict[str, dict[str, dict[str, _Place] | None]] = {
 }  # fmt: skip
 #: Verbs with an argument ``patience``.
 _PATIENT = {
-    "escape_time", "exit_probability", "occupation", "stationary_density", "sensitivity", "plan",
-    "stokes_multiplier", "laplace_integral", "uniform_integral", "release",
+    "escape_time", "exit_probability", "occupation", "stationary_density", "plan",
+    "release",
     "plot", "expand", "emit", "reduce",
 }  # fmt: skip
 
