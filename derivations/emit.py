@@ -104,6 +104,13 @@ EMITTED = (
     Emitted("friction_barrier", "friction-well", "V(u2) - V(u1).", piece=2),
     Emitted("noise_threshold", "threshold",
             "Unscaled kappa below which T is exponentially large; ell = -log eps."),
+    Emitted("escape_time_of_sides", "positive-form",
+            "T from sigma on both sides and w, the sum of both.", plain=True),
+    Emitted("density_of_sides", "positive-density", "p_ss from w, the sum of both sides.",
+            plain=True),
+    Emitted("tail_left", "positive-density", "w at -1.", "w beyond the layer", piece=0, plain=True),
+    Emitted("tail_right", "positive-density", "w at 1, from the right.", "w beyond the layer",
+            piece=1, plain=True),
 )
 # fmt: on
 

@@ -44,8 +44,13 @@ _FIRST = ("escape_time", "exit_probability", "occupation", "stationary_density",
 #: Members that the package needs of itself, and that are no part of its interface.
 INNER = {
     "Drift": (
-        *("shape_with", "scalars", "require_bound", "evaluate", "evaluate_values"),
-        *("evaluate_float", "spread", "rounding", "float_values", "coefficients"),
+        *(
+            "shape_with",
+            "scalars",
+            "require_bound",
+            "evaluate",
+        ),
+        *("evaluate_float", "float_values", "coefficients"),
         *("exact_coefficients", "exact_end", "exact_value", "end", "of", "flat_values"),
     ),
     "Formula": ("of", "read", "values_of", "code"),

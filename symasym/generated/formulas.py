@@ -83,6 +83,26 @@ def friction_coefficients(mu: Field, alpha: Field, z0: Field) -> Any:
     return 1 - z0, -alpha*(1 + mu), 0, alpha*mu
 
 
+def escape_time_of_sides(w: Ratios, sigma_left: Ratios, sigma_right: Ratios) -> Any:
+    """T from sigma on both sides and w, the sum of both (positive-form)."""
+    return w/(1/sigma_left + 1/sigma_right)
+
+
+def density_of_sides(lam: Ratios, w: Ratios) -> Any:
+    """p_ss from w, the sum of both sides (positive-density)."""
+    return lam/w
+
+
+def tail_left(a_minus: Ratios) -> Any:
+    """w at -1 (positive-density)."""
+    return 1/a_minus
+
+
+def tail_right(a_plus: Ratios) -> Any:
+    """w at 1, from the right (positive-density)."""
+    return -1/a_plus
+
+
 def scaled_noise(ctx: MPContext, kappa: mpf, eps: mpf) -> mpf:
     """kappa/sqrt(eps), the noise in scaled variables (eq:tildexykappa)."""
     return kappa/ctx.sqrt(eps)

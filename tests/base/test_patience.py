@@ -178,45 +178,6 @@ def test_what_is_no_time_is_refused(bad: Any) -> None:
         sa.escape_time(sa.linear(1, 1), 1, 2, patience=bad)
 
 
-STIFF = sa.tanh(1, -1, "1.4")
-LONG: dict[str, Callable[[float], Any]] = {
-    "laplace": lambda p: sa.escape_time(
-        sa.sine(3, -1, 7, waves=3), "0.05", 2, method="laplace", order=12, dps=300, patience=p
-    ),
-    "strong noise": lambda p: sa.escape_time(
-        sa.tanh(3, 1, 9), "0.9", 2, method="strong_noise", order=100, dps=2000, patience=p
-    ),
-    "sensitivity": lambda p: sa.sensitivity(sa.tanh(3, 1, 1), "0.02", 2, dps=600, patience=p),
-    "plan": lambda p: sa.plan(sa.sine(3, -1, 7, waves=3), "0.03", 2, 1e-300, patience=p),
-    "many panels in float64": lambda p: sa.exit_probability(
-        sa.hill(10, 1e150, "0.3", n=4), 2, 2, patience=p
-    ),
-    "one long Taylor series": lambda p: sa.escape_time(
-        sa.tanh(1e-200, 5, "0.02"), [0.1, 0.5], 10, method="uniform", patience=p
-    ),
-    "expand": lambda p: sa.expand(sa.sine(3, -1, 7, waves=3), order=8, patience=p),
-    "expand, strong": lambda p: sa.expand(
-        sa.friction(3, 1), noise="strong", order=8, start="0.17", patience=p
-    ),
-    "LaTeX": lambda p: sa.expand(sa.friction(), order=5, start="0.17").latex(patience=p),
-    "emitted expansion": lambda p: sa.expand(sa.friction(mu=3), order=5).emit("c", patience=p),
-    "reduce": lambda p: sa.reduce(
-        (_FRACTIONS, "1"), ("-1", "1"), (_JOINED, "1"), (1, 0), ("y", "x"), patience=p
-    ),
-    "emit": lambda p: sa.emit(
-        "eq:Ttilde", "c", drift=sa.sine(3, -1, 7, waves=3), method="laplace", order=20, patience=p
-    ),
-}
-
-
-@pytest.mark.parametrize("name", LONG)
-def test_every_verb_keeps_to_its_time(name: str) -> None:
-    begun = time.thread_time()
-    with pytest.raises(sa.TimeLimitError, match="pass patience="):
-        LONG[name](0.3)
-    assert time.thread_time() - begun < 4
-
-
 _ALONE = sa.friction(mu="31/7")
 
 

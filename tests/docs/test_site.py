@@ -146,7 +146,8 @@ def test_expansions_err_less_than_they_state() -> None:
     for name in expansions.METHODS:
         seen = np.isfinite(noise.true[name])
         assert np.all(noise.true[name][seen & np.isfinite(noise.stated[name])] > 0)
-        assert not np.any(noise.stated[name] < noise.true[name]), name
+        # The truth is a float64 value, of which the last digits are rounding.
+        assert not np.any(noise.stated[name] < noise.true[name] * (1 - 1e-12) - 1e-15), name
     assert noise.true["uniform"][0] < noise.true["laplace"][0] < noise.true["paper"][0] < 1e-3
 
 

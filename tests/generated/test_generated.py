@@ -146,13 +146,8 @@ def _called() -> tuple[set[str], list[re.Pattern[str]]]:
     return names, patterns
 
 
-#: Of what is evaluated by numbers, or by its derivation, now; they go with the generated files.
-IDLE = {
-    "log_well_term",
-    "even_share", "even_share_on_line", "odd_share", "pair_norm", "pair_share", "over_pair",
-    "over_pair_twice", "next_weight", "pair_factors", "pair_units", "end_distance", "end_peak",
-    "end_mean", "end_rest", "over_end", "barrier_truncated", "well_truncated",
-}  # fmt: skip
+#: What the pictures of the site draw, until the generated files go.
+IDLE = {"log_well_term", "tail_left", "tail_right", "density_of_sides", "escape_time_of_sides"}
 
 
 def test_every_emitted_function_is_called():

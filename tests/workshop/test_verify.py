@@ -23,7 +23,7 @@ from symasym.exact import balls
 from symasym.exact import floats as double
 from symasym.expansions import answer as weak_noise
 from symasym.expansions import strong_noise
-from symasym.generated import mpmath_formulas, numpy_formulas
+from symasym.generated import formulas, mpmath_formulas, numpy_formulas
 from symasym.workshop.verify import Verification, verify
 from symasym.workshop.verify import run as tasks_module
 from symasym.workshop.verify.findings import Finding, random_scene, ratio
@@ -86,14 +86,14 @@ def off_by_digits(function: Callable[..., Any]) -> Callable[..., Any]:
     [
         (balls, "enclosure", off_by_digits, MILD, ("digits", "quadrature")),
         (
-            mpmath_formulas,
+            formulas,
             "weak_noise_time",
             lambda f: times(2, f),
             ("orders", "friction, well"),
             ("paper", "order"),
         ),
         (
-            mpmath_formulas,
+            formulas,
             "strong_noise_occupation",
             lambda f: times(0.9, f),
             ("orders", "linear sliding, strong"),

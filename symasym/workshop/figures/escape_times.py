@@ -455,7 +455,7 @@ def stokes(
     --------
     >>> from symasym.workshop.figures import stokes
     >>> [len(axes.lines) for axes in stokes(points=8).axes[:3]]
-    [5, 3, 5]
+    [4, 3, 5]
     """
     if check_count("points", points) < 8:
         raise InputError(f"points is {points}; give 8 or more.")
