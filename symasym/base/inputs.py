@@ -226,8 +226,8 @@ def exact(name: str, value: object) -> Fraction:
         number = _rational(value)
     except (ValueError, TypeError, ArithmeticError, OverflowError):
         raise InputError(
-            f'{name} is {shown(value)}; give a finite real rational number, such as 3, 0.5, "-0.4", '
-            '"1/3" or "1e-8".'
+            f"{name} is {shown(value)}; give a finite real rational number, such as 3, 0.5, "
+            '"-0.4", "1/3" or "1e-8".'
         ) from None
     if number is None or (number and not LEAST <= abs(number) <= MOST):
         raise InputError(

@@ -53,6 +53,8 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     with precision(4 * digits + 100):
         if request.full:
             value, error = _distance(scene, request, value)
+            if not error < (arb(2).log() if request.log else value / 2):
+                raise _refused(scene, request)
         elif not error < value / 2:
             raise _refused(scene, request)
         elif request.log:
@@ -73,6 +75,8 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
             with precision(_BITS):
                 if request.full and value > 0:
                     value, error = _distance(scene, request._replace(log=True), value)
+                    if not error < arb(2).log():
+                        raise _refused(scene, request)
                 elif not error < value / 2:
                     raise _refused(scene, request)
                 else:
