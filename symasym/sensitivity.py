@@ -298,7 +298,7 @@ def _by_floats(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """log(quantity), its derivatives by every parameter, and their estimated errors."""
     count, stepped = len(scenes.lam), [*scenes.parameters, "kappa"]
-    h = [_STEP * np.where(at[n] == 0, 1.0, np.abs(at[n])) for n in stepped]
+    h = [_STEP * np.where(np.abs(at[n]) < 1e-200, 1.0, np.abs(at[n])) for n in stepped]
     moved = {n: np.tile(x, len(stepped)).astype(complex) for n, x in at.items() if n in stepped}
     for k, name in enumerate(stepped):
         moved[name][k * count : (k + 1) * count] += 1j * h[k]

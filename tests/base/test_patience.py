@@ -220,24 +220,6 @@ def test_a_watched_call_leaves_nothing_behind() -> None:
     subprocess.run([sys.executable, "-c", script], check=True, timeout=60)
 
 
-def test_the_default_is_ten_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert call_context.PATIENCE == 10
-    monkeypatch.setattr(call_context, "PATIENCE", 0.2)
-    # The tests' own limit is none; a thread of its own begins with the default.
-    told: list[BaseException] = []
-
-    def ask() -> None:
-        try:
-            sa.escape_time(sa.friction(3, 1, "-0.4"), "1e-3", 10, dps=2000)
-        except sa.TimeLimitError as error:
-            told.append(error)
-
-    asking = threading.Thread(target=ask)
-    asking.start()
-    asking.join()
-    assert "0.2 seconds" in str(told[0])
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 def test_an_interrupt_ends_a_long_call() -> None:
     script = (

@@ -27,8 +27,6 @@ import numpy as np
 from mpmath import mp, mpf
 
 import symasym as sa
-from symasym.asymptotics.weak_noise import answer as weak_noise_answer
-from symasym.base.call_context import own_context
 from symasym.base.files import write_bytes
 from symasym.emit.targets import to_c
 from symasym.workshop.report import peers
@@ -389,7 +387,7 @@ z0 = np.linspace(-2, -1e-6, 250_000)[:, None]
 """
 _MILLION = """
 T = sa.escape_time(
-    sa.friction(mu=3, alpha=1, z0=z0), [0.1, 0.2, 0.5, 1.0], 10, log=True, patience=120
+    sa.friction(mu=3, alpha=1, z0=z0), [0.1, 0.2, 0.5, 1.0], 10, log=True
 )
 assert T.size == 1_000_000
 """
@@ -442,102 +440,6 @@ def stiffness(options: argparse.Namespace) -> Part:
             table(["kappa", *ways], cells),
         ],
     )
-
-
-# -- weak noise -------------------------------------------------------------------------------
-
-
-def by_hand_in_weak_noise(z0: str, r: float, order: int) -> Callable[[Any], Any]:
-    """log T(kappa) of friction, mu = 3, alpha = 1, start 0, as one would write it by hand.
-
-    Well, barrier, the kink at 1 and the regular part, each a truncated series by Horner; what
-    the other kink, the ends and C add is far below the last digit of the scenes timed.
-    """
-    with own_context(40) as context:
-        drift = sa.friction(mu=3, alpha=1, z0=z0)
-        side = weak_noise_answer._one_sided(drift, Fraction(r), Fraction(0), order, context, 40)[1]
-        (well,) = (p for p in side.speed_points if p.kind == "well")
-        (barrier,) = (p for p in side.scale_points if p.kind == "barrier")
-        (kink,) = (p for p in side.scale_points if p.kind == "kink")
-        barrier, fall = float(well.height + barrier.height), float(barrier.height - kink.height)
-        low, high, edge, outer = (
-            [float(c) for c in series.parts[0].coefficients[: order + 1]]
-            for series in (well.series, barrier.series, kink.series, side.regular_part)
-        )
-        assert side.beyond is not None
-        u, _, slope = side.beyond
-        outer[0] += float((r - u) / slope)
-
-    def horner(c: list[float], x: Any) -> Any:
-        """The polynomial of ascending coefficients at `x`."""
-        total: Any = c[-1]
-        for a in c[-2::-1]:
-            total = total * x + a
-        return total
-
-    def log_time(kappa: Any) -> Any:
-        """log T: the well's series times the barrier's and the kink's, and the regular part."""
-        x = kappa * kappa / 2
-        rising = horner(high, x) + np.exp(-fall / x) * np.sqrt(x) * horner(edge, x)
-        product = horner(low, x) * rising
-        return barrier / x + np.log(product + np.exp(-barrier / x) * horner(outer, x))
-
-    return log_time
-
-
-def weak_noise(options: argparse.Namespace) -> Part:
-    laplace: dict[str, Any] = {"method": "laplace", "order": 5, "log": True}
-    peer, drift = by_hand_in_weak_noise("-0.3", R, 5), _friction()
-    rows, cells = [], []
-    for count, runs in ((10_000, 100), (100_000, 30), (1_000_000, 7)):
-        kappas = np.geomspace(0.005, 0.06, count)
-        times = interleaved(
-            partial(peer, kappas),
-            partial(sa.escape_time, drift, kappas, R, **laplace),
-            partial(sa.escape_time, drift, kappas, R, full=True, **laplace),
-            runs=runs,
-        )
-        by_hand, ours, full = times
-        cells.append(
-            [
-                f"{count:,}",
-                *(_time(x) for x in times),
-                _number(ours / by_hand),
-                _number(full / by_hand),
-            ]
-        )
-        if count >= 100_000:
-            what = f"weak noise, {count:,} kappas, order 5, over NumPy by hand"
-            rows.append(Row(what, ours / by_hand, 2, False))
-            rows.append(Row("the same with its errors, `full=True`", full / by_hand, 2, False))
-    fewer = np.geomspace(0.005, 0.06, 10_000)
-    exact, same = interleaved(
-        lambda: sa.escape_time(drift, fewer, R, log=True),
-        lambda: sa.escape_time(drift, fewer, R, **laplace),
-        runs=3,
-    )
-    mu, z0 = np.array([2.5, 3.0]), np.linspace(-0.45, -0.2, 400)[:, None, None]
-    some, noise = _friction(z0, mu), np.array([0.005, 0.01, 0.015, 0.02])[:, None]
-    exact_some, ours_some = interleaved(
-        lambda: sa.escape_time(some, noise, R, log=True),
-        lambda: sa.escape_time(some, noise, R, method="laplace", log=True),
-        runs=5,
-    )
-    many = _friction(np.linspace(-0.45, -0.2, 10_000))
-    (each,) = interleaved(lambda: sa.escape_time(many, 0.01, R, **laplace), runs=5)
-    first = _first_call()
-    rows += [
-        Row("exact float64 over weak noise, 1e4 kappas, order 5", exact / same, 20, True),
-        Row("the same, 800 drifts with 4 kappas each, order 2", exact_some / ours_some, 3, True),
-    ]
-    text = [
-        "z0 = -3/10, mu = 3, kappa from 0.005 to 0.06; 800 drifts: z0 from -0.45 to -0.2, mu = "
-        f"2.5 and 3, kappa up to 0.02. Exact: {_time(exact / 1e4)} a kappa.",
-        table(["kappas", "by hand", "weak noise", "with errors", "ratio", "with errors"], cells),
-        f"10,000 drifts with one kappa each, order 5: {_time(each / 1e4)} a drift. The first call "
-        f"of a process with an array, modules that it loads included: {_time(first)}.",
-    ]
-    return Part(rows, text)
 
 
 def uniform(options: argparse.Namespace) -> Part:
@@ -617,7 +519,6 @@ PARTS: dict[str, tuple[str, Callable[[argparse.Namespace], Part]]] = {
     "hand": ("NumPy by hand", by_hand),
     "memory": ("Memory", memory),
     "stiffness": ("Stiffness", stiffness),
-    "weak": ("Weak noise", weak_noise),
     "uniform": ("Uniform", uniform),
     "import": ("Import", importing),
 }

@@ -83,7 +83,7 @@ def test_bad_input() -> None:
     for wrong, call in (
         ("pass dps=", lambda: sa.plot("T", FRICTION, [1e-200, 1e-201], 10)),
         ("use method='exact'", lambda: sa.plot("T", FRICTION, [5, 6], 10, method="laplace")),
-        ("which the axis is drawn", lambda: sa.plot("T", FRICTION, ["1e-400", 1], 10, dps=20)),
+        ("beyond 1e±300", lambda: sa.plot("T", FRICTION, ["1e-400", 1], 10, dps=20)),
         (
             "mean 'method'",
             lambda: sa.plot("T", FRICTION, KAPPA, 10, mehtod="exact"),  # type: ignore[arg-type]
