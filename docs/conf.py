@@ -84,8 +84,15 @@ def _named_types(app, what, name, value, options, arguments, returned):
     return tuple(plain)
 
 
+def _without_builtins(app):
+    """viewcode lists the module of plain dicts and numbers, for which it writes no page."""
+    getattr(app.env, "_viewcode_modules", {}).pop("builtins", None)
+    return []
+
+
 def setup(app) -> None:
     """Docstrings are written as for a shell; here their formulas are set and their labels lead."""
+    app.connect("html-collect-pages", _without_builtins, priority=100)
     app.connect("builder-inited", _whole_signatures)
     app.connect("autodoc-process-signature", _named_types)
     app.connect("autodoc-process-docstring", _link_docstring)
