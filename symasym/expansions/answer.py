@@ -1,9 +1,13 @@
-"""Weak noise as a method: T, C and P of a scene to an order, with what is left out.
+"""An expansion as a method: T, C and P of scenes to an order, with what is left out.
 
 The error of one scene is its distance to the exact value, enclosed in balls. Where that is not
 asked for, and in arrays, it is three times the sum of the next three differences of the orders,
 an estimate, which counts below half the value. An asymptotic series is best cut off where that
 is least (R. B. Dingle, Asymptotic Expansions, 1973, ch. I): order "optimal".
+
+What lies between the critical points, such as a bump of A, is in no next term. Exact values at a
+few lam of an array are the errors where the estimate does not count, and raise it where they show,
+if errors are asked for, that it is too small.
 """
 
 from __future__ import annotations
@@ -12,120 +16,241 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
 from flint import arb
 
-from symasym.base.call_context import own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
-from symasym.base.inputs import FloatArray
+from symasym.base.inputs import FloatArray, IntArray, is_array
 from symasym.drift.drift import Drift
 from symasym.exact import balls as exact
-from symasym.expansions.arrays import BITS, NEXT, AtLams, Expanded, of_drifts, orders_of, other
-from symasym.expansions.balls import LINE, quantity, resolved, values
-from symasym.numbers.balls import precision, to_mpf
-from symasym.scenes import Answer, Answers, Request, Scene, Scenes, exponent_bits
+from symasym.exact import floats
+from symasym.expansions.arrays import AtLams
+from symasym.expansions.balls import LINE, AtLam, doubled, local, quantity
+from symasym.numbers.balls import exact_ball, precision, to_mpf
+from symasym.scenes import (
+    Answer,
+    Answers,
+    Request,
+    Scene,
+    Scenes,
+    by_drift,
+    exponent_bits,
+    rows_of,
+    scene_at,
+)
 
-DROPPED = ("higher orders of every series, in the error",)
-_BOUNDED = ("higher orders of every series, and what is exponentially small, in the bound",)
-_TIME = "start, ends, kinks and the regular part"
+_BITS = 256  # of an array's coefficients and heights
+_NEXT = 3  # orders by whose differences an error is estimated
+# Values of lam of an array at which errors are found, and that are summed up at once.
+_SAMPLES, _AT_ONCE = 48, 8192
 # Digits up to which the exact value costs no more than some expansions.
 _MOST_DIGITS = 300
 
-#: Balls of a quantity to some orders, or of its complement.
-Values = Callable[[list[int], bool], list[Any]]
 
+class Expansion(NamedTuple):
+    """A series of T, C and P.
 
-def of_scene(scene: Scene, request: Request) -> Answer:
-    """T, C or P, or a complement, to the request's order, any start."""
-    name, digits, orders = request.name, request.digits, orders_of(request)
-    r, start = LINE if name[-1] == "P" else (scene.r, scene.start)
-    bits = _bits(scene, digits, r, start)
-    # As many terms as the estimate takes, where it is likely to be needed.
-    terms = orders[-1] + 1 + NEXT * (not request.full or len(orders) > 1)
+    `local` gives what a drift, r, start, the name of a quantity, a number of terms and bits make
+    it of; `quantity` sums that at lam in one of the two rings.
+    """
 
-    def to_orders(some: list[int], complement: bool = False) -> list[Any]:
-        asked = other(name) if complement else name
-        return values(scene.drift, scene.lam, r, start, asked, some, digits + 5, bits, terms)
+    local: Callable[[Drift, Fraction, Fraction, str, int, int], Any]
+    quantity: Callable[[Any, str, Any], Any]
+    in_balls: Callable[[Any, int], Any]
+    in_floats: Callable[[FloatArray, int], Any]
+    terms: str
+    beyond: str
+    reason: str
 
-    found = of_series(scene, request, to_orders, too_strong(scene.noise, orders))
-    points = resolved(scene.drift, r, start, name, terms, bits).points
-    words = (f"{p.name} at u = {float(p.u):.6g}" for p in points if p.peak)
-    kept = (w for w in words if name[-1] != "P" or w.startswith("well"))
-    return found._replace(terms=(*sorted(kept), "kinks" if name[-1] == "P" else _TIME))
-
-
-def _bits(scene: Scene, digits: int, r: Fraction, start: Fraction) -> int:
-    """The bits to begin with."""
-    bits = int(3.33 * digits) + exponent_bits(scene.drift, scene.lam, r)
-    bits += 80 + int(r / (r - abs(start))).bit_length()
-    return bits - bits % -64
-
-
-def of_scenes(scenes: Scenes, request: Request) -> Answers:
-    """The same in float64: each drift's series once, then all its kappa."""
-    count, sliding = max(orders_of(request)) + NEXT + 1, request.name[-1] == "P"
-
-    def expanded(drift: Drift, r: Fraction, start: Fraction, name: str) -> Expanded:
-        r, start = LINE if sliding else (r, start)
-        known = resolved(drift, r, start, name, count, BITS)
-
-        def in_floats(lam: FloatArray, order: int) -> Any:
-            return quantity(known, name, AtLams(lam, order))
-
-        def in_balls(lam: Fraction, orders: list[int]) -> list[Any]:
-            bits = BITS + exponent_bits(drift, lam, r)
-            return values(drift, lam, r, start, name, orders, 20, bits - bits % 64)
-
-        return Expanded(in_floats, in_balls)
-
-    logs, errors = of_drifts(scenes, request, expanded, too_strong)
-    terms = "wells and kinks" if sliding else f"wells, barriers, {_TIME}"
-    return Answers(logs, errors, "estimate", (terms,), DROPPED)
-
-
-def _differences(values: Sequence[Any]) -> Any:
-    """Three times the sum of the differences."""
-    return sum((abs(b - a).upper() for a, b in pairwise(values)), arb(0)) * 3
-
-
-def of_series(scene: Scene, request: Request, to_orders: Values, refusal: AccuracyError) -> Answer:
-    """The best of the request's orders with its error; the refusal where it has none."""
-    orders, digits, log = list(orders_of(request)), request.digits, request.log
-    proved = _exact(scene, request) if request.full and len(orders) == 1 else None
-    with precision(int(3.33 * digits) + 64), own_context(digits + 15) as context:
-
-        def number(x: Any) -> Any:
-            return context.make_mpf(to_mpf(x, digits + 10)[0]._mpf_)
-
+    def of_scene(self, scene: Scene, request: Request) -> Answer:
+        """The quantity, or its logarithm, to the request's order; any start."""
+        orders, digits, log = _orders(request), request.digits, request.log
+        proved = _exact(scene, request) if request.full and len(orders) == 1 else None
+        series = self._series(scene, request.name, orders[-1] + (1 if proved else 1 + _NEXT))
         order, estimate = orders[0], None
-        if proved is None:
-            rows = to_orders([*orders, *range(orders[-1] + 1, orders[-1] + NEXT + 1)], False)
-            estimates = [_differences(rows[k : k + NEXT + 1]) for k in range(len(orders))]
-            best = estimates.index(min(estimates))
-            order, relative = orders[best], estimates[best] / rows[best]
-            if 0 < relative < 0.5:
-                estimate = number(-(-relative).log1p() if log else estimates[best])
-            if request.full or estimate is None:
-                proved = _exact(scene, request)
-        ball = to_orders([order], False)[0]
-        if not ball > 0:
-            raise refusal
-        if log and ball > 0.5 and request.name != "T":
-            ball = (-to_orders([order], True)[0]).log1p()
-        elif log:
-            ball = ball.log()
-        value, error = number(ball), estimate
         kind: ErrorKind = "estimate"
-        if proved is not None:
-            middle, radius = (context.make_mpf(x._mpf_) for x in (proved.value, proved.error))
-            error, kind = abs(value - middle) + radius, proved.kind
-        most = max(context.ln2, abs(value) / 10**11) if log else value / 2
-        if error is None or not error < most:
-            raise refusal
-        error += abs(value) * context.mpf(10) ** -(digits + 5)
-        return Answer(value, error, kind, (), _BOUNDED if kind == "bound" else DROPPED, order)
+        with precision(int(3.33 * digits) + 64):
+            if proved is None:
+                values, logs = series.balls(scene.lam, _and_next(orders), digits + 5, log)
+                apart = [abs(b - a).upper() for a, b in pairwise(logs)]
+                estimates = [3 * sum(apart[k : k + _NEXT], arb(0)) for k in range(len(orders))]
+                best = min(range(len(orders)), key=lambda k: _size(estimates[k]))
+                value, logarithm, order = values[best], logs[best], orders[best]
+                if estimates[best] < arb(2).log():
+                    estimate = estimates[best] if log else value * estimates[best].expm1()
+                if request.full or estimate is None:
+                    proved = _exact(scene, request)
+            else:
+                (value,), (logarithm,) = series.balls(scene.lam, orders, digits + 5, log)
+            value, error = logarithm if log else value, estimate
+            if proved is not None:
+                error = abs(value - arb(proved.value)) + arb(proved.error)
+                kind = proved.kind
+            most = arb(2).log().max(abs(value) / 10**11) if log else value / 2
+            if error is None or not error < most:
+                raise self._refusal(scene.noise, orders)
+            error = (error + abs(value) / 10 ** (digits + 5)).upper()
+            value, error = (to_mpf(x, digits + 10)[0] for x in (value, error))
+        return Answer(value, error, kind, (self.terms,), (self.beyond,), order)
+
+    def of_scenes(self, scenes: Scenes, request: Request) -> Answers:
+        """The same in float64: each drift's series once, then all its kappa."""
+        logs, errors = (np.full(len(scenes.lam), np.nan) for _ in range(2))
+        apart = [scenes.numbers[n] for n in ("r", "start") if is_array(scenes.given.get(n))]
+        many = apart or any(map(is_array, scenes.parameters.values()))
+        groups = by_drift(scenes, *apart) if many else [(scenes.drift, np.arange(len(logs)))]
+        for drift, rows in groups:
+            some = rows_of(scenes, rows)._replace(drift=drift, parameters=dict(drift.values))
+            try:
+                count = _orders(request)[-1] + 1 + _NEXT
+                series = self._series(scene_at(some, 0), request.name, count)
+                with np.errstate(all="ignore"):
+                    logs[rows], errors[rows] = series.sampled(some, request)
+            except AccuracyError:
+                if request.errors == "raise":
+                    raise
+        lost = ~_counted(logs, errors)
+        if request.errors == "raise" and lost.any():
+            raise self._refusal(scenes.noise(np.argmax(lost)), _orders(request))
+        logs[lost] = np.nan
+        return Answers(logs, errors, "estimate", (self.terms,), (self.beyond,))
+
+    def _series(self, scene: Scene, name: str, count: int) -> _Series:
+        r, start = LINE if name[-1] == "P" else (scene.r, scene.start)
+        return _Series(self, scene.drift, r, start, name, count)
+
+    def _refusal(self, kappa: str, orders: Sequence[int]) -> AccuracyError:
+        """Of a scene whose error is as large as its value."""
+        return AccuracyError(
+            f"kappa is {kappa}, {self.reason}: beyond order {orders[-1]} the error is as large as "
+            "the value; give another order, or use method='exact'."
+        )
+
+
+class _Series(NamedTuple):
+    """The expansion of one drift, with r, start and the name of a quantity."""
+
+    of: Expansion
+    drift: Drift
+    r: Fraction
+    start: Fraction
+    name: str
+    count: int
+
+    @property
+    def rest(self) -> _Series:
+        """That of the complement."""
+        name = self.name.removeprefix("1 - ")
+        return self._replace(name=name if name != self.name else f"1 - {name}")
+
+    def balls(
+        self, lam: Fraction, orders: Sequence[int], digits: int, log: bool
+    ) -> tuple[list[Any], list[Any]]:
+        """To each of the orders, good to so many digits, and the logarithms."""
+
+        def to_orders(bits: int) -> Any:
+            known, number = self._known(bits), exact_ball(lam)
+            return [self.of.quantity(known, self.name, self.of.in_balls(number, n)) for n in orders]
+
+        bits = int(3.4 * digits) + exponent_bits(self.drift, lam, self.r) + 100
+        bits += int(self.r / (self.r - abs(self.start))).bit_length()
+        found = doubled(to_orders, bits - bits % -128, digits)
+        if log and self.name != "T" and found[0] > 0.5:
+            return found, [(-y).log1p() for y in self.rest.balls(lam, orders, digits, False)[0]]
+        return found, [y.log() for y in found]
+
+    def _known(self, bits: int) -> Any:
+        return self.of.local(self.drift, self.r, self.start, self.name, self.count, bits)
+
+    def logs(self, lam: FloatArray, order: int) -> FloatArray:
+        """The logarithms at many lam, in steps that stay in a cache."""
+        known = doubled(self._known, _BITS)
+        with precision(_BITS):
+            sums = (
+                self.of.quantity(known, self.name, self.of.in_floats(lam[k : k + _AT_ONCE], order))
+                for k in range(0, len(lam), _AT_ONCE)
+            )
+            found = np.concatenate([y.log() for y in sums])
+        if self.name != "T" and (near := np.flatnonzero(found > -0.5)).size:
+            found[near] = np.log1p(-np.exp(self.rest.logs(lam[near], order)))
+        return found
+
+    def sampled(self, scenes: Scenes, request: Request) -> tuple[FloatArray, FloatArray]:
+        """The logarithms and their errors, from those at some of the lam.
+
+        Between two of these the error is twice the larger of theirs.
+        """
+        lam, orders = scenes.lam, np.array(_orders(request))
+        some = np.argsort(lam) if len(lam) < 2 or (np.diff(lam) < 0).any() else np.arange(len(lam))
+        some = some[np.linspace(0, len(lam) - 1, min(len(lam), _SAMPLES)).astype(int)]
+        best, logs, errors = self._errors(rows_of(scenes, some), request)
+        if len(some) == len(lam):
+            back = np.argsort(some)
+            return logs[back], errors[back]
+        after = np.searchsorted(lam[some], lam)
+        wide = 2 * np.maximum(errors[after], errors[after - 1])
+        wide = np.where(lam == lam[some[after]], errors[after], wide)
+        found = np.empty(len(lam))
+        for n in np.unique(best):
+            rows = np.flatnonzero(best[after] == n)
+            found[rows] = self.logs(lam[rows], int(orders[n]))
+        return found, wide
+
+    def _errors(
+        self, scenes: Scenes, request: Request
+    ) -> tuple[IntArray, FloatArray, FloatArray]:
+        """The best of the orders, by its place, the logarithm to it, and its error."""
+        lam, orders = scenes.lam, _orders(request)
+        every = np.array([self.logs(lam, n) for n in _and_next(orders)])
+        apart = np.abs(np.diff(every, axis=0))
+        estimates = 3 * np.array([apart[k : k + _NEXT].sum(axis=0) for k in range(len(orders))])
+        estimates = np.where(_counted(every[: len(orders)], estimates), estimates, np.inf)
+        best = np.argmin(estimates, axis=0)
+        logs, errors = np.choose(best, every), np.choose(best, estimates)
+        errors = errors + self._rounding(lam, logs, np.array(orders)[best], errors < np.inf)
+        rows = np.flatnonzero(np.isfinite(logs) & (request.full | (errors == np.inf)))
+        if rows.size:
+            asked = request._replace(method="exact", order=None, full=True, errors="nan")
+            true = floats.of_scenes(rows_of(scenes, rows), asked)
+            off = np.abs(true.logs - logs[rows])
+            worst = np.nan_to_num((off - true.errors) / errors[rows]).max()
+            errors = errors * (3 * worst if worst > 0.5 else 1)
+            lost = errors[rows] == np.inf
+            errors[rows[lost]] = (off + true.errors)[lost]
+        return best, logs, np.nan_to_num(errors, nan=np.inf)
+
+    def _rounding(self, lam: FloatArray, logs: FloatArray, orders: Any, known: Any) -> Any:
+        """The error of rounding, from balls at a few lam; at all, where it is large."""
+        rows = np.flatnonzero(known)
+
+        def off(k: Any) -> float:
+            value = self.balls(Fraction(lam[k]), [int(orders[k])], 20, True)[1][0]
+            return float(value) - logs[k]
+
+        few = rows[np.unique(np.linspace(0, len(rows) - 1, min(len(rows), 3)).astype(int))]
+        lost = np.max(np.abs([off(k) for k in few]), initial=0)
+        return 4 * lost + 1e-15 * (1 + np.abs(logs))
+
+
+def _orders(request: Request) -> Sequence[int]:
+    """The orders among which the best is taken, ascending."""
+    return request.order if isinstance(request.order, range) else (request.order,)
+
+
+def _and_next(orders: Sequence[int]) -> Sequence[int]:
+    return (*orders, *range(orders[-1] + 1, orders[-1] + _NEXT + 1))
+
+
+def _counted(logs: Any, errors: Any) -> Any:
+    """True where a logarithm is known to a factor 2 of the value; one of 1e15 may be wrong by 1."""
+    return np.isfinite(logs) & (errors < np.maximum(np.log(2), 1e-11 * np.abs(logs)))
+
+
+def _size(x: Any) -> float:
+    return float(x) if x.is_finite() else np.inf
 
 
 def _exact(scene: Scene, request: Request) -> Answer | None:
@@ -138,12 +263,14 @@ def _exact(scene: Scene, request: Request) -> Answer | None:
     return None
 
 
-def too_strong(kappa: str, orders: Sequence[int]) -> AccuracyError:
-    """The refusal of a scene whose error is as large as its value."""
-    single = len(orders) == 1
-    tried = f"order={orders[0]}" if single else f"any order to {orders[-1]}"
-    return AccuracyError(
-        f"kappa is {kappa}, where the noise is too strong, or a well, a barrier or the start too "
-        f"close to another or to an end, for Laplace's method with {tried}: what is left out is as "
-        f"large as the value; {'give another order, or ' * single}use method='exact'."
-    )
+LAPLACE = Expansion(
+    local,
+    quantity,
+    AtLam,
+    AtLams,
+    "wells, barriers, start, ends, kinks and the regular part",
+    "higher orders of every series, in the error",
+    "where the noise is too strong, or a well, a barrier or the start too close to another or to "
+    "an end, for Laplace's method",
+)
+of_scene, of_scenes = LAPLACE.of_scene, LAPLACE.of_scenes

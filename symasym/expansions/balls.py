@@ -7,10 +7,10 @@ of A: it has the same real part as one below them, and that is the finite part.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from fractions import Fraction
-from functools import cached_property, lru_cache, reduce
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from math import ceil, lcm, log
 from typing import Any, NamedTuple
@@ -28,7 +28,7 @@ from symasym.series.power_series import Series
 
 #: The whole line, of which P is asked, as an interval with a start.
 LINE = Fraction(2), Fraction(-1)
-_STEPS, _FEWER = 8, 4  # times that the bits are doubled, of a polynomial and of others
+_STEPS = 6  # times that bits are doubled, at most
 _INSIDE = Fraction(1)
 _OUTER, _INNER, _MOST = 3.0, 2.0, 2000  # ellipses, intervals
 
@@ -401,32 +401,15 @@ class Local(NamedTuple):
     slopes: tuple[Any, Any]
 
 
-def top_of(drift: Drift, mirrored: bool, low: Fraction, high: Fraction, base: Fraction) -> Any:
-    """The maximum of V - V(base) over [low, high] inside [-1, 1], of -A(-u) if mirrored.
-
-    It is at an end or at a barrier; what is at `base` itself is 0.
-    """
-    field, sign = Field(drift, LINE[0], Fraction(0), time=False), -1 if mirrored else 1
-    ground = field.potential(exact_ball(sign * base))
-    tops = [
-        field.potential(exact_ball(sign * u)) - ground if u != base else arb(0) for u in (low, high)
-    ]
-    ends = [exact_ball(u) for u in sorted((sign * low, sign * high))]
-    inside = (u for u, kind in field.places if kind.endswith("barrier"))
-    tops += [field.potential(u) - ground for u in inside if not (u < ends[0] or u > ends[1])]
-    return reduce(lambda x, y: x.max(y), tops)
-
-
 @lru_cache(maxsize=16)
 def local(drift: Drift, r: Fraction, start: Fraction, name: str, count: int, bits: int) -> Local:
-    """What the quantity `name` takes, each series to `count` terms; once for all noise."""
-    with precision(bits):
-        field = Field(drift, r, start, name == "T")
-        points = weak.points_of(field, count, RING)
-        regular = field.regular(count) if name == "T" else []
-        if name[-1] == "P":
-            points = [p for p in points if p.kind != "end"]
-        return Local(points, regular, (field.a[-1], field.a[1]))
+    """What the quantity `name` takes, each series to `count` terms, at flint's `bits`."""
+    field = Field(drift, r, start, name == "T")
+    points = weak.points_of(field, count, RING)
+    regular = field.regular(count) if name == "T" else []
+    if name[-1] == "P":
+        points = [p for p in points if p.kind != "end"]
+    return Local(points, regular, (field.a[-1], field.a[1]))
 
 
 class AtLam:
@@ -442,53 +425,30 @@ class AtLam:
     def term(self, letter: str, point: weak.Point, height: Any, halves: int, row: list[Any]) -> Any:
         """lam^(-halves/2) e^(lam height) sum row_n lam^-n."""
         total = arb(0)
-        for c in row[self.order :: -1] if len(row) > self.order else row[::-1]:
+        for c in row[self.order :: -1]:
             total = total / self.lam + c
         return total * RING.root(self.lam, -halves) * (self.lam * height).exp()
 
 
 def quantity(known: Local, name: str, at: Any) -> Any:
-    """T, C, 1 - C or 1 - P to the order of `at`."""
+    """T, C, 1 - C, P or 1 - P to the order of `at`."""
     if name == "T":
         return weak.escape_time(known.points, known.regular, at)
     if name[-1] == "C":
         return weak.exit_probability(known.points, at, name != "C")
-    return weak.outside_layer(known.points, known.slopes, at)
+    outside = weak.outside_layer(known.points, known.slopes, at)
+    return 1 - outside if name == "P" else outside
 
 
-def values(
-    drift: Drift, lam: Fraction, r: Fraction, start: Fraction, name: str, orders: Sequence[int],
-    digits: int, bits: int, terms: int = 0,
-) -> list[Any]:  # fmt: skip
-    """Balls of the quantity to each of the orders, each good to so many digits."""
-    count, wanted = max(terms, max(orders) + 1), int(3.33 * digits) + 1
-    for more in _doubled(drift, bits):
-        known = resolved(drift, r, start, name, count, more)
-        with precision(more):
-            number = exact_ball(lam)
-            found = [quantity(known, name, AtLam(number, n)) for n in orders]
-            if name == "P":
-                found = [1 - y for y in found]
-            if all(y.rel_accuracy_bits() > wanted for y in found):
+def doubled(find: Callable[[int], Any], bits: int, digits: int = 0) -> Any:
+    """What `find` gives at flint's precision of so many bits, which it takes: these are doubled
+    until zeros and edges are apart, and the balls that it gives have so many digits."""
+    for more in (bits << k for k in range(_STEPS)):
+        with suppress(Unresolved), precision(more):
+            found = find(more)
+            if not digits or all(y.rel_accuracy_bits() > 3.33 * digits + 1 for y in found):
                 return found
-    raise _unresolved(bits)
-
-
-def resolved(drift: Drift, r: Fraction, start: Fraction, name: str, count: int, bits: int) -> Local:
-    """The same with so many bits that zeros and edges are apart."""
-    for more in _doubled(drift, bits):
-        with suppress(Unresolved):
-            return local(drift, r, start, name, count, more)
-    raise _unresolved(bits)
-
-
-def _doubled(drift: Drift, bits: int) -> list[int]:
-    """The bits that are tried."""
-    return [bits << k for k in range(_FEWER if drift.exact_coefficients() is None else _STEPS)]
-
-
-def _unresolved(bits: int) -> AccuracyError:
-    return AccuracyError(
+    raise AccuracyError(
         f"A varies too fast, or its zeros are too close to each other or to an end, for many times "
         f"{bits:,} bits; use method='exact'."
     )

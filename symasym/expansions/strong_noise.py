@@ -19,7 +19,6 @@ in lam; it is one of `Balls` and `Floats`.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -31,12 +30,11 @@ from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
-from symasym.expansions.answer import of_series
-from symasym.expansions.arrays import BITS, NEXT, Expanded, Scaled, of_drifts, orders_of, other
-from symasym.numbers.balls import exact_ball, precision
-from symasym.scenes import Answer, Answers, Request, Scene, Scenes, exponent_bits
+from symasym.expansions.answer import Expansion
+from symasym.expansions.arrays import Scaled
+from symasym.numbers.balls import exact_ball
 
-_MOST_PANELS, _STEPS = 2000, 8
+_MOST_PANELS = 2000
 _ONE = Fraction(1)
 
 
@@ -82,11 +80,11 @@ def swept(stretches: list[Stretch]) -> tuple[Any, Any]:
 
 
 def quantity(name: str, sides: list[list[Stretch]], slopes: tuple[Any, Any], lam: Any) -> Any:
-    """T, C, 1 - C or 1 - P of the stretches on both sides; for P those of the layer alone."""
+    """T, C or P, or a complement, of the stretches on both sides; for P those of the layer alone."""
     if name[-1] == "P":
-        inside = sides[0][0]
+        (inside,), _ = sides
         outside = 1 / (slopes[0] * lam) + inside.climb / (-slopes[1] * lam)
-        return outside / (outside + inside.speed)
+        return (inside.speed if name == "P" else outside) / (outside + inside.speed)
     (s, w), (t, z) = (swept(side) for side in sides)
     if name == "T":
         return (t * w + s * z) * lam / (s + t)
@@ -104,30 +102,26 @@ class Local(NamedTuple):
 
 
 @lru_cache(maxsize=16)
-def local(drift: Drift, r: Fraction, start: Fraction, name: str, order: int, bits: int) -> Local:
-    """The stretches to an order, once for all noise."""
-    with precision(bits):
-        phi = pieces(drift, fmpq(1))[0].phi
-        ends = [drift.end(side) for side in (-1, 1)]
-        slopes = [
-            phi(arb(side)) if a is None else exact_ball(a)
-            for side, a in zip((-1, 1), ends, strict=True)
-        ]
-        if name[-1] == "P":
-            return Local([[moments(phi, -_ONE, _ONE, order)]], (slopes[0], slopes[1]))
-        sides = []
-        for side, of in ((1, phi), (-1, phi.mirrored())):
-            x, row = side * start, list[tuple[Any, Any] | Moments]()
-            before, after = (slopes[0], slopes[1])[::side], min(x, -_ONE) + r
-            if after > 0:
-                row.append((side * before[0], exact_ball(after)))
-            a, b = max(-r, -_ONE), min(x, _ONE)
-            if a < b:
-                row.append(moments(of, a, b, order))
-            if x > 1:
-                row.append((side * before[1], exact_ball(x - 1)))
-            sides.append(row)
-        return Local(sides, (slopes[0], slopes[1]))
+def local(drift: Drift, r: Fraction, start: Fraction, name: str, count: int, bits: int) -> Local:
+    """The stretches, moments to `count` terms, at flint's `bits`."""
+    phi, (low, high) = pieces(drift, fmpq(1))[0].phi, (drift.end(side) for side in (-1, 1))
+    a = tuple(
+        phi(arb(side)) if known is None else exact_ball(known)
+        for side, known in ((-1, low), (1, high))
+    )
+    if name[-1] == "P":
+        return Local([[moments(phi, -_ONE, _ONE, count - 1)], []], a)
+    sides = []
+    for side, of in ((1, phi), (-1, phi.mirrored())):
+        x, row = side * start, list[tuple[Any, Any] | Moments]()
+        if (before := min(x, -_ONE) + r) > 0:
+            row.append((side * a[::side][0], exact_ball(before)))
+        if max(-r, -_ONE) < min(x, _ONE):
+            row.append(moments(of, max(-r, -_ONE), min(x, _ONE), count - 1))
+        if x > 1:
+            row.append((side * a[::side][1], exact_ball(x - 1)))
+        sides.append(row)
+    return Local(sides, a)
 
 
 def moments(phi: Any, a: Fraction, b: Fraction, order: int) -> Moments:
@@ -253,77 +247,14 @@ def at(known: Local, name: str, ring: Any) -> Any:
         [layer(s, ring) if isinstance(s, Moments) else straight(*s, ring) for s in side]
         for side in known.sides
     ]
-    a_minus, a_plus = (ring.number(a) for a in known.slopes)
-    return quantity(name, sides, (a_minus, a_plus), ring.lam)
+    low, high = (ring.number(a) for a in known.slopes)
+    return quantity(name, sides, (low, high), ring.lam)
 
 
-def values(
-    drift: Drift, lam: Fraction, r: Fraction, start: Fraction, name: str, orders: Sequence[int],
-    digits: int, bits: int,
-) -> list[Any]:  # fmt: skip
-    """Balls of the quantity to each of the orders, each good to so many digits or about 0."""
-    wanted = int(3.33 * digits) + 1
-    for _ in range(_STEPS):
-        known = local(drift, r, start, name, max(orders), bits)
-        with precision(bits):
-            number = exact_ball(lam)
-            found = [at(known, name, Balls(number, n)) for n in orders]
-            if name == "P":
-                found = [1 - y for y in found]
-            if all(y.rel_accuracy_bits() > wanted for y in found):
-                return found
-        bits *= 2
-    raise AccuracyError(f"{name} has no digits in {bits:,} bits; use method='exact'.")
-
-
-# -- the method ------------------------------------------------------------------------------------
-
-
-def of_scene(scene: Scene, request: Request) -> Answer:
-    """T, C or P, or a complement, to the request's order, any region, any start."""
-    name, digits = request.name, request.digits
-    r, start = scene.numbers.get("r", _ONE), scene.numbers.get("start", Fraction(0))
-    bits = int(3.4 * digits) + 120 + exponent_bits(scene.drift, scene.lam, r)
-    bits += -bits % 64
-
-    def to_orders(some: list[int], complement: bool = False) -> list[Any]:
-        asked = other(name) if complement else name
-        return values(scene.drift, scene.lam, r, start, asked, some, digits + 5, bits)
-
-    found = of_series(scene, request, to_orders, too_weak(scene.noise, orders_of(request)))
-    return found._replace(terms=_terms(request.order), dropped=_dropped(request.order))
-
-
-def of_scenes(scenes: Scenes, request: Request) -> Answers:
-    """The same in float64: each drift's moments once, then all its kappa."""
-    order = request.order
-
-    def expanded(drift: Drift, r: Fraction, start: Fraction, name: str) -> Expanded:
-        known = local(drift, r, start, name, order + NEXT, BITS)
-
-        def in_floats(lam: FloatArray, n: int) -> Any:
-            return at(known, name, Floats(lam, n))
-
-        def in_balls(lam: Fraction, orders: list[int]) -> list[Any]:
-            return values(drift, lam, r, start, name, orders, 20, BITS)
-
-        return Expanded(in_floats, in_balls)
-
-    logs, errors = of_drifts(scenes, request, expanded, too_weak)
-    return Answers(logs, errors, "estimate", _terms(order), _dropped(order))
-
-
-def _terms(order: int) -> tuple[str, ...]:
-    return tuple(f"lam^{k} of the layer" for k in range(order + 1))
-
-
-def _dropped(order: int) -> tuple[str, ...]:
-    return (f"lam^{order + 1} of the layer and beyond, in the error",)
-
-
-def too_weak(kappa: str, orders: Sequence[int]) -> AccuracyError:
-    """The refusal of a scene whose error is as large as its value."""
-    return AccuracyError(
-        f"kappa is {kappa}, where the noise is so weak that {orders[0] + 1} terms in 2/kappa^2 "
-        "leave an error as large as the value; give a larger order, or use method='exact'."
-    )
+STRONG_NOISE = Expansion(
+    local, at, Balls, Floats,
+    "powers of lam in the layer",
+    "higher powers of lam in the layer, in the error",
+    "where the noise is weak for powers of 2/kappa^2",
+)  # fmt: skip
+of_scene, of_scenes = STRONG_NOISE.of_scene, STRONG_NOISE.of_scenes
