@@ -199,9 +199,7 @@ class _Series(NamedTuple):
             found[rows] = self.logs(lam[rows], int(orders[n]))
         return found, wide
 
-    def _errors(
-        self, scenes: Scenes, request: Request
-    ) -> tuple[IntArray, FloatArray, FloatArray]:
+    def _errors(self, scenes: Scenes, request: Request) -> tuple[IntArray, FloatArray, FloatArray]:
         """The best of the orders, by its place, the logarithm to it, and its error."""
         lam, orders = scenes.lam, _orders(request)
         every = np.array([self.logs(lam, n) for n in _and_next(orders)])

@@ -7,18 +7,17 @@ of A: it has the same real part as one below them, and that is the finite part.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from itertools import pairwise
-from math import ceil, lcm, log
+from math import ceil, log
 from typing import Any, NamedTuple
 
-from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx, fmpq, fmpz_poly
+from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx, fmpq, fmpq_poly
 
 from symasym.base.errors import AccuracyError
-from symasym.base.inputs import float_text
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
 from symasym.expansions import weak
@@ -28,8 +27,8 @@ from symasym.series.power_series import Series
 
 #: The whole line, of which P is asked, as an interval with a start.
 LINE = Fraction(2), Fraction(-1)
+_ONE = Fraction(1)
 _STEPS = 6  # times that bits are doubled, at most
-_INSIDE = Fraction(1)
 _OUTER, _INNER, _MOST = 3.0, 2.0, 2000  # ellipses, intervals
 
 
@@ -69,36 +68,40 @@ class Unresolved(ArithmeticError):
     """More bits are needed."""
 
 
-def no_series(u: Any, where: str) -> AccuracyError:
-    """The refusal of a drift whose series has a vanishing divisor."""
+def _no_series(u: float, where: str) -> AccuracyError:
     return AccuracyError(
-        f"A vanishes at u = {float_text(u) if isinstance(u, Fraction) else f'{float(u):.6g}'}, "
-        f"{where}, where the series for weak noise do not exist; use method='exact'."
+        f"A vanishes at u = {u:.6g}, {where}, where the series for weak noise do not exist; use "
+        "method='exact'."
     )
 
 
 class Field:
-    """phi of a bound drift: Taylor coefficients, V, its critical places, the finite parts."""
+    """phi of a bound drift: Taylor coefficients, V, its critical places, the finite parts.
+
+    A double zero has a finite part only where that is not asked for (`time`).
+    """
 
     def __init__(self, drift: Drift, r: Fraction, start: Fraction, time: bool = True) -> None:
-        self.start, self.r, self.exact = start, r, drift.exact_coefficients()
-        self.time = time  # whether the finite parts are needed, which a double zero lacks
-        self.drift, self.x = drift, exact_ball(start)
-        self.phi = pieces(drift, fmpq(1))[0].phi
-        if self.exact is not None:
-            self.poly = [exact_ball(c) for c in self.exact] or [arb(0)]
-        if self.exact is not None and not any(self.exact):
-            raise AccuracyError("A is 0 on all of [-1, 1]; use method='exact'.")
-        self.a = {side: self._at_end(side) for side in (-1, 1)}
-        edges = {start, *((Fraction(-1), Fraction(1)) if r > 1 else (-r, r))}
-        zeros = list(self._zeros(edges))
-        own = ""
-        if abs(start) < 1:
-            own = next((kind for u, kind in zeros if u.overlaps(self.x)), "")
-            if own and self.exact is not None and self._rational(start):
+        self.drift, self.r, self.start, self.x = drift, r, start, exact_ball(start)
+        self.exact, self.phi = drift.exact_coefficients(), pieces(drift, fmpq(1))[0].phi
+        self.poly = [exact_ball(c) for c in self.exact or ()]
+        known = {side: drift.end(side) for side in (-1, 1)}
+        self.a = {s: self.phi(arb(s)) if a is None else exact_ball(a) for s, a in known.items()}
+        reach = min(r, _ONE)
+        for u in (-reach, reach):
+            if (known[int(u)] if reach == 1 else drift.exact_value(u)) == 0:
+                raise _no_series(float(u), "at a kink or an end")
+        zeros = []
+        for u, multiplicity in self._real():
+            if any(u.overlaps(exact_ball(end)) for end in (-reach, reach)):
                 raise Unresolved
+            if abs(u) < exact_ball(reach) and self._counts(u, multiplicity, time):
+                zeros.append((u, "barrier" if self.taylor(u, 2)[1] > 0 else "well"))
+        own = next((kind for u, kind in zeros if u.overlaps(self.x)), "")
+        if own and drift.exact_value(start):
+            raise Unresolved
         self.on_zero = bool(own)
-        self.zeros = [(u, kind) for u, kind in zeros if not (own and u.overlaps(self.x))]
+        self.zeros = [(u, kind) for u, kind in zeros if not u.overlaps(self.x)]
         kinks = [side for side in (-1, 1) if r > 1 and start != side]
         self.places: list[tuple[Any, str]] = sorted(
             [
@@ -122,7 +125,7 @@ class Field:
             c = of(self.poly)(of([u, 1])).coeffs()[:count]
         else:
             ctx.cap = count
-            c = self.phi((arb_series if real else acb_series)([u, 1], prec=count)).coeffs()
+            c = list(self.phi((arb_series if real else acb_series)([u, 1], prec=count)))
         return [*c, *[u * 0] * (count - len(c))]
 
     def around(self, box: Any, count: int) -> list[Any]:
@@ -131,60 +134,28 @@ class Field:
             return [acb("nan")] * count
         return self.taylor(box, count)
 
-    def _at_end(self, side: int) -> Any:
-        """A(-1) or A(1)."""
-        known = self.drift.end(side)
-        return self.taylor(arb(side), 1)[0] if known is None else exact_ball(known)
+    def _counts(self, u: Any, multiplicity: int, time: bool) -> bool:
+        """True for a simple zero; a multiple one is no turning point of V, or refused."""
+        if multiplicity > 1 and (time or multiplicity % 2 or u.overlaps(self.x)):
+            raise _no_series(float(u), "its slope too")
+        return multiplicity == 1
 
-    def _rational(self, u: Fraction) -> Fraction:
-        """A(u) of a polynomial."""
-        total = Fraction(0)
-        for c in reversed(self.exact or ()):
-            total = total * u + c
-        return total
-
-    def _zeros(self, edges: set[Fraction]) -> Iterator[tuple[Any, str]]:
-        """The zeros of A between the ends, left to right, each a well or a barrier."""
-        reach = exact_ball(min(self.r, _INSIDE))
-        for u in edges:
-            inside = u == self.start and abs(u) < 1
-            known = self.drift.end(int(u)) if abs(u) == 1 else None
-            value = self._rational(u) if self.exact is not None and abs(u) <= 1 else known
-            if abs(u) <= 1 and not inside and value == 0:
-                raise no_series(u, "at the start, an end or a kink")
-        for u, kind, multiplicity in self._of_polynomial if self.exact else self._of_any:
-            if u.overlaps(reach) or u.overlaps(-reach):
-                raise Unresolved
-            if not abs(u) < reach:
-                continue
-            if multiplicity == 1:
-                yield u, kind
-            elif self.time or multiplicity % 2 or u.overlaps(self.x):
-                raise no_series(u, "its slope too")
+    def _real(self) -> list[tuple[Any, int]]:
+        """The real zeros, and their multiplicities; of what is no polynomial those in (-1, 1)."""
+        if self.exact is None:
+            zeros = self.drift.critical_points()
+            return [
+                (self._refined(p.u) if p.multiplicity == 1 else arb(str(p.u)), p.multiplicity)
+                for p in zeros
+            ]
+        real = [(z.real, m) for z, m in self.roots if z.imag == 0]
+        return sorted(real, key=lambda zero: float(zero[0]))
 
     @cached_property
-    def _of_polynomial(self) -> list[tuple[Any, str, int]]:
-        """The real zeros of a polynomial, and their multiplicities."""
-        assert self.exact is not None
-        self.roots: Any = []
-        if len(self.poly) > 1:
-            whole = lcm(*(c.denominator for c in self.exact))
-            self.roots = fmpz_poly([int(c * whole) for c in self.exact]).complex_roots()
-        real = sorted(
-            ((z.real, m) for z, m in self.roots if z.imag == 0), key=lambda p: float(p[0])
-        )
-        return [(u, self._kind(u), m) for u, m in real]
-
-    @cached_property
-    def _of_any(self) -> list[tuple[Any, str, int]]:
-        """The zeros of any other A inside (-1, 1)."""
-        return [
-            (self._refined(p.u) if p.multiplicity == 1 else arb(str(p.u)), p.kind, p.multiplicity)
-            for p in self.drift.critical_points()
-        ]
-
-    def _kind(self, u: Any) -> str:
-        return "barrier" if self.taylor(u, 2)[1] > 0 else "well"
+    def roots(self) -> Any:
+        """All zeros of a polynomial in the complex plane, and their multiplicities."""
+        whole = fmpq_poly([fmpq(c.numerator, c.denominator) for c in self.exact or ()]).numer()
+        return whole.complex_roots() if whole.degree() > 0 else []
 
     def _refined(self, near: Any) -> Any:
         """A simple zero: Newton's method, then that for balls, which proves it."""
@@ -222,12 +193,12 @@ class Field:
 
     def potential(self, u: Any) -> Any:
         """V(u) - V(0), V' = -phi."""
-        side, place = (1 if float(u) > 0 else -1), float(u)
-        inside = arb(side) if abs(place) > 1 else u
+        side, beyond = (1 if float(u) > 0 else -1), abs(float(u)) > 1
+        inside = arb(side) if beyond else u
         if self.exact is not None:
             area = arb_poly(self.poly).integral()(inside)
         else:
-            area = gauss(self, acb(0), acb(inside), 0)[0].real
+            area = acb.integral(lambda z, _: acb(self.phi(z)), acb(0), acb(inside)).real
         return -area - (u - inside) * self.a[side]
 
     # -- finite parts --------------------------------------------------------------------------
@@ -236,7 +207,7 @@ class Field:
         """Finite parts of int h_k left and right of the start, k = 1 to count."""
 
         def clip(y: Fraction) -> Fraction:
-            return min(max(y, -_INSIDE), _INSIDE)
+            return min(max(y, -_ONE), _ONE)
 
         found = []
         for lo, hi in ((-self.r, self.start), (self.start, self.r)):
@@ -245,8 +216,8 @@ class Field:
                 row = self._inside(clip(lo), clip(hi), count)
             # The straight stretches.
             for side, length in (
-                (-1, min(hi, -_INSIDE) - min(lo, -_INSIDE)),
-                (1, max(hi, _INSIDE) - max(lo, _INSIDE)),
+                (-1, min(hi, -_ONE) - min(lo, -_ONE)),
+                (1, max(hi, _ONE) - max(lo, _ONE)),
             ):
                 if length > 0:
                     row[0] += exact_ball(length) / self.a[side]
@@ -338,40 +309,37 @@ def _nodes(count: int, bits: int) -> list[tuple[Any, Any]]:
 
 
 def gauss(field: Field, p: Any, q: Any, count: int) -> list[Any]:
-    """The integrals of h_(m+1)^2 phi, m < count, from p to q, enclosed; that of phi if count is 0.
+    """The integrals of h_(m+1)^2 phi, m < count, from p to q, enclosed.
 
     Of a function below M on the ellipse with foci p and q whose half axes add up to rho |q - p|/2,
     Gauss's rule of n nodes misses at most (64/15) M |q - p|/2 rho^-2n/(1 - rho^-2) (L. N.
     Trefethen, SIAM Rev. 50 (2008) 67, theorem 4.5). With |phi| > c on a larger ellipse, at a
     distance d from it, |h_(m+1)| <= c^-1 (m/(c d))^m by Cauchy's estimate, step by step.
     """
-    total, waiting = [acb(0)] * max(count, 1), [(p, q)]
+    total, waiting = [acb(0)] * count, [(p, q)]
     rate, usual = 2 * log(_INNER), ctx.prec * log(2) / (2 * log(_INNER))
-    axes = [((x + 1 / x) / 2, (x - 1 / x) / 2) for x in (_OUTER, _INNER)]
-    ellipse = acb(arb(0, axes[0][0]), arb(0, axes[0][1]))
+    (wide, high), (inner, _) = (((x + 1 / x) / 2, (x - 1 / x) / 2) for x in (_OUTER, _INNER))
     for _ in range(_MOST):
         if not waiting:
             return total
         p, q = waiting.pop()
-        middle, half = (p + q) / 2, (q - p) / 2
-        around = acb(field.phi(middle + half * ellipse))
+        middle, half, nodes = (p + q) / 2, (q - p) / 2, 0
+        around = acb(field.phi(middle + half * acb(arb(0, wide), arb(0, high))))
         least, most = abs(around).lower(), abs(around).upper() * abs(half) * 64 / 15
-        nodes, bounds = 0, [most]
-        if most.is_finite() and (least > 0 or not count):
-            step = (axes[0][0] - axes[1][0]) * abs(half) * least
-            if count:
-                bounds = [most * ((m / step) ** m / least) ** 2 for m in range(count)]
+        if most.is_finite() and least > 0:
+            step = (wide - inner) * abs(half) * least
+            bounds = [most * ((m / step) ** m / least) ** 2 for m in range(count)]
             own = [abs(half * y) for y in _integrands(field, middle, count)]
-            least_size = (own[0] + abs(half * field.phi(p)) * (not count)) * arb(2) ** -64
-            sizes = [(y + abs(x)).max(least_size) for x, y in zip(total, own, strict=True)]
-            ratios = (b / y for b, y in zip(bounds, sizes, strict=True) if b > 0)
-            worst = max((float(x.log().upper()) for x in ratios), default=0.0)
-            nodes = 8 * ceil((usual + worst / rate + 1) / 8)
+            sizes = [(y + abs(x)).max(own[0] * arb(2) ** -64) for x, y in zip(total, own)]
+            worst = max(float((b / y).log().upper()) for b, y in zip(bounds, sizes))
+            nodes = 8 * ceil((usual + max(worst, 0.0) / rate + 1) / 8)
         if not 0 < nodes < 2 * usual + 8:
             waiting += [(middle, q), (p, middle)]
             continue
-        rule = _nodes(nodes, ctx.prec)
-        rows = [(half * w, _integrands(field, middle + half * t, count)) for t, w in rule]
+        rows = [
+            (half * w, _integrands(field, middle + half * t, count))
+            for t, w in _nodes(nodes, ctx.prec)
+        ]
         missed = arb(_INNER) ** (-2 * nodes) / (1 - arb(_INNER) ** -2)
         for m, bound in enumerate(bounds):
             error = arb(0, (bound * missed).upper())
@@ -380,10 +348,7 @@ def gauss(field: Field, p: Any, q: Any, count: int) -> list[Any]:
 
 
 def _integrands(field: Field, z: Any, count: int) -> list[Any]:
-    """h_(m+1)^2 phi at z, m < count; phi itself if count is 0."""
-    if not count:
-        return [acb(field.phi(z))]
-    ctx.cap = count
+    """h_(m+1)^2 phi at z, m < count."""
     phi = acb_series(field.taylor(z, count), prec=count)
     h, row = 1 / phi, []
     for m in range(count):
