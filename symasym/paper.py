@@ -46,9 +46,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
             kind = "none" if name == "C" or request.complement else kind
         error += abs(value) / arb(10) ** (digits + 5) + arb(10) ** -(digits + 5)
         shown, error = (to_mpf(x, digits + 10)[0] for x in (value, error.upper()))
-    return Answer(
-        shown, None if kind == "none" else error, kind, *(_EXIT if name == "C" else ())
-    )
+    return Answer(shown, None if kind == "none" else error, kind, *(_EXIT if name == "C" else ()))
 
 
 def of_scenes(scenes: Scenes, request: Request) -> Answers:

@@ -69,7 +69,9 @@ class Plan:
     suffices: bool
 
     def __str__(self) -> str:
-        order = f"order {self.order}" if self.suffices else f"no order suffices, {self.order} is best"
+        order = (
+            f"order {self.order}" if self.suffices else f"no order suffices, {self.order} is best"
+        )
         rows = (
             f"  {'kept' if t.kept else 'left out':9}{nstr(t.size, 2):>10}  {t.name}"
             for t in self.terms
@@ -79,9 +81,7 @@ class Plan:
     __repr__ = __str__
 
 
-def plan(
-    drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: Number = 0
-) -> Plan:
+def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: Number = 0) -> Plan:
     """The terms of T that this scene needs, and those left out.
 
     Parameters

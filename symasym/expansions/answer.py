@@ -42,7 +42,7 @@ from symasym.scenes import (
     scene_at,
 )
 
-_BITS = 256  # of an array's coefficients and heights
+_BITS = 192  # of an array's coefficients and heights
 _NEXT = 3  # orders by whose differences an error is estimated
 # Values of lam of an array at which errors are found, and that are summed up at once.
 _SAMPLES, _AT_ONCE = 48, 8192
@@ -77,9 +77,9 @@ class Expansion(NamedTuple):
                 values, logs = series.balls(scene.lam, _and_next(orders), digits + 5, log)
                 apart = [abs(b - a).upper() for a, b in pairwise(logs)]
                 estimates = [3 * sum(apart[k : k + _NEXT], arb(0)) for k in range(len(orders))]
-                best = min(range(len(orders)), key=lambda k: _size(estimates[k]))
+                best = min(range(len(orders)), key=lambda k: _size(estimates[k], logs[k]))
                 value, logarithm, order = values[best], logs[best], orders[best]
-                if estimates[best] < arb(2).log():
+                if _size(estimates[best], logarithm) < np.inf:
                     estimate = estimates[best] if log else value * estimates[best].expm1()
                 if request.full or estimate is None:
                     proved = _exact(scene, request)
@@ -139,6 +139,7 @@ class _Series(NamedTuple):
     start: Fraction
     name: str
     count: int
+    in_balls: bool = False  # also at many lam, where float64 loses too much
 
     @property
     def rest(self) -> _Series:
@@ -155,9 +156,9 @@ class _Series(NamedTuple):
             known, number = self._known(bits), exact_ball(lam)
             return [self.of.quantity(known, self.name, self.of.in_balls(number, n)) for n in orders]
 
-        bits = int(3.4 * digits) + exponent_bits(self.drift, lam, self.r) + 100
+        bits = int(3.33 * digits) + exponent_bits(self.drift, lam, self.r) + 80
         bits += int(self.r / (self.r - abs(self.start))).bit_length()
-        found = doubled(to_orders, bits - bits % -128, digits)
+        found = doubled(to_orders, bits - bits % -64, digits)
         if log and self.name != "T" and found[0] > 0.5:
             return found, [(-y).log1p() for y in self.rest.balls(lam, orders, digits, False)[0]]
         return found, [y.log() for y in found]
@@ -167,6 +168,8 @@ class _Series(NamedTuple):
 
     def logs(self, lam: FloatArray, order: int) -> FloatArray:
         """The logarithms at many lam, in steps that stay in a cache."""
+        if self.in_balls:
+            return np.array([float(self.balls(Fraction(x), [order], 16, True)[1][0]) for x in lam])
         known = doubled(self._known, _BITS)
         with precision(_BITS):
             sums = (
@@ -186,7 +189,9 @@ class _Series(NamedTuple):
         lam, orders = scenes.lam, np.array(_orders(request))
         some = np.argsort(lam) if len(lam) < 2 or (np.diff(lam) < 0).any() else np.arange(len(lam))
         some = some[np.linspace(0, len(lam) - 1, min(len(lam), _SAMPLES)).astype(int)]
-        best, logs, errors = self._errors(rows_of(scenes, some), request)
+        best, logs, errors, lost = self._errors(rows_of(scenes, some), request)
+        if lost and not self.in_balls:
+            return self._replace(in_balls=True).sampled(scenes, request)
         if len(some) == len(lam):
             back = np.argsort(some)
             return logs[back], errors[back]
@@ -199,8 +204,11 @@ class _Series(NamedTuple):
             found[rows] = self.logs(lam[rows], int(orders[n]))
         return found, wide
 
-    def _errors(self, scenes: Scenes, request: Request) -> tuple[IntArray, FloatArray, FloatArray]:
-        """The best of the orders, by its place, the logarithm to it, and its error."""
+    def _errors(
+        self, scenes: Scenes, request: Request
+    ) -> tuple[IntArray, FloatArray, FloatArray, bool]:
+        """The best of the orders, by its place, the logarithm to it, its error; whether float64
+        loses much, by balls at a few lam."""
         lam, orders = scenes.lam, _orders(request)
         every = np.array([self.logs(lam, n) for n in _and_next(orders)])
         apart = np.abs(np.diff(every, axis=0))
@@ -208,29 +216,22 @@ class _Series(NamedTuple):
         estimates = np.where(_counted(every[: len(orders)], estimates), estimates, np.inf)
         best = np.argmin(estimates, axis=0)
         logs, errors = np.choose(best, every), np.choose(best, estimates)
-        errors = errors + self._rounding(lam, logs, np.array(orders)[best], errors < np.inf)
+        known = np.flatnonzero(errors < np.inf)
+        off, few = 0.0, known[np.linspace(0, len(known) - 1, min(len(known), 3)).astype(int)]
+        for k in few:
+            ball = self.balls(Fraction(lam[k]), [orders[best[k]]], 16, True)[1][0]
+            off = max(off, abs(float(ball) - logs[k]))
+        errors = errors + 4 * off + 1e-15 * (1 + np.abs(logs))
         rows = np.flatnonzero(np.isfinite(logs) & (request.full | (errors == np.inf)))
         if rows.size:
             asked = request._replace(method="exact", order=None, full=True, errors="nan")
             true = floats.of_scenes(rows_of(scenes, rows), asked)
-            off = np.abs(true.logs - logs[rows])
-            worst = np.nan_to_num((off - true.errors) / errors[rows]).max()
-            errors = errors * (3 * worst if worst > 0.5 else 1)
-            lost = errors[rows] == np.inf
-            errors[rows[lost]] = (off + true.errors)[lost]
-        return best, logs, np.nan_to_num(errors, nan=np.inf)
-
-    def _rounding(self, lam: FloatArray, logs: FloatArray, orders: Any, known: Any) -> Any:
-        """The error of rounding, from balls at a few lam; at all, where it is large."""
-        rows = np.flatnonzero(known)
-
-        def off(k: Any) -> float:
-            value = self.balls(Fraction(lam[k]), [int(orders[k])], 20, True)[1][0]
-            return float(value) - logs[k]
-
-        few = rows[np.unique(np.linspace(0, len(rows) - 1, min(len(rows), 3)).astype(int))]
-        lost = np.max(np.abs([off(k) for k in few]), initial=0)
-        return 4 * lost + 1e-15 * (1 + np.abs(logs))
+            away, missed = np.abs(true.logs - logs[rows]), true.errors
+            worst = np.nan_to_num((away - missed) / errors[rows]).max()
+            errors *= 3 * worst if worst > 0.5 else 1
+            errors[rows] = np.where(errors[rows] < np.inf, errors[rows], away + missed)
+        lost = off > 1e-13 + 1e-15 * np.abs(logs[few]).max(initial=0)
+        return best, logs, np.nan_to_num(errors, nan=np.inf), lost
 
 
 def _orders(request: Request) -> Sequence[int]:
@@ -247,8 +248,9 @@ def _counted(logs: Any, errors: Any) -> Any:
     return np.isfinite(logs) & (errors < np.maximum(np.log(2), 1e-11 * np.abs(logs)))
 
 
-def _size(x: Any) -> float:
-    return float(x) if x.is_finite() else np.inf
+def _size(error: Any, logarithm: Any) -> float:
+    """The error of a logarithm, where it counts."""
+    return float(error) if _counted(float(logarithm), float(error)) else np.inf
 
 
 def _exact(scene: Scene, request: Request) -> Answer | None:

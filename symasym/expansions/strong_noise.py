@@ -26,12 +26,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from flint import arb, arb_poly, ctx, fmpq
 
-from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
-from symasym.drift.evaluate import pieces
+from symasym.drift.evaluate import pieces, rational
 from symasym.expansions.answer import Expansion
 from symasym.expansions.arrays import Scaled
+from symasym.expansions.balls import Unresolved
 from symasym.numbers.balls import exact_ball
 
 _MOST_PANELS = 2000
@@ -80,7 +80,7 @@ def swept(stretches: list[Stretch]) -> tuple[Any, Any]:
 
 
 def quantity(name: str, sides: list[list[Stretch]], slopes: tuple[Any, Any], lam: Any) -> Any:
-    """T, C or P, or a complement, of the stretches on both sides; for P those of the layer alone."""
+    """T, C or P, or a complement, of the stretches of both sides; for P of the layer alone."""
     if name[-1] == "P":
         (inside,), _ = sides
         outside = 1 / (slopes[0] * lam) + inside.climb / (-slopes[1] * lam)
@@ -104,81 +104,65 @@ class Local(NamedTuple):
 @lru_cache(maxsize=16)
 def local(drift: Drift, r: Fraction, start: Fraction, name: str, count: int, bits: int) -> Local:
     """The stretches, moments to `count` terms, at flint's `bits`."""
-    phi, (low, high) = pieces(drift, fmpq(1))[0].phi, (drift.end(side) for side in (-1, 1))
-    a = tuple(
-        phi(arb(side)) if known is None else exact_ball(known)
-        for side, known in ((-1, low), (1, high))
-    )
+    left, inside, right = pieces(drift, fmpq(2))
+    slopes = tuple(p.phi(arb(0)) for p in (left, right))
     if name[-1] == "P":
-        return Local([[moments(phi, -_ONE, _ONE, count - 1)], []], a)
+        return Local([[moments(inside.phi, -_ONE, _ONE, count)], []], slopes)
     sides = []
-    for side, of in ((1, phi), (-1, phi.mirrored())):
+    for side, phi in ((1, inside.phi), (-1, inside.phi.mirrored())):
         x, row = side * start, list[tuple[Any, Any] | Moments]()
-        if (before := min(x, -_ONE) + r) > 0:
-            row.append((side * a[::side][0], exact_ball(before)))
+        behind, ahead = (side * a for a in slopes[::side])
+        if (length := min(x, -_ONE) + r) > 0:
+            row.append((behind, exact_ball(length)))
         if max(-r, -_ONE) < min(x, _ONE):
-            row.append(moments(of, max(-r, -_ONE), min(x, _ONE), count - 1))
+            row.append(moments(phi, max(-r, -_ONE), min(x, _ONE), count))
         if x > 1:
-            row.append((side * a[::side][1], exact_ball(x - 1)))
+            row.append((ahead, exact_ball(x - 1)))
         sides.append(row)
-    return Local(sides, a)
+    return Local(sides, slopes)
 
 
-def moments(phi: Any, a: Fraction, b: Fraction, order: int) -> Moments:
-    """Those of [a, b], by phi's Taylor polynomials on parts of it."""
-    parts, waiting, digits = [], [(a, b)], int(ctx.prec / 3.3)
-    while waiting:
-        low, high = waiting.pop()
-        middle, half = (low + high) / 2, (high - low) / 2
-        bits = ctx.prec
-        of, missed = phi.taylor(_rational(middle), _rational(half), digits)
-        ctx.prec = bits
-        if missed.is_finite():
-            parts.append((exact_ball(half), of + arb(0, missed.upper())))
-        elif len(parts) + len(waiting) < _MOST_PANELS:
-            waiting += [(middle, high), (low, middle)]
-        else:
-            raise AccuracyError(
-                f"A varies too fast near u = {float(middle):.6g} for the series in 2/kappa^2; use "
-                "method='exact'."
-            )
-    most = 2 * ctx.prec
+def moments(phi: Any, a: Fraction, b: Fraction, count: int) -> Moments:
+    """Those of [a, b], to `count` terms."""
+    panels, most = _panels(phi, a, b), 2 * ctx.prec
 
-    def integrated(f: list[Any]) -> tuple[list[Any], Any]:
+    def integral(f: list[Any]) -> list[Any]:
         found, value = [], arb(0)
-        for (half, _), part in zip(parts, f, strict=True):
+        for (half, _), part in zip(panels, f, strict=True):
             whole = part.integral() * half
-            whole = whole - whole(-1) + value
-            value = whole(1)
-            found.append(whole)
-        return found, value
-
-    def times_slope(f: list[Any]) -> list[Any]:
-        found = []
-        for (_, slope), part in zip(parts, f, strict=True):
-            c = (slope * part).coeffs()
-            if len(c) > most:
-                c[0] += arb(0, sum(abs(x).upper() for x in c[most:]))
-            found.append(arb_poly(c[:most]))
+            found.append(whole - whole(-1) + value)
+            value = found[-1](1)
         return found
 
-    one = [arb_poly([1])] * len(parts)
-    ends: list[list[Any]] = []
-    areas: list[list[Any]] = []
-    for start, first in ((one, arb(1)), integrated(one)):
-        f, end = start, first
-        ends.append([])
-        areas.append([])
-        for _ in range(max(order, 1) + 1):
-            ends[-1].append(end)
-            areas[-1].append(integrated(f)[1])
-            f, end = integrated(times_slope(f))
-    count = order + 1
-    return Moments(ends[0][1], ends[1][:count], areas[0][:count], areas[1][:count])
+    def cut(part: Any) -> Any:
+        c = part.coeffs()
+        return arb_poly([*c[:most]]) + arb(0, sum((abs(x).upper() for x in c[most:]), arb(0)))
+
+    one, rows = [arb_poly([1])] * len(panels), list[list[Any]]()
+    for f in (one, integral(one)):
+        ends, areas = list[Any](), list[Any]()
+        for _ in range(max(count, 2)):
+            ends.append(f[-1](1))
+            areas.append(integral(f)[-1](1))
+            f = integral([cut(slope * part) for (_, slope), part in zip(panels, f, strict=True)])
+        rows += [ends, areas]
+    return Moments(rows[0][1], rows[2][:count], rows[1][:count], rows[3][:count])
 
 
-def _rational(x: Fraction) -> fmpq:
-    return fmpq(x.numerator, x.denominator)
+def _panels(phi: Any, a: Fraction, b: Fraction) -> list[tuple[Any, Any]]:
+    """Half the widths of parts of [a, b], and phi's Taylor polynomials on them."""
+    found, waiting, bits = list[tuple[Any, Any]](), [(a, b)], ctx.prec
+    for _ in range(_MOST_PANELS):
+        if not waiting:
+            return found
+        low, high = waiting.pop()
+        middle, half = (low + high) / 2, (high - low) / 2
+        of, missed = phi.taylor(rational(middle), rational(half), int(bits / 3.3))
+        if missed.is_finite():
+            found.append((exact_ball(half), of + arb(0, missed.upper())))
+        else:
+            waiting += [(middle, high), (low, middle)]
+    raise Unresolved
 
 
 # -- the rings -------------------------------------------------------------------------------------
