@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from flint import arb
 
-from symasym.base.errors import AccuracyError, InputError, RegionError
+from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import float_text
 from symasym.drift.drift import Drift
@@ -60,13 +60,6 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     return Answers(logs, np.log(2.0) + 4e-15 * (1 + np.abs(logs)), "bound", *_EXIT)
 
 
-class _Simple(Field):
-    """A field whose multiple zeros are left out, which are no turning points of V, or refused."""
-
-    def _counts(self, u: Any, multiplicity: int, time: bool) -> bool:
-        return multiplicity == 1
-
-
 class _Seen(NamedTuple):
     """A drift, perhaps in the mirror: phi(-1), phi(1), each zero with its kind and slope, V."""
 
@@ -83,7 +76,7 @@ class _Seen(NamedTuple):
 @lru_cache(maxsize=64)
 def _seen(drift: Drift, mirrored: bool, bits: int) -> _Seen:
     """The drift at flint's precision, which has as many bits."""
-    field, sign = _Simple(drift, *LINE), -1 if mirrored else 1
+    field, sign = Field(drift, *LINE, time=False), -1 if mirrored else 1
     zeros = [(sign * u, kind, field.taylor(u, 2)[1]) for u, kind in field.zeros][::sign]
     low, high = (sign * field.a[sign * side] for side in (-1, 1))
     return _Seen(low, high, zeros, lambda u: field.potential(sign * u))

@@ -1,9 +1,9 @@
 """Which terms of T a scene needs for a tolerance, and the order that suffices; method="auto".
 
 The exact value is cheap, so that the error is known, not estimated; what a plan adds is which terms
-carry T, for a formula or for many kappa of one drift. ``method="auto"`` takes the exact value of one
-scene and of arrays of drifts. For many kappa of one drift it takes an expansion below the kappa at
-which a few exact values beside it say that its error is allowed, since errors grow with kappa.
+carry T, for a formula or for many kappa of one drift. ``method="auto"`` takes the exact value of
+one scene and of arrays of drifts. For many kappa of one drift it takes an expansion below the kappa
+at which a few exact values beside it say that its error is allowed, since errors grow with kappa.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from flint import arb
 from mpmath import mpf, nstr
 
 from symasym.base.errors import AccuracyError, InputError
-from symasym.base.estimate import Estimate
 from symasym.base.inputs import FloatArray, Number, exact, float_text, is_array, shown
 from symasym.drift.drift import Drift
 from symasym.expansions import weak
@@ -135,7 +134,8 @@ def _parts(scene: Scene, order: int, digits: int) -> list[tuple[str, Any]]:
         return sorted(rows, key=lambda row: -abs(row[1]).mid())
 
     bits = int(3.4 * digits) + 100 + exponent_bits(scene.drift, scene.lam, scene.r)
-    return doubled(found, bits)
+    parts: list[tuple[str, Any]] = doubled(found, bits)
+    return parts
 
 
 def read_rtol(rtol: Number | None) -> Fraction:

@@ -105,8 +105,8 @@ class Expansion(NamedTuple):
         for drift, rows in groups:
             some = rows_of(scenes, rows)._replace(drift=drift, parameters=dict(drift.values))
             try:
-                count = _orders(request)[-1] + 1 + _NEXT
-                series = self._series(scene_at(some, 0), request.name, count)
+                length = _orders(request)[-1] + 1 + _NEXT
+                series = self._series(scene_at(some, 0), request.name, length)
                 with np.errstate(all="ignore"):
                     logs[rows], errors[rows] = series.sampled(some, request)
             except AccuracyError:
@@ -118,9 +118,9 @@ class Expansion(NamedTuple):
         logs[lost] = np.nan
         return Answers(logs, errors, "estimate", (self.terms,), (self.beyond,))
 
-    def _series(self, scene: Scene, name: str, count: int) -> _Series:
+    def _series(self, scene: Scene, name: str, length: int) -> _Series:
         r, start = LINE if name[-1] == "P" else (scene.r, scene.start)
-        return _Series(self, scene.drift, r, start, name, count)
+        return _Series(self, scene.drift, r, start, name, length)
 
     def _refusal(self, kappa: str, orders: Sequence[int]) -> AccuracyError:
         """Of a scene whose error is as large as its value."""
@@ -138,7 +138,7 @@ class _Series(NamedTuple):
     r: Fraction
     start: Fraction
     name: str
-    count: int
+    length: int  # of each series
     in_balls: bool = False  # also at many lam, where float64 loses too much
 
     @property
@@ -164,7 +164,7 @@ class _Series(NamedTuple):
         return found, [y.log() for y in found]
 
     def _known(self, bits: int) -> Any:
-        return self.of.local(self.drift, self.r, self.start, self.name, self.count, bits)
+        return self.of.local(self.drift, self.r, self.start, self.name, self.length, bits)
 
     def logs(self, lam: FloatArray, order: int) -> FloatArray:
         """The logarithms at many lam, in steps that stay in a cache."""

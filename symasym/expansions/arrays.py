@@ -42,7 +42,7 @@ class Scaled:
         return self.__add__(-1 * other)
 
     def __rsub__(self, other: Any) -> Scaled:
-        return self.__neg__() + other
+        return self.__neg__().__add__(other)
 
     def __mul__(self, other: Any) -> Scaled:
         other = self._of(other)

@@ -95,7 +95,12 @@ class Field:
         for u, multiplicity in self._real():
             if any(u.overlaps(exact_ball(end)) for end in (-reach, reach)):
                 raise Unresolved
-            if abs(u) < exact_ball(reach) and self._counts(u, multiplicity, time):
+            if not abs(u) < exact_ball(reach):
+                continue
+            if multiplicity > 1:
+                if time or multiplicity % 2 or u.overlaps(self.x):
+                    raise _no_series(float(u), "its slope too")
+            else:
                 zeros.append((u, "barrier" if self.taylor(u, 2)[1] > 0 else "well"))
         own = next((kind for u, kind in zeros if u.overlaps(self.x)), "")
         if own and drift.exact_value(start):
@@ -128,26 +133,11 @@ class Field:
             c = list(self.phi((arb_series if real else acb_series)([u, 1], prec=count)))
         return [*c, *[u * 0] * (count - len(c))]
 
-    def around(self, box: Any, count: int) -> list[Any]:
-        """The same on a wide box, nan unless A is analytic on it."""
-        if self.exact is None and not acb(self.phi(box)).is_finite():
-            return [acb("nan")] * count
-        return self.taylor(box, count)
-
-    def _counts(self, u: Any, multiplicity: int, time: bool) -> bool:
-        """True for a simple zero; a multiple one is no turning point of V, or refused."""
-        if multiplicity > 1 and (time or multiplicity % 2 or u.overlaps(self.x)):
-            raise _no_series(float(u), "its slope too")
-        return multiplicity == 1
-
     def _real(self) -> list[tuple[Any, int]]:
         """The real zeros, and their multiplicities; of what is no polynomial those in (-1, 1)."""
         if self.exact is None:
-            zeros = self.drift.critical_points()
-            return [
-                (self._refined(p.u) if p.multiplicity == 1 else arb(str(p.u)), p.multiplicity)
-                for p in zeros
-            ]
+            zeros = ((arb(str(p.u)), p.multiplicity) for p in self.drift.critical_points())
+            return [(self._refined(u) if m == 1 else u, m) for u, m in zeros]
         real = [(z.real, m) for z, m in self.roots if z.imag == 0]
         return sorted(real, key=lambda zero: float(zero[0]))
 
@@ -157,12 +147,11 @@ class Field:
         whole = fmpq_poly([fmpq(c.numerator, c.denominator) for c in self.exact or ()]).numer()
         return whole.complex_roots() if whole.degree() > 0 else []
 
-    def _refined(self, near: Any) -> Any:
+    def _refined(self, u: Any) -> Any:
         """A simple zero: Newton's method, then that for balls, which proves it."""
-        u, bits = arb(str(near)), 100
-        while bits < 2 * ctx.prec:
+        for _ in range(int(log(ctx.prec, 2)) - 5):
             value, slope = self.taylor(u, 2)
-            u, bits = (u - value / slope).mid(), 2 * bits
+            u = (u - value / slope).mid()
         value, slope = self.taylor(u, 2)
         around = arb(u, (value / slope).abs_upper() * 2 + arb(2) ** (8 - ctx.prec))
         found = u - value / self.taylor(around, 2)[1]
@@ -215,12 +204,8 @@ class Field:
             if clip(lo) < clip(hi):
                 row = self._inside(clip(lo), clip(hi), count)
             # The straight stretches.
-            for side, length in (
-                (-1, min(hi, -_ONE) - min(lo, -_ONE)),
-                (1, max(hi, _ONE) - max(lo, _ONE)),
-            ):
-                if length > 0:
-                    row[0] += exact_ball(length) / self.a[side]
+            row[0] += exact_ball(min(hi, -_ONE) - min(lo, -_ONE)) / self.a[-1]
+            row[0] += exact_ball(max(hi, _ONE) - max(lo, _ONE)) / self.a[1]
             found.append(row)
         if self.on_zero:
             more = finite_parts_in_s(self.taylor(self.x, 2 * count + 1), count, RING)
@@ -296,9 +281,9 @@ class Field:
         half, slope = arb(reach), self.taylor(z, 2)[1]
         for _ in range(200):
             box = acb(arb(z.mid(), half), arb(0, half))
-            if (self.around(box, 2)[1] / slope).real > 0:
+            if acb(self.phi(box)).is_finite() and (self.taylor(box, 2)[1] / slope).real > 0:
                 return half
-            half = half / 2
+            half /= 2
         raise Unresolved
 
 
@@ -330,8 +315,10 @@ def gauss(field: Field, p: Any, q: Any, count: int) -> list[Any]:
             step = (wide - inner) * abs(half) * least
             bounds = [most * ((m / step) ** m / least) ** 2 for m in range(count)]
             own = [abs(half * y) for y in _integrands(field, middle, count)]
-            sizes = [(y + abs(x)).max(own[0] * arb(2) ** -64) for x, y in zip(total, own)]
-            worst = max(float((b / y).log().upper()) for b, y in zip(bounds, sizes))
+            sizes = [
+                (y + abs(x)).max(own[0] * arb(2) ** -64) for x, y in zip(total, own, strict=True)
+            ]
+            worst = max(float((b / y).log().upper()) for b, y in zip(bounds, sizes, strict=True))
             nodes = 8 * ceil((usual + max(worst, 0.0) / rate + 1) / 8)
         if not 0 < nodes < 2 * usual + 8:
             waiting += [(middle, q), (p, middle)]
