@@ -82,7 +82,7 @@ def swept(stretches: list[Stretch]) -> tuple[Any, Any]:
 def quantity(name: str, sides: list[list[Stretch]], slopes: tuple[Any, Any], lam: Any) -> Any:
     """T, C or P, or a complement, of the stretches of both sides; for P of the layer alone."""
     if name[-1] == "P":
-        (inside,), _ = sides
+        inside = sides[0][0]
         outside = 1 / (slopes[0] * lam) + inside.climb / (-slopes[1] * lam)
         return (inside.speed if name == "P" else outside) / (outside + inside.speed)
     (s, w), (t, z) = (swept(side) for side in sides)
@@ -107,7 +107,7 @@ def local(drift: Drift, r: Fraction, start: Fraction, name: str, count: int, bit
     left, inside, right = pieces(drift, fmpq(2))
     slopes = tuple(p.phi(arb(0)) for p in (left, right))
     if name[-1] == "P":
-        return Local([[moments(inside.phi, -_ONE, _ONE, count)], []], slopes)
+        return Local([[moments(inside.phi, -_ONE, _ONE, count)]], slopes)
     sides = []
     for side, phi in ((1, inside.phi), (-1, inside.phi.mirrored())):
         x, row = side * start, list[tuple[Any, Any] | Moments]()

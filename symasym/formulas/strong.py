@@ -118,8 +118,4 @@ def strong(
     else:
         sides = [known.side(side, at) for side in (1, -1)]
     formula = quantity(name, sides, (known.slopes[-1], known.slopes[1]), LAM)
-    if name == "P":
-        # Nothing cancels in what is left over of the whole.
-        (whole,) = (a.base for a in formula.args if a.is_Pow and a.base.is_Add)
-        formula = (whole - formula * whole) / whole
     return formula, known.values, known.tex
