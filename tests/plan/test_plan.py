@@ -65,10 +65,10 @@ def test_auto_of_one_scene_is_exact(name: str) -> None:
 
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6])
-@pytest.mark.parametrize("drift", [FRICTION, sa.linear(1, -2), sa.Drift("1/5 - tanh(2*u)")])
+@pytest.mark.parametrize("drift", [FRICTION, sa.linear(1, -2)])
 def test_auto_of_many_kappa(drift: sa.Drift, rtol: float) -> None:
     """Expansions up to a kappa, exact values beyond; in any order of kappa."""
-    kappa = np.random.default_rng(1).permutation(np.geomspace(0.01, 3, 6000)).reshape(2, -1)
+    kappa = np.random.default_rng(1).permutation(np.geomspace(0.01, 3, 5000)).reshape(2, -1)
     found = sa.escape_time(drift, kappa, 10, method="auto", rtol=rtol, full=True, log=True)
     exact = sa.escape_time(drift, kappa, 10, log=True)
     assert (np.abs(found.value - exact) <= found.error + 1e-12 * np.maximum(1, np.abs(exact))).all()
