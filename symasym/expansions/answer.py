@@ -5,9 +5,8 @@ asked for, and in arrays, it is three times the sum of the next three difference
 an estimate, which counts below half the value. An asymptotic series is best cut off where that
 is least (R. B. Dingle, Asymptotic Expansions, 1973, ch. I): order "optimal".
 
-What lies between the critical points, such as a bump of A, is in no next term. Exact values at a
-few lam of an array are the errors where the estimate does not count, and raise it where they show,
-if errors are asked for, that it is too small.
+What lies between the critical points, such as a bump of A, is in no next term: where errors of an
+array are asked for, exact values at a few lam raise the estimates if they show them too small.
 """
 
 from __future__ import annotations
@@ -182,33 +181,29 @@ class _Series(NamedTuple):
         return found
 
     def sampled(self, scenes: Scenes, request: Request) -> tuple[FloatArray, FloatArray]:
-        """The logarithms and their errors, from those at some of the lam.
-
-        Between two of these the error is twice the larger of theirs.
-        """
-        lam, orders = scenes.lam, np.array(_orders(request))
-        some = np.argsort(lam) if len(lam) < 2 or (np.diff(lam) < 0).any() else np.arange(len(lam))
-        some = some[np.linspace(0, len(lam) - 1, min(len(lam), _SAMPLES)).astype(int)]
-        best, logs, errors, lost = self._errors(rows_of(scenes, some), request)
+        """The logarithms and their errors, estimated at some of the lam."""
+        lam, orders = scenes.lam, _orders(request)
+        rising = np.argsort(lam) if (np.diff(lam) < 0).any() else np.arange(len(lam))
+        some = rising[_few(len(lam))]
+        best, errors, lost = self._estimates(rows_of(scenes, some), request)
         if lost and not self.in_balls:
             return self._replace(in_balls=True).sampled(scenes, request)
-        if len(some) == len(lam):
-            back = np.argsort(some)
-            return logs[back], errors[back]
-        after = np.searchsorted(lam[some], lam)
-        wide = 2 * np.maximum(errors[after], errors[after - 1])
-        wide = np.where(lam == lam[some[after]], errors[after], wide)
-        found = np.empty(len(lam))
+        logs, beside = np.empty(len(lam)), np.searchsorted(lam[some], lam)
         for n in np.unique(best):
-            rows = np.flatnonzero(best[after] == n)
-            found[rows] = self.logs(lam[rows], int(orders[n]))
-        return found, wide
+            rows = np.flatnonzero(best[beside] == n)
+            logs[rows] = self.logs(lam[rows], orders[n])
+        errors = _between(lam, lam[some], errors)
+        # Where the estimate does not count the exact value decides, at all lam if errors are asked.
+        rows = rising[np.isfinite(logs[rising]) & (errors[rising] == np.inf)]
+        if rows.size:
+            some = rows if request.full else rows[_few(len(rows))]
+            away, missed = _distance(rows_of(scenes, some), request, logs[some])
+            errors[rows] = _between(lam[rows], lam[some], away + missed)
+        return logs, np.nan_to_num(errors, nan=np.inf)
 
-    def _errors(
-        self, scenes: Scenes, request: Request
-    ) -> tuple[IntArray, FloatArray, FloatArray, bool]:
-        """The best of the orders, by its place, the logarithm to it, its error; whether float64
-        loses much, by balls at a few lam."""
+    def _estimates(self, scenes: Scenes, request: Request) -> tuple[IntArray, FloatArray, bool]:
+        """The best of the orders, by its place, the error to it, infinite where it does not count;
+        whether float64 loses much, by balls at a few lam."""
         lam, orders = scenes.lam, _orders(request)
         every = np.array([self.logs(lam, n) for n in _and_next(orders)])
         apart = np.abs(np.diff(every, axis=0))
@@ -216,22 +211,40 @@ class _Series(NamedTuple):
         estimates = np.where(_counted(every[: len(orders)], estimates), estimates, np.inf)
         best = np.argmin(estimates, axis=0)
         logs, errors = np.choose(best, every), np.choose(best, estimates)
-        known = np.flatnonzero(errors < np.inf)
-        off, few = 0.0, known[np.linspace(0, len(known) - 1, min(len(known), 3)).astype(int)]
+        sure = np.flatnonzero(errors < np.inf)
+        if not sure.size:
+            return best, errors, False
+        off, few = 0.0, sure[[0, len(sure) // 2, -1]]
         for k in few:
             ball = self.balls(Fraction(lam[k]), [orders[best[k]]], 16, True)[1][0]
             off = max(off, abs(float(ball) - logs[k]))
         errors = errors + 4 * off + 1e-15 * (1 + np.abs(logs))
-        rows = np.flatnonzero(np.isfinite(logs) & (request.full | (errors == np.inf)))
-        if rows.size:
-            asked = request._replace(method="exact", order=None, full=True, errors="nan")
-            true = floats.of_scenes(rows_of(scenes, rows), asked)
-            away, missed = np.abs(true.logs - logs[rows]), true.errors
-            worst = np.nan_to_num((away - missed) / errors[rows]).max()
+        if request.full:
+            away, missed = _distance(rows_of(scenes, sure), request, logs[sure])
+            worst = np.nan_to_num((away - missed) / errors[sure]).max()
             errors *= 3 * worst if worst > 0.5 else 1
-            errors[rows] = np.where(errors[rows] < np.inf, errors[rows], away + missed)
-        lost = off > 1e-13 + 1e-15 * np.abs(logs[few]).max(initial=0)
-        return best, logs, np.nan_to_num(errors, nan=np.inf), lost
+        return best, errors, off > 1e-13 + 1e-15 * np.abs(logs[few]).max()
+
+
+def _few(count: int) -> IntArray:
+    """Places of some of so many, the first and the last among them."""
+    return np.linspace(0, count - 1, min(count, _SAMPLES)).astype(int)
+
+
+def _between(lam: FloatArray, some: FloatArray, errors: FloatArray) -> FloatArray:
+    """The errors at these lam from those at some of them, rising: between two the larger twice."""
+    beside = np.searchsorted(some, lam)
+    wide = 2 * np.maximum(errors[beside], errors[beside - 1])
+    found: FloatArray = np.where(lam == some[beside], errors[beside], wide)
+    return found
+
+
+def _distance(scenes: Scenes, request: Request, logs: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """How far logarithms are from the exact ones, and the error of these."""
+    asked = request._replace(method="exact", order=None, full=True, errors="nan")
+    true = floats.of_scenes(scenes, asked)
+    missed: Any = true.errors
+    return np.abs(true.logs - logs), missed
 
 
 def _orders(request: Request) -> Sequence[int]:
