@@ -90,7 +90,7 @@ class Field:
         reach = min(r, _ONE)
         for u in (-reach, reach):
             if (known[int(u)] if reach == 1 else drift.exact_value(u)) == 0:
-                raise _no_series(float(u), "at a kink or an end")
+                raise _no_series(float(u), "at the start, an end or a kink")
         zeros = []
         for u, multiplicity in self._real():
             if any(u.overlaps(exact_ball(end)) for end in (-reach, reach)):

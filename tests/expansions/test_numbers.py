@@ -247,7 +247,7 @@ def test_logarithms_of_probabilities_near_1() -> None:
 @pytest.mark.parametrize(
     ("drift", "start", "says"),
     [
-        (lambda: sa.friction(3, 1, 0), 0, "A vanishes at u = 1, at a kink"),
+        (lambda: sa.friction(3, 1, 0), 0, "A vanishes at u = 1, at the start"),
         (lambda: sa.friction(3, 1, "-7/9"), 0, "A vanishes at u = 0.666667, its slope too"),
         (lambda: sa.polynomial(0), 0, "A vanishes at u = -1"),
         (lambda: sa.friction(3, 1, "-0.4"), "0.39", "kappa is 0.3, "),
