@@ -239,6 +239,6 @@ STRONG_NOISE = Expansion(
     local, at, Balls, Floats,
     "powers of lam in the layer",
     "higher powers of lam in the layer, in the error",
-    "where the noise is weak for powers of 2/kappa^2",
+    "where the noise is too weak for powers of 2/kappa^2",
 )  # fmt: skip
 of_scene, of_scenes = STRONG_NOISE.of_scene, STRONG_NOISE.of_scenes
