@@ -1,7 +1,7 @@
 """The ring of balls: the local expansions of a bound drift in flint's arb, and T, C, P from them.
 
 All is enclosed. The finite parts of int h_k are sums over the zeros of a polynomial A; V and the
-finite parts of any other A are integrals by Gauss's rule, the latter along a path above the zeros
+finite parts of any other A are integrals (`acb.integral`), the latter along a path above the zeros
 of A: it has the same real part as one below them, and that is the finite part.
 """
 
@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from itertools import pairwise
-from math import ceil, log
+from math import log
 from typing import Any, NamedTuple
 
 from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx, fmpq, fmpq_poly
@@ -29,7 +29,6 @@ from symasym.series.power_series import Series
 LINE = Fraction(2), Fraction(-1)
 _ONE = Fraction(1)
 _STEPS = 6  # times that bits are doubled, at most
-_OUTER, _INNER, _MOST = 3.0, 2.0, 2000  # ellipses, intervals
 
 
 class Balls:
@@ -250,10 +249,23 @@ class Field:
             path += [acb(z - reach), acb(z, reach), acb(z + reach)]
         path.append(acb(hi))
 
-        pieces = [gauss(self, p, q, (count + 1) // 2) for p, q in pairwise(path)]
-        odd = [sum(column, acb(0)).real for column in zip(*pieces, strict=True)]
+        def odd(m: int) -> Any:
+            parts = (acb.integral(partial(self._square, m), p, q) for p, q in pairwise(path))
+            return sum(parts, acb(0)).real
+
         ends = [slow(self.taylor(u, count), count, RING) for u in (lo, hi)]
-        return [a + b for a, b in zip(row, by_parts(ends, lambda m: odd[m], count), strict=True)]
+        return [a + b for a, b in zip(row, by_parts(ends, odd, count), strict=True)]
+
+    def _square(self, m: int, z: Any, analytic: bool) -> Any:
+        """h_(m+1)^2 phi at z; nan on a box where phi may vanish or not be analytic."""
+        value = acb(self.phi(z))
+        if not value.is_finite() or value.contains(0):
+            return acb("nan")
+        phi = acb_series([value, *self.taylor(z, m + 1)[1:]], prec=m + 1)
+        h = 1 / phi
+        for _ in range(m):
+            h = -h.derivative() / phi
+        return h[0] ** 2 * value
 
     def _beside_zero(self, step: Any, count: int) -> list[Any]:
         """Finite parts from the start, a zero of A, over a step, by the Laurent series of h_k.
@@ -285,64 +297,6 @@ class Field:
                 return half
             half /= 2
         raise Unresolved
-
-
-@lru_cache(maxsize=8)
-def _nodes(count: int, bits: int) -> list[tuple[Any, Any]]:
-    """Gauss's nodes and weights on [-1, 1]."""
-    return [arb.legendre_p_root(count, k, weight=True) for k in range(count)]
-
-
-def gauss(field: Field, p: Any, q: Any, count: int) -> list[Any]:
-    """The integrals of h_(m+1)^2 phi, m < count, from p to q, enclosed.
-
-    Of a function below M on the ellipse with foci p and q whose half axes add up to rho |q - p|/2,
-    Gauss's rule of n nodes misses at most (64/15) M |q - p|/2 rho^-2n/(1 - rho^-2) (L. N.
-    Trefethen, SIAM Rev. 50 (2008) 67, theorem 4.5). With |phi| > c on a larger ellipse, at a
-    distance d from it, |h_(m+1)| <= c^-1 (m/(c d))^m by Cauchy's estimate, step by step.
-    """
-    total, waiting = [acb(0)] * count, [(p, q)]
-    rate, usual = 2 * log(_INNER), ctx.prec * log(2) / (2 * log(_INNER))
-    (wide, high), (inner, _) = (((x + 1 / x) / 2, (x - 1 / x) / 2) for x in (_OUTER, _INNER))
-    for _ in range(_MOST):
-        if not waiting:
-            return total
-        p, q = waiting.pop()
-        middle, half, nodes = (p + q) / 2, (q - p) / 2, 0
-        around = acb(field.phi(middle + half * acb(arb(0, wide), arb(0, high))))
-        least, most = abs(around).lower(), abs(around).upper() * abs(half) * 64 / 15
-        if most.is_finite() and least > 0:
-            step = (wide - inner) * abs(half) * least
-            bounds = [most * ((m / step) ** m / least) ** 2 for m in range(count)]
-            own = [abs(half * y) for y in _integrands(field, middle, count)]
-            sizes = [
-                (y + abs(x)).max(own[0] * arb(2) ** -64) for x, y in zip(total, own, strict=True)
-            ]
-            worst = max(float((b / y).log().upper()) for b, y in zip(bounds, sizes, strict=True))
-            nodes = 8 * ceil((usual + max(worst, 0.0) / rate + 1) / 8)
-        if not 0 < nodes < 2 * usual + 8:
-            waiting += [(middle, q), (p, middle)]
-            continue
-        rows = [
-            (half * w, _integrands(field, middle + half * t, count))
-            for t, w in _nodes(nodes, ctx.prec)
-        ]
-        missed = arb(_INNER) ** (-2 * nodes) / (1 - arb(_INNER) ** -2)
-        for m, bound in enumerate(bounds):
-            error = arb(0, (bound * missed).upper())
-            total[m] += sum((w * row[m] for w, row in rows), acb(error, error))
-    raise Unresolved
-
-
-def _integrands(field: Field, z: Any, count: int) -> list[Any]:
-    """h_(m+1)^2 phi at z, m < count."""
-    phi = acb_series(field.taylor(z, count), prec=count)
-    h, row = 1 / phi, []
-    for m in range(count):
-        row.append(h[0] ** 2 * phi[0])
-        if m < count - 1:
-            h = -h.derivative() / phi
-    return row
 
 
 class Local(NamedTuple):
