@@ -181,10 +181,10 @@ class _Series(NamedTuple):
         return found
 
     def sampled(self, scenes: Scenes, request: Request) -> tuple[FloatArray, FloatArray]:
-        """The logarithms and their errors, estimated at some of the lam."""
+        """The logarithms and their errors, estimated at some of the lam; the best order at all."""
         lam, orders = scenes.lam, _orders(request)
         rising = np.argsort(lam) if (np.diff(lam) < 0).any() else np.arange(len(lam))
-        some = rising[_few(len(lam))]
+        some = rising[_few(len(lam))] if len(orders) == 1 else rising
         best, errors, lost = self._estimates(rows_of(scenes, some), request)
         if lost and not self.in_balls:
             return self._replace(in_balls=True).sampled(scenes, request)
