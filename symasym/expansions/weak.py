@@ -63,23 +63,19 @@ def points_of(field: Any, count: int, ring: Any) -> list[Point]:
     """
     points = []
     for u, kind in field.places:
-        peak: list[Any] = []
-        odd: list[Any] = []
-        beside: Any = ()
-        left: list[Any] = []
-        right: list[Any] = []
-        word = kind.removeprefix("start=")
+        height, word = field.height(u), kind.removeprefix("start=")
         if word in ("well", "barrier"):
             phi = field.taylor(u, 2 * count + 1)
             peak = gaussian(phi, count, ring)
-            if word != kind:
-                odd = gaussian(phi, count, ring, step=1)[1::2]
-                beside = corner(peak, word == "barrier", ring)
+            own = word != kind
+            odd = gaussian(phi, count, ring, step=1)[1::2] if own else []
+            beside = corner(peak, word == "barrier", ring) if own else ()
+            points.append(Point(u, kind, height, peak, odd, beside, [], []))
         else:
             before, after = field.sides(u, kind, count)
             left = slow(before, count, ring) if before else []
             right = left if before is after else slow(after, count, ring) if after else []
-        points.append(Point(u, kind, field.height(u), peak, odd, beside, left, right))
+            points.append(Point(u, kind, height, [], [], (), left, right))
     return points
 
 

@@ -87,22 +87,6 @@ class Series:
         """t d/dt."""
         return Series(a * k for k, a in enumerate(self.c))
 
-    def primitive(self, first: Any = None) -> Series:
-        """The integral, `first` its value at 0, which is 0 if left out."""
-        start = self.c[0] * 0 if first is None else first
-        return Series([start, *(a / (k + 1) for k, a in enumerate(self.c))])
-
-    def times_powers(self, x: Any) -> Series:
-        """The series of f(x t)."""
-        return Series(a * x**k for k, a in enumerate(self.c))
-
-    def at(self, x: Any) -> Any:
-        """The value of the polynomial, by Horner."""
-        total = self.c[-1]
-        for a in self.c[-2::-1]:
-            total = total * x + a
-        return total
-
 
 def dot(a: list[Any], b: list[Any]) -> Any:
     """The sum of a_k b_k."""
