@@ -69,27 +69,25 @@ class Expansion(NamedTuple):
         orders, digits, log = _orders(request), request.digits, request.log
         proved = _exact(scene, request) if request.full and len(orders) == 1 else None
         series = self._series(scene, request.name, orders[-1] + (1 if proved else 1 + _NEXT))
-        order, estimate = orders[0], None
+        order, error = orders[0], arb("inf")
         kind: ErrorKind = "estimate"
         with precision(int(3.33 * digits) + 64):
+            some = orders if proved else _and_next(orders)
+            values, logs = series.balls(scene.lam, some, digits + 5, log)
+            value = logs[0] if log else values[0]
             if proved is None:
-                values, logs = series.balls(scene.lam, _and_next(orders), digits + 5, log)
                 apart = [abs(b - a).upper() for a, b in pairwise(logs)]
                 estimates = [3 * sum(apart[k : k + _NEXT], arb(0)) for k in range(len(orders))]
                 best = min(range(len(orders)), key=lambda k: _size(estimates[k], logs[k]))
-                value, logarithm, order = values[best], logs[best], orders[best]
-                if _size(estimates[best], logarithm) < np.inf:
-                    estimate = estimates[best] if log else value * estimates[best].expm1()
-                if request.full or estimate is None:
-                    proved = _exact(scene, request)
-            else:
-                (value,), (logarithm,) = series.balls(scene.lam, orders, digits + 5, log)
-            value, error = logarithm if log else value, estimate
+                order, value = orders[best], (logs if log else values)[best]
+                error = estimates[best] if log else value * estimates[best].expm1()
+            most = arb(2).log().max(abs(value) / 10**11) if log else value / 2
+            if proved is None and (request.full or not error < most):
+                proved = _exact(scene, request)
             if proved is not None:
                 error = abs(value - arb(proved.value)) + arb(proved.error)
                 kind = proved.kind
-            most = arb(2).log().max(abs(value) / 10**11) if log else value / 2
-            if error is None or not error < most:
+            if not error < most:
                 raise self._refusal(scene.noise, orders)
             error = (error + abs(value) / 10 ** (digits + 5)).upper()
             value, error = (to_mpf(x, digits + 10)[0] for x in (value, error))
