@@ -74,9 +74,9 @@ class _Seen(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def _seen(drift: Drift, mirrored: bool, bits: int) -> _Seen:
+def _seen(drift: Drift, mirrored: bool, bits: int, time: bool = False) -> _Seen:
     """The drift at flint's precision, which has as many bits."""
-    field, sign = Field(drift, *LINE, time=False), -1 if mirrored else 1
+    field, sign = Field(drift, *LINE, time), -1 if mirrored else 1
     zeros = [(sign * u, kind, field.taylor(u, 2)[1]) for u, kind in field.zeros][::sign]
     low, high = (sign * field.a[sign * side] for side in (-1, 1))
     return _Seen(low, high, zeros, lambda u: field.potential(sign * u))
@@ -109,7 +109,7 @@ def well(drift: Drift, bits: int) -> tuple[Any, ...]:
             f"a- = {float_text(a_minus)} and a+ = {float_text(a_plus)} are no crossing region, "
             "where the paper gives no escape time; use method='exact'."
         )
-    seen = _seen(drift, a_plus < 0, bits)
+    seen = _seen(drift, a_plus < 0, bits, time=True)
     if [kind for _, kind, _ in seen.zeros] not in ([], ["well", "barrier"]):
         raise InputError(
             f"A has {len(seen.zeros)} zeros in (-1, 1), but the paper's formula is for none, or "

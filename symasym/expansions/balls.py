@@ -88,7 +88,7 @@ class Field:
         self.a = {s: self.phi(arb(s)) if a is None else exact_ball(a) for s, a in known.items()}
         reach = min(r, _ONE)
         for u in (-reach, reach):
-            if (known[int(u)] if reach == 1 else drift.exact_value(u)) == 0:
+            if (known[int(u)] if reach == 1 else self._exactly(u)) == 0:
                 raise _no_series(float(u), "at the start, an end or a kink")
         zeros = []
         for u, multiplicity in self._real():
@@ -102,7 +102,7 @@ class Field:
             else:
                 zeros.append((u, "barrier" if self.taylor(u, 2)[1] > 0 else "well"))
         own = next((kind for u, kind in zeros if u.overlaps(self.x)), "")
-        if own and drift.exact_value(start):
+        if own and self._exactly(start):
             raise Unresolved
         self.on_zero = bool(own)
         self.zeros = [(u, kind) for u, kind in zeros if not u.overlaps(self.x)]
@@ -120,6 +120,12 @@ class Field:
             raise Unresolved
 
     # -- A and its zeros -----------------------------------------------------------------------
+
+    def _exactly(self, u: Fraction) -> Fraction | None:
+        """A(u) of a polynomial."""
+        if self.exact is None:
+            return None
+        return sum((c * u**k for k, c in enumerate(self.exact)), Fraction(0))
 
     def taylor(self, u: Any, count: int) -> list[Any]:
         """Taylor coefficients of A at u, real or complex."""
