@@ -66,10 +66,14 @@ class Zero:
                 p, q = (m, q) if value * sign > 0 else (p, m)
             return p.union(q)
 
+    def __str__(self) -> str:
+        return str(self.ball().str(12, radius=False))
+
 
 def integral(f: Expr, g: Expr, x: Symbol, marks: list[Any], lam: Any, top: Any, bits: int) -> Any:
     """int g e^(lam (f - top)) from the first mark to the last to about 2^-`bits`, in a ball that is
-    not finite where it can't be enclosed; f and g may be singular at marks."""
+    not finite where it can't be enclosed. Between marks f is monotonic; f and g may be singular at
+    them."""
     height, slope, bend, weight = (code(e, x) for e in (f, f.diff(x), f.diff(x, 2), g))
 
     def integrand(z: Any) -> Any:
@@ -95,7 +99,7 @@ def integral(f: Expr, g: Expr, x: Symbol, marks: list[Any], lam: Any, top: Any, 
 
 def _cut(integrand: Any, end: Any, inside: Any, tiny: Any) -> tuple[Any, Any]:
     """Where to end towards an end, and a bound on the integral beyond."""
-    far, least = not end.is_finite(), 2 * ctx.prec if end.is_finite() else 1
+    far = not end.is_finite()
     if not far and integrand(acb(end) + box(0, tiny, tiny)).is_finite():
         return end, arb(0)
     # Near an end other than 0 points need their own digits.
@@ -106,10 +110,11 @@ def _cut(integrand: Any, end: Any, inside: Any, tiny: Any) -> tuple[Any, Any]:
         shells: list[Any] = []
         for p, q in pairwise(at):
             shells.append(_bound(integrand, p, q, tiny / _SHELLS, _DEPTH))
-            if len(shells) > least and shells[-1] < (_NOTHING if far else tiny * tiny):
+            known = shells[-1] < _NOTHING or (shells[-1] < tiny * tiny and not far)
+            if known and len(shells) > 1 and shells[-1] < shells[-2]:
                 break
     # Beyond the last one they are taken to go on as they do.
-    ratio = shells[-1] / shells[-2] if shells[-1] > 0 else arb(0)
+    ratio = shells[-1] / shells[-2] if shells[-1] > _NOTHING else arb(0)
     last = shells[-1] * ratio / (1 - ratio) if ratio < 1 else arb.pos_inf()
     rests = list(accumulate(reversed(shells), initial=last))[::-1]
     found = zip(at, rests, strict=False)

@@ -21,7 +21,7 @@ from symasym.drift.expressions import parse
 from symasym.numbers.balls import precision, to_mpf
 
 # What is worked out within seconds: operations, functions, depth and degree of f and g.
-_MOST = 250, 30, 20, 60
+_MOST = 250, 12, 20, 60
 
 
 @dataclass(frozen=True, repr=False)

@@ -117,15 +117,8 @@ def contributions(
 class LaplaceExpansion(IntegralExpansion):
     """The expansion of the integral of g(x) e^(lam f(x)) over [a, b] for large lam.
 
-    Attributes
-    ----------
-    f, g, x, a, b : Expr
-        The integral.
-    order : int, "optimal" or "borel"
-    dropped : tuple of str
-        What is exponentially small and left out.
-    conditions : tuple of str
-        What was seen to hold at sampled parameters but not proved from their assumptions.
+    `dropped` says what is exponentially small and left out, `conditions` what was seen to hold at
+    sampled parameters but not proved from their assumptions.
     """
 
     dropped: tuple[str, ...] = ()
@@ -171,6 +164,16 @@ class LaplaceExpansion(IntegralExpansion):
 
     # -- numbers ------------------------------------------------------------------------------
 
+    @cached_property
+    def _marked(self) -> list[tuple[maxima.Piece, list[Any]]]:
+        """The pieces with the points between which f is monotonic and g has no pole."""
+        found = []
+        for p in self._pieces:
+            poles = (n.base for n in p.g.atoms(sympy.Pow) if n.exp.is_negative)
+            tests = (p.f.diff(self.x), *poles)
+            found.append((p, [z for e in tests for z in maxima.zeros(e, self.x, p.lo, p.hi)]))
+        return found
+
     def _at(self, lam: Fraction, dps: int | None, full: bool) -> tuple[Any, ...]:
         """The sum over e^(lam height), and the distance to the integral with `full`."""
         wanted, error = dps or 17, arb(0)
@@ -182,10 +185,7 @@ class LaplaceExpansion(IntegralExpansion):
                 if total.rel_accuracy_bits() > 3.33 * wanted + 4:
                     break
         with precision(bits):
-            for p in self._pieces if full else ():
-                inside = [m.point for m in self._tops if m.sides == [(p, "both")]]
-                poles = (n.base for n in p.g.atoms(sympy.Pow) if n.exp.is_negative)
-                inside += [z for e in poles for z in maxima.zeros(e, self.x, p.lo, p.hi)]
+            for p, inside in self._marked if full else ():
                 marks = [number(p.lo), *sorted(map(number, inside), key=float), number(p.hi)]
                 error += integral(p.f, p.g, self.x, marks, large, top, bits)
             error = abs(total - error) if full else error

@@ -107,17 +107,21 @@ class Exact:
 
     def composed(self, function: Any, a: Series) -> list[Any]:
         """By Taylor's formula in powers of a - a(0)."""
-        first = sympy.expand(self.expression(a[0]))
+        first, slopes = sympy.expand(self.expression(a[0])), [function(_W)]
+        value = function(first)
+        if value.has(sympy.zoo, sympy.nan, sympy.oo, sympy.I):
+            raise NotAnalytic(f"{function.__name__} is singular or complex")
+        if function(_W).diff(_W).is_algebraic_expr(_W):
+            slope = Point(_W, first, 1, len(a), self).taylor(function(_W).diff(_W))
+            taylor = slope.primitive(self.of(value)).c
+        else:
+            for k in range(1, len(a)):
+                slopes.append(sympy.expand(slopes[-1].diff(_W) / k))
+            taylor = [self.of(slope.xreplace({_W: first})) for slope in slopes]
         zero, total = a[0] * 0, Series([a[0] * 0] * len(a))
-        slopes = [function(_W)]
-        for k in range(1, len(a)):
-            slopes.append(sympy.expand(slopes[-1].diff(_W) / k))
-        for slope in reversed(slopes):
-            value = slope.xreplace({_W: first})
-            if value.has(sympy.zoo, sympy.nan, sympy.oo, sympy.I):
-                raise NotAnalytic(f"{function.__name__} is singular or complex")
+        for value in taylor[len(a) - 1 :: -1]:
             total = total * Series([zero, *a.c[1:]])
-            total.c[0] = self.of(value)
+            total.c[0] = value
         return total.c
 
 

@@ -114,9 +114,14 @@ def cut(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Piece]:
         f, g = (e.replace(kind, rule) for e in (f, g))
     tests = {r.lhs - r.rhs for e in (f, g) for p in e.atoms(Piecewise) for r in p.atoms(_RELATION)}
     kinks, orders = {z for e in tests for z in zeros(e, x, a, b)}, set()
+    for z in kinks:
+        if isinstance(z, Zero):
+            raise InputError(
+                f"the kink near {x} = {z} has no closed form; split the integral there."
+            )
     for row in samples(free_symbols(x, a, b, *tests)):
         lo, hi = (e.xreplace(row) for e in (a, b))
-        placed = {z: v for z in kinks if number(lo) < (v := number(_at(z, row))) < number(hi)}
+        placed = {z: v for z in kinks if number(lo) < (v := number(z.xreplace(row))) < number(hi)}
         orders.add(tuple(sorted(placed, key=lambda z: placed[z].mid())))
         for z in (z for e in tests if row for z in zeros(e.xreplace(row), x, lo, hi)):
             if not any(number(z).overlaps(v) for v in placed.values()):
@@ -125,10 +130,6 @@ def cut(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Piece]:
         raise _undecided(f"where the kinks of f = {f} and g = {g} lie")
     raw = [Piece(x, lo, hi, f, g) for lo, hi in pairwise([a, *orders.pop(), b])]
     return [Piece(x, p.lo, p.hi, *(_smooth(e, x, p.middle) for e in (f, g))) for p in raw]
-
-
-def _at(z: Any, row: dict[Symbol, Expr]) -> Any:
-    return z.xreplace(row) if isinstance(z, Expr) else z
 
 
 def _undecided(what: str) -> InputError:
@@ -165,14 +166,13 @@ def zeros(e: Expr, x: Symbol, lo: Expr, hi: Expr) -> list[Any]:
         return []
     above = sympy.fraction(sympy.together(e))[0] if e.is_rational_function(x) else None
     if free_symbols(x, e, lo, hi):
+        parts = [e]
         if above is not None:
-            factors = [y for y, _ in sympy.factor_list(above)[1] if 0 < sympy.degree(y, x) <= 2]
-            return [z for y in factors for z in sympy.roots(y, x) if z.is_real is not False]
-        moving = [n for n in e.atoms(sympy.Function, sympy.Pow) if n.has(x)]
+            parts = [y for y, _ in sympy.factor_list(above)[1] if 0 < sympy.degree(y, x) <= 2]
+        elif len([n for n in e.atoms(sympy.Function, sympy.Pow) if n.has(x)]) > 1:
+            return []  # which might take for ever
         with suppress(NotImplementedError):
-            return (
-                [z for z in sympy.solve(e, x) if z.is_real is not False] if len(moving) < 2 else []
-            )
+            return [z for y in parts for z in sympy.solve(y, x) if z.is_real is not False]
         return []
     poly, a, b = above and above.as_poly(x), number(lo), number(hi)
     exact = poly is not None and poly.domain in (sympy.ZZ, sympy.QQ)
