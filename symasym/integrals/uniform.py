@@ -139,14 +139,14 @@ class UniformExpansion(IntegralExpansion):
         middle, last = min(max(float(self.near), float(lo)), float(hi)), self.order + _NEXT - 1
         low, high = max(lo, arb(middle - _CORE)), min(hi, arb(middle + _CORE))
         field = self._field(low, high)
-        outside = [(lo, low), (high, hi)]
-        before, after = (
-            [canonical.panel(field, low if q == low else high, Factor(0), p, q, last, *weights)]
+        away = [(low, lo, low), (high, high, hi)]
+        outer = [
+            canonical.panel(field, at, Factor(0), p, q, last, *weights)
+            for at, p, q in away
             if p < q
-            else []
-            for p, q in outside
-        )
-        parts = [*before, *field.panels(low, high, last, *weights), *after]
+        ]
+        parts = field.panels(low, high, last, *weights)
+        parts = [*outer[: lo < low], *parts, *outer[lo < low :]]
         turned = acb(0, lam) if self._turn == sympy.I else lam
         rows = zip(*(canonical.ways(one, turned, nats) for one in parts), strict=True)
         whole = [reduce(Way.then, row) for row in rows]
@@ -196,9 +196,9 @@ def uniform_integral(
     Parameters
     ----------
     f : Expr, str or number
-        Real on a real interval; or real with a and b conjugate complex infinities such as
+        Analytic. Real on a real interval; or real with a and b conjugate complex infinities such as
         ``oo - I*pi`` and ``oo + I*pi``, for a path between the valleys beside two saddles; or
-        imaginary, on a finite interval or from -oo to oo. Analytic; split integrals at kinks.
+        imaginary, on a finite interval or from -oo to oo.
     g : Expr, str or number, or a pair of them
         Real up to a constant factor, analytic. A pair (g, h) asks for the iterated integral over
         a < u < v < b of g(u) h(v) e^(lam (f(v) - f(u))).

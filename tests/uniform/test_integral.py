@@ -64,30 +64,9 @@ def test_right_and_honest(name: str, lam: float, zs: str, most: dict[int, float]
                 assert abs(found.value - exact) <= found.error < most[order] * size
 
 
-@pytest.mark.parametrize("z", ["0.5", "1", "2"])
-def test_coefficients(z: str) -> None:
-    """DLMF 10.20: A_1 and B_0 at the turning point, zeta and B_0 beside it."""
-    *integral, _ = CASES["Bessel"]
-    found = sa.uniform_integral(*integral).bind(z=z).coefficients(dps=25)
-    zeta, ((p0, _), (_, q1), (p2, _)) = found
-    with mp.workdps(30):
-        square = 1 - mpf(z) ** 2
-        if not square:
-            assert (
-                max(abs(zeta), abs(q1 / p0 - mp.cbrt(2) / 70), abs(p2 / p0 + mpf(1) / 225)) < 1e-21
-            )
-            return
-        root = mp.sqrt(abs(square))
-        area = mp.acosh(1 / mpf(z)) - root if square > 0 else root - mp.acos(1 / mpf(z))
-        known = mp.sign(square) * mp.cbrt(area * 3 / 2) ** 2
-        b = 5 / (24 * root**3) - mp.sign(square) / (8 * root)
-        b = -5 / (48 * known**2) + b / mp.sqrt(abs(known))
-        assert max(abs(zeta - known), abs(p0**4 - 4 * known / square), abs(q1 / p0 - b)) < 1e-20
-
-
 @pytest.mark.parametrize("f", ["-x**3/3 + x/10 - x**4/20", "-x**3/3 + x**4/15", "x**3/3 - x/5"])
 def test_iterated_against_quadrature(f: str) -> None:
-    """Midpoint sums of both integrals, with the exponent taken out of each; their error by halving."""
+    """Midpoint sums of both, the exponent taken out of each; their error by halving."""
 
     def nested(n: int) -> float:
         x = (np.arange(n) + 0.5) * 2 / n - 1
