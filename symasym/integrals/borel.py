@@ -23,42 +23,17 @@ import sympy
 from flint import acb, acb_poly, arb, arb_mat
 from sympy import Expr, Symbol
 
-from symasym.base.errors import InputError
-
 #: Coefficients that order="borel" uses, and the bits of its approximants.
 TERMS, BITS = 41, 640
 
 
-def require_conditions(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> None:
-    """Refuse what the sum isn't for: f, g no polynomials with numbers; f' = f'' = 0 inside."""
-    free = set().union(*(e.free_symbols for e in (f, g, a, b))) - {x}
-    if free:
-        raise InputError(
-            f'order is "borel", which needs numbers, and {", ".join(sorted(map(str, free)))} have '
-            "no value; put numbers in."
-        )
-    for name, e in (("f", f), ("g", g)):
-        if not e.is_polynomial(x):
-            raise InputError(
-                f'order is "borel" and {name} = {e} is no polynomial in {x}; give another order, '
-                'such as "optimal".'
-            )
+def applies(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> bool:
+    """True for polynomials with numbers, f' and f'' without a common zero in (a, b)."""
+    free = sympy.Tuple(f, g, a, b).free_symbols - {x}
+    if free or not (f.is_polynomial(x) and g.is_polynomial(x)):
+        return False
     slope = sympy.Poly(f, x).diff(x)
-    for point in sympy.gcd(slope, slope.diff(x)).real_roots():
-        if a < point and point < b:
-            raise InputError(
-                f"order is \"borel\" and f = {f} has f' = f'' = 0 at {x} = {point}; it is for f "
-                'whose critical points are simple; give another order, such as "optimal".'
-            )
-
-
-def require_steps(point: Any, exponents: Any) -> None:
-    """Refuse a maximum whose exponents don't go up by 1."""
-    if exponents[1] - exponents[0] != 1:
-        raise InputError(
-            f'order is "borel", and the maximum at {point} has terms in steps of '
-            f"lam^-({exponents[1] - exponents[0]}); it is for simple maxima, in steps of 1/lam."
-        )
+    return not any(a < z and z < b for z in sympy.gcd(slope, slope.diff(x)).real_roots())
 
 
 def median_sum(c: list[Any], first: Any, lam: Any) -> Any:
@@ -81,23 +56,20 @@ def approximant(b: list[Any]) -> tuple[list[Any], list[tuple[Any, Any]]]:
     """
     last = max((k for k, x in enumerate(b) if k and not x.contains(0)), default=0)
     # In units of the radius of convergence, about, coefficients and zeros keep their digits.
-    unit = (
-        (abs(b[0] / b[last]) ** (arb(1) / last)).mid() if last and not b[0].contains(0) else arb(1)
-    )
+    scaled = last and not b[0].contains(0)
+    unit = (abs(b[0] / b[last]) ** (arb(1) / last)).mid() if scaled else arb(1)
     b = [x * unit**k for k, x in enumerate(b)]
     for m in range((len(b) - 1) // 2, 0, -1):
         rows = [[b[m + i - j] for j in range(1, m + 1)] for i in range(1, m + 1)]
         try:
             solved = arb_mat(rows).solve(arb_mat([[-b[m + i]] for i in range(1, m + 1)]))
             q = acb_poly([arb(1), *(x.mid() for x in solved.entries())])
-            zeros = q.roots(tol=arb(2) ** (-BITS // 2)) if q.degree() == m else None
+            zeros = q.roots(tol=arb(2) ** (-BITS // 2)) if q.degree() == m else []
         except (ValueError, ZeroDivisionError):
             continue
-        if zeros is None:
-            continue
-        p = acb_poly((acb_poly(b[: m + 1]) * q).coeffs()[: m + 1])
-        poles = [acb(z.real) if z.imag.contains(0) else z for z in zeros]
-        residues = [p(z) / q.derivative()(z) for z in poles]
-        pairs = [(unit * z, unit * r) for z, r in zip(poles, residues, strict=True)]
-        return [(p[m] / q[m]).real], pairs
+        if zeros:
+            p = acb_poly((acb_poly(b[: m + 1]) * q).coeffs()[: m + 1])
+            poles = [acb(z.real) if z.imag.contains(0) else z for z in zeros]
+            pairs = [(unit * z, unit * p(z) / q.derivative()(z)) for z in poles]
+            return [(p[m] / q[m]).real], pairs
     return [x * unit**-k for k, x in enumerate(b)], []

@@ -13,47 +13,23 @@ p_k + q_k s of the integration by parts, f = f_0 + eps (zeta s - s^3/3) and Z = 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from fractions import Fraction
 from functools import reduce
 from itertools import pairwise
-from typing import Any
+from typing import Any, ClassVar
 
-import numpy as np
 import sympy
 from flint import acb, arb, ctx
-from sympy import Expr, Symbol
 
-from symasym.base.call_context import symbolic
-from symasym.base.errors import AccuracyError, InputError, RangeError
-from symasym.base.estimate import Estimate
-from symasym.base.inputs import (
-    Number,
-    Numbers,
-    count,
-    digits,
-    exact,
-    flag,
-    floats,
-    is_array,
-    is_name,
-    positive,
-    shown,
-)  # fmt: skip
-from symasym.drift.evaluate import profile
-from symasym.drift.expressions import parse
-from symasym.drift.models import Expression
-from symasym.expansions.canonical import (
-    SHARE,
-    Factor,
-    Field,
-    Way,
-    at,
-    by_parts,
-    central_map,
-    panel,
-    primitive,
-    ways,
-)  # fmt: skip
+from symasym.base.errors import AccuracyError, InputError
+from symasym.base.estimate import ErrorKind
+from symasym.base.inputs import count, digits, exact
+from symasym.drift.evaluate import FUNCTIONS
+from symasym.expansions import canonical
+from symasym.expansions.canonical import Factor, Field, Way
+from symasym.integrals.enclosure import code, number
+from symasym.integrals.integral import IntegralExpansion, read
 from symasym.numbers.balls import exact_ball, precision, to_mpf
 
 __all__ = ["UniformExpansion", "uniform_integral"]
@@ -61,78 +37,22 @@ __all__ = ["UniformExpansion", "uniform_integral"]
 _MOST, _NEXT, _SAFETY = 40, 3, 3
 # How far from its middle an infinite interval is looked at for saddles.
 _CORE = 8
-_VALLEYS = (sympy.oo, -sympy.oo)
 
 
 @dataclass(frozen=True, repr=False)
-class UniformExpansion:
+class UniformExpansion(IntegralExpansion):
     """An expansion of the integral of g(x) e^(lam f(x)) that holds as critical points coalesce.
 
     Or, with g a pair (g, h), of the iterated integral of g(u) h(v) e^(lam (f(v) - f(u))), u < v.
-
-    Attributes
-    ----------
-    f, a, b : Expr
-    g : tuple of Expr
-        One weight, or g and h.
-    x : Symbol
-    order : int
-        Terms kept.
-    kind : {"real", "oscillating", "contour", "iterated"}
-    near : Fraction
-        A point beside the saddles.
+    `kind` is "real", "oscillating", "contour" or "iterated"; `near` is a point beside the saddles.
     """
 
-    f: Expr
-    g: tuple[Expr, ...]
-    x: Symbol
-    a: Expr
-    b: Expr
-    order: int
     kind: str
-    near: Any
+    near: Fraction
+    _claim: ClassVar[ErrorKind] = "estimate"
 
-    @property
-    def parameters(self) -> tuple[Symbol, ...]:
-        """Free symbols besides x."""
-        parts = (self.f, *self.g, self.a, self.b)
-        return tuple(sorted(set().union(*(e.free_symbols for e in parts)) - {self.x}, key=str))
-
-    def bind(self, /, **values: Number) -> UniformExpansion:
-        """The expansion with exact numbers for parameters."""
-        names, swap = {str(s): s for s in self.parameters}, {}
-        for name, value in values.items():
-            if name not in names:
-                raise InputError(f"{name} is not a parameter of the integral ({', '.join(names)}).")
-            number = exact(name, value)
-            swap[names[name]] = sympy.Rational(number.numerator, number.denominator)
-        g = tuple(w.xreplace(swap) for w in self.g)
-        f, a, b = (e.xreplace(swap) for e in (self.f, self.a, self.b))
-        return replace(self, f=f, g=g, a=a, b=b)
-
-    def evaluate(
-        self, lam: Numbers, *, dps: int | None = None, log: bool = False, full: bool = False
-    ) -> Any:
-        """The sum at `lam`, a number or an array of them (float64), greater than 0.
-
-        With `dps` an mpf or mpc, with `log` its natural logarithm; `full` gives an `Estimate`,
-        whose error is three times the sum of the next three differences.
-        """
-        if self.parameters:
-            names = ", ".join(map(str, self.parameters))
-            raise InputError(f"parameters have no value: {names}; call bind(...) first.")
-        log, full = flag("log", log), flag("full", full)
-        dps = None if dps is None else digits(dps)
-        if is_array(lam):
-            if dps is not None:
-                raise InputError(f"lam is an array and dps is {dps}; arrays are for float64.")
-            rows = [self._at(exact("lam", float(y)), None, log) for y in floats("lam", lam).flat]
-            value, error = (
-                np.array(x).reshape(floats("lam", lam).shape) for x in zip(*rows, strict=True)
-            )
-        else:
-            value, error = self._at(positive("lam", exact("lam", lam)), dps, log)
-        return Estimate(value, error, "estimate", "uniform", self.order) if full else value
+    def _again(self, f: Any, g: Any, a: Any, b: Any) -> UniformExpansion:
+        return uniform_integral(f, g, self.x, a, b, self.order, near=self.near)
 
     def coefficients(self, dps: int = 15) -> tuple[Any, list[tuple[Any, Any]]]:
         """zeta and the pairs (p_k, q_k) of g that stand with Ai and Ai' (of a pair (g, h): g's)."""
@@ -142,216 +62,152 @@ class UniformExpansion:
             zeta = zeta if abs(zeta) > arb(10) ** (-2 * dps) else arb(0)
             return to_mpf(zeta, dps)[0], [(to_mpf(p, dps)[0], to_mpf(q, dps)[0]) for p, q in pairs]
 
-    # -- at one lam --------------------------------------------------------------------------------
-
-    def _at(self, lam: Any, dps: int | None, log: bool) -> tuple[Any, Any]:
-        """The value and its error."""
-        wanted = 14 if dps is None else dps
+    def _at(self, lam: Fraction, dps: int | None, full: bool) -> tuple[Any, ...]:
+        """0, the sum, and three times the sum of the next three differences."""
+        wanted, first, turned = 14 if dps is None else dps, self.order - 1, self._turn != 1
         nats = math.log(10) * (wanted + 2) + math.log(2 + lam)
         with precision(int(2 * nats) + 60):
-            ctx.cap = math.ceil(-nats / math.log(SHARE))
-            number, last = exact_ball(lam), self.order + _NEXT
+            ctx.cap = math.ceil(-nats / math.log(canonical.SHARE))
+            # True where no end adds anything.
+            whole = self.kind == "contour" or (turned and self.a.is_infinite and self.b.is_infinite)
             try:
-                row = (self._by_airy if self._whole else self._by_panels)(number, last, nats)
+                row = (self._by_airy if whole else self._by_panels)(exact_ball(lam), nats)
             except AccuracyError:
-                row = [arb.nan()] * (last + 1)
-            gaps = [abs(y - x) for x, y in pairwise(row[self.order - 1 :])]
-            value = acb(row[self.order - 1])
+                row = [arb.nan()] * (self.order + _NEXT)
+            value, gaps = acb(row[first]), [abs(y - x) for x, y in pairwise(row[first:])]
             error = _SAFETY * sum(gaps, arb(0)) + abs(value) * arb(10) ** -wanted
             if not (value.is_finite() and error.is_finite()):
                 raise AccuracyError(
                     f"f = {self.f} has more than two saddles close together, or f or g is singular "
                     "inside; split the integral there."
                 )
-            if log:
-                if not (value.imag == 0 and value.real > error):
-                    raise AccuracyError(
-                        f"the sum at lam = {float(lam):.6g} is complex or not surely positive; ask "
-                        "for the value, not its logarithm."
-                    )
-                value, error = value.log(), -(1 - error / value.real).log()
-            parts = [to_mpf(y, wanted)[0] for y in (value.real, value.imag)]
-            size = to_mpf(error, 15)[0]
-        real = self.kind != "oscillating"
-        if dps is not None:
-            import mpmath
-
-            pair = tuple(y._mpf_ for y in parts)
-            return (parts[0] if real else mpmath.mp.make_mpc(pair)), size
-        found = float(parts[0]), float(parts[1])
-        if max(map(abs, found)) == math.inf or (parts[0] and not any(found)):
-            raise RangeError(
-                f"the value at lam = {float(lam):.6g} is outside the range of float64; pass "
-                "log=True or dps=..."
-            )
-        return (found[0] if real else complex(*found)), float(size) + 2e-16 * abs(complex(*found))
+            found = value.mid() if turned else value.real.mid()
+            return arb(0), found, error.upper(), ("uniform", self.order)
 
     @property
-    def _whole(self) -> bool:
-        """True where no end adds anything."""
-        oscillating = self.kind == "oscillating"
-        return self.kind == "contour" or (oscillating and {self.a, self.b} == set(_VALLEYS))
+    def _turn(self) -> Any:
+        """i where f is imaginary, else 1."""
+        return sympy.I if self.kind == "oscillating" else sympy.S.One
 
     @property
-    def _phase(self) -> Expr:
-        """f, over i where it is imaginary."""
-        phase = sympy.expand(self.f / sympy.I) if self.kind == "oscillating" else self.f
-        if phase.has(sympy.I):
-            raise InputError(f"f = {self.f} is neither real nor imaginary; give one or the other.")
-        return phase
+    def _phase(self) -> Any:
+        """f over that, as a function of balls."""
+        return code(sympy.expand(self.f / self._turn), self.x)
 
-    def _function(self, e: Any) -> Any:
-        """An expression as a function of balls and power series."""
-        return profile(Expression(sympy.sympify(e), self.x), {})
+    def _weights(self) -> tuple[Any, list[Any]]:
+        """The constant factors of g and h, and the rest as functions of balls; None for 1."""
+        front, rest = acb(1), list[Any]()
+        for g in self.g if self.kind == "iterated" else (self.g,):
+            constant, part = g.as_independent(self.x, as_Add=False)
+            front *= acb(*map(number, sympy.expand_complex(constant).as_real_imag()))
+            rest.append(None if part == 1 else code(part, self.x))
+        return front, rest
 
-    def _factor(self, g: Expr) -> tuple[Any, Expr]:
-        """A constant factor, and the rest, which is real."""
-        constant, rest = g.as_independent(self.x, as_Add=False)
-        re, im = (self._function(y)(arb(0)) for y in sympy.expand_complex(constant).as_real_imag())
-        return acb(re, im), rest
-
-    def _field(self, lo: float, hi: float) -> Field:
-        return Field(self._function(-sympy.diff(self._phase, self.x)), lo, hi)
+    def _field(self, lo: Any, hi: Any) -> Field:
+        slope = -sympy.diff(sympy.expand(self.f / self._turn), self.x)
+        return Field(code(slope, self.x), float(lo), float(hi))
 
     def _pair(self, terms: int) -> tuple[int, Any, list[tuple[Any, Any]], Any]:
         """eps, zeta, (p_k, q_k) and f_0 of the two saddles nearest to `near`."""
-        middle = float(self.near)
+        middle, weight = float(self.near), self._weights()[1][0]
         field = self._field(middle - _CORE, middle + _CORE)
         pairs = [c for c in field.clusters() if len(c.zeros) == 2]
         if not pairs:
             raise InputError(f"f = {self.f} has no two saddles near {self.x} = {middle:g}.")
         centre, pi = field.factor(min(pairs, key=lambda c: abs(c.centre - middle)))
-        found = central_map(field.taylor(centre), pi)
-        weight = field.taylor(centre, self._function(self._factor(self.g[0])[1]))
-        top = primitive(2, found.zeta, at(found.s, arb(0)))
-        level = self._function(self._phase)(centre) + found.eps * top
-        return found.eps, found.zeta, by_parts(pi, found, weight, terms - 1)[0], level
+        found = canonical.central_map(field.taylor(centre), pi)
+        g = field.taylor(centre, weight or (lambda y: 0 * y + 1))
+        top = canonical.primitive(2, found.zeta, canonical.at(found.s, arb(0)))
+        rows = canonical.by_parts(pi, found, g, terms - 1)[0]
+        return found.eps, found.zeta, rows, self._phase(centre) + found.eps * top
 
-    def _by_airy(self, lam: Any, terms: int, nats: float) -> list[Any]:
-        eps, zeta, pairs, level = self._pair(terms)
-        Z, third, total, rows = zeta * lam.root(3) ** 2, lam.root(3), acb(0), []
-        turned = self.kind == "oscillating"
-        ai, slope, _, _ = (-Z if turned else Z).airy()
+    def _by_airy(self, lam: Any, nats: float) -> list[Any]:
+        eps, zeta, pairs, level = self._pair(self.order + _NEXT)
+        third, total, rows = lam.root(3), acb(0), []
+        # With s = i t on the path of an oscillating integral.
+        turn = acb(0, 1) if self._turn == sympy.I else acb(1)
+        ai, slope, _, _ = (turn * turn * zeta * third**2).airy()
+        front = 2 * arb.pi() * (turn * lam * level).exp() * acb(0, 1) / turn * self._weights()[0]
         for k, (p, q) in enumerate(pairs):
-            if turned:
-                # With s = i t on the path.
-                term = p * ai / third + acb(0, eps) * q * slope / third**2
-                total += term / acb(0, eps * lam) ** k
-            else:
-                total += (p * ai / third + eps * q * slope / third**2) / (eps * lam) ** k
-            rows.append(total)
-        front = (
-            2
-            * arb.pi()
-            * (acb(0, lam * level).exp() if turned else acb(0, 1) * (lam * level).exp())
-        )
-        return [front * self._factor(self.g[0])[0] * y for y in rows]
+            total += (p * ai / third + turn * eps * q * slope / third**2) / (turn * eps * lam) ** k
+            rows.append(front * total)
+        return rows
 
-    def _by_panels(self, lam: Any, terms: int, nats: float) -> list[Any]:
-        f, (lo, hi) = self._function(self._phase), self._ends(float(lam), nats)
-        factors, rests = zip(*map(self._factor, self.g), strict=True)
-        weights = [None if w == 1 else self._function(w) for w in rests]
-        middle, last = min(max(float(self.near), float(lo)), float(hi)), terms - 1
+    def _by_panels(self, lam: Any, nats: float) -> list[Any]:
+        lo, hi = self._ends(float(lam), nats)
+        front, weights = self._weights()
+        middle, last = min(max(float(self.near), float(lo)), float(hi)), self.order + _NEXT - 1
         low, high = max(lo, arb(middle - _CORE)), min(hi, arb(middle + _CORE))
-        field = self._field(float(low), float(high))
+        field = self._field(low, high)
+        away = [(low, lo, low), (high, high, hi)]
+        outer = [
+            canonical.panel(field, at, Factor(0), p, q, last, *weights)
+            for at, p, q in away
+            if p < q
+        ]
         parts = field.panels(low, high, last, *weights)
-        if lo < low:
-            parts.insert(0, panel(field, low, Factor(0), lo, low, last, *weights))
-        if high < hi:
-            parts.append(panel(field, high, Factor(0), high, hi, last, *weights))
-        turned = acb(0, lam) if self.kind == "oscillating" else lam
-        rows = [ways(one, turned, nats) for one in parts]
-        front = reduce(lambda x, y: x * y, factors)
+        parts = [*outer[: lo < low], *parts, *outer[lo < low :]]
+        turned = acb(0, lam) if self._turn == sympy.I else lam
+        rows = zip(*(canonical.ways(one, turned, nats) for one in parts), strict=True)
+        whole = [reduce(Way.then, row) for row in rows]
         if self.kind == "iterated":
-            return [front * reduce(Way.then, row).J for row in zip(*rows, strict=True)]
-        front *= (turned * f(lo)).exp()
-        return [front * reduce(Way.then, row).B for row in zip(*rows, strict=True)]
+            return [front * y.J for y in whole]
+        return [front * (turned * self._phase(lo)).exp() * y.B for y in whole]
 
-    def _ends(self, lam: float, nats: float) -> tuple[Any, Any]:
+    def _ends(self, lam: float, nats: float) -> list[Any]:
         """The ends, where infinite or f is -oo moved to where e^{lam f} is below all digits."""
-        f, near = self._function(self._phase), float(self.near)
-        found: list[Any] = []
+        f, inside, found = self._phase, float(self.near), list[Any]()
         for end, side in ((self.a, -1), (self.b, 1)):
-            here = None if end.is_infinite else self._function(end)(arb(0))
-            if here is None and self.kind == "iterated":
+            here = number(end)
+            if not here.is_finite() and self.kind == "iterated":
                 # The part with u near v falls like a power.
-                here = arb(near + side * math.exp(nats))
-            elif here is None or not f(here).is_finite():
+                here = arb(inside + side * math.exp(nats))
+            elif not f(here).is_finite():
                 # Outwards, or half of what is left at a time.
-                steps = (2.0**k for k in range(60))
-                inside = max(near, float(found[0]) + 1) if found else near
-                marks = [
-                    inside + side * y if here is None else here + (inside - here) / y for y in steps
-                ]
-                heights = [float(f(arb(y))) for y in marks]
-                falls = (
-                    k for k, y in enumerate(heights)
-                    if lam * (max(heights[: k + 1]) - y) > nats + 10
-                )  # fmt: skip
-                k = next(falls, None)
-                if k is None:
+                far, top = not here.is_finite(), -math.inf
+                for k in range(60):
+                    mark = inside + side * 2.0**k if far else here + (inside - here) / 2.0**k
+                    height = float(f(arb(mark)))
+                    top = max(top, height)
+                    if lam * (top - height) > nats + 10:
+                        break
+                else:
                     raise InputError(
                         f"f = {self.f} does not fall as {self.x} tends to {end}, so the integral "
                         "diverges; give other ends."
                     )
-                here = arb(marks[k])
+                here = arb(mark)
             found.append(here)
-        return found[0], found[1]
-
-    @property
-    def error_kind(self) -> str:
-        """``"estimate"``, or ``"none"`` while parameters are free."""
-        return "none" if self.parameters else "estimate"
+            inside = max(inside, float(here) + 1)
+        return found
 
     def __repr__(self) -> str:
         return (
-            f"uniform expansion ({self.kind}, {self.order} terms) of the integral of "
-            f"{', '.join(map(str, self.g))} with f = {self.f} over {self.x} from {self.a} to "
-            f"{self.b}; error: {self.error_kind}"
+            f"uniform expansion ({self.kind}, {self.order} terms) of the integral of {self.g} with "
+            f"f = {self.f} over {self.x} from {self.a} to {self.b}; error: {self.error_kind}"
         )
 
 
-@symbolic
 def uniform_integral(
-    f: Number,
-    g: Number | tuple[Number, Number],
-    x: Symbol | str,
-    a: Number,
-    b: Number,
-    order: int = 3,
-    *,
-    near: Number = 0,
+    f: Any, g: Any, x: Any, a: Any, b: Any, order: Any = 3, *, near: Any = 0
 ) -> UniformExpansion:
     """Expansion of the integral of g(x) e^(lam f(x)), uniform as its critical points coalesce.
 
     Parameters
     ----------
     f : Expr, str or number
-        Real on a real interval; or real with a and b conjugate complex infinities such as
+        Analytic. Real on a real interval; or real with a and b conjugate complex infinities such as
         ``oo - I*pi`` and ``oo + I*pi``, for a path between the valleys beside two saddles; or
-        imaginary, on a finite interval or from -oo to oo. Analytic; split integrals at kinks.
+        imaginary, on a finite interval or from -oo to oo.
     g : Expr, str or number, or a pair of them
         Real up to a constant factor, analytic. A pair (g, h) asks for the iterated integral over
         a < u < v < b of g(u) h(v) e^(lam (f(v) - f(u))).
     x : Symbol or str
-        Variable of integration.
     a, b : Expr or number
-        Ends.
     order : int, optional
         Terms kept, 1 to 40: relative powers lam^0 to lam^(1 - N).
     near : number, optional
         A point beside the saddles, which are looked for within 8 of it.
-
-    Returns
-    -------
-    UniformExpansion
-        With ``evaluate(lam, dps=None, log=False, full=False)``, ``bind(**values)`` and
-        ``coefficients()``.
-
-    Raises
-    ------
-    InputError
-        If f is neither real nor imaginary, or no pair of saddles is found where one is needed.
 
     Examples
     --------
@@ -368,15 +224,11 @@ def uniform_integral(
     >>> print(gamma.bind(mu="1.01").evaluate(100, dps=20, log=True, full=True))
     -102.18777793476922 ± 9.19e-12 (estimate, uniform)
     """
-    symbol = Symbol(x) if is_name(x) else x
-    if not isinstance(symbol, Symbol):
-        raise InputError(f"x is {shown(x)}; give the variable of integration, a SymPy symbol.")
-    names = {symbol.name: symbol}
-    iterated = isinstance(g, (tuple, list, sympy.Tuple))
-    weights = tuple(parse("g", w, names) for w in (g if iterated else (g,)))  # type: ignore[union-attr]
-    formula, lo, hi = (parse(n, v, names) for n, v in (("f", f), ("a", a), ("b", b)))
+    f, g, x, a, b = read(f, g, x, a, b, FUNCTIONS, pairs=True)
     order, beside = count("order", order, 1, _MOST, " of terms"), exact("near", near)
-    kind = "iterated" if iterated else "oscillating" if formula.has(sympy.I) else "real"
-    if lo.has(sympy.I) or hi.has(sympy.I):
+    kind = "iterated" if isinstance(g, tuple) else "oscillating" if f.has(sympy.I) else "real"
+    if a.has(sympy.I) or b.has(sympy.I):
         kind = "contour"
-    return UniformExpansion(formula, weights, symbol, lo, hi, order, kind, beside)
+    if sympy.expand(f / sympy.I if kind == "oscillating" else f).has(sympy.I):
+        raise InputError(f"f = {f} is neither real nor imaginary; give one or the other.")
+    return UniformExpansion(f, g, x, a, b, order, kind, beside)
