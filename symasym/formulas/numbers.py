@@ -1,71 +1,70 @@
-"""Numbers of a bound drift for its formula: critical points, heights and finite parts, in balls."""
+"""What the symbols of a formula are for a bound drift: critical points, heights and finite parts."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from contextlib import suppress
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
-from flint import acb
 from sympy import Expr, Symbol
 
 from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
-from symasym.expansions.balls import Field, Unresolved
-from symasym.formulas.letters import FinitePart
+from symasym.expansions.balls import RING, Field, Unresolved
 from symasym.numbers.balls import exact_ball, precision
-
-if TYPE_CHECKING:
-    from symasym.formulas.formula import Expansion
-
-__all__ = ["DIGITS", "numbers_of"]
+from symasym.series.local import finite_parts_in_s
 
 #: Digits that are right in what the numbers make up; they themselves have more.
 DIGITS = 32
-_OWN, _MOST_BITS = 50, 4096
+_OWN, _STEPS = 50, 5
 
 
-def numbers_of(e: Expansion) -> dict[Symbol, Expr]:
-    """Of a bound drift: what has no closed form, to 50 digits.
-
-    Raises
-    ------
-    AccuracyError
-        If zeros of A are too close together.
-    """
-    drift, bits = e.drift, 256
-    if drift.free or drift.shape or drift == Drift.general():
-        return {}
-    while bits <= _MOST_BITS:
-        with suppress(Unresolved), precision(bits):
-            return _found(e, Field(drift, abs(e.start) + 2, e.start))
-        bits *= 2
-    raise AccuracyError(f"the zeros of {drift!r} are too close together for {_OWN} digits.")
+def numbers_of(symbols: Iterable[Symbol], drift: Drift, start: Fraction) -> dict[Symbol, Expr]:
+    """Those of the symbols named as u1, V(u1), phi(1) or R1+, to 50 digits."""
+    for step in range(_STEPS):
+        with suppress(Unresolved), precision(256 << step):
+            return _found(list(symbols), Field(drift, abs(start) + 2, start))
+    raise AccuracyError(
+        f"the zeros of {drift!r} are too close together for {_OWN} digits; use method='exact'."
+    )
 
 
-def _found(e: Expansion, field: Field) -> dict[Symbol, Expr]:
+def _found(symbols: list[Symbol], field: Field) -> dict[Symbol, Expr]:
     """The same at flint's precision."""
-    zeros = dict(zip(e.equations, (u for u, _ in field.zeros), strict=False))
-    found = {u: _number(z) for u, z in zeros.items()}
+    places: dict[str, Any] = {f"u{k}": u for k, (u, _) in enumerate(field.zeros, 1)}
+    found = dict(places)
+    for name in [s.name for s in symbols]:
+        head, _, place = name.rstrip(")").partition("(")
+        if place and place not in places and re.fullmatch(r"-?\d+(/\d+)?", place):
+            places[place] = exact_ball(Fraction(place))
+        if head == "V" and place in places:
+            found[name] = field.height(places[place])
+        elif head == "phi":
+            found[name] = field.a[int(place)]
+    if parts := [s.name for s in symbols if re.fullmatch(r"R\d+[-+]", s.name)]:
+        regular = _inside(field, max(int(name[1:-1]) for name in parts))
+        found |= {name: regular[name[-1]][int(name[1:-1]) - 1] for name in parts}
+    return {s: _number(found[s.name]) for s in symbols if s.name in found}
 
-    def place(u: Expr) -> Any:
-        return exact_ball(Fraction(u.p, u.q)) if u.is_Rational else zeros[u]
 
-    for s, value in e.definitions.items():
-        if s in e.integrals or isinstance(value, FinitePart):
-            lo, hi = (Fraction(u.p, u.q) for u in e.integrals.get(s, value).args[2:])
-            k = int(s.name[1:-1])
-            found[s] = _number(field._inside(lo, hi, k)[k - 1])
-        elif value.has(sympy.Integral) and value.free_symbols <= zeros.keys():
-            # int A du is what V falls by.
-            found[s] = value.replace(sympy.Integral, lambda _, limits: _number(
-                field.potential(place(limits[1])) - field.potential(place(limits[2]))))  # fmt: skip
+def _inside(field: Field, count: int) -> dict[str, list[Any]]:
+    """The finite parts within the layer, of u as the variable also where the start is a zero."""
+    found = {}
+    for side, mark, row in zip((-1, 1), "-+", field.regular(count), strict=True):
+        x = side * field.start
+        row[0] -= exact_ball(field.r - max(x, 1)) / field.a[side]
+        row[0] -= exact_ball(max(-x - 1, 0)) / field.a[-side]
+        if field.on_zero:
+            more = finite_parts_in_s(field.taylor(field.x, 2 * count + 1), count, RING)
+            row = [a - side * b for a, b in zip(row, more, strict=True)]
+        found[mark] = row
     return found
 
 
 def _number(x: Any) -> Expr:
-    x = x.real if isinstance(x, acb) else x
     if x.rel_accuracy_bits() < 3.33 * _OWN and not abs(x) < 1e-60:
         raise Unresolved
     return sympy.Float(x.mid().str(_OWN + 10, radius=False, more=True), _OWN)
