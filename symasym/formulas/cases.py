@@ -24,7 +24,7 @@ from symasym.drift.drift import Drift
 
 U = sympy.Symbol("u", real=True)
 _WORDS = ("well", "start", "barrier", "start=well", "start=barrier")
-_PAIRS = (("start", "well", "barrier"), ("barrier", "well", "start"))
+PAIRS = (("start", "well", "barrier"), ("barrier", "well", "start"))
 # Values that are tried for each free parameter, and the least of one that is positive.
 _TRIED = [Fraction(n, 32) for n in (0, 16, 32, 96, 256, -16, -32, -96, 8, -8, 64, 4, -4, 48, -48,
           -64, 2, -2, 24, -24, 128, -128, -256, 512, -512, 1, -1)]  # fmt: skip
@@ -77,13 +77,10 @@ def read_case(text: str | Case) -> Case:
     >>> read_case("start well barrier").kinds
     ('well', 'barrier')
     """
-    words = text.words if isinstance(text, Case) else tuple(str(text).split())
+    words = tuple(str(text).split())
     kinds = [kind for word in words if (kind := word.removeprefix("start").lstrip("="))]
-    if (
-        sum(word[:5] == "start" for word in words) != 1
-        or not {*words} <= {*_WORDS}
-        or any(a == b for a, b in itertools.pairwise(kinds))
-    ):
+    once = sum(word[:5] == "start" for word in words) == 1 and {*words} <= {*_WORDS}
+    if not once or any(a == b for a, b in itertools.pairwise(kinds)):
         raise InputError(
             f"case is {text!r}; give the words 'start' (once), 'well' and 'barrier', which take "
             "turns, from left to right, as in 'start well barrier', or as in 'start=well barrier' "
@@ -99,8 +96,8 @@ def case_of(drift: Drift, start: Fraction) -> Case:
     for p in drift.critical_points():
         if p.multiplicity != 1:
             raise InputError(
-                f"A has a zero of multiplicity {p.multiplicity} at u = {float(p.u):.6g}, where this "
-                "series does not exist; use sa.escape_time(method='uniform')."
+                f"A has a zero of multiplicity {p.multiplicity} at u = {float(p.u):.6g}, where "
+                "this series does not exist; use sa.escape_time(method='uniform')."
             )
         if on_zero and abs(float(p.u) - x) < _SAME:
             own = f"start={p.kind}"
@@ -112,20 +109,20 @@ def case_of(drift: Drift, start: Fraction) -> Case:
 def case_for(drift: Drift, start: Fraction, asked: Case | None, sliding: bool = False) -> Case:
     """The case asked for, or found; `sliding`: one whose outermost points are wells."""
     if drift == Drift.general():
-        own = asked or Case(_PAIRS[0])
-        fits = own.words in _PAIRS and abs(start) < 1 and not sliding
+        own = asked or Case(PAIRS[0])
+        fits = own.words in PAIRS and abs(start) < 1 and not sliding
     else:
-        known = asked if drift.free and asked else next(iter(found_cases(drift, start, sliding)), None)
-        own, powers = known or Case(("start",)), drift.expression().as_poly(U)
-        fits = known is not None and asked in (None, own) and (not sliding or own.slides)
+        found = (asked,) if drift.free and asked else found_cases(drift, start, sliding)
+        own, powers = next(iter(found), Case(("start",))), drift.expression().as_poly(U)
+        fits = asked in (None, own) and (own.slides or not sliding) and len(found) > 0
         fits = fits and bool(own.at_start) == zero_at(drift, start)
         fits = fits and (not powers or powers.degree() >= len(own.kinds) + bool(own.at_start))
     if not fits:
         raise InputError(
-            f"{drift!r} from {float(start):.6g} is not in the case '{asked or own}' that the formula "
-            f"is asked for in; give one with simple zeros that it is in, as in case="
-            f"{'well' if sliding else 'start well barrier'!r} (expand(...).cases() has those found)"
-            f"{', with wells outermost as of a sliding block' * sliding}, or use method='uniform'."
+            f"{drift!r} from {float(start):.6g} is not in the formula's case '{asked or own}'; "
+            f"give one that it is in, as in case={'well' if sliding else 'start well barrier'!r}"
+            f"{', with wells outermost as a sliding block has' * sliding}, or where zeros coincide "
+            "take numbers of method='uniform'."
         )
     return own
 
@@ -172,7 +169,7 @@ def found_cases(drift: Drift, start: Fraction, sliding: bool = False) -> tuple[C
             if case and bool(case.at_start) == on_zero and (case.slides or not sliding):
                 found.setdefault(case)
     return tuple(sorted(found, key=lambda c: (
-        c.words != _PAIRS[0], "well" not in (*c.words, c.at_start),
+        c.words != PAIRS[0], "well" not in (*c.words, c.at_start),
         len(c.words), c.before, c.words[::-1],
     )))  # fmt: skip
 

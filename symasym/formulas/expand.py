@@ -22,11 +22,11 @@ from symasym.base.inputs import Number, Numbers, choice, count, exact, require_p
 from symasym.drift.drift import Drift
 from symasym.formulas import text
 from symasym.formulas.cases import Case, case_for, found_cases, read_case
-from symasym.formulas.letters import KAPPA, LAM, FinitePart, R, U
-from symasym.formulas.products import Contribution, Leading, leading
+from symasym.formulas.letters import KAPPA, R, U
+from symasym.formulas.numbers import numbers_of
 from symasym.formulas.strong import strong, written_out
 from symasym.formulas.uniform import uniform
-from symasym.formulas.weak import weak
+from symasym.formulas.weak import Contribution, Leading, leading, weak
 from symasym.quantities import escape_time, exit_probability, occupation
 from symasym.scenes import require_drift
 
@@ -44,14 +44,10 @@ class Expansion:
 
     Attributes
     ----------
-    quantity, noise, order, drift, start, case
-        As `expand` takes them.
-    formula : expression
-        In the symbols of `definitions`.
-    definitions : dict
-        What each symbol stands for: sums, series, heights, derivatives of V, critical points.
-        ``R1+, R2+, ...`` and ``R1-, ...`` are the finite parts of int h_k du right and left of the
-        start.
+    formula, definitions : expression, dict
+        The formula in symbols, and what each of these stands for: sums, series, heights,
+        derivatives of V, critical points, and ``R1+, R2+, ...`` and ``R1-, ...``, the finite parts
+        of int h_k du right and left of the start.
     equations : dict
         For each critical point without a closed form: A there, which is 0.
     terms : tuple of Contribution
@@ -77,43 +73,48 @@ class Expansion:
 
     def __post_init__(self) -> None:
         # What the formula is made of, each condition once, and names that are told apart.
-        met = self._met({})
-        known = {s: v for s, v in self.definitions.items() if s in met}
-        object.__setattr__(self, "definitions", known)
+        known = {s: v for s, v in _met(self.formula, self.definitions).items() if v is not None}
         kept = dict.fromkeys(c for c in self.conditions if c is not sympy.true)
+        object.__setattr__(self, "definitions", known)
         object.__setattr__(self, "conditions", tuple(kept))
-        names = {"T", "C", "P", "h", KAPPA.name, R.name, "lambda", *(s.name for s in self._own)}
-        names |= {re.sub(r"[{}]|\(.*", "", self._latex(s)) for s in self._own}
-        for s in sorted(self._parameters, key=str):
-            if not names.isdisjoint({s.name, re.sub(r"[{}]", "", self._latex(s))}):
+        A = self.drift.expression()
+        names = {"T", "C", "P", "lambda", *(s.name for s in self._own), *map(self._bare, self._own)}
+        for s in sorted(A.free_symbols - {U}, key=str):
+            if {s.name, self._bare(s)} & names:
                 raise InputError(
-                    f"A = {self.drift.expression()} has a parameter {s}, which the formula has as "
-                    "a name of its own; rename the parameter."
+                    f"A = {A} has a parameter {s}, which the formula has as a name of its own; "
+                    "rename the parameter."
                 )
 
     @property
     def error(self) -> str:
         """The order of the terms that the formula leaves out."""
-        power, numbers = 2 * self.order + 2, "; evaluate(…, full=True) tells it"
+        power = 2 * self.order + 2
         if not self.definitions and not self.terms:
             return "none, of a constant drift"
-        if self.noise == "strong":
-            return f"relative O(kappa^-{power}), whatever r/kappa^2{numbers}"
-        if self.noise == "uniform":
-            return f"relative O(kappa^{power}), also where well and barrier coalesce{numbers}"
-        series = f"each series in kappa^2 is short of O(kappa^{power}), relative to its first term"
-        return series if self.quantity == "density" else series + numbers
+        return {
+            "weak": f"each series in kappa^2 is short of O(kappa^{power}) of its first term",
+            "strong": f"relative O(kappa^-{power}), whatever r/kappa^2",
+            "uniform": f"relative O(kappa^{power}), also where well and barrier coalesce",
+        }[self.noise] + "; evaluate(…, full=True) tells it" * (self.quantity != "density")
+
+    @property
+    def numbers(self) -> dict[Symbol, Expr]:
+        """Of a bound drift critical points, heights and the regular part, to 50 digits."""
+        if self.drift.free or self.drift.shape or self.drift == Drift.general():
+            return {}
+        return numbers_of([*self.definitions, *self.equations], self.drift, self.start)
 
     @cached_property
     def expression(self) -> Expr:
         """The formula in kappa, r, the parameters, and u1, u2, ... where these are not solved."""
-        return self.put_in(written_out(self.formula))
+        return self.put_in(self.formula)
 
     def put_in(self, expression: Expr) -> Expr:
         """An expression with the definitions put in."""
-        while known := expression.free_symbols & self.definitions.keys():
-            expression = expression.xreplace({s: written_out(self.definitions[s]) for s in known})
-        return expression
+        while expression.free_symbols & self.definitions.keys():
+            expression = expression.xreplace(dict(self.definitions))
+        return written_out(expression)
 
     @property
     def leading(self) -> Leading:
@@ -150,18 +151,19 @@ class Expansion:
         It takes the options of `symasym.escape_time`, and has numbers also where `conditions` do
         not hold, such as r < 1; `expression` and emitted code have not. P needs no r.
         """
-        known = {"method": _METHODS[self.noise], "order": self.order, **options}
         if self.quantity == "density" or r is None and self.quantity in OF_START:
             raise InputError(
                 f"{self.quantity} has no number of kappa alone; give r for T and C, and use "
                 "sa.stationary_density for the density."
             )
-        if self.quantity == "T":
-            return escape_time(self.drift, kappa, r, start=self.start, **known)
-        known["complement"] = self.quantity[0] == "1"
+        known = {"method": _METHODS[self.noise], "order": self.order, **options}
+        known |= {"start": self.start} if self.quantity in OF_START else {}
+        known |= {"complement": self.quantity[0] == "1"} if self.quantity != "T" else {}
         if self.quantity[-1] == "P":
             return occupation(self.drift, kappa, **known)
-        return exit_probability(self.drift, kappa, r, start=self.start, **known)
+        return (escape_time if self.quantity == "T" else exit_probability)(
+            self.drift, kappa, r, **known
+        )
 
     def emit(self, target: str = "numpy", name: str = "f") -> Any:
         """Source code of the formula, its free symbols being the arguments (`symasym.emit`)."""
@@ -177,38 +179,27 @@ class Expansion:
         The regular part's integrals stand as Hadamard's finite parts, whose closed form for a
         polynomial is in `definitions`.
         """
-        names, met = self._names, self._met(self.integrals)
-        left = "p_{ss}(y)" if self.quantity == "density" else self.quantity
-        first = text.lines(left, r"\sim", written_out(self.formula), names)
-        rows = {
-            tuple(text.lines(self._latex(s), "=", written_out(value), names)): None
-            for s in met
-            if (value := self.integrals.get(s, self.definitions.get(s))) is not None
-        }
-        last = [f"0 &= {self._latex(a)}" for s, a in self.equations.items() if s in met]
-        if self.integrals.keys() & met.keys():
+        left, shown = "p_{ss}(y)" if self.quantity == "density" else self.quantity, self._shown
+        first, *rows = (
+            text.lines(name, sign, written_out(value), self._names)
+            for name, sign, value in [(left, r"\sim", self.formula), *(
+                (self._latex(s), "=", v) for s, v in shown.items() if v is not None)]
+        )  # fmt: skip
+        last = [f"0 &= {self._latex(a)}" for s, a in self.equations.items() if s in shown]
+        if self.integrals.keys() & shown.keys():
             last.insert(0, r"h_1(u) &= \frac{1}{\phi(u)}, \quad h_{k+1} = -\frac{h_k'}{\phi}")
-        return text.aligned(first, list(rows), last)
-
-    def _met(self, closed: Mapping[Symbol, Any]) -> dict[Symbol, None]:
-        """The symbols of the formula as they are met, not those that `closed` are made of."""
-        met: dict[Symbol, None] = {}
-        row: set[Symbol] = self.formula.free_symbols
-        while row:
-            met |= dict.fromkeys(sorted(row, key=str))
-            known = (s for s in row if s in self.definitions and s not in closed)
-            row = set().union(*(self.definitions[s].free_symbols for s in known)) - met.keys()
-        return met
+        return text.aligned(first, rows, last)
 
     @cached_property
-    def _parameters(self) -> set[Symbol]:
-        return self.drift.expression().free_symbols - {U}
+    def _shown(self) -> dict[Symbol, Expr | None]:
+        """What the symbols stand for as it is printed, the regular part as integrals."""
+        return _met(self.formula, {**self.definitions, **self.integrals})
 
     @cached_property
     def _own(self) -> set[Symbol]:
         """The symbols that are the formula's, not the drift's."""
-        values = [*self.integrals.values(), KAPPA, R, U]
-        return set(self._met({})).union(*(v.free_symbols for v in values)) - self._parameters
+        found = {KAPPA, R, *self.definitions, *self._shown, *_met(self.formula, self.definitions)}
+        return found - self.drift.expression().free_symbols | {U}
 
     @cached_property
     def _names(self) -> dict[str, str]:
@@ -216,6 +207,10 @@ class Expansion:
 
     def _latex(self, e: Expr) -> str:
         return text.latex(e, self._names)
+
+    def _bare(self, s: Symbol) -> str:
+        """LaTeX of a symbol without braces and what stands in parentheses."""
+        return re.sub(r"[{}]|\(.*", "", self._latex(s))
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
@@ -227,23 +222,27 @@ class Expansion:
             f"{self.quantity} of {self.drift!r}, {self.noise} noise to order {self.order}{case}",
             f"  {self.quantity} ~ {written_out(self.formula)}",
         ]
-        if self.terms and self.formula != self.terms[0].expression:
+        if self.terms and self.definitions:
             rows.append("contributions of pairs of critical points, times C or 1 - C")
             rows += [f"  ({t.weight}) {t.pair[0]}, {t.pair[1]}: {t.expression}" for t in self.terms]
-        shown = {
-            s: self.integrals.get(s, self.definitions.get(s)) for s in self._met(self.integrals)
-        }
-        with_values = [f"  {s} = {value}" for s, value in shown.items() if value is not None]
-        rows += ["with", *with_values] if with_values else []
-        if any(isinstance(value, FinitePart) for value in shown.values()):
-            rows.append(
-                "  FinitePart(h, u, a, b): Hadamard's finite part of int_a^b h du, "
-                "h1 = 1/phi, h2 = -h1'/phi, ..."
-            )
-        where = ", ".join(map(text.predicate, self.conditions))
+        shown = {s: v for s, v in self._shown.items() if v is not None}
+        rows += ["with", *(f"  {s} = {value}" for s, value in shown.items())] if shown else []
+        if self.integrals.keys() & shown.keys():
+            rows.append("  FinitePart: Hadamard's finite part, h1 = 1/phi, h2 = -h1'/phi, ...")
+        where = ", ".join(f"{c.lhs} {c.rel_op} {c.rhs}" for c in self.conditions)
         return "\n".join([*rows, "where", f"  {where}", "error", f"  {self.error}"])
 
     __repr__ = __str__
+
+
+def _met(formula: Expr, known: Mapping[Symbol, Expr]) -> dict[Symbol, Expr | None]:
+    """The symbols of a formula in the order in which they are met, and what they stand for."""
+    met: dict[Symbol, Expr | None] = {}
+    row: set[Symbol] = formula.free_symbols
+    while row:
+        met |= {s: known.get(s) for s in sorted(row, key=str)}
+        row = set().union(*(known[s].free_symbols for s in row if s in known)) - met.keys()
+    return met
 
 
 def expand(
@@ -265,8 +264,7 @@ def expand(
     quantity : {"T", "C", "1 - C", "P", "1 - P", "density"}
     noise : {"weak", "strong", "uniform"}
         kappa -> 0; kappa -> oo, of a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T
-        through the coalescence of a well and a barrier, in Airy functions, of a cubic A or any
-        bound drift.
+        through the coalescence of a well and a barrier, in Airy functions.
     order : int, optional
         0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 N), or of
         2/kappa^2; 0 for ``noise="uniform"``.
@@ -276,16 +274,6 @@ def expand(
         The wells, barriers and the start from left to right, such as ``"start well barrier"``, or
         ``"start=well barrier"`` of a start on the well; for P and the density ``"well"`` or the
         like. For a bound drift it is found; else it is the first of `Expansion.cases`.
-
-    Returns
-    -------
-    Expansion
-
-    Raises
-    ------
-    InputError
-        For an unknown quantity or noise, an order out of range, a case that the drift is not in,
-        a double zero of A, or a parameter with a name that the formula needs.
 
     Notes
     -----

@@ -120,7 +120,8 @@ class Field:
         """A symbol, or the value itself where that is a number or a parameter alone."""
         symbol = Symbol(name, **(signs or {"real": True}))
         if value is not None and symbol not in self.values:
-            value = sympy.expand(value) if value.is_polynomial() else value
+            if value.is_polynomial() and not value.has(sympy.Integral):
+                value = sympy.expand(value)
             if value.is_Rational or not signs and (value.is_Symbol or (-value).is_Symbol):
                 return value
             self.values[symbol] = value

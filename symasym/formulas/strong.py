@@ -15,8 +15,8 @@ from sympy import Expr, Poly, S
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.expansions.strong_noise import Moments, Stretch, layer, quantity, straight, swept
-from symasym.formulas.cases import Case
-from symasym.formulas.letters import IN_KAPPA, LAM, Field, R, U
+from symasym.formulas.cases import Case, U
+from symasym.formulas.letters import IN_KAPPA, LAM, Field, R
 from symasym.formulas.weak import ends
 
 
@@ -51,25 +51,22 @@ class _Ring:
     total = staticmethod(lambda row: sympy.Add(*(c * LAM**k for k, c in enumerate(row))))
 
 
-def _layer(field: Field, order: int, side: int, b: Any, mark: str) -> Stretch:
+def _layer(of: Field, order: int, side: int, b: Any, mark: str) -> Stretch:
     """The layer from -1 to b, in the mirror for side -1: f_0 = 1 or u + 1, f_k = int A f_(k-1)."""
-    A = field.poly.to_field() if side > 0 else -field.poly.to_field().compose(Poly(-U, U))
-    ends, areas = list[list[Expr]](), list[list[Expr]]()
+    A = of.poly.to_field() if side > 0 else -of.poly.to_field().compose(Poly(-U, U))
+    rows = []
     for f in (A * 0 + 1, Poly(U + 1, U)):
-        ends.append([])
-        areas.append([])
+        ends_of, areas = list[Expr](), list[Expr]()
         for _ in range(max(order, 1) + 1):
-            ends[-1].append(f.eval(b))
-            areas[-1].append(_primitive(f).eval(b))
+            ends_of.append(S(f.eval(b)))
+            areas.append(S(_primitive(f).eval(b)))
             f = _primitive(A * f)
-    rows = [
-        [
-            field.named(f"{letter}{k}{mark}", sympy.sympify(c))
-            for k, c in enumerate(row[: order + 1])
-        ]
-        for letter, row in zip("nfm", (ends[1], *areas), strict=True)
-    ]
-    return layer(Moments(field.named(f"d{mark}", sympy.sympify(ends[0][1])), *rows), _Ring())
+        rows += [ends_of, areas]
+    known = (
+        [of.named(f"{letter}{k}{mark}", c) for k, c in enumerate(rows[n][: order + 1])]
+        for n, letter in ((2, "n"), (1, "f"), (3, "m"))
+    )
+    return layer(Moments(of.named(f"d{mark}", rows[0][1]), *known), _Ring())
 
 
 def _primitive(f: Poly) -> Poly:
@@ -80,30 +77,27 @@ def _primitive(f: Poly) -> Poly:
 
 def strong(drift: Drift, name: str, order: int, start: Fraction) -> dict[str, Any]:
     """The formula in lam, r and the moments, what these are, and where it holds."""
-    case = Case(("start",))
+    case, ring, sides = Case(("start",)), _Ring(), list[list[Stretch]]()
     of = Field(drift, case, start)
     if of.poly is None:
         raise InputError(
             f"A = {of.A} is no polynomial in u, so that the moments of V have no closed form; "
             "sa.escape_time(method='strong_noise') and its like take numbers."
         )
-    slopes, sides = (of.slopes[-1], of.slopes[1]), list[list[Stretch]]()
     for side, letter, mark in ((1, "L", "-"), (-1, "R", "+")) if name[-1] != "P" else ():
         x, (before, after) = side * of.start, (side * of.slopes[s] for s in (-side, side))
-        row = [straight(before, R + min(x, -S.One), _Ring())]
-        if x > -1:
-            row.append(_layer(of, order, side, min(x, S.One), mark))
-        if x > 1:
-            row.append(straight(after, x - 1, _Ring()))
+        row = [straight(before, R + min(x, -S.One), ring)]
+        row += [_layer(of, order, side, min(x, S.One), mark)] if x > -1 else []
+        row += [straight(after, x - 1, ring)] if x > 1 else []
         # What is swept of a side stands as one stretch.
-        sigma, w = (of.named(n, y) for n, y in zip((letter, f"w{mark}"), swept(row), strict=True))
-        sides.append([Stretch(sigma, S.Zero, w, S.One)])
+        sigma, w = swept(row)
+        named = of.named(letter, sigma), S.Zero, of.named(f"w{mark}", w), S.One
+        sides.append([Stretch(*named)])
+    slopes = of.slopes[-1], of.slopes[1]
     formula = quantity(name, sides or [[_layer(of, order, 1, S.One, "")]], slopes, LAM)
     if name == "P":
         # Nothing cancels in what is left over of the whole.
         (whole,) = (a.base for a in formula.args if a.is_Pow and a.base.is_Add)
         formula = (whole - formula * whole) / whole
-    known = {**of.values, **IN_KAPPA}
-    return {
-        "case": case, "formula": formula, "definitions": known, "conditions": [*ends(of, name)],
-    }  # fmt: skip
+    where, known = list(ends(of, name)), {**of.values, **IN_KAPPA}
+    return {"case": case, "formula": formula, "definitions": known, "conditions": where}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from typing import Any
 
 import sympy
 from sympy import Expr
@@ -30,7 +29,7 @@ def name_of(name: str) -> str:
 def latex(e: Expr, names: dict[str, str]) -> str:
     """The expression, a polynomial or a small rational function in the fewest operations."""
     forms = [e]
-    if e.is_polynomial():
+    if e.is_polynomial() and not e.has(sympy.Integral):
         forms.append(sympy.expand(e))
         if not (short := sympy.factor_terms(forms[1])).as_coeff_Mul()[1].is_Add:
             forms.append(short)
@@ -62,7 +61,7 @@ def width(text: str) -> int:
     )
 
 
-def aligned(first: list[str], equations: list[tuple[str, ...]], last: list[str]) -> str:
+def aligned(first: list[str], equations: list[list[str]], last: list[str]) -> str:
     """Lines below each other, short equations on a common line."""
     rows: list[str] = []
     for line, *more in equations:
@@ -72,9 +71,3 @@ def aligned(first: list[str], equations: list[tuple[str, ...]], last: list[str])
         else:
             rows += [line, *more]
     return "\\begin{aligned}\n" + " \\\\\n".join([*first, *rows, *last]) + "\n\\end{aligned}"
-
-
-def predicate(c: Any) -> str:
-    """A condition in words of mathematics."""
-    sign = {sympy.Eq: "=", sympy.Ne: "!="}.get(type(c))
-    return f"{c.lhs} {sign} {c.rhs}" if sign else str(c)

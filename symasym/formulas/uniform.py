@@ -25,8 +25,8 @@ from sympy import Expr, Rational, S
 
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
-from symasym.formulas.cases import Case, case_for, read_case
-from symasym.formulas.letters import IN_KAPPA, LAM, Field, R, U
+from symasym.formulas.cases import PAIRS, Case, U, case_for
+from symasym.formulas.letters import IN_KAPPA, LAM, Field, R
 
 M, D, K, W, ZETA, Z, N = sympy.symbols("m D k w zeta Z N", real=True)
 PSI0, PSI1, P2, Q2, REST, END = sympy.symbols("psi0 psi1 p^2 q^2 R_0 E_1", real=True)
@@ -134,29 +134,26 @@ def of_pair(of: Field) -> tuple[dict[Any, Expr], list[Any]]:
 def uniform(drift: Drift, start: Fraction, case: Case | None) -> dict[str, Any]:
     """The formula of T, its case, what its symbols are, and where it holds."""
     A, x = drift.expression(), Rational(start.numerator, start.denominator)
-    for mirrored in (False, True) if case is None else (case.before > 0,):
-        own = read_case("barrier well start" if mirrored else "start well barrier")
-        if abs(start) < 1 and A.is_polynomial(U) and sympy.degree(A, U) in (2, 3):
-            seen, begin = (sympy.expand(-A.subs(U, -U)), -x) if mirrored else (A, x)
-            known, where = of_cubic(seen, begin)
+    cubic = A.is_polynomial(U) and sympy.degree(A, U) in (2, 3)
+    asked = case or (None if cubic or not A.has(U) else case_for(drift, start, None))
+    for own in [c for c in map(Case, PAIRS) if asked in (None, c) and abs(start) < 1]:
+        side = -1 if own.before else 1
+        if cubic:
+            known, where = of_cubic(sympy.expand(side * A.subs(U, side * U)), side * x)
             middle = M.xreplace(known).xreplace(known).xreplace(known).evalf()
-            if drift.free or middle.is_real and begin < middle < 1:
-                slope, more = SLOPE, {}
-                break
-        elif abs(start) < 1 and A.has(U) and case_for(drift, start, case) == own:
+            if not drift.free and not (middle.is_real and side * x < middle < 1):
+                continue
+            slope, more = SLOPE, {}
+        else:
             of = Field(drift, own, start)
             known, where = of_pair(of)
-            slope = of.slopes[1] if not mirrored else -of.slopes[-1]
-            more = {"equations": of.equations, "integrals": of.integrals}
-            break
-    else:
-        raise InputError(
-            f"{drift!r} from {float(start):.6g} has no well with a barrier behind it in the layer "
-            "that the uniform formula is of: it takes a cubic A, or one in the case 'start well "
-            "barrier' or its mirror; sa.escape_time(method='uniform') has numbers."
-        )
-    known |= {Z: LAM ** (2 * _THIRD) * ZETA, **IN_KAPPA}
-    where = [R > 1, slope > 0, *where]
-    return {
-        "case": own, "formula": formula(slope), "definitions": known, "conditions": where, **more,
-    }  # fmt: skip
+            slope, more = side * of.slopes[side], {"integrals": of.integrals}
+            more |= {"equations": of.equations}
+        known |= {Z: LAM ** (2 * _THIRD) * ZETA, **IN_KAPPA}
+        return {"case": own, "formula": formula(slope), "definitions": known,
+                "conditions": [sympy.Gt(R, 1), slope > 0, *where], **more}  # fmt: skip
+    raise InputError(
+        f"{drift!r} from {float(start):.6g} has no well with a barrier behind it in the layer, the "
+        "only zeros there or of a cubic, which the uniform formula is of; "
+        "sa.escape_time(method='uniform') has numbers."
+    )
