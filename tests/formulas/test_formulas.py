@@ -85,12 +85,12 @@ STRONG = [
 def test_the_formula_is_the_number(scene: Scene, noise: str) -> None:
     """All contributions, with the parameters free."""
     for quantity in ("T", "C", "1 - C", *(("P", "1 - P") if scene.slides else ())):
-        e = scene.formula(quantity, 2, noise)
+        e = scene.formula(quantity, 2 if len(scene.free.free) > 1 else 1, noise)
         r = () if quantity[-1] == "P" else (scene.r,)
-        with mpmath.workdps(40):
-            want = e.bind(**scene.values).evaluate(scene.kappa, *r, dps=22)
+        with mpmath.workdps(30):
+            want = e.bind(**scene.values).evaluate(scene.kappa, *r, dps=18)
             got = by_definitions(e, scene.drift, scene.kappa, scene.r)
-            assert abs(got / want - 1) < 1e-20, quantity
+            assert abs(got / want - 1) < 1e-16, quantity
 
 
 @pytest.mark.parametrize("scene", [SCENES[0], SCENES[3], ON_ZERO[0]], ids=str)
@@ -128,11 +128,11 @@ def test_the_first_correction_is_the_textbooks() -> None:
     assert "V(u2) > V(u1)" in map(str, e.conditions)
 
 
-@pytest.mark.parametrize("scene", [SCENES[0], SCENES[8], *ON_ZERO], ids=str)
+@pytest.mark.parametrize("scene", [SCENES[0], *ON_ZERO[:3]], ids=str)
 def test_contributions_are_the_sum(scene: Scene) -> None:
     """C, 1 - C or both times each, beside what has no exponential, to terms left out."""
-    e, *both = (scene.formula(q, 3) for q in ("T", "C", "1 - C"))
-    with mpmath.workdps(60):
+    e, *both = (scene.formula(q, 2) for q in ("T", "C", "1 - C"))
+    with mpmath.workdps(40):
 
         def value(e: sa.Expansion, f: Any = None) -> Any:
             return by_definitions(e, scene.drift, "1/30", scene.r, f)
@@ -146,7 +146,7 @@ def test_contributions_are_the_sum(scene: Scene) -> None:
             alone = [a for a in D.args if not a.has(sympy.exp) and not any(
                 str(s)[0] in "EF" or str(s) in ("phi(-1)", "phi(1)") for s in a.free_symbols)]
             total += chance * value(e, sympy.Symbol("lam", positive=True) * sympy.Add(*alone))
-        assert abs(total / T - 1) < 1e-8
+        assert abs(total / T - 1) < 1e-7
 
 
 LEADING = [
@@ -162,21 +162,22 @@ LEADING = [
 @pytest.mark.parametrize(("scene", "kappa", "what"), LEADING, ids=str)
 def test_the_leading_term_leads(scene: Scene, kappa: str, what: str) -> None:
     """T over it tends to 1, as kappa^2 or kappa; its conditions hold."""
-    bound, free = sa.expand(scene.drift, order=1, start=scene.start), scene.formula("T", 1)
-    leading, errors = bound.leading, []
+    bound, free = sa.expand(scene.drift, order=0, start=scene.start), scene.formula("T", 0)
+    leading, one, errors = bound.leading, free.leading, []
     assert {str(c) for c in leading.conditions} <= {"r > 1.5"}
     with mpmath.workdps(40):
         for k in (kappa, str(Fraction(kappa) / 4)):
+
+            def value(f: Any, k: str = k) -> Any:
+                return by_definitions(free, scene.drift, k, "2", f)
+
             exact = sa.escape_time(scene.drift, k, 2, start=scene.start, dps=20)
             ratio = by_definitions(bound, scene.drift, k, "2", leading.expression) / exact
             errors.append(abs(ratio - 1))
-            signs = [by_definitions(free, scene.drift, k, "2", c.lhs) > 0
-                     for c in free.leading.conditions]  # fmt: skip
-            if all(signs):
-                one = by_definitions(free, scene.drift, k, "2", free.leading.expression)
-                assert one / exact == pytest.approx(ratio, rel=1e-9)
-            # The example of the case with several wells has another one.
-            assert all(signs) or scene in (SCENES[8], SCENES[7], LEADING[-1][0])
+            if all(value(c.lhs) > value(c.rhs) for c in one.conditions):
+                assert value(one.expression) / exact == pytest.approx(ratio, rel=1e-9)
+            else:  # another product leads at the case's example
+                assert what in ("two wells", "of several", "not the pair")
     assert errors[1] < errors[0] / 1.4
     assert errors[0] < 0.5
 

@@ -1,4 +1,4 @@
-"""Numbers of a formula by its chain of definitions, in mpmath or NumPy alone."""
+"""Numbers of a formula by its chain of definitions, in mpmath alone."""
 
 from __future__ import annotations
 
@@ -13,9 +13,51 @@ import symasym as sa
 U = sympy.Symbol("u", real=True)
 #: What SymPy's names mean to mpmath.
 OWN = {
-    "airyaiprime": lambda z: mpmath.airyai(z, 1), "airybiprime": lambda z: mpmath.airybi(z, 1),
-    "exprel": lambda x: mpmath.expm1(x) / x, "exprel2": lambda x: (mpmath.expm1(x) - x) / x**2,
+    "Abs": abs, "Max": max, "airyaiprime": lambda z: mpmath.airyai(z, 1),
+    "airybiprime": lambda z: mpmath.airybi(z, 1), "exprel": lambda x: mpmath.expm1(x) / x,
+    "exprel2": lambda x: (mpmath.expm1(x) - x) / x**2,
 }  # fmt: skip
+
+
+def number(e: Any, known: dict[str, Any]) -> Any:
+    """An expression's value, `known` the symbols' by their names."""
+    if e.is_Symbol:
+        return known[e.name]
+    if e.is_Rational:
+        return mpmath.mpf(e.p) / e.q
+    if e.is_number and not e.args:
+        return mpmath.mpmathify(e._to_mpmath(mpmath.mp.prec))
+    if isinstance(e, sympy.Piecewise):
+        return next(
+            number(v, known) for v, c in e.args
+            if c == True or number(c.lhs, known) > number(c.rhs, known)  # noqa: E712
+        )  # fmt: skip
+    if isinstance(e, sympy.hyper):
+        return mpmath.hyper(*([number(x, known) for x in row] for row in e.args[:2]),
+                            number(e.args[2], known))  # fmt: skip
+    if type(e).__name__ in ("Integral", "FinitePart"):
+        f, u, a, b = e.args if len(e.args) == 4 else (e.args[0], *e.args[1])
+        ends, put = (number(a, known), number(b, known)), dict.fromkeys(f.free_symbols - {u})
+        put = {s.name: known[s.name] for s in put}
+        return finite_part(lambda t: number(f, {**put, u.name: t}), *ends)
+    parts = [number(x, known) for x in e.args]
+    if e.is_Add:
+        return mpmath.fsum(parts)
+    if e.is_Mul:
+        return mpmath.fprod(parts)
+    if e.is_Pow:
+        return parts[0] ** parts[1]
+    name = type(e).__name__
+    return OWN.get(name, getattr(mpmath, name, None))(*parts)
+
+
+def finite_part(f: Any, a: Any, b: Any) -> Any:
+    """The real part of the integral along a low half of an ellipse above the zeros of A."""
+    middle, radius = (a + b) / 2, (b - a) / 2
+    return mpmath.re(mpmath.quad(
+        lambda t: f(middle - radius * (mpmath.cos(t) - mpmath.sin(t) * 1j / 8))
+        * radius * (mpmath.sin(t) + mpmath.cos(t) * 1j / 8),
+        mpmath.linspace(0, mpmath.pi, 5)))  # fmt: skip
 
 
 def roots_of(drift: sa.Drift) -> dict[str, Any]:
@@ -33,13 +75,14 @@ def roots_of(drift: sa.Drift) -> dict[str, Any]:
     return {f"u{k}": z for k, z in enumerate([*inside, *others], 1)}
 
 
-def finite_part(h: Any, a: Any, b: Any) -> Any:
-    """The real part of the integral along a low half of an ellipse above the zeros of A."""
-    f, middle, radius = sympy.lambdify(U, h, "mpmath", cse=True), (a + b) / 2, (b - a) / 2
-    path = mpmath.linspace(0, mpmath.pi, 5)
-    return mpmath.re(mpmath.quad(
-        lambda t: f(middle - radius * (mpmath.cos(t) - mpmath.sin(t) * 1j / 8))
-        * radius * (mpmath.sin(t) + mpmath.cos(t) * 1j / 8), path))  # fmt: skip
+class Symbols(dict[str, Any]):
+    """The values of a formula's symbols, each worked out where it is asked for."""
+
+    definitions: dict[str, Any]
+
+    def __missing__(self, name: str) -> Any:
+        self[name] = number(self.definitions[name], self)
+        return self[name]
 
 
 def by_definitions(
@@ -47,27 +90,11 @@ def by_definitions(
 ) -> Any:
     """The value of the formula, or of another expression in its symbols, for a bound drift."""
     given = {**drift.values, "kappa": kappa, "r": r, "y": "3/10"}
-    known = {n: mpmath.mpf(Fraction(x).numerator) / Fraction(x).denominator
-             for n, x in given.items()}  # fmt: skip
+    known = Symbols({n: mpmath.mpf(Fraction(x).numerator) / Fraction(x).denominator
+                     for n, x in given.items()})  # fmt: skip
+    known.definitions = {s.name: v for s, v in e.definitions.items()}
     start = mpmath.mpf(e.start.numerator) / e.start.denominator
     zeros = [z for z in roots_of(drift).values() if not e.case.at_start or abs(z - start) > 1e-9]
-    known |= {f"u{k}": z for k, z in enumerate(zeros, 1)}
-    known = {n: x for n, x in known.items() if n not in {s.name for s in e.definitions}}
-
-    def value(f: Any) -> Any:
-        f = sympy.sympify(f)
-        if type(f).__name__ == "FinitePart":
-            return finite_part(f.args[0], *map(value, f.args[2:]))
-        for whole in f.atoms(sympy.Integral):
-            y, a, b = whole.limits[0]
-            put = {s: known[s.name] for s in whole.function.free_symbols - {y}}
-            g, area = sympy.lambdify(y, whole.function.xreplace(put), "mpmath"), sympy.Dummy()
-            known[area.name] = mpmath.quad(g, [value(a), value(b)])
-            f = f.xreplace({whole: area})
-        symbols = sorted(f.free_symbols, key=str)
-        for s in symbols:
-            if s.name not in known:
-                known[s.name] = value(e.definitions[s])
-        return sympy.lambdify(symbols, f, [OWN, "mpmath"])(*[known[s.name] for s in symbols])
-
-    return mpmath.re(value(e.formula if formula is None else formula))
+    named = {f"u{k}": z for k, z in enumerate(zeros, 1)}
+    known.update({n: z for n, z in named.items() if n not in known.definitions})
+    return mpmath.re(number(e.formula if formula is None else formula, known))
