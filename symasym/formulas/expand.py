@@ -21,8 +21,8 @@ from symasym.base.estimate import Answer
 from symasym.base.inputs import Number, Numbers, choice, count, exact, require_printable
 from symasym.drift.drift import Drift
 from symasym.formulas import text
-from symasym.formulas.cases import Case, case_for, found_cases, read_case
-from symasym.formulas.letters import KAPPA, R, U
+from symasym.formulas.cases import Case, U, case_for, found_cases, read_case
+from symasym.formulas.letters import KAPPA, R
 from symasym.formulas.numbers import numbers_of
 from symasym.formulas.strong import strong, written_out
 from symasym.formulas.uniform import uniform
@@ -78,9 +78,9 @@ class Expansion:
         object.__setattr__(self, "definitions", known)
         object.__setattr__(self, "conditions", tuple(kept))
         A = self.drift.expression()
-        names = {"T", "C", "P", "lambda", *(s.name for s in self._own), *map(self._bare, self._own)}
+        names = {"T", "C", "P", *map(self._bare, self._own)}
         for s in sorted(A.free_symbols - {U}, key=str):
-            if {s.name, self._bare(s)} & names:
+            if self._bare(s) in names:
                 raise InputError(
                     f"A = {A} has a parameter {s}, which the formula has as a name of its own; "
                     "rename the parameter."
@@ -108,13 +108,10 @@ class Expansion:
     @cached_property
     def expression(self) -> Expr:
         """The formula in kappa, r, the parameters, and u1, u2, ... where these are not solved."""
-        return self.put_in(self.formula)
-
-    def put_in(self, expression: Expr) -> Expr:
-        """An expression with the definitions put in."""
-        while expression.free_symbols & self.definitions.keys():
-            expression = expression.xreplace(dict(self.definitions))
-        return written_out(expression)
+        whole = self.formula
+        while whole.free_symbols & self.definitions.keys():
+            whole = whole.xreplace(dict(self.definitions))
+        return written_out(whole)
 
     @property
     def leading(self) -> Leading:
@@ -157,13 +154,12 @@ class Expansion:
                 "sa.stationary_density for the density."
             )
         known = {"method": _METHODS[self.noise], "order": self.order, **options}
-        known |= {"start": self.start} if self.quantity in OF_START else {}
         known |= {"complement": self.quantity[0] == "1"} if self.quantity != "T" else {}
-        if self.quantity[-1] == "P":
+        if r is None or self.quantity[-1] == "P":
             return occupation(self.drift, kappa, **known)
-        return (escape_time if self.quantity == "T" else exit_probability)(
-            self.drift, kappa, r, **known
-        )
+        verb: Any = escape_time if self.quantity == "T" else exit_probability
+        answer: Answer = verb(self.drift, kappa, r, start=self.start, **known)
+        return answer
 
     def emit(self, target: str = "numpy", name: str = "f") -> Any:
         """Source code of the formula, its free symbols being the arguments (`symasym.emit`)."""
@@ -198,8 +194,8 @@ class Expansion:
     @cached_property
     def _own(self) -> set[Symbol]:
         """The symbols that are the formula's, not the drift's."""
-        found = {KAPPA, R, *self.definitions, *self._shown, *_met(self.formula, self.definitions)}
-        return found - self.drift.expression().free_symbols | {U}
+        met: set[Symbol] = {*self._shown, *_met(self.formula, self.definitions)}
+        return met - self.drift.expression().free_symbols | {KAPPA, R, U}
 
     @cached_property
     def _names(self) -> dict[str, str]:

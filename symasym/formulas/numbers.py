@@ -41,9 +41,9 @@ def _found(symbols: list[Symbol], field: Field) -> dict[Symbol, Expr]:
         if field.on_zero:
             more = finite_parts_in_s(field.taylor(field.x, 2 * count + 1), count, RING)
         for side, row in zip((-1, 1), field.regular(count), strict=True):
-            x = side * field.start
-            row[0] -= exact_ball(field.r - max(x, 1)) / field.a[side]
-            row[0] -= exact_ball(max(-x - 1, 0)) / field.a[-side]
+            x, one = side * field.start, Fraction(1)
+            row[0] -= exact_ball(field.r - max(x, one)) / field.a[side]
+            row[0] -= exact_ball(max(-x, one) - one) / field.a[-side]
             found |= {f"R{k}{' +-'[side]}": row[k - 1] - side * more[k - 1] for k in parts}
     return {s: _number(found[s.name]) for s in symbols if s.name in found}
 

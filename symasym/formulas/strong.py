@@ -53,7 +53,8 @@ class _Ring:
 
 def _layer(of: Field, order: int, side: int, b: Any, mark: str) -> Stretch:
     """The layer from -1 to b, in the mirror for side -1: f_0 = 1 or u + 1, f_k = int A f_(k-1)."""
-    A = of.poly.to_field() if side > 0 else -of.poly.to_field().compose(Poly(-U, U))
+    A: Any = Poly(of.A, U).to_field()
+    A = A if side > 0 else -A.compose(Poly(-U, U))
     rows = []
     for f in (A * 0 + 1, Poly(U + 1, U)):
         ends_of, areas = list[Expr](), list[Expr]()

@@ -48,16 +48,13 @@ def friction(z0: str, kappa: str, start: str = "0", **more: Any) -> Scene:
 
 
 SCENES = [
-    friction("-0.4", "1/10"), friction("-0.4", "1/10", "1/2"), friction("2.4", "1/10", "-1/5"),
-    friction("-1.2", "1/8"), friction("0.5", "1/5", slides=True),
+    friction("-0.4", "1/10"), friction("2.4", "1/10", "-1/5"), friction("-1.2", "1/8"),
+    friction("0.5", "1/5", slides=True),
     Scene(sa.linear(), {"a_minus": 1, "a_plus": "-1/2"}, "1/5", slides=True),
-    Scene(sa.linear(), {"a_minus": "-1/3", "a_plus": 1}, "1/4", "1/5"),
     Scene(sa.Drift("u*(c - u**2)"), {"c": "1/2"}, "1/6", "1/4"),
     Scene(sa.Drift("-(u - c)*(u + 1/2)*(u - 2/3)*(1 + u/3)"), {"c": "1/4"}, "1/20", "-1/5"),
     Scene(sa.Drift("c - u + u**3/3"), {"c": "1/5"}, "2/5", "-9/8"),
-    Scene(sa.Drift("c - u + u**3/3"), {"c": "1/5"}, "2/5", "-1"),
     Scene(sa.Drift("u/2 - u**2 - c"), {"c": "1/20"}, "1/20", "1"),
-    Scene(sa.Drift("c - u/3"), {"c": 1}, "1/8", "9/8"),
     Scene(sa.Drift("c", "u"), {"c": "2/3"}, "1/2", "1/5"),
     Scene(sa.Drift("c", "u"), {"c": "-2/3"}, "1/2"),
     Scene(sa.Drift("c + cos(2*u)"), {"c": "-1/5"}, "1/10"),
@@ -67,13 +64,12 @@ SCENES = [
 #: Starts on a well or a barrier; what the odd derivatives add is seen at such noise.
 ON_ZERO = [
     Scene(sa.Drift("-c*u + u**2/3 - u**3/5"), {"c": "3/2"}, "2/5"),
-    Scene(sa.Drift("c*u + u**2/3 + u**3/5"), {"c": "3/2"}, "2/5"),
     Scene(sa.Drift("(u - 1/4)*(2 + u)*(2 - c*u)"), {"c": 3}, "1/5", "1/4"),
     Scene(sa.Drift("(2*u - 1)*(u + c)"), {"c": "1/2"}, "2/5", "1/2"),
 ]
 STRONG = [
     friction("0.5", "7/2", slides=True), friction("-0.4", "7/2", "1/5", r="4"),
-    friction("0.5", "10", "-2", r="4"), friction("0.5", "10", "7/4", r="4"),
+    friction("0.5", "10", "-2", r="4"),
 ]  # fmt: skip
 
 
@@ -87,13 +83,13 @@ def test_the_formula_is_the_number(scene: Scene, noise: str) -> None:
     for quantity in ("T", "C", "1 - C", *(("P", "1 - P") if scene.slides else ())):
         e = scene.formula(quantity, 2 if len(scene.free.free) > 1 else 1, noise)
         r = () if quantity[-1] == "P" else (scene.r,)
-        with mpmath.workdps(30):
-            want = e.bind(**scene.values).evaluate(scene.kappa, *r, dps=18)
+        with mpmath.workdps(25):
+            want = e.bind(**scene.values).evaluate(scene.kappa, *r, dps=15)
             got = by_definitions(e, scene.drift, scene.kappa, scene.r)
-            assert abs(got / want - 1) < 1e-16, quantity
+            assert abs(got / want - 1) < 1e-13, quantity
 
 
-@pytest.mark.parametrize("scene", [SCENES[0], SCENES[3], ON_ZERO[0]], ids=str)
+@pytest.mark.parametrize("scene", [SCENES[0], ON_ZERO[0]], ids=str)
 def test_errors_of_t_fall_as_they_should(scene: Scene) -> None:
     """As kappa^(2 order + 2), against the exact T; all as one expression."""
     for order in (0, 1, 2):
@@ -128,7 +124,7 @@ def test_the_first_correction_is_the_textbooks() -> None:
     assert "V(u2) > V(u1)" in map(str, e.conditions)
 
 
-@pytest.mark.parametrize("scene", [SCENES[0], *ON_ZERO[:3]], ids=str)
+@pytest.mark.parametrize("scene", [SCENES[0], *ON_ZERO[:2]], ids=str)
 def test_contributions_are_the_sum(scene: Scene) -> None:
     """C, 1 - C or both times each, beside what has no exponential, to terms left out."""
     e, *both = (scene.formula(q, 2) for q in ("T", "C", "1 - C"))
@@ -143,17 +139,23 @@ def test_contributions_are_the_sum(scene: Scene) -> None:
         for side, chance in (("D-", C), ("D+", rest)):
             (D,) = (v for s, v in e.definitions.items() if s.name == side)
             # The regular part, and half of a start's own Gaussian.
-            alone = [a for a in D.args if not a.has(sympy.exp) and not any(
-                str(s)[0] in "EF" or str(s) in ("phi(-1)", "phi(1)") for s in a.free_symbols)]
+            alone = [
+                a
+                for a in D.args
+                if not a.has(sympy.exp)
+                and not any(
+                    str(s)[0] in "EF" or str(s) in ("phi(-1)", "phi(1)") for s in a.free_symbols
+                )
+            ]
             total += chance * value(e, sympy.Symbol("lam", positive=True) * sympy.Add(*alone))
         assert abs(total / T - 1) < 1e-7
 
 
 LEADING = [
-    (SCENES[0], "1/40", "well and barrier"), (SCENES[3], "1/40", "regular part"),
-    (SCENES[7], "1/20", "two wells"), (SCENES[8], "1/60", "of several"),
+    (SCENES[0], "1/40", "well and barrier"), (SCENES[2], "1/40", "regular part"),
+    (SCENES[6], "1/60", "of several"),
     (Scene(sa.linear(), {"a_minus": 1, "a_plus": "-1/2"}, "1/3"), "1/9", "an end"),
-    (ON_ZERO[1], "1/40", "log lam"),
+    (Scene(sa.Drift("c*u + u**2/3 + u**3/5"), {"c": "3/2"}, "2/5"), "1/40", "log lam"),
     # A double well, whose pair of a well and a barrier is 36 at r = 2.
     (Scene(sa.Drift("u - c*u**3 + 1/20"), {"c": 3}, "1/4", "1/3"), "1/20", "not the pair"),
 ]  # fmt: skip
@@ -177,7 +179,7 @@ def test_the_leading_term_leads(scene: Scene, kappa: str, what: str) -> None:
             if all(value(c.lhs) > value(c.rhs) for c in one.conditions):
                 assert value(one.expression) / exact == pytest.approx(ratio, rel=1e-9)
             else:  # another product leads at the case's example
-                assert what in ("two wells", "of several", "not the pair")
+                assert what in ("of several", "not the pair")
     assert errors[1] < errors[0] / 1.4
     assert errors[0] < 0.5
 
@@ -287,4 +289,6 @@ def test_density_has_total_one_to_its_order() -> None:
     e = sa.expand(sa.friction(mu=3, alpha=1, z0="0.5"), "density", order=3)
     with mpmath.workdps(30):
         got = by_definitions(e, e.drift, "0.2", "3")
-    assert float(got) == pytest.approx(float(sa.stationary_density(e.drift, "0.2", "0.3")), rel=1e-5)
+    assert float(got) == pytest.approx(
+        float(sa.stationary_density(e.drift, "0.2", "0.3")), rel=1e-5
+    )
