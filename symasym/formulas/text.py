@@ -10,7 +10,7 @@ from sympy import Expr
 from symasym.derivation.printing import tex
 
 # Characters on a line of A4 in small type, and operations worth reducing.
-_WIDE, _FEW = 134, 40
+_WIDE, _FEW = 125, 40
 
 
 def name_of(name: str) -> str:
@@ -57,7 +57,7 @@ def width(text: str) -> int:
     text = re.sub(r"\\(left|right|quad|mathrm|operatorname|sqrt|,|!)|[&\s{}_^]", "", text)
     fractions = text.count(r"\frac")
     return (
-        len(re.sub(r"\\[A-Za-z]+", "x", text)) + 2 * len(re.findall("[-+=]", text)) - 4 * fractions
+        len(re.sub(r"\\[A-Za-z]+", "x", text)) + 2 * len(re.findall("[-+=]", text)) - 3 * fractions
     )
 
 
