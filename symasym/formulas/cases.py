@@ -21,6 +21,7 @@ import sympy
 
 from symasym.base.errors import InputError, SymasymError
 from symasym.drift.drift import Drift
+from symasym.formulas.numbers import places_of
 
 U = sympy.Symbol("u", real=True)
 _WORDS = ("well", "start", "barrier", "start=well", "start=barrier")
@@ -31,8 +32,8 @@ _TRIED = [Fraction(n, 32) for n in (0, 16, 32, 96, 256, -16, -32, -96, 8, -8, 64
 _LEAST = Fraction(1, 32)
 # Scenes whose signs are looked at, at so many points in u, and those of equal signs looked into.
 _MOST_TRIED, _POINTS, _LOOKED_INTO = 4_000, 400, 20
-# How far zeros, the start and the ends are from each other at least, and where they are the same.
-_APART, _SAME = 1e-4, 1e-9
+# How far zeros, the start and the ends are from each other at least.
+_APART = 1e-4
 
 
 @dataclass(frozen=True)
@@ -90,20 +91,9 @@ def read_case(text: str | Case) -> Case:
 
 
 def case_of(drift: Drift, start: Fraction) -> Case:
-    """The case of a bound drift; InputError at a multiple zero of A."""
-    words, x = [], float(start)
-    on_zero, own = zero_at(drift, start), "start"
-    for p in drift.critical_points():
-        if p.multiplicity != 1:
-            raise InputError(
-                f"A has a zero of multiplicity {p.multiplicity} at u = {float(p.u):.6g}, where "
-                "this series does not exist; use sa.escape_time(method='uniform')."
-            )
-        if on_zero and abs(float(p.u) - x) < _SAME:
-            own = f"start={p.kind}"
-        else:
-            words.append((float(p.u), p.kind))
-    return Case(tuple(word for _, word in sorted([*words, (x, own)])), drift.values)
+    """The case of a bound drift."""
+    words = tuple(kind for _, kind in places_of(drift, start) if kind != "kink")
+    return Case(words, drift.values)
 
 
 def case_for(drift: Drift, start: Fraction, asked: Case | None, sliding: bool = False) -> Case:
@@ -180,11 +170,8 @@ def _apart(bound: Drift, start: Fraction, degree: int) -> Case | None:
     if degree and len(bound.exact_coefficients() or ()) <= degree:
         return None
     try:
-        case = case_of(bound, start)
+        places = places_of(bound, start)
     except SymasymError:
         return None
-    marks = [-1.0, 1.0, *(float(p.u) for p in bound.critical_points())]
-    if abs(start) < 1 and not case.at_start:
-        marks.append(float(start))
-    apart = min(*np.diff(sorted(marks)), *(abs(float(a)) for a in bound.ends)) > _APART
-    return case if apart else None
+    apart = min(np.diff([u for u, _ in places])) > _APART
+    return case_of(bound, start) if apart else None

@@ -77,10 +77,9 @@ class Expansion:
         kept = dict.fromkeys(c for c in self.conditions if c is not sympy.true)
         object.__setattr__(self, "definitions", known)
         object.__setattr__(self, "conditions", tuple(kept))
-        A = self.drift.expression()
-        names = {"T", "C", "P", *map(self._bare, self._own)}
+        A, own = self.drift.expression(), {_bare(name) for name in self._names.values()}
         for s in sorted(A.free_symbols - {U}, key=str):
-            if self._bare(s) in names:
+            if _bare(self._latex(s)) in own | {"T", "C", "P"}:
                 raise InputError(
                     f"A = {A} has a parameter {s}, which the formula has as a name of its own; "
                     "rename the parameter."
@@ -192,21 +191,14 @@ class Expansion:
         return _met(self.formula, {**self.definitions, **self.integrals})
 
     @cached_property
-    def _own(self) -> set[Symbol]:
-        """The symbols that are the formula's, not the drift's."""
-        met: set[Symbol] = {*self._shown, *_met(self.formula, self.definitions)}
-        return met - self.drift.expression().free_symbols | {KAPPA, R, U}
-
-    @cached_property
     def _names(self) -> dict[str, str]:
-        return {s.name: name for s in self._own if (name := text.name_of(s.name))}
+        """LaTeX of the symbols that are the formula's, not the drift's."""
+        met = {*self._shown, *_met(self.formula, self.definitions), KAPPA, R}
+        own = (met - self.drift.expression().free_symbols) | {U}
+        return {s.name: text.name_of(s.name) or text.latex(s, {}) for s in own}
 
     def _latex(self, e: Expr) -> str:
         return text.latex(e, self._names)
-
-    def _bare(self, s: Symbol) -> str:
-        """LaTeX of a symbol without braces and what stands in parentheses."""
-        return re.sub(r"[{}]|\(.*", "", self._latex(s))
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
@@ -229,6 +221,11 @@ class Expansion:
         return "\n".join([*rows, "where", f"  {where}", "error", f"  {self.error}"])
 
     __repr__ = __str__
+
+
+def _bare(latex: str) -> str:
+    """LaTeX without braces and what stands in parentheses."""
+    return re.sub(r"[{}]|\(.*", "", latex)
 
 
 def _met(formula: Expr, known: Mapping[Symbol, Expr]) -> dict[Symbol, Expr | None]:

@@ -104,13 +104,12 @@ class Field:
         every, c = [*self.zeros, *self.outer], poly.all_coeffs()[::-1]
         if poly.degree() == 2:
             # A has the slope ±root there, times u - start with a start on a zero.
-            turned = [bool(case.at_start) and k < case.before for k in range(inside)]
-            signs = [1 if (kind == "barrier") != t else -1
-                     for kind, t in zip(case.kinds, turned, strict=True)]  # fmt: skip
+            before = case.before if case.at_start else 0
+            signs = [(-1) ** ((kind == "well") + (k < before)) for k, kind in enumerate(case.kinds)]
             signs += [sign for sign in (1, -1) if sign not in signs]
-            root = sympy.sqrt(c[1] ** 2 - 4 * c[0] * c[2])
-            self.values |= {u: (-c[1] + sign * root) / (2 * c[2])
-                            for u, sign in zip(every, signs, strict=True)}  # fmt: skip
+            for u, sign in zip(every, signs, strict=True):
+                root = sign * sympy.sqrt(c[1] ** 2 - 4 * c[0] * c[2])
+                self.values[u] = (-c[1] + root) / (2 * c[2])
         elif poly.degree() == 1:
             self.values[every[0]] = -c[0] / c[1]
         else:

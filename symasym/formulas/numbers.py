@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeVar
 
 import sympy
 from flint import arb
@@ -18,14 +18,26 @@ from symasym.expansions.balls import RING, Field, Unresolved
 from symasym.numbers.balls import exact_ball, precision
 from symasym.series.local import finite_parts_in_s
 
+_T = TypeVar("_T")
 _DIGITS, _STEPS = 50, 5
+
+
+def places_of(drift: Drift, start: Fraction) -> list[tuple[float, str]]:
+    """The kinks, wells, barriers and the start of a bound drift, left to right."""
+    return _resolved(drift, start, lambda of: [(float(u), kind) for u, kind in of.places[1:-1]])
 
 
 def numbers_of(symbols: Iterable[Symbol], drift: Drift, start: Fraction) -> dict[Symbol, Expr]:
     """Those of the symbols named as u1, V(u1), phi(1) or R1+, to 50 digits."""
+    named = list(symbols)
+    return _resolved(drift, start, lambda field: _found(named, field))
+
+
+def _resolved(drift: Drift, start: Fraction, find: Callable[[Field], _T]) -> _T:
+    """What is found of the drift, with so many bits that its zeros are apart."""
     for step in range(_STEPS):
         with suppress(Unresolved), precision(256 << step):
-            return _found([*symbols], Field(drift, abs(start) + 2, start))
+            return find(Field(drift, abs(start) + 2, start))
     raise AccuracyError(f"the zeros of {drift!r} are too close together; use method='exact'.")
 
 

@@ -54,11 +54,9 @@ def lines(left: str, relation: str, value: Expr, names: dict[str, str]) -> list[
 
 def width(text: str) -> int:
     """Characters of a line, about, those of a fraction counted once."""
-    text = re.sub(r"\\(left|right|quad|mathrm|operatorname|sqrt|,|!)|[&\s{}_^]", "", text)
-    fractions = text.count(r"\frac")
-    return (
-        len(re.sub(r"\\[A-Za-z]+", "x", text)) + 2 * len(re.findall("[-+=]", text)) - 3 * fractions
-    )
+    letters = re.sub(r"\\(left|right|quad|mathrm|operatorname|sqrt|,|!)|[&\s{}_^]", "", text)
+    more = 2 * len(re.findall("[-+=]", letters)) - 3 * letters.count(r"\frac")
+    return len(re.sub(r"\\[A-Za-z]+", "x", letters)) + more
 
 
 def aligned(first: list[str], equations: list[list[str]], last: list[str]) -> str:

@@ -19,19 +19,9 @@ from sympy import Expr, S, Symbol
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.expansions import weak as theorem
+from symasym.formulas import letters
 from symasym.formulas.cases import Case, U, found_cases
-from symasym.formulas.letters import (
-    IN_KAPPA,
-    KAPPA,
-    LAM,
-    Field,
-    Letters,
-    R,
-    Terms,
-    X,
-    expanded,
-    exponentials,
-)
+from symasym.formulas.letters import IN_KAPPA, KAPPA, LAM, Field, Letters, R, Terms, X
 from symasym.formulas.numbers import numbers_of
 
 _Y, _LOG = Symbol("y", real=True), Symbol("log(lam)", positive=True)
@@ -107,7 +97,7 @@ def _contributions(
     for weight, pair, value in found:
         if not pair:
             continue
-        ((height, c),) = exponentials(value).items()
+        ((height, c),) = letters.exponentials(value).items()
         front, product = LAM, [S.One, *[S.Zero] * order]
         for factor in sympy.Mul.make_args(c):
             first, row = at.rows.get(factor, (factor, [S.One]))
@@ -201,7 +191,7 @@ class _Tops(Terms):
     def named(self, name: str, value: Any) -> Expr:
         """The largest term; of those as high all that have the least power of x."""
         value = self.known["L"] + self.known["R"] if name == "S" else value
-        terms = exponentials(sympy.expand(value))
+        terms = letters.exponentials(sympy.expand(value))
         sizes = {h: self._size(h) for h in terms}
         top, powers = max(sizes, key=sizes.__getitem__), dict[Expr, Expr]()
         for h, (slope, level) in sizes.items():
@@ -211,13 +201,15 @@ class _Tops(Terms):
                 factor, power = sympy.powsimp(a).as_coeff_exponent(X)
                 powers[power] = powers.get(power, S.Zero) + factor
             if self.free:
-                self.conditions.append((sympy.Eq if equal else sympy.Gt)(expanded(top - h), 0))
+                self.conditions.append(
+                    (sympy.Eq if equal else sympy.Gt)(letters.expanded(top - h), 0)
+                )
             elif more[0] > _SAME:
                 self.beyond = max(self.beyond, -more[1] / more[0])
         kept = [power for power, a in powers.items() if sympy.expand(a) != 0]
         if not kept:
             raise InputError("the leading terms of T cancel, and none leads; use `terms`.")
-        c = sympy.factor_terms(expanded(powers[min(kept)]))
+        c = sympy.factor_terms(letters.expanded(powers[min(kept)]))
         self.known[name] = c * X ** min(kept) * sympy.exp(LAM * top)
         return self.known[name]
 
