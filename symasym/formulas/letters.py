@@ -253,19 +253,18 @@ class Terms:
 
     def term(self, letter: str, point: Any, height: Any, halves: int, row: Iterable[Any]) -> Any:
         """x^(halves/2) e^(lam height) sum row_n x^n, a series of several terms as a symbol."""
-        c = [expanded(sympy.sympify(a)) for a in row]
-        first = next((n for n, a in enumerate(c) if a != 0), None)
-        if first is None:
-            return 0
-        front, c = X ** (Rational(halves, 2) + first), c[first:]
-        if not any(c[1:]):
-            return front * c[0] * sympy.exp(LAM * height)
-        if c[0].is_Mul and halves == 1:
-            # A Gaussian and its corrections.
-            front, c = front * c[0], [sympy.expand(a / c[0]) for a in c]
         symbol = Symbol(self._name(letter, point), real=True)
-        self.rows[symbol] = front, c
-        self.known[symbol] = front * sympy.Add(*(a * X**n for n, a in enumerate(c)))
+        if symbol not in self.rows:
+            c = [expanded(sympy.sympify(a)) for a in row]
+            first = next((n for n, a in enumerate(c) if a != 0), len(c))
+            front, c = X ** (Rational(halves, 2) + first), c[first:]
+            if not any(c[1:]):
+                return front * c[0] * sympy.exp(LAM * height) if c else 0
+            if c[0].is_Mul and halves == 1:
+                # A Gaussian and its corrections.
+                front, c = front * c[0], [sympy.expand(a / c[0]) for a in c]
+            self.rows[symbol] = front, c
+            self.known[symbol] = front * sympy.Add(*(a * X**n for n, a in enumerate(c)))
         return symbol * sympy.exp(LAM * height)
 
     def _name(self, letter: str, point: Any) -> str:

@@ -13,9 +13,10 @@ import symasym as sa
 U = sympy.Symbol("u", real=True)
 #: What SymPy's names mean to mpmath.
 OWN = {
-    "Abs": abs, "Max": max, "airyaiprime": lambda z: mpmath.airyai(z, 1),
-    "airybiprime": lambda z: mpmath.airybi(z, 1), "exprel": lambda x: mpmath.expm1(x) / x,
-    "exprel2": lambda x: (mpmath.expm1(x) - x) / x**2,
+    "Abs": abs, "airyaiprime": lambda z: mpmath.airyai(z, 1), "Add": lambda *x: mpmath.fsum(x),
+    "airybiprime": lambda z: mpmath.airybi(z, 1), "Mul": lambda *x: mpmath.fprod(x),
+    "exprel": lambda x: mpmath.expm1(x) / x, "exprel2": lambda x: (mpmath.expm1(x) - x) / x**2,
+    "Pow": lambda x, p: x**p,
 }  # fmt: skip
 
 
@@ -28,10 +29,9 @@ def number(e: Any, known: dict[str, Any]) -> Any:
     if e.is_number and not e.args:
         return mpmath.mpmathify(e._to_mpmath(mpmath.mp.prec))
     if isinstance(e, sympy.Piecewise):
-        return next(
-            number(v, known) for v, c in e.args
-            if c == True or number(c.lhs, known) > number(c.rhs, known)  # noqa: E712
-        )  # fmt: skip
+        (first, condition), (other, _) = e.args
+        holds = number(condition.lhs, known) > number(condition.rhs, known)
+        return number(first if holds else other, known)
     if isinstance(e, sympy.hyper):
         return mpmath.hyper(*([number(x, known) for x in row] for row in e.args[:2]),
                             number(e.args[2], known))  # fmt: skip
@@ -40,15 +40,8 @@ def number(e: Any, known: dict[str, Any]) -> Any:
         ends, put = (number(a, known), number(b, known)), dict.fromkeys(f.free_symbols - {u})
         put = {s.name: known[s.name] for s in put}
         return finite_part(lambda t: number(f, {**put, u.name: t}), *ends)
-    parts = [number(x, known) for x in e.args]
-    if e.is_Add:
-        return mpmath.fsum(parts)
-    if e.is_Mul:
-        return mpmath.fprod(parts)
-    if e.is_Pow:
-        return parts[0] ** parts[1]
     name = type(e).__name__
-    return OWN.get(name, getattr(mpmath, name, None))(*parts)
+    return OWN.get(name, getattr(mpmath, name, None))(*(number(x, known) for x in e.args))
 
 
 def finite_part(f: Any, a: Any, b: Any) -> Any:
