@@ -166,6 +166,12 @@ class Expansion:
 
         return emit(self, target, name=name)
 
+    def functions(self, name: str = "f") -> Any:
+        """What `symasym.emit` writes."""
+        from symasym.emit.expansions import of_expansion
+
+        return of_expansion(self, self.numbers, name)
+
     # -- as text ----------------------------------------------------------------------------
 
     def latex(self) -> str:

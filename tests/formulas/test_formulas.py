@@ -245,9 +245,9 @@ def test_numbers_of_a_bound_drift() -> None:
     array = sa.escape_time(e.drift, [0.05, 0.1], 10, method="laplace", order=2)
     assert np.array_equal(e.evaluate([0.05, 0.1], 10), array)
     with mpmath.workdps(40):
-        for e in (e, sa.expand(ON_ZERO[1].drift, start="1/4")):
-            for s, x in e.numbers.items():
-                want = by_definitions(e, e.drift, "1", "2", s)
+        for one in (e, sa.expand(ON_ZERO[1].drift, start="1/4")):
+            for s, x in one.numbers.items():
+                want = by_definitions(one, one.drift, "1", "2", s)
                 assert abs(mpmath.mpf(str(x)) / want - 1) < 1e-35, s
     density = sa.expand(sa.friction(3, 1, "0.5"), "density", order=3)
     want = sa.stationary_density(density.drift, "0.2", "0.3")
