@@ -92,7 +92,8 @@ class Expansion:
         if not self.definitions and not self.terms:
             return "none, of a constant drift"
         return {
-            "weak": f"each series in kappa^2 is short of O(kappa^{power}) of its first term",
+            "weak": f"each series in kappa^2 is short of O(kappa^{power}), "
+            "relative to its first term",
             "strong": f"relative O(kappa^-{power}), whatever r/kappa^2",
             "uniform": f"relative O(kappa^{power}), also where well and barrier coalesce",
         }[self.noise] + "; evaluate(…, full=True) tells it" * (self.quantity != "density")
