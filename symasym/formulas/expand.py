@@ -1,41 +1,250 @@
-"""The verb `expand`: which case, which noise, and the formula by the text that gives the numbers.
+"""The verb `expand` and what it returns: a formula by the text that gives the numbers.
 
-Weak noise is `symasym.expansions.weak`, strong noise `symasym.expansions.strong`, each run over
-SymPy (`symasym.formulas.letters`).
+Weak noise is `symasym.expansions.weak`, strong noise `symasym.expansions.strong_noise`, each run
+over SymPy (`symasym.formulas.letters`).
 """
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterator
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import lru_cache
-from typing import Any, get_args
+from functools import cached_property, lru_cache
+from typing import Any, Literal, get_args
 
 import sympy
-from sympy import Expr, S, Symbol
+from sympy import Expr, Symbol
 
-from symasym.base.call_context import symbolic
 from symasym.base.errors import InputError
-from symasym.base.inputs import Number, choice, count, exact, require_printable
+from symasym.base.estimate import Answer
+from symasym.base.inputs import Number, Numbers, choice, count, exact, require_printable
 from symasym.drift.drift import Drift
-from symasym.emit.forms import by_name
-from symasym.expansions import weak
-from symasym.formulas.cases import Case, case_of, found_cases, read_case, slides
-from symasym.formulas.formula import OF_START, Contribution, Expanded, Expansion, Noise
-from symasym.formulas.letters import KAPPA, LAM, Field, Letters, R, Terms, U, X, joined
-from symasym.formulas.strong import strong
-from symasym.formulas.uniform import NAMES, uniform
-from symasym.records import Record
+from symasym.formulas import text
+from symasym.formulas.cases import Case, U, case_for, found_cases, read_case
+from symasym.formulas.letters import KAPPA, R
+from symasym.formulas.numbers import numbers_of
+from symasym.formulas.strong import strong, written_out
+from symasym.formulas.uniform import uniform
+from symasym.formulas.weak import Contribution, Leading, leading, weak
+from symasym.quantities import escape_time, exit_probability, occupation
 from symasym.scenes import require_drift
 
-__all__ = ["expand"]
-
+Expanded = Literal["T", "C", "1 - C", "P", "1 - P", "density"]
+Noise = Literal["weak", "strong", "uniform"]
+#: Those that depend on the start and the radius.
+OF_START = ("T", "C", "1 - C")
+_METHODS = {"weak": "laplace", "strong": "strong_noise", "uniform": "uniform"}
 _MOST = 8
-_Y = Symbol("y", real=True)
 
 
-@symbolic
+@dataclass(frozen=True, eq=False)
+class Expansion:
+    """The expansion of a quantity as a formula, as `expand` returns it.
+
+    Attributes
+    ----------
+    formula, definitions : expression, dict
+        The formula in symbols, and what each of these stands for: sums, series, heights,
+        derivatives of V, critical points, and ``R1+, R2+, ...`` and ``R1-, ...``, the finite parts
+        of int h_k du right and left of the start.
+    equations : dict
+        For each critical point without a closed form: A there, which is 0.
+    terms : tuple of Contribution
+        Of T; pairs of critical points, each with its exact coefficients.
+    conditions : tuple of SymPy predicates
+        Where the formula holds.
+    integrals : dict
+        The regular part as finite parts of h_k.
+    """
+
+    quantity: Expanded
+    noise: Noise
+    order: int
+    drift: Drift
+    start: Fraction
+    case: Case
+    formula: Expr
+    definitions: Mapping[Symbol, Expr] = field(default_factory=dict)
+    equations: Mapping[Symbol, Expr] = field(default_factory=dict)
+    terms: tuple[Contribution, ...] = ()
+    conditions: tuple[Any, ...] = ()
+    integrals: Mapping[Symbol, Expr] = field(default_factory=dict, repr=False)
+
+    def __post_init__(self) -> None:
+        # What the formula is made of, each condition once, and names that are told apart.
+        known = {s: v for s, v in _met(self.formula, self.definitions).items() if v is not None}
+        kept = dict.fromkeys(c for c in self.conditions if c is not sympy.true)
+        object.__setattr__(self, "definitions", known)
+        object.__setattr__(self, "conditions", tuple(kept))
+        A, own = self.drift.expression(), {_bare(name) for name in self._names.values()}
+        for s in sorted(A.free_symbols - {U}, key=str):
+            if _bare(self._latex(s)) in own | {"T", "C", "P"}:
+                raise InputError(
+                    f"A = {A} has a parameter {s}, which the formula has as a name of its own; "
+                    "rename the parameter."
+                )
+
+    @property
+    def error(self) -> str:
+        """The order of the terms that the formula leaves out."""
+        power = 2 * self.order + 2
+        if not self.definitions and not self.terms:
+            return "none, of a constant drift"
+        return {
+            "weak": f"each series in kappa^2 is short of O(kappa^{power}), "
+            "relative to its first term",
+            "strong": f"relative O(kappa^-{power}), whatever r/kappa^2",
+            "uniform": f"relative O(kappa^{power}), also where well and barrier coalesce",
+        }[self.noise] + "; evaluate(…, full=True) tells it" * (self.quantity != "density")
+
+    @property
+    def numbers(self) -> dict[Symbol, Expr]:
+        """Of a bound drift critical points, heights and the regular part, to 50 digits."""
+        if self.drift.free or self.drift.shape or self.drift == Drift.general():
+            return {}
+        return numbers_of([*self.definitions, *self.equations], self.drift, self.start)
+
+    @cached_property
+    def expression(self) -> Expr:
+        """The formula in kappa, r, the parameters, and u1, u2, ... where these are not solved."""
+        whole = self.formula
+        while whole.free_symbols & self.definitions.keys():
+            whole = whole.xreplace(dict(self.definitions))
+        return written_out(whole)
+
+    @property
+    def leading(self) -> Leading:
+        """The one product of T that is exponentially larger than the others, in weak noise.
+
+        Which it is depends on heights: of a bound drift on r alone, r -> oo being asked for; with
+        free parameters it is that of the case's example. `Leading.conditions` say where it holds.
+        """
+        if self.noise != "weak" or self.quantity != "T":
+            raise InputError(
+                f"{self.quantity} in {self.noise} noise has no term that leads; T in weak has."
+            )
+        if Symbol("L", positive=True) not in self.definitions:  # one product, or a closed form
+            return Leading(self.formula, self.conditions)
+        return leading(self.drift, self.case, self.start)
+
+    def cases(self) -> tuple[Case, ...]:
+        """The cases that the drift has, each with parameters where it holds.
+
+        They are found by trying values, and no proof that there are no others.
+        """
+        return found_cases(self.drift, self.start, self.quantity not in OF_START)
+
+    def bind(self, /, **values: Numbers) -> Expansion:
+        """The expansion with these parameters set, exactly, as `Drift.bind` sets them."""
+        return expand(
+            self.drift.bind(**values), self.quantity, noise=self.noise, order=self.order,
+            start=self.start, case=self.case,
+        )  # fmt: skip
+
+    def evaluate(self, kappa: Numbers, r: Numbers | None = None, **options: Any) -> Answer:
+        """The number of a bound drift, by the function of the quantity and this order.
+
+        It takes the options of `symasym.escape_time`, and has numbers also where `conditions` do
+        not hold, such as r < 1; `expression` and emitted code have not. P needs no r.
+        """
+        if self.quantity == "density" or r is None and self.quantity in OF_START:
+            raise InputError(
+                f"{self.quantity} has no number of kappa alone; give r for T and C, and use "
+                "sa.stationary_density for the density."
+            )
+        known = {"method": _METHODS[self.noise], "order": self.order, **options}
+        known |= {"complement": self.quantity[0] == "1"} if self.quantity != "T" else {}
+        if r is None or self.quantity[-1] == "P":
+            return occupation(self.drift, kappa, **known)
+        verb: Any = escape_time if self.quantity == "T" else exit_probability
+        answer: Answer = verb(self.drift, kappa, r, start=self.start, **known)
+        return answer
+
+    def emit(self, target: str = "numpy", name: str = "f") -> Any:
+        """Source code of the formula, its free symbols being the arguments (`symasym.emit`)."""
+        from symasym.emit import emit
+
+        return emit(self, target, name=name)
+
+    def functions(self, name: str = "f") -> Any:
+        """What `symasym.emit` writes."""
+        from symasym.emit.expansions import of_expansion
+
+        return of_expansion(self, self.numbers, name)
+
+    # -- as text ----------------------------------------------------------------------------
+
+    def latex(self) -> str:
+        """The formula in LaTeX, with a line for each symbol that it is made of.
+
+        The regular part's integrals stand as Hadamard's finite parts, whose closed form for a
+        polynomial is in `definitions`.
+        """
+        left, shown = "p_{ss}(y)" if self.quantity == "density" else self.quantity, self._shown
+        first, *rows = (
+            text.lines(name, sign, written_out(value), self._names)
+            for name, sign, value in [(left, r"\sim", self.formula), *(
+                (self._latex(s), "=", v) for s, v in shown.items() if v is not None)]
+        )  # fmt: skip
+        last = [f"0 &= {self._latex(a)}" for s, a in self.equations.items() if s in shown]
+        if self.integrals.keys() & shown.keys():
+            last.insert(0, r"h_1(u) &= \frac{1}{\phi(u)}, \quad h_{k+1} = -\frac{h_k'}{\phi}")
+        return text.aligned(first, rows, last)
+
+    @cached_property
+    def _shown(self) -> dict[Symbol, Expr | None]:
+        """What the symbols stand for as it is printed, the regular part as integrals."""
+        return _met(self.formula, {**self.definitions, **self.integrals})
+
+    @cached_property
+    def _names(self) -> dict[str, str]:
+        """LaTeX of the symbols that are the formula's, not the drift's."""
+        met = {*self._shown, *_met(self.formula, self.definitions), KAPPA, R}
+        own = (met - self.drift.expression().free_symbols) | {U}
+        return {s.name: text.name_of(s.name) or text.latex(s, {}) for s in own}
+
+    def _latex(self, e: Expr) -> str:
+        return text.latex(e, self._names)
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __str__(self) -> str:
+        """The formula, a line for each contribution and each symbol, and where it holds."""
+        case = "" if self.noise == "strong" else f", case '{self.case}'"
+        rows = [
+            f"{self.quantity} of {self.drift!r}, {self.noise} noise to order {self.order}{case}",
+            f"  {self.quantity} ~ {written_out(self.formula)}",
+        ]
+        if self.terms and self.definitions:
+            rows.append("contributions of pairs of critical points, times C or 1 - C")
+            rows += [f"  ({t.weight}) {t.pair[0]}, {t.pair[1]}: {t.expression}" for t in self.terms]
+        shown = {s: v for s, v in self._shown.items() if v is not None}
+        rows += ["with", *(f"  {s} = {value}" for s, value in shown.items())] if shown else []
+        if self.integrals.keys() & shown.keys():
+            rows.append("  FinitePart: Hadamard's finite part, h1 = 1/phi, h2 = -h1'/phi, ...")
+        where = ", ".join(f"{c.lhs} {c.rel_op} {c.rhs}" for c in self.conditions)
+        return "\n".join([*rows, "where", f"  {where}", "error", f"  {self.error}"])
+
+    __repr__ = __str__
+
+
+def _bare(latex: str) -> str:
+    """LaTeX without braces and what stands in parentheses."""
+    return re.sub(r"[{}]|\(.*", "", latex)
+
+
+def _met(formula: Expr, known: Mapping[Symbol, Expr]) -> dict[Symbol, Expr | None]:
+    """The symbols of a formula in the order in which they are met, and what they stand for."""
+    met: dict[Symbol, Expr | None] = {}
+    row: set[Symbol] = formula.free_symbols
+    while row:
+        met |= {s: known.get(s) for s in sorted(row, key=str)}
+        row = set().union(*(known[s].free_symbols for s in row if s in known)) - met.keys()
+    return met
+
+
 def expand(
     drift: Drift,
     quantity: Expanded = "T",
@@ -44,7 +253,6 @@ def expand(
     order: int | None = None,
     start: Number = 0,
     case: str | Case | None = None,
-    patience: float | None = None,
 ) -> Expansion:
     """The expansion of a quantity as a formula in the drift's parameters.
 
@@ -56,30 +264,16 @@ def expand(
     quantity : {"T", "C", "1 - C", "P", "1 - P", "density"}
     noise : {"weak", "strong", "uniform"}
         kappa -> 0; kappa -> oo, of a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T
-        through the coalescence of a well and a barrier, in Airy functions, of a cubic A or any
-        bound drift.
+        through the coalescence of a well and a barrier, in Airy functions.
     order : int, optional
         0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 N), or of
         2/kappa^2; 0 for ``noise="uniform"``.
     start : number, optional
         Also on a simple zero of A, or outside the layer; for ``noise="uniform"`` inside.
     case : str, optional
-        The wells, barriers and the start from left to right, such as ``"start well barrier"``; for
-        P and the density ``"well"`` or the like. For a bound drift it is found; else it is the
-        first of `Expansion.cases`.
-        ``"start=well barrier"`` is that of a start on the well.
-    patience : float, optional
-        Seconds of processor time that it may take, 10 if left out.
-
-    Returns
-    -------
-    Expansion
-
-    Raises
-    ------
-    InputError
-        For an unknown quantity or noise, an order out of range, a case that the drift is not in,
-        a double zero of A, or a parameter with a name that the formula needs.
+        The wells, barriers and the start from left to right, such as ``"start well barrier"``, or
+        ``"start=well barrier"`` of a start on the well; for P and the density ``"well"`` or the
+        like. For a bound drift it is found; else it is the first of `Expansion.cases`.
 
     Notes
     -----
@@ -98,229 +292,29 @@ def expand(
     require_printable({**drift.values, "start": start})
     quantity = choice("quantity", quantity, get_args(Expanded))
     noise = choice("noise", noise, get_args(Noise))
-    if order is None:
-        order = 0 if noise == "uniform" else 2
-    order = count("order", order, 0, _MOST)
-    at = exact("start", start)
-    if quantity not in OF_START:
-        at = Fraction(-1)  # V is measured from there.
-        if isinstance(case, str) and "start" not in case:
-            case = f"start {case}"
-    if noise == "strong":
-        if quantity == "density":
-            raise InputError("quantity is 'density', which has a formula for weak noise only.")
-        return _strong(drift, quantity, order, at)
-    if noise == "uniform":
-        own, formula, known, where = uniform(drift, quantity, order, at, case)
-        return Expansion(
-            quantity, noise, order, drift, at, own, formula, known, conditions=where, tex=NAMES,
-            verb=expand,
-        )._with_own_names()  # fmt: skip
-    return _weak(drift, quantity, order, at, _case(drift, at, case, quantity))
-
-
-def _case(drift: Drift, start: Fraction, case: str | Case | None, quantity: str) -> Case:
-    """The case asked for, or found."""
-    general, sliding = drift == Drift.general(), quantity not in OF_START
+    order = count("order", (noise != "uniform") * 2 if order is None else order, 0, _MOST)
+    at = exact("start", start) if quantity in OF_START else Fraction(-1)  # V is measured from there
+    if isinstance(case, str) and quantity not in OF_START and "start" not in case:
+        case = f"start {case}"
     asked = None if case is None else read_case(case)
-    if general and sliding:
+    of_time = noise == "uniform" and (quantity, order) == ("T", 0)
+    if not of_time and (noise == "uniform" or (noise, quantity) == ("strong", "density")):
         raise InputError(
-            f"{quantity} is that of a sliding block, and Drift.general() has one well and one "
-            "barrier; name a drift."
+            f"quantity is {quantity!r} and order {order}; the formula for {noise} noise is that of "
+            f"{'T to order 0' if noise == 'uniform' else 'T, C and P'}."
         )
-    if general and asked and sorted(asked.kinds) != ["barrier", "well"]:
-        raise InputError(
-            f"case is {str(asked)!r}, and Drift.general() has one well and one barrier; give "
-            "'start well barrier' or 'barrier well start', or name a drift."
-        )
-    if general or drift.shape:
-        own = asked or read_case("start well" if sliding else "start well barrier")
-    elif drift.free and asked is None:
-        cases = found_cases(drift, start, sliding)
-        if not cases:
-            raise InputError(
-                f"no values that were tried for {', '.join(drift.free)} give A = "
-                f"{drift.expression()} simple zeros alone, none at the start or an end"
-                f"{', and wells outermost, as a sliding block has' * sliding}; give the case, "
-                f"as in case={'well' if sliding else 'start well barrier'!r}, or "
-                "where zeros coincide take numbers of "
-                f"sa.{'occupation' if sliding else 'escape_time'}(method='uniform')."
-            )
-        own = cases[0]
-    else:
-        own = asked if drift.free and asked else case_of(drift, start)
-    if asked is not None and asked != own:
-        raise InputError(
-            f"the expansion is for the case '{asked}', and {drift!r} is in the case '{own}'; "
-            f"ask for that one with case='{own}'."
-        )
-    if sliding and not slides(own.kinds):
-        raise InputError(
-            f"case is '{' '.join(own.kinds)}'; {quantity} is that of a sliding block, whose "
-            "outermost points are wells: give case='well', 'well barrier well' or the like."
-        )
-    return own
-
-
-def radius_condition(start: Any) -> Any:
-    """The condition that the radius is beyond the layer and the start."""
-    return sympy.Gt(R, max(S.One, abs(sympy.sympify(start))))
-
-
-# -- strong noise ----------------------------------------------------------------------------------
+    return _expanded(drift, quantity, noise, order, at, asked)
 
 
 @lru_cache(maxsize=32)
-def _strong(drift: Drift, quantity: Expanded, order: int, start: Fraction) -> Expansion:
-    """The strong-noise expansion, the same in every case."""
-    if drift == Drift.general():
-        raise InputError("Drift.general() has no moments; name a drift for noise='strong'.")
-    formula, values, tex = strong(drift, quantity, order, start)
-    where: list[Any] = [sympy.Ne(drift.expression().subs(U, side), 0) for side in (-1, 1)]
-    if quantity in OF_START:
-        where.append(radius_condition(start))
-    return Expansion(
-        quantity, "strong", order, drift, start, Case(("start",)), formula,
-        {**values, LAM: 2 / KAPPA**2}, tex=tex, verb=expand,
-        conditions=tuple(c for c in dict.fromkeys(where) if c is not sympy.true),
-    )._with_own_names()  # fmt: skip
-
-
-# -- weak noise ------------------------------------------------------------------------------------
-
-
-@lru_cache(maxsize=32)
-def _weak(drift: Drift, quantity: Expanded, order: int, start: Fraction, case: Case) -> Expansion:
-    """The weak-noise expansion."""
-    field = Field(drift, case, start)
-    conditions = tuple(
-        c for c in dict.fromkeys(_conditions(field, quantity)) if c is not sympy.true
-    )
-    if not field.A.has(U) and quantity in OF_START and not start:
-        return Expansion(
-            quantity, "weak", order, drift, start, case, _of_constant(field.A, quantity), {},
-            conditions=conditions, verb=expand,
-        )._with_own_names()  # fmt: skip
-    at, terms = Terms(field), tuple[Contribution, ...]()
-    points = weak.points_of(field, order + 1, Letters)
-    if quantity == "T":
-        regular = field.regular(order + 1)
-        formula = weak.escape_time(points, regular, at)
-        terms = tuple(_contributions(weak.shares(points, regular, at), at, points, order))
-    elif quantity in OF_START:
-        formula = weak.exit_probability(points, at, quantity != "C")
+def _expanded(
+    drift: Drift, quantity: Expanded, noise: Noise, order: int, start: Fraction, case: Case | None
+) -> Expansion:
+    if noise == "uniform":
+        found = uniform(drift, start, case)
+    elif noise == "strong":
+        found = strong(drift, quantity, order, start)
     else:
-        line = [p for p in points if p.kind != "end"]
-        if quantity == "density":
-            whole = weak.Sums(line, -1, at).total()
-            formula = sympy.exp(-LAM * field.height(_Y)) / at.named("S", whole)
-        else:
-            slopes = field.slopes[-1], field.slopes[1]
-            formula = weak.outside_layer(line, slopes, at)
-            # The drift points to the layer.
-            formula = formula.xreplace({abs(slopes[0]): slopes[0], abs(slopes[1]): -slopes[1]})
-            formula = 1 - formula if quantity == "P" else formula
-    if field.general and quantity == "T":
-        pairs = [t for t in terms if t.pair[0][:4] == "well" and t.pair[1][:7] == "barrier"]
-        if len(pairs) != 1:
-            raise InputError(
-                f"case is {str(case)!r}, without one pair of a well and a barrier; give "
-                "'start well barrier' or 'barrier well start'."
-            )
-        terms, formula, at.sums = (pairs[0],), pairs[0].expression, {}
-    series = {s: row.expression for s, row in at.rows.items()}
-    known = {**at.sums, **series, **field.values, LAM: 2 / KAPPA**2, X: KAPPA**2 / 2}
-    return Expansion(
-        quantity, "weak", order, drift, start, case, formula, known, field.equations, terms,
-        conditions, field.integrals, tex=field.tex, rows=at.rows, sums=tuple(at.sums),
-        verb=expand,
-    )._with_own_names()  # fmt: skip
-
-
-def _of_constant(A: Expr, quantity: str) -> Expr:
-    """T, C or 1 - C of a constant drift from 0, in closed form (constant-drift)."""
-    name = "constant_drift_time" if quantity == "T" else "constant_drift_exit"
-    (value,) = Record.of("constant-drift").values_of(name)
-    # In the mirror both ends change places.
-    return by_name(value, {"a": -A if quantity == "1 - C" else A, "kappa": KAPPA, "r": R})
-
-
-def _contributions(
-    of: weak.Shares, at: Terms, points: list[weak.Point], order: int
-) -> Iterator[Contribution]:
-    """The products of T's critical points."""
-    for weight, side in zip(("C", "1 - C"), of.sides, strict=True):
-        for pair, value in side:
-            if pair:
-                yield _contribution(pair, value, weight, at, order)
-    if (own := points[weak.start_of(points)]) and of.own.__class__ is not int:
-        sums = weak.Sums(points, 1, at)
-        for p, value in zip(points, sums.whole, strict=True):
-            if value.__class__ is not int:
-                yield _contribution((own, p), of.own * value, "C (1 - C)", at, order)
-
-
-def _contribution(
-    pair: tuple[weak.Point, ...], value: Expr, weight: str, at: Terms, order: int
-) -> Contribution:
-    """That of one product of two series with an exponential."""
-    front, exponent, rows = LAM, S.Zero, list[tuple[Expr, ...]]()
-    value = joined(value)
-    for factor in sympy.Mul.make_args(value):
-        if isinstance(factor, sympy.exp):
-            exponent = factor.args[0]
-            continue
-        if factor in at.rows:
-            # Of a kink the first terms of both sides cancel.
-            row = at.rows[factor]
-            m = next(n for n, c in enumerate(row.c) if c != 0)
-            front *= row.front * row.c[m] * X**m
-            rows.append(tuple(sympy.expand(c / row.c[m]) for c in row.c[m:]))
-        else:
-            front *= factor
-    product: list[Expr] = [S.One, *[S.Zero] * order]
-    for c in rows:
-        row_of = (*c, *[S.Zero] * order)
-        product = [
-            sympy.expand(sympy.Add(*(product[i] * row_of[n - i] for i in range(n + 1))))
-            for n in range(order + 1)
-        ]
-    halved = tuple(sympy.expand(p / 2**n) for n, p in enumerate(product))
-    put = {LAM: 2 / KAPPA**2, X: KAPPA**2 / 2}
-    return Contribution(
-        (_called(pair[0]), _called(pair[1])), exponent.xreplace(put),
-        sympy.powdenest(front.xreplace(put), force=True), halved, weight,
-    )  # fmt: skip
-
-
-def _called(p: weak.Point) -> str:
-    kind = p.kind.removeprefix("start=")
-    return f"{kind} {p.u}" if str(p.u).startswith("u") else f"{kind} u = {p.u}"
-
-
-def _conditions(field: Field, quantity: str) -> Iterator[Any]:
-    """Where the formula holds, as predicates."""
-    inside = [u for u, kind in field.places if kind not in ("end", "kink") and abs(u) != 1
-              and not (u.is_number and abs(u) > 1)]  # fmt: skip
-    points = [-S.One, *(u for u in inside if u != field.start or quantity in OF_START), S.One]
-    if quantity in OF_START and not field.general:
-        yield radius_condition(field.start)
-    yield from (a < b for a, b in itertools.pairwise(points) if (a < b) is not sympy.true)
-    for u in field.zeros:
-        yield sympy.Eq(sympy.Function("A")(u) if field.general else field.A.subs(U, u), 0)
-    if field.general:
-        well, barrier = sorted(field.zeros, key=lambda u: field.kind(u) == "barrier")
-        yield sympy.Gt(field.height(barrier), field.height(well))
-        return
-    if field.poly is not None and field.poly.degree():
-        yield sympy.Ne(field.poly.LC(), 0)
-    ends = field.A.subs(U, -1), field.A.subs(U, 1)
-    if quantity not in OF_START:
-        yield from (sympy.Gt(ends[0], 0), sympy.Lt(ends[1], 0))
-        return
-    yield from (sympy.Ne(a, 0) for a in ends)
-    if kind := field.case.at_start:
-        slope = sympy.diff(field.A, U).subs(U, field.start)
-        yield sympy.Gt(slope, 0) if kind == "barrier" else sympy.Lt(slope, 0)
-    elif abs(field.start) < 1:
-        yield sympy.Ne(field.A.subs(U, field.start), 0)
+        own = case_for(drift, start, case, quantity not in OF_START)
+        found = weak(drift, quantity, order, start, own)
+    return Expansion(quantity, noise, order, drift, start, **found)

@@ -1,12 +1,9 @@
-"""Formulas against the numbers of the methods, the exact T, emitted code and textbooks."""
+"""Formulas against the numbers of the methods, the exact T and textbooks."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from dataclasses import replace
 from fractions import Fraction
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,18 +13,9 @@ import pytest
 import sympy
 
 import symasym as sa
-from symasym.derivation.printing import tex
-from symasym.emit import Source
-from symasym.emit.forms import as_printed
 from symasym.formulas.cases import case_of
-from symasym.formulas.formula import _shortest
-from symasym.formulas.letters import FinitePart
-from tests.derivation.test_printing import _AIRY, Reader
-from tests.emitted import Call, available, run
 from tests.formulas.values import by_definitions, roots_of
 from tests.latex import compiled, needs_latex
-
-DIGITS = 30
 
 
 class Scene(NamedTuple):
@@ -47,213 +35,83 @@ class Scene(NamedTuple):
     def __str__(self) -> str:
         return f"{self.drift} from {self.start}"
 
+    def formula(self, quantity: str, order: int, noise: Any = "weak") -> sa.Expansion:
+        """With the parameters free, in the case that the scene is in."""
+        start = Fraction(self.start if quantity[-1] in "TC" else -1)
+        case = None if noise == "strong" else str(case_of(self.drift, start))
+        return sa.expand(
+            self.free, quantity, noise=noise, order=order, start=self.start, case=case
+        )  # fmt: skip
+
 
 def friction(z0: str, kappa: str, start: str = "0", **more: Any) -> Scene:
     return Scene(sa.friction(), {"mu": 3, "alpha": 1, "z0": z0}, kappa, start, **more)
 
 
 SCENES = [
-    friction("-0.4", "1/10"), friction("-0.4", "1/10", "1/2"), friction("2.4", "1/10", "-1/5"),
-    friction("-1.2", "1/8"), friction("0.5", "1/5", slides=True),
+    friction("-0.4", "1/10"), friction("2.4", "1/10", "-1/5"), friction("-1.2", "1/8"),
+    friction("0.5", "1/5", slides=True),
     Scene(sa.linear(), {"a_minus": 1, "a_plus": "-1/2"}, "1/5", slides=True),
-    Scene(sa.linear(), {"a_minus": "-1/3", "a_plus": 1}, "1/4", "1/5"),
     Scene(sa.Drift("u*(c - u**2)"), {"c": "1/2"}, "1/6", "1/4"),
     Scene(sa.Drift("-(u - c)*(u + 1/2)*(u - 2/3)*(1 + u/3)"), {"c": "1/4"}, "1/20", "-1/5"),
     Scene(sa.Drift("c - u + u**3/3"), {"c": "1/5"}, "2/5", "-9/8"),
-    Scene(sa.Drift("c - u + u**3/3"), {"c": "1/5"}, "2/5", "-1"),
     Scene(sa.Drift("u/2 - u**2 - c"), {"c": "1/20"}, "1/20", "1"),
-    Scene(sa.Drift("c - u/3"), {"c": 1}, "1/8", "9/8"),
     Scene(sa.Drift("c", "u"), {"c": "2/3"}, "1/2", "1/5"),
     Scene(sa.Drift("c", "u"), {"c": "-2/3"}, "1/2"),
-    Scene(sa.Drift("cos(2*u) - 1/5"), {}, "1/10"),
+    Scene(sa.Drift("c + cos(2*u)"), {"c": "-1/5"}, "1/10"),
     # Zeros that are no simple ones, but beyond the layer.
-    Scene(sa.Drift("(u - 2)**2*(1/2 - u)"), {}, "1/5"),
+    Scene(sa.Drift("(u - 2)**2*(c - u)"), {"c": "1/2"}, "1/5"),
 ]  # fmt: skip
 #: Starts on a well or a barrier; what the odd derivatives add is seen at such noise.
 ON_ZERO = [
     Scene(sa.Drift("-c*u + u**2/3 - u**3/5"), {"c": "3/2"}, "2/5"),
-    Scene(sa.Drift("c*u + u**2/3 + u**3/5"), {"c": "3/2"}, "2/5"),
     Scene(sa.Drift("(u - 1/4)*(2 + u)*(2 - c*u)"), {"c": 3}, "1/5", "1/4"),
     Scene(sa.Drift("(2*u - 1)*(u + c)"), {"c": "1/2"}, "2/5", "1/2"),
+]
+STRONG = [
+    friction("0.5", "7/2", slides=True), friction("-0.4", "7/2", "1/5", r="4"),
+    friction("0.5", "10", "-2", r="4"),
 ]  # fmt: skip
-ORDERS = (0, 2)
 
 
-def quantities(scene: Scene) -> tuple[str, ...]:
-    return ("T", "C", "1 - C", *(("P", "1 - P") if scene.slides else ()))
+@pytest.mark.parametrize(
+    ("scene", "noise"),
+    [*((s, "weak") for s in (*SCENES, *ON_ZERO)), *((s, "strong") for s in STRONG)],
+    ids=str,
+)
+def test_the_formula_is_the_number(scene: Scene, noise: str) -> None:
+    """All contributions, with the parameters free."""
+    for quantity in ("T", *(("1 - C", "P", "1 - P") if scene.slides else ("C",))):
+        e = scene.formula(quantity, 2 if len(scene.free.free) > 1 else 1, noise)
+        r = () if quantity[-1] == "P" else (scene.r,)
+        with mpmath.workdps(25):
+            want = e.bind(**scene.values).evaluate(scene.kappa, *r, dps=15)
+            got = by_definitions(e, scene.drift, scene.kappa, scene.r)
+            assert abs(got / want - 1) < 1e-13, quantity
 
 
-def formula_of(scene: Scene, quantity: str, order: int, noise: Any = "weak") -> sa.Expansion:
-    """With the parameters free, in the case that the scene is in."""
-    start = scene.start if quantity[-1] != "P" else "-1"
-    case = None if noise == "strong" else case_of(scene.drift, Fraction(start))
-    return sa.expand(
-        scene.free, quantity, noise=noise, order=order, start=scene.start, case=case
-    )  # fmt: skip
-
-
-def asked(e: sa.Expansion, scene: Scene, **options: Any) -> Any:
-    """The number of the method."""
-    r = () if e.quantity[-1] == "P" else (scene.r,)
-    return e.bind(**scene.values).evaluate(scene.kappa, *r, **options)
-
-
-def agrees(got: Any, want: Any, digits: int = DIGITS) -> bool:
-    with mpmath.workdps(60):
-        return bool(abs(got - want) <= abs(want) * mpmath.mpf(10) ** (1 - digits))
-
-
-@pytest.mark.parametrize("scene", [*SCENES, *ON_ZERO], ids=str)
-def test_the_formula_is_the_number(scene: Scene) -> None:
-    """All contributions, with the parameters free, in steps and as one expression."""
-    for quantity in quantities(scene):
-        for order in ORDERS if scene.free.free else (2,):
-            e = formula_of(scene, quantity, order)
-            with mpmath.workdps(80):
-                got = by_definitions(e, scene.drift, scene.kappa, scene.r)
-                assert agrees(got, asked(e, scene, dps=DIGITS)), (quantity, order)
-                if order == 0:
-                    whole = by_definitions(e, scene.drift, scene.kappa, scene.r, e.expression)
-                    assert agrees(whole, got, 60)
-
-
-@pytest.mark.parametrize("scene", [SCENES[0], SCENES[3], *ON_ZERO[:3]], ids=str)
+@pytest.mark.parametrize("scene", [SCENES[0], ON_ZERO[0]], ids=str)
 def test_errors_of_t_fall_as_they_should(scene: Scene) -> None:
-    """As kappa^(2 order + 2), against the exact T."""
+    """As kappa^(2 order + 2), against the exact T; all as one expression."""
     for order in (0, 1, 2):
-        e, errors = formula_of(scene, "T", order), []
+        e, errors = scene.formula("T", order), []
         with mpmath.workdps(60):
             for kappa in ("0.02", "0.01"):
-                exact = sa.escape_time(scene.drift, kappa, scene.r, start=scene.start, dps=40)
-                errors.append(abs(by_definitions(e, scene.drift, kappa, scene.r) / exact - 1))
+                exact = sa.escape_time(scene.drift, kappa, scene.r, dps=40)
+                value = by_definitions(e, scene.drift, kappa, scene.r, e.expression)
+                errors.append(abs(value / exact - 1))
             slope = float(mpmath.log(errors[0] / errors[1], 2))
         assert slope == pytest.approx(2 * order + 2, abs=0.25), order
-
-
-STRONG = [friction("0.5", "7/2", slides=True), friction("-0.4", "7/2", "1/5", r="4"),
-          friction("0.5", "10", "-2", r="4"), friction("0.5", "10", "7/4", r="4"),
-          Scene(sa.linear(), {"a_minus": 0, "a_plus": "-1/2"}, "3", "-1")]  # fmt: skip
-
-
-@pytest.mark.parametrize("scene", STRONG, ids=str)
-def test_strong_noise_is_the_number(scene: Scene) -> None:
-    for quantity in quantities(scene):
-        for order in (0, 3):
-            e = formula_of(scene, quantity, order, "strong")
-            values = {**scene.drift.values, "kappa": scene.kappa, "r": scene.r}
-            symbols = sorted(e.expression.free_symbols, key=str)
-            with mpmath.workdps(160):
-                # (e^x - 1)/x is a limit where phi is 0.
-                known = [mpmath.mpf(sympy.Rational(values[s.name]).p) for s in symbols]
-                known = [x / sympy.Rational(values[s.name]).q + mpmath.mpf("1e-40")
-                         for s, x in zip(symbols, known, strict=True)]  # fmt: skip
-                got = sympy.lambdify(symbols, e.expression, "mpmath")(*known)
-                assert agrees(got, asked(e, scene, dps=25), 22), (quantity, order)
-
-
-# -- code ------------------------------------------------------------------------------------------
-
-
-@cache
-def code() -> tuple[dict[str, Source], list[Call], list[Any]]:
-    """Files, calls and the right values: every fifth of the formulas above, and bound drifts."""
-    files, calls, wanted = {}, [], []
-
-    def add(e: sa.Expansion, scene: Scene) -> None:
-        name = f"scene{len(files)}"
-        files[name] = e.emit("c", name="value")
-        function = "log_value" if "log_value" in files[name].functions else "value"
-        known = {**scene.drift.values, **roots_of(scene.drift), "kappa": scene.kappa, "r": scene.r}
-        given = tuple(float(Fraction(known[n]) if isinstance(known[n], str) else known[n])
-                      for n in files[name]._ready[0].arguments)  # fmt: skip
-        calls.append(Call(name, function, given))
-        options = {"log": True} if function == "log_value" else {}
-        wanted.append(asked(e, scene, dps=20, **options))
-
-    every = [(s, q, n) for s in SCENES if s.free.free for q in quantities(s) for n in (0, 2)]
-    for scene, quantity, order in every[::5]:
-        e = formula_of(scene, quantity, order)
-        if any(not u.is_real for u in e.equations):
-            e = e.bind(**scene.values)
-        add(e, scene)
-    for scene in ON_ZERO:
-        add(formula_of(scene, "C", 2), scene)
-    for scene in STRONG[:2]:
-        add(formula_of(scene, "T", 2, "strong"), scene)
-    for text, quantity, start, kappa in (
-        ("1/2 - sin(2*u)", "T", "1/3", "1/8"), ("1/2 - sin(2*u)", "1 - P", "0", "1/4"),
-        ("tanh(3*u)/2 - 1/4", "C", "0", "1/8"), ("3e-6", "T", "0", "3e-4"),
-        ("1e6 - 2e6*u", "T", "0", "50"), ("(u - 2/3)*(u**2 + 1)", "T", "0", "1/8"),
-    ):  # fmt: skip
-        scene = Scene(sa.Drift(text, "u"), {}, kappa, start)
-        add(sa.expand(scene.free, quantity, order=2, start=start), scene)
-    # Where the exponential overflows.
-    add(formula_of(SCENES[0], "T", 2), SCENES[0]._replace(kappa="1/100"))
-    return files, calls, wanted
-
-
-def ran(target: str, folder: Path) -> Iterator[tuple[Call, Any, str]]:
-    """Each call, the right value, and what the target's code returns."""
-    if reason := available(target):
-        pytest.skip(reason)
-    files, calls, wanted = code()
-    got = run(target, {name: source.to(target) for name, source in files.items()}, calls, folder)
-    for call, want, (value,) in zip(calls, wanted, got, strict=True):
-        yield call, want, value
-
-
-@pytest.mark.parametrize("target", ["c", "javascript", "numpy", "mpmath"])
-def test_emitted_code_is_the_number(target: str, tmp_path: Path) -> None:
-    """In doubles, whose arguments are rounded: 1e-12 of the logarithm."""
-    for call, want, value in ran(target, tmp_path):
-        assert abs(float(value) - float(want)) <= 2e-12 * max(1, abs(float(want))), call
-
-
-def test_digits_in_mpmath() -> None:
-    """Whole numbers are no doubles; numbers of a bound drift have 32 digits."""
-    for e in (sa.expand(sa.linear(1, 3), order=1), sa.expand(sa.Drift("1/2 - sin(2*u)"), order=1)):
-        f = e.emit("mpmath").load().f
-        with mpmath.workdps(40):
-            want = e.evaluate("1/10", 3, dps=40)
-            assert abs(f("1/10", 3, dps=30) - want) < want * mpmath.mpf(10) ** -28
-    with pytest.raises(ValueError, match="32"):
-        f("1/8", "3/2", dps=33)
-
-
-def test_an_array_is_the_numbers_one_by_one() -> None:
-    """Where an exponential is 1 for all of the array, or below the least double, or for some."""
-    f = sa.expand(sa.friction(3, 1, "-0.4"), order=2).emit("numpy").load().log_f
-    kappa = np.linspace(0.005, 0.3, 20002).reshape(2, -1)
-    for some in (kappa[0, ::700], np.array([]), kappa):
-        array = f(kappa=some, r=10.0)
-        assert array.shape == some.shape
-        near = [(k, x) for k, x in zip(some.ravel()[::999], array.ravel()[::999], strict=True)]
-        assert all(x == pytest.approx(f(kappa=k, r=10.0), rel=1e-14) for k, x in near)
-
-
-def test_names_in_code() -> None:
-    source = sa.expand(sa.Drift.general(), order=4).emit("c", name="time")
-    assert {"double V2_u1", "double V6_u2"} <= set(re.findall(r"double V\d_u\d", source))
-    for parameter in ("log_value", "INFINITY", "M_PI"):
-        e = sa.expand(sa.Drift(f"{parameter}/5 - u"), order=1)
-        known = {"kappa": 0.25, "r": 1.5}
-        module = e.emit("c", name="value")
-        given = [known.get(n, 1.0) for n in module._ready[0].arguments]
-        want = e.bind(**{parameter: 1}).evaluate("1/4", "3/2")
-        if not available("c"):
-            assert module.load().value(*given) == pytest.approx(want, rel=1e-12)
-
-
-# -- terms -----------------------------------------------------------------------------------------
 
 
 def test_the_first_correction_is_the_textbooks() -> None:
     """T = T0 (1 + x (B - W)), x = kappa^2/2, V4/(8 V2^2) - 5 V3^2/(24 V2^3) at barrier and well.
 
-    Laplace's next term (DLMF 2.4(iv); J. Wojdylo, SIAM Rev. 48 (2006) 76) of
-    either integral of Kramers' product.
+    Laplace's next term (DLMF 2.4(iv); J. Wojdylo, SIAM Rev. 48 (2006) 76) of either integral of
+    Kramers' product.
     """
-    (term,) = sa.expand(sa.Drift.general(), "T", order=1).terms
+    e = sa.expand(sa.Drift.general(), order=4)
+    (term,) = e.terms
     v = {s.name: s for s in term.expression.free_symbols}
 
     def shape(u: str) -> Any:
@@ -263,71 +121,63 @@ def test_the_first_correction_is_the_textbooks() -> None:
     assert sympy.expand(term.coefficients[1] - (shape("u2") - shape("u1")) / 2) == 0
     lead = 2 * sympy.pi / sympy.sqrt(-v["V''(u1)"] * v["V''(u2)"])
     assert sympy.simplify(term.front / lead) == 1
-    higher = sa.expand(sa.Drift.general(), order=4)
-    assert [len(c.args) for c in higher.terms[0].coefficients[1:]] == [4, 14, 42, 113]
-    assert "V(u2) > V(u1)" in map(str, higher.conditions)
+    assert [len(c.args) for c in term.coefficients[1:]] == [4, 14, 42, 113]
+    assert "V(u2) > V(u1)" in map(str, e.conditions)
 
 
-@pytest.mark.parametrize("scene", [SCENES[0], SCENES[8], *ON_ZERO], ids=str)
-def test_contributions_and_the_regular_part_are_the_sum(scene: Scene) -> None:
-    """C, 1 - C or both times each, to terms that are left out."""
-    order, kappa = 3, "1/30"
-    e, *both = (formula_of(scene, q, order) for q in ("T", "C", "1 - C"))
-    with mpmath.workdps(60):
+@pytest.mark.parametrize("scene", [SCENES[0], *ON_ZERO[:2]], ids=str)
+def test_contributions_are_the_sum(scene: Scene) -> None:
+    """C, 1 - C or both times each, beside what has no exponential, to terms left out."""
+    e, *both = (scene.formula(q, 2) for q in ("T", "C", "1 - C"))
+    with mpmath.workdps(40):
 
         def value(e: sa.Expansion, f: Any = None) -> Any:
-            return by_definitions(e, scene.drift, kappa, scene.r, f)
+            return by_definitions(e, scene.drift, "1/30", scene.r, f)
 
-        T, C, rest_of_c = map(value, (e, *both))
-        share = {"C": C, "1 - C": rest_of_c, "C (1 - C)": C * rest_of_c}
+        T, C, rest = map(value, (e, *both))
+        share = {"C": C, "1 - C": rest, "C (1 - C)": C * rest}
         total = sum(share[t.weight] * value(e, t.expression) for t in e.terms)
-        # The rest of D- and D+ are sums without an exponential, and of a start on a zero.
-        for side, chance in (("D-", C), ("D+", rest_of_c)):
+        for side, chance in (("D-", C), ("D+", rest)):
             (D,) = (v for s, v in e.definitions.items() if s.name == side)
-            rest = [a for a in D.args if "M" in str(a) or "N" in str(a) or "log" in str(a)
-                    or re.search(r"[WB]0", str(a))]  # fmt: skip
-            total += chance * value(e, sympy.Symbol("lam", positive=True) * sympy.Add(*rest))
-        assert abs(total / T - 1) < 1e-8
+            # The regular part, and half of a start's own Gaussian.
+            names = re.compile(r"M.|[NHQWB]0|lam|x|V''\(.*\)")
+            alone = [a for a in D.args if not a.has(sympy.exp)
+                     and all(names.fullmatch(s.name) for s in a.free_symbols)]  # fmt: skip
+            total += chance * value(e, sympy.Symbol("lam", positive=True) * sympy.Add(*alone))
+        assert abs(total / T - 1) < 1e-7
 
 
 LEADING = [
-    (SCENES[0], "1/40", "well and barrier"), (SCENES[3], "1/40", "regular part"),
-    (SCENES[7], "1/20", "two wells"), (SCENES[8], "1/60", "of several"),
+    (SCENES[0], "1/40", "well and barrier"), (SCENES[2], "1/40", "regular part"),
+    (SCENES[6], "1/60", "of several"),
     (Scene(sa.linear(), {"a_minus": 1, "a_plus": "-1/2"}, "1/3"), "1/9", "an end"),
-    (ON_ZERO[1], "1/40", "log lam"),
+    (Scene(sa.Drift("c*u + u**2/3 + u**3/5"), {"c": "3/2"}, "2/5"), "1/40", "log lam"),
     # A double well, whose pair of a well and a barrier is 36 at r = 2.
     (Scene(sa.Drift("u - c*u**3 + 1/20"), {"c": 3}, "1/4", "1/3"), "1/20", "not the pair"),
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("scene", "kappa", "what"), LEADING, ids=lambda x: str(x))
+@pytest.mark.parametrize(("scene", "kappa", "what"), LEADING, ids=str)
 def test_the_leading_term_leads(scene: Scene, kappa: str, what: str) -> None:
     """T over it tends to 1, as kappa^2 or kappa; its conditions hold."""
-    bound, errors = sa.expand(scene.drift, order=1, start=scene.start), []
-    leading = bound.leading
-    # The example of the case with several wells has another one.
-    e = bound if scene is SCENES[8] or not scene.free.free else formula_of(scene, "T", 1)
-    free = e.leading
+    bound, free = sa.expand(scene.drift, order=0, start=scene.start), scene.formula("T", 0)
+    leading, one, errors = bound.leading, free.leading, []
     assert {str(c) for c in leading.conditions} <= {"r > 1.5"}
     with mpmath.workdps(40):
         for k in (kappa, str(Fraction(kappa) / 4)):
+
+            def value(f: Any, k: str = k) -> Any:
+                return by_definitions(free, scene.drift, k, "2", f)
+
             exact = sa.escape_time(scene.drift, k, 2, start=scene.start, dps=20)
-            for of, one in ((bound, leading), (e, free)):
-                ratio = by_definitions(of, scene.drift, k, "2", one.expression) / exact
-                errors.append(abs(ratio - 1))
-    assert errors[2] < errors[0] / 1.4
-    assert errors[0] == pytest.approx(errors[1], rel=1e-6)
+            ratio = by_definitions(bound, scene.drift, k, "2", leading.expression) / exact
+            errors.append(abs(ratio - 1))
+            if all(value(c.lhs) > value(c.rhs) for c in one.conditions):
+                assert value(one.expression) / exact == pytest.approx(ratio, rel=1e-9)
+            else:  # another product leads at the case's example
+                assert what in ("of several", "not the pair")
+    assert errors[1] < errors[0] / 1.4
     assert errors[0] < 0.5
-
-
-def test_leading_terms_that_are_none() -> None:
-    with pytest.raises(sa.InputError, match="in strong noise has no term that leads"):
-        _ = sa.expand(sa.friction(), noise="strong").leading
-    assert sa.expand(sa.Drift("2", "u")).leading.expression.has(sympy.tanh)
-    assert str(sa.expand(sa.friction(3, 1, "-0.4")).leading.conditions) == "()"
-
-
-# -- text ------------------------------------------------------------------------------------------
 
 
 def test_what_is_written() -> None:
@@ -336,93 +186,25 @@ def test_what_is_written() -> None:
     assert not {"V'''(0)", "V^(5)(u1)", "V'(0)"} & names
     names = {s.name for s in sa.expand(sa.linear(), order=2).definitions}
     assert not any(name.startswith(("phi", "V'''", "V^")) for name in names)
-    a, r, kappa = sympy.symbols("a r kappa", positive=True)
-    constant = sa.expand(sa.Drift("a", "u")).expression
-    same = {s: {"a": a, "r": r, "kappa": kappa}[s.name] for s in constant.free_symbols}
-    assert constant.xreplace(same) == r / a * sympy.tanh(a * r / kappa**2)
-    e = sa.expand(sa.friction(), order=1, case="start well barrier")
-    lines = str(e).splitlines()
-    assert sum(line.startswith(("  (1 - C) ", "  (C) ")) for line in lines) == len(e.terms)
-    assert "(1 - C) well u1, barrier u2: " in str(e)
-    defined = {line.split(" = ")[0].strip() for line in lines}
-    assert {str(s) for s in e.formula.free_symbols} <= defined
-    assert e._repr_latex_().startswith("$")
-
-
-#: What the reader of LaTeX has no value of.
-BEYOND = (sympy.Integral, sympy.core.function.AppliedUndef, FinitePart, sympy.Abs, sympy.hyper,
-          sympy.erfi, sympy.erfc, sympy.Max, sympy.EulerGamma)  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("drift", "options", "least"),
-    [
-        (sa.friction(), {"quantity": "T", "order": 2}, 40),
-        (sa.friction(), {"quantity": "density", "order": 1}, 10),
-        (sa.Drift.general(), {"order": 3}, 1),
-        (sa.Drift("c*u + u**2/3"), {"order": 2}, 20),
-        (sa.friction(), {"noise": "strong", "order": 1}, 12),
-        (sa.friction(), {"noise": "uniform", "case": "barrier well start"}, 14),
-    ],
-    ids=str,
-)
-def test_latex_is_the_formula(drift: sa.Drift, options: dict[str, Any], least: int) -> None:
-    """Read back at random numbers, to 20 digits."""
-    e, count = sa.expand(drift, patience=100, **options), 0
-    for value in map(as_printed, [e.formula, *e.definitions.values(), *e.equations.values()]):
-        if value.has(*BEYOND):
-            continue
-        symbols = sorted(value.free_symbols, key=str)
-        known = [sympy.Rational(37 + 41 * k % 97, 61) * (-1 if s.is_negative else 1)
-                 for k, s in enumerate(symbols)]  # fmt: skip
-        text = tex(_shortest(value), {s: f"@{k} " for k, s in enumerate(symbols)})
-        with mpmath.workdps(30):
-            numbers = [mpmath.mpf(x.p) / x.q for x in known]
-            wanted = sympy.lambdify(symbols, value, [_AIRY, "mpmath"])(*numbers)
-            found = Reader(text, numbers).value()
-            assert abs(found - wanted) <= abs(wanted) * mpmath.mpf(10) ** -20, text
-        count += 1
-    assert count >= least
+    a, r, kappa = (sympy.Symbol("a", real=True), *sympy.symbols("r kappa", positive=True))
+    constant = [sa.expand(sa.Drift("a", "u"), q).expression for q in ("T", "C", "1 - C")]
+    assert constant[0] == r / a * sympy.tanh(a * r / kappa**2)
+    assert sympy.simplify(constant[1] + constant[2]) == 1
 
 
 @needs_latex
 def test_latex_compiles(tmp_path: Path) -> None:
-    texts = [sa.expand(sa.friction(), q, order=1, case="start well barrier").latex() for q in
-             ("T", "1-C")] + [sa.expand(sa.friction(), q, order=1, case="well").latex() for q in
-             ("1-P", "density")]  # fmt: skip
-    texts.append(sa.expand(sa.friction(), noise="strong", order=1).latex())
+    options: list[dict[str, Any]] = [
+        {"order": 1}, {"quantity": "1 - C", "order": 1}, {"quantity": "density", "order": 1},
+        {"noise": "strong", "order": 1}, {"noise": "uniform"},
+    ]  # fmt: skip
+    texts = [sa.expand(sa.friction(), **option).latex() for option in options]
     page = tmp_path / "page.tex"
     page.write_text(
         "\\documentclass{article}\\usepackage{amsmath}\\usepackage[paperwidth=300cm,paperheight=400cm]"
         "{geometry}\\begin{document}" + "".join(rf"\[{t}\]" for t in texts) + "\\end{document}"
     )
     compiled(page)
-
-
-# -- cases and input -------------------------------------------------------------------------------
-
-
-def test_cases_hold_where_they_say() -> None:
-    """Each example is in its case, and fulfils its conditions."""
-    double, pair = sa.Drift("u*(c - u**2)"), sa.Drift("c*(1/4 - u**2)")
-    asked = [(d, "T") for d in (sa.friction(), sa.tanh(), double, pair)] + [(sa.friction(), "P")]
-    for drift, quantity in asked:
-        found = sa.expand(drift, quantity, order=0).cases()
-        assert len({str(case) for case in found}) == len(found)
-        for case in found:
-            bound = drift.bind(**case.example)
-            e = sa.expand(drift, quantity, order=0, case=case)
-            assert case_of(bound, e.start) == case
-            with mpmath.workdps(30):
-                zeros = [z for z in roots_of(bound).values() if abs(z) > 1e-9 or not case.at_start]
-                known = {
-                    n: sympy.Rational(x.numerator, x.denominator) for n, x in bound.values.items()
-                }
-                known |= {f"u{k}": sympy.sympify(z) for k, z in enumerate(zeros, 1)} | {"r": 3}
-                for c in e.conditions if zeros else ():
-                    at = {s: known[s.name] for s in c.free_symbols}
-                    holds = abs(c.lhs.subs(at)) < 1e-12 if isinstance(c, sympy.Eq) else c.subs(at)
-                    assert holds, (c, case.example)
 
 
 @pytest.mark.parametrize(
@@ -438,18 +220,39 @@ def test_cases_hold_where_they_say() -> None:
         (sa.Drift("c*(u - 1/2)*(u - 501/1000)"), "T", "start well barrier, start barrier well"),
     ],
 )  # fmt: skip
-def test_cases_in_their_order(drift: sa.Drift, quantity: Any, words: str) -> None:
-    assert ", ".join(map(str, sa.expand(drift, quantity, order=0).cases())) == words
+def test_cases_hold_where_they_say(drift: sa.Drift, quantity: Any, words: str) -> None:
+    """Each example is in its case, and fulfils its conditions."""
+    found = sa.expand(drift, quantity, order=0).cases()
+    assert ", ".join(map(str, found)) == words
+    for case in found:
+        bound = drift.bind(**case.example)
+        e = sa.expand(drift, quantity, order=0, case=case)
+        assert case_of(bound, e.start) == case
+        with mpmath.workdps(30):
+            zeros = [z for z in roots_of(bound).values() if abs(z) > 1e-9 or not case.at_start]
+            known = {n: sympy.Rational(str(x)) for n, x in bound.values.items()} | {"r": 3}
+            known |= {f"u{k}": sympy.sympify(z) for k, z in enumerate(zeros, 1)}
+            for c in e.conditions:
+                at = {s: known[s.name] for s in c.free_symbols}
+                assert abs(c.lhs.subs(at)) < 1e-12 if isinstance(c, sympy.Eq) else c.subs(at), c
 
 
-def test_binding_one_after_the_other_keeps_exactness() -> None:
+def test_numbers_of_a_bound_drift() -> None:
+    """Parameters stay exact; critical points, heights and finite parts have 50 digits."""
     e = sa.expand(sa.friction(), order=2, case="start well barrier")
-    for name, value in (("mu", 3), ("alpha", 1), ("z0", "-0.4")):
-        e = e.bind(**{name: value})
+    e = e.bind(mu=3).bind(alpha=1, z0="-0.4")
     assert not e.expression.atoms(sympy.Float)
     array = sa.escape_time(e.drift, [0.05, 0.1], 10, method="laplace", order=2)
     assert np.array_equal(e.evaluate([0.05, 0.1], 10), array)
-    assert sa.expand(sa.friction(), "1 -C", order=0).quantity == "1 - C"
+    with mpmath.workdps(40):
+        for one in (e, sa.expand(ON_ZERO[1].drift, start="1/4")):
+            for s, x in one.numbers.items():
+                want = by_definitions(one, one.drift, "1", "2", s)
+                assert abs(mpmath.mpf(str(x)) / want - 1) < 1e-35, s
+    density = sa.expand(sa.friction(3, 1, "0.5"), "density", order=3)
+    want = sa.stationary_density(density.drift, "0.2", "0.3")
+    got = float(by_definitions(density, density.drift, "0.2", "3"))
+    assert got == pytest.approx(float(want), rel=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -457,20 +260,16 @@ def test_binding_one_after_the_other_keeps_exactness() -> None:
     [
         (sa.friction(), {"quantity": "Q"}, "quantity is 'Q'; give one of"),
         ("friction", {}, "drift is .friction.; give a Drift"),
-        (sa.friction(), {"noise": "loud"}, "noise is 'loud'"),
         (sa.friction(), {"order": 9}, "order is 9; give a whole number from 0 to 8"),
         (sa.friction(), {"case": "well well start"}, "which take turns"),
-        (sa.friction(), {"case": "well barrier"}, "'start' .once."),
-        (sa.friction(), {"case": "barrier well barrier start well"}, "has degree 3"),
-        (sa.Drift("(u - 1/2)**2*(2 - 3*u)"), {}, "a zero of multiplicity 2 at u = 0.5"),
-        (sa.friction(), {"case": "start=well"}, "A at the start 0 is 1 - z0"),
-        (sa.friction(3, 1, "-0.4"), {"case": "start well"}, "is in the case 'start well barrier'"),
-        (sa.friction(), {"quantity": "P", "case": "barrier"}, "outermost points are wells"),
-        (sa.Drift.general(), {"quantity": "P"}, "name a drift"),
-        (sa.Drift.general(), {"case": "start well"}, "has one well and one barrier"),
-        (sa.Drift.general(), {"case": "well barrier start"}, "without one pair"),
-        (sa.friction(), {"quantity": "density", "noise": "strong"}, "weak noise only"),
-        (sa.Drift.general(), {"noise": "strong"}, "has no moments"),
+        (sa.friction(), {"case": "barrier well barrier start well"}, "case 'barrier well"),
+        (sa.friction(), {"case": "start=well"}, "case 'start=well'"),
+        (sa.friction(3, 1, "-0.4"), {"case": "start well"}, "case 'start well'"),
+        (sa.friction(), {"quantity": "P", "case": "barrier"}, "with wells outermost"),
+        (sa.Drift.general(), {"quantity": "P"}, "Drift.general"),
+        (sa.Drift.general(), {"case": "well barrier start"}, "case 'well barrier start'"),
+        (sa.friction(), {"quantity": "density", "noise": "strong"}, "T, C and P"),
+        (sa.Drift.general(), {"noise": "strong"}, "no polynomial"),
         (sa.Drift("1 + sin(u)"), {"noise": "strong"}, "no polynomial in u, so that the moments"),
         *[(sa.Drift(f"{name} + u - 4*u**3"), {"order": 1}, f"has a parameter {name}")
           for name in ("kappa", "T", "C", "h1", "W_1", "lambda", "R", "r")],
@@ -479,28 +278,5 @@ def test_binding_one_after_the_other_keeps_exactness() -> None:
 def test_bad_input(drift: sa.Drift, options: dict[str, Any], words: str) -> None:
     with pytest.raises(sa.InputError, match=words):
         sa.expand(drift, **options)
-
-
-def test_what_has_no_code_or_number() -> None:
-    e = sa.expand(sa.Drift("c - sin(2*u)"), order=1)
-    with pytest.raises(sa.InputError, match="no closed form in c; bind them"):
-        e.emit("javascript")
-    with pytest.raises(sa.InputError, match=r"in y; use sa.stationary_density"):
-        sa.expand(sa.tanh(1, -1, 3), "density", order=1).emit("c")
-    with pytest.raises(sa.InputError, match="may be complex"):
-        sa.expand(sa.friction(), order=1, case="start").emit("c")
-    with pytest.raises(sa.InputError, match="names no drift"):
-        sa.expand(sa.Drift.general(), order=1).evaluate(1, 2)
-    for drift in (sa.friction(), sa.linear(), sa.sine(), sa.tanh(), sa.hill()):
-        assert sa.expand(drift, "density", order=1, patience=100).drift == drift
-
-
-def test_density_has_total_one_to_its_order() -> None:
-    drift = sa.friction(mu=3, alpha=1, z0="0.5")
-    e = sa.expand(drift, "density", order=3)
-    put = {s: sympy.Rational(3, 10) for v in e.definitions.values() for s in v.free_symbols
-           if s.name == "y"}  # fmt: skip
-    at = replace(e, definitions={s: v.xreplace(put) for s, v in e.definitions.items()})
-    with mpmath.workdps(30):
-        got = by_definitions(at, drift, "0.2", "3")
-    assert float(got) == pytest.approx(float(sa.stationary_density(drift, "0.2", "0.3")), rel=1e-5)
+    with pytest.raises(sa.AccuracyError, match="A vanishes at u = 0.5, its slope too"):
+        sa.expand(sa.Drift("(u - 1/2)**2*(2 - 3*u)"))
