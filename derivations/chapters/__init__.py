@@ -1,0 +1,1 @@
+"""The sections of the paper as equations, one module a section."""

@@ -1,0 +1,1 @@
+"""Section 5: the mean escape time and the stationary density."""

@@ -1,0 +1,1 @@
+"""Section 6: expansions for small and for large noise."""
