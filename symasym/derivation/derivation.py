@@ -1,351 +1,270 @@
-"""Derivations: a step is an equation whose left side SymPy works out and whose right side is stated.
+r"""Derivations: a step is an equation whose left side SymPy works out and whose right side is stated.
 
 ``d.eq(name, left, right)`` states ``left = right``. `left` is not evaluated: it is printed as it
-stands, and its value, ``left.doit()``, has to be `right`. Where the left side is a symbol or a
-function that has no value of its own, `given` are the equations that determine it. ``d["eq:C"]``
-is what another label concluded; what a label rests on is what it took. Three checks: exact equality
-(`equal`), a sign that is seen (`bound`), and the slope of a remainder (`order`).
+stands, and its value, ``left.doit()``, has to be `right`. Where the left side is a symbol, a function
+that has no value of its own, or LaTeX, `given` are the equations that determine it, or `by` is what is
+worked out. ``d["eq:C"]`` is what another label concluded; what a label rests on is what it took. There
+are three checks (`symasym.derivation.proof`): exact equality (`eq`), a sign that is seen (`bound`),
+the slope of a remainder (`order`).
+
+>>> from sympy import Integral, Symbol
+>>> x, a = Symbol("x"), Symbol("a")
+>>> d = Derivation("square", "The area under a line")
+>>> d.eq("area", Integral(x, (x, 0, a)), a**2 / 2)
+a**2/2
+>>> d.verify()
+[]
 """
 
 from __future__ import annotations
 
-import random
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
-import mpmath
 import sympy
-from sympy import Eq, Integral, S
 from sympy.core.function import AppliedUndef
 
-from sympy.printing.pycode import MpmathPrinter
+from symasym.derivation.proof import equal, not_negative, slope
 
-LABELS: dict[str, tuple[str, Any]] = {}
+#: Label -> title, the function that fills its derivation in, the order of a series.
+LABELS: dict[str, tuple[str, Callable[[Derivation], None], int]] = {}
+#: (label, step) -> a right side to take in the place of the step's own (`symasym.derivation.mistakes`).
 CHANGED: dict[tuple[str, str], Any] = {}
 
 
-def derives(label, title, n=0):
-    """Mark a function that fills in the derivation of `label`; of a series, to the order `d.n`."""
-    def mark(function):
+def derives(label: str, title: str, n: int = 0) -> Any:
+    """Mark the function that fills in the derivation of `label`.
+
+    Of a series, `n` is the order it is derived to; ``build("LABEL-5")`` derives it to order 5, and
+    with it the series it rests on. The function finds the order as ``d.n``.
+    """
+
+    def mark(function: Any) -> Any:
         LABELS[label] = title, function, n
         return function
+
     return mark
 
 
 @cache
-def build(label):
-    """The derivation of a label with its steps stated; nothing is checked."""
+def build(label: str) -> Derivation:
+    """The derivation of a label with its steps stated; nothing is checked. KeyError for no label."""
     head, _, order = label.rpartition("-")
-    if order.isdigit() and head in LABELS and LABELS[head][2]:
-        (title, function, _), n = LABELS[head], int(order)
-        title = f"{title}, to order {n}"
+    if order.isdecimal() and head in LABELS and LABELS[head][2]:
+        title, function, _ = LABELS[head]
+        d = Derivation(label, f"{title}, to order {order}", int(order))
     elif label in LABELS:
         title, function, n = LABELS[label]
-    else:  # for the time of the move: sections that are not rewritten
+        d = Derivation(label, title, n)
+    else:
         return _Old(label)
-    d = Derivation(label, title, n)
     function(d)
     return d
 
 
 class _Old:
-    """Prototype only: what today's derivations concluded."""
+    """What the old sections concluded, while they move."""
 
     def __init__(self, label):
         from derivations.registry import build as old
 
         self.d = old(label)
 
-    def of(self, name):
+    def right(self, name):
         from derivations.paper import value_of
+
         steps = {s.name: s.result for s in self.d.steps}
-        return self.d.result if name is None else steps[name] if name in steps else value_of(self.d, name)
+        found = self.d.result if name is None else steps[name] if name in steps else value_of(self.d, name)
+        return getattr(found, "leading", found)
+
+    def error(self):
+        return self.d.result.gauge
 
 
 @dataclass
 class Step:
-    """left relation right; `check` takes a right side and tells whether it holds."""
+    """left relation right; `check` takes a right side and tells whether it holds.
+
+    `error` is the order of what is left out, as `variable` goes to its limit; None for what is exact.
+    """
 
     name: str
     left: Any
     right: Any
-    check: Any
+    check: Callable[..., bool]
     why: str = ""
     relation: str = "="
     error: Any = None
+    variable: Any = None
 
 
 @dataclass
 class Derivation:
-    """Steps to a conclusion: `left`, `right` and the order `error` of what is left out."""
+    """Steps to a conclusion.
+
+    Attributes
+    ----------
+    n : int
+        The order of a series; 0 for anything else.
+    rests_on : list of str
+        The labels whose conclusions it took.
+    supposed : list of tuple
+        Conditions: TeX, the check or None, and for one that is false as printed what shows it.
+    concluded : tuple of Step
+        What it concludes.
+    note, left_out : str
+        TeX: what its own symbols mean; what it leaves out, where no step's `error` says so.
+    cases : tuple of str
+        TeX: the conditions of the pieces of one function, where those are what it concludes.
+    """
 
     label: str
     title: str
     n: int = 0
-    steps: list = field(default_factory=list)
-    rests_on: dict = field(default_factory=dict)
-    supposed: list = field(default_factory=list)
-    conclusion: Step | None = None
+    steps: list[Step] = field(default_factory=list)
+    rests_on: list[str] = field(default_factory=list)
+    supposed: list[tuple[str, Callable[[], bool] | None, str]] = field(default_factory=list)
+    concluded: tuple[Step, ...] = ()
     note: str = ""
+    left_out: str = ""
+    cases: tuple[str, ...] = ()
 
-    def __getitem__(self, key):
-        """What another label concluded, or its step of that name: ``d["eq:C"]``, ``d["eq:C", 1]``."""
+    def __getitem__(self, key: str | tuple[str, str]) -> Any:
+        """What another label concluded, or its step of that name: ``d["eq:C"]``, ``d["eq:C", "1"]``."""
         label, name = key if isinstance(key, tuple) else (key, None)
-        if self.n and self.label.endswith(f"-{self.n}") and label in LABELS and LABELS[label][2]:
-            label = f"{label}-{self.n}"  # a series rests on series to its own order
-        self.rests_on.setdefault(label)
-        other = build(label)
-        if isinstance(other, _Old):
-            return other.of(name)
-        found = other.conclusion if name is None else next(s for s in other.steps if s.name == name)
-        return found.right
+        return self._take(label).right(name)
 
-    def suppose(self, statement, check=None, fails=""):
-        """A condition; with `fails`, one that does not hold as printed, of which `check` is true."""
+    def _take(self, label: str) -> Derivation:
+        if label in LABELS and LABELS[label][2] and self.label.endswith(f"-{self.n}"):
+            label = f"{label}-{self.n}"
+        if label not in self.rests_on:
+            self.rests_on.append(label)
+        return build(label)
+
+    def error(self, label: str) -> Any:
+        """The order of what another label's conclusion leaves out."""
+        other = self._take(label)
+        return other.error() if isinstance(other, _Old) else other.concluded[0].error
+
+    def right(self, name: str | None = None) -> Any:
+        """The right side of the step of a name, or of the conclusion: a tuple where that is several."""
+        if name is not None:
+            return self._step(name).right
+        sides = tuple(s.right for s in self.concluded)
+        return sides[0] if len(sides) == 1 else sides
+
+    def _step(self, name: str) -> Step:
+        (found,) = [s for s in self.steps if s.name == name]
+        return found
+
+    def suppose(
+        self, statement: str, check: Callable[[], bool] | None = None, fails: str = ""
+    ) -> None:
+        """A condition; with `fails`, one that does not hold as printed, and what shows it."""
         self.supposed.append((statement, check, fails))
 
-    def _add(self, *step, **more):
-        if (self.label, step[0]) in CHANGED:  # a mistake made on purpose: its own check is left out
-            step = (*step[:2], CHANGED[self.label, step[0]], lambda *_: True, *step[4:])
-        self.steps.append(Step(*step, **more))
-        self.conclusion = self.steps[-1]
-        return step[2]
+    def _add(self, step: Step) -> Any:
+        if (self.label, step.name) in CHANGED:
+            step.right, step.check = CHANGED[self.label, step.name], lambda *_: True
+        self.steps.append(step)
+        self.concluded = (step,)
+        return step.right
 
-    def eq(self, name, left, right, why="", given=None, by=None):
-        """left = right, by working out `left` (or `by`, where the left side is a name or LaTeX), or by
-        the equations of `given` for it."""
-        def check(stated):
-            if given is None or by is not None:
-                if not equal(left if by is None else by, stated):
-                    return False
-            put = _putting(left, stated)
-            rows = given(stated) if callable(given) else [(put(x), put(y)) for x, y in given or ()]
-            return all(equal(x, y) for x, y in rows)
-        return self._add(name, left, sympy.sympify(right), check, why)
+    def eq(
+        self,
+        name: str,
+        left: Any,
+        right: Any,
+        why: str = "",
+        given: Iterable[tuple[Any, Any]] | Callable[[Any], Iterable[tuple[Any, Any]]] | None = None,
+        by: Any = None,
+    ) -> Any:
+        """left = right, by working out `left`, or `by`; or since the equations of `given` hold.
 
-    def bound(self, name, left, relation, right, why="", certificate=None):
-        """An inequality: the larger side less the smaller has a sign that is seen."""
-        def check(stated):
-            gap = (left - stated) * (1 if ">" in relation else -1)
+        `given` are pairs in which `left` stands, or a function that gives such pairs for a right side.
+        """
+        rows = given if given is None or callable(given) else list(given)
+
+        def check(stated: Any) -> bool:
+            if (rows is None or by is not None) and not equal(left if by is None else by, stated):
+                return False
+            if callable(rows):
+                pairs = list(rows(stated))
+            else:
+                put = _putting(left, stated)
+                pairs = [(put(x), put(y)) for x, y in rows or ()]
+            return all(equal(x, y) for x, y in pairs)
+
+        return self._add(Step(name, left, sympy.sympify(right), check, why))
+
+    def bound(
+        self, name: str, left: Any, relation: str, right: Any, why: str = "", certificate: Any = None,
+        on: Mapping[Any, Any] | None = None,
+    ) -> Any:
+        """An inequality: the larger side less the smaller, or `certificate`, has a sign that is seen.
+
+        `on` puts a range into the assumptions on symbols: ``{mu: 1 + Symbol("m", positive=True)}``.
+        """
+
+        def check(stated: Any) -> bool:
+            gap = ((left - stated) * (1 if ">" in relation else -1)).subs(on or {})
             form = gap if certificate is None else certificate
-            return equal(gap, form) and _not_negative(form)
-        return self._add(name, left, right, check, why, relation)
+            return equal(gap, form) and not_negative(form)
 
-    def order(self, name, left, right, error, exact, at, values, why="", digits=60):
-        """left = right + O(error): |exact - right|/error settles as kappa falls through `at`."""
-        def check(stated, gauge=error):
-            return abs(slope(stated, gauge, exact, tuple(at), values, digits)) < 0.2
-        return self._add(name, left, right, check, why, "=", error)
+        return self._add(Step(name, left, sympy.sympify(right), check, why, relation))
 
-    def conclude(self, name=None, note=""):
-        """The step that is the label's conclusion, the last one if left out."""
-        self.note = note
-        if name is not None:
-            self.conclusion = next(s for s in self.steps if s.name == name)
+    def order(
+        self,
+        name: str,
+        left: Any,
+        right: Any,
+        error: Any,
+        exact: Callable[[Any, Any], Any],
+        at: Iterable[str],
+        values: Mapping[Any, Any],
+        why: str = "",
+        digits: int = 60,
+    ) -> Any:
+        """left = right + O(error): |exact - right|/error settles as the variable runs through `at`.
 
-    def verify(self):
+        ``exact(x, ctx)`` is the left side in an mpmath context; `values` are the numbers of the other
+        symbols, or functions that give them.
+        """
+        right, error, at = sympy.sympify(right), sympy.sympify(error), tuple(at)
+        free = sorted(error.free_symbols - values.keys(), key=lambda s: (s.name != "kappa", s.name))
+
+        def check(stated: Any, gauge: Any = error) -> bool:
+            return bool(abs(slope(stated, gauge, free[0], exact, at, values, digits)) < 0.2)
+
+        return self._add(Step(name, left, right, check, why, "=", error, free[0]))
+
+    def conclude(
+        self, *names: str, note: str = "", error: Any = "", cases: Iterable[str] = ()
+    ) -> None:
+        """State which steps are the conclusion: the last one, if none is named.
+
+        `error` is what it leaves out, as TeX or as an order, where no `order` has measured that.
+        """
+        if names:
+            self.concluded = tuple(map(self._step, names))
+        self.note, self.cases = note, tuple(cases)
+        if isinstance(error, str):
+            self.left_out = error
+        else:
+            self.concluded[0].error = error
+
+    def verify(self) -> list[str]:
         """The steps and conditions that do not hold."""
         wrong = [s.name for s in self.steps if not s.check(s.right)]
         return wrong + [text for text, check, _ in self.supposed if check and check() is not True]
 
 
-def _putting(left, stated):
+def _putting(left: Any, stated: Any) -> Callable[[Any], Any]:
     """What puts `stated` in the place of `left`: of a function at every argument, of a symbol."""
     if isinstance(left, AppliedUndef):
         return lambda e: sympy.sympify(e).replace(
-            left.func, lambda *at: stated.subs(dict(zip(left.args, at, strict=True))))
+            left.func, lambda *at: stated.subs(dict(zip(left.args, at, strict=True)))
+        )
     return lambda e: sympy.sympify(e).subs(left, stated)
-
-
-# -- equality --------------------------------------------------------------------------------------
-
-_WAYS = (
-    lambda e: e, sympy.expand, lambda e: sympy.expand(e.doit(integrals=False)),
-    lambda e: sympy.expand(sympy.numer(sympy.together(e))),
-    lambda e: sympy.powsimp(sympy.expand(e)), sympy.simplify,
-    lambda e: sympy.simplify(e.rewrite(sympy.exp)),
-)
-
-
-def equal(left, right):
-    """True where left.doit() = right is proved; a random point where they differ is asked first."""
-    left, right = sympy.sympify(left), sympy.sympify(right)
-    if left == right:
-        return True
-    if isinstance(left, sympy.Tuple):
-        return len(left) == len(right) and all(map(equal, left, right))
-    gap = worked(left) - right
-    if any(way(gap) == 0 for way in _WAYS[:3]):
-        return True
-    if _differ(gap):
-        return False
-    return any(way(gap) == 0 for way in (_WAYS[:5] if gap.has(Integral) else _WAYS))
-
-
-@cache
-def worked(e):
-    """The value of `e`: all carried out but integrals over arguments of functions without value."""
-    def known(x):
-        if not isinstance(x, Integral):
-            return False
-        held = set().union(*(f.free_symbols for f in x.atoms(AppliedUndef)))
-        empty = any(low == high for _, low, high in x.limits)
-        return empty or not held >= set(x.variables)
-
-    return e.doit(integrals=False).replace(known, lambda x: x.doit())
-
-
-def _differ(gap):
-    """True where `gap` is not 0 at a random point, with random polynomials for functions."""
-    if any(end.is_infinite for x in gap.atoms(Integral) for _, *ends in x.limits for end in ends):
-        return False
-    rng = random.Random(3)
-    for _ in range(2):
-        e = gap
-        for f in sorted({x.func for x in gap.atoms(AppliedUndef)}, key=str):
-            c = [S(rng.randint(-40, 40)) / 37 for _ in range(9)]
-            e = e.replace(f, lambda *a, c=c: c[8] * sympy.prod(a) + sum(
-                c[4 * i % 8 + k] * x**k for i, x in enumerate(a) for k in range(1, 4)))
-        point = {}
-        for s in sorted(gap.free_symbols, key=str):
-            size = S(rng.randint(150, 2900)) / 997
-            if s.is_integer:
-                size = S(rng.randint(2, 7))
-            point[s] = size if s.is_positive else -size if s.is_negative else size * rng.choice((1, -1))
-        e = e.doit(integrals=False)
-        try:
-            value = numeric(e, tuple(point))(*(mpmath.mpf(x.p) / x.q for x in point.values()))
-        except (NameError, TypeError, ValueError, ZeroDivisionError, AttributeError, KeyError):
-            continue
-        if abs(value) > (1e-3 if e.has(Integral) else 1e-9):
-            return True
-    return False
-
-
-def numeric(e, arguments=()):
-    """A SymPy expression as a function in mpmath, printed as it is emitted."""
-    return sympy.lambdify(arguments, e, [{"quad": quad}, "mpmath"], printer=_Numbers({
-        "fully_qualified_modules": False, "order": "none"}))
-
-
-class _Numbers(MpmathPrinter):
-    """mpmath, with one `quad` for each variable of an integral."""
-
-    def _print_Heaviside(self, e):
-        return f"(1 if {self._print(e.args[0])} > 0 else 0)"
-
-    def _print_Integral(self, e):
-        shown = self._print(e.function)
-        for variable, low, high in e.limits:
-            shown = f"quad(lambda {self._print(variable)}: {shown}, {self._print(low)}, {self._print(high)})"
-        return shown
-
-
-def quad(f, a, b):
-    """The integral of f, which has its kinks at -1, 0 and 1."""
-    return mpmath.quad(f, [a, *(k for k in (-1, 0, 1) if a < k < b), b], maxdegree=3,
-                       method="gauss-legendre")
-
-
-def _not_negative(e):
-    """A sign that SymPy sees, that of e^x - 1 and 1 - e^-x for x > 0, of sums and products of such."""
-    if e.is_nonnegative:
-        return True
-    for t in e.args if e.is_Add else ():
-        if isinstance(t, sympy.exp) and e - t == -1 and t.args[0].is_positive:
-            return True
-        if isinstance(-t, sympy.exp) and e - t == 1 and (-t).args[0].is_negative:
-            return True
-    return (e.is_Add or e.is_Mul) and all(map(_not_negative, e.args))
-
-
-@cache
-def _exact(exact, x, digits):
-    with mpmath.workdps(digits):
-        return exact(mpmath.mpf(x), mpmath.mp)
-
-
-def slope(stated, error, exact, at, values, digits):
-    """The logarithmic slope of |exact - stated|/error over the last two points."""
-    names = (kappa_symbol(stated, error), *values)
-    leading, gauge = (numeric(sympy.sympify(e), names) for e in (stated, error))
-    with mpmath.workdps(digits):
-        ratios = []
-        for x in at[-2:]:
-            k = mpmath.mpf(x)
-            numbers = [k, *(v(k, mpmath.mp) if callable(v) else mpmath.mpf(v) for v in values.values())]
-            gap = abs(_exact(exact, x, digits) - leading(*numbers))
-            if gap == 0:
-                return mpmath.inf
-            ratios.append(gap / abs(gauge(*numbers)))
-        x, y = map(mpmath.mpf, at[-2:])
-        return mpmath.log(ratios[1] / ratios[0]) / mpmath.log(y / x)
-
-
-def kappa_symbol(*expressions):
-    return next(s for e in expressions for s in sympy.sympify(e).free_symbols if s.name == "kappa")
-
-
-# -- mutation --------------------------------------------------------------------------------------
-
-
-def mutants(e):
-    """Every change of one coefficient, sign, exponent or limit of an expression."""
-    seen = {e}
-
-    def local(node):
-        if node.is_Add:
-            yield from (node + t for t in node.args)
-            yield from (node - 2 * t for t in node.args)
-        elif node.is_Pow and node.base is not S.Exp1:
-            yield from (node.base ** (node.exp + 1), node.base**-node.exp)
-        elif isinstance(node, (sympy.exp, sympy.log, sympy.tanh)):
-            yield node.func(2 * node.args[0])
-            yield node.func(-node.args[0])
-        elif isinstance(node, Integral):
-            for i, (s, *ends) in enumerate(node.limits):
-                for j, end in enumerate(ends):
-                    if end.is_finite is not False and not end.is_infinite:
-                        moved = [x + int(j == n) for n, x in enumerate(ends)]
-                        yield Integral(node.function, *node.limits[:i], (s, *moved), *node.limits[i + 1:])
-
-    def everywhere(node):
-        yield from local(node)
-        if isinstance(node, (sympy.Derivative, AppliedUndef, sympy.Tuple)):
-            return
-        for i, a in enumerate(node.args):
-            if isinstance(node, sympy.Piecewise):
-                for b in everywhere(a[0]):
-                    yield node.func(*node.args[:i], (b, a[1]), *node.args[i + 1:])
-                continue
-            for b in everywhere(a) if isinstance(a, sympy.Expr) else ():
-                yield node.func(*node.args[:i], b, *node.args[i + 1:])
-
-    if isinstance(e, sympy.Tuple):
-        for i, part in enumerate(e):
-            yield from (sympy.Tuple(*e[:i], m, *e[i + 1:]) for m in mutants(part))
-        return
-    for m in ([S.One] if e == 0 else [2 * e, -e, *everywhere(e)]):
-        if m not in seen and sympy.expand(m - e) != 0:
-            seen.add(m)
-            yield m
-
-
-def survivors(step):
-    """The changes of a step's right side, or of its order, that its check lets pass; and how many."""
-    changed = list(mutants(sympy.sympify(step.right)))
-    alive = [m for m in changed if _passes(step, m)]
-    if step.error is not None:
-        x = kappa_symbol(step.error)
-        orders = [step.error * x, step.error / x]
-        alive += [e for e in orders if step.check(step.right, e)]
-        changed += orders
-    return alive, len(changed)
-
-
-def _passes(step, stated):
-    try:
-        return step.check(stated)
-    except Exception:  # what breaks down has decided nothing
-        return False
