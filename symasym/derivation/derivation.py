@@ -156,8 +156,10 @@ class Derivation:
         return sides[0] if len(sides) == 1 else sides
 
     def _step(self, name: str) -> Step:
-        (found,) = [s for s in self.steps if s.name == name]
-        return found
+        for step in self.steps:
+            if step.name == name:
+                return step
+        raise KeyError(f"{self.label} has no step {name!r}")
 
     def suppose(
         self, statement: str, check: Callable[[], bool] | None = None, fails: str = ""
@@ -210,7 +212,7 @@ class Derivation:
 
         def check(stated: Any) -> bool:
             gap = ((left - stated) * (1 if ">" in relation else -1)).subs(on or {})
-            form = gap if certificate is None else certificate
+            form = gap if certificate is None else sympy.sympify(certificate).subs(on or {})
             return equal(gap, form) and not_negative(form)
 
         return self._add(Step(name, left, sympy.sympify(right), check, why, relation))
@@ -233,7 +235,8 @@ class Derivation:
         symbols, or functions that give them.
         """
         right, error, at = sympy.sympify(right), sympy.sympify(error), tuple(at)
-        free = sorted(error.free_symbols - values.keys(), key=lambda s: (s.name != "kappa", s.name))
+        free = (right.free_symbols | error.free_symbols) - values.keys()
+        free = sorted(free, key=lambda s: (s.name != "kappa", s.name))
 
         def check(stated: Any, gauge: Any = error) -> bool:
             return bool(abs(slope(stated, gauge, free[0], exact, at, values, digits)) < 0.2)
