@@ -212,8 +212,8 @@ class Derivation:
 
         def check(stated: Any) -> bool:
             gap = ((left - stated) * (1 if ">" in relation else -1)).subs(on or {})
-            form = gap if certificate is None else sympy.sympify(certificate).subs(on or {})
-            return equal(gap, form) and not_negative(form)
+            form = gap if certificate is None else sympy.sympify(certificate)
+            return equal(gap, form.subs(on or {})) and not_negative(form)
 
         return self._add(Step(name, left, sympy.sympify(right), check, why, relation))
 
