@@ -1,19 +1,20 @@
 """Section 5.2 and appendix A.1: the mean escape time, forwards and backwards."""
 
 import sympy
-from sympy import DiracDelta, Derivative, Function, Heaviside, Integral, Symbol, exp, oo, tanh
+from sympy import Derivative, DiracDelta, Function, Heaviside, Integral, Symbol, exp, oo, symbols, tanh
 
+from derivations.chapters.section5.stationary import half, q
 from derivations.paper import C, T, V, eps, kappa, lam, p, phi, r, r_physical, t, u, v
 from symasym.derivation.derivation import derives
 
-G, J, R, q, h = map(Function, "GJRqh")
-m, s, k = sympy.symbols("m s k", positive=True)
-c, a = Symbol("c", real=True), Symbol("a", positive=True)
-I0, I1, J0, J1 = sympy.symbols("I0 I1 J0 J1", positive=True)
-half, up = kappa**2 / 2, exp(lam * V(v))
-mode = exp(-m * t)
-ONE_SIDED = ("$I_0, I_1$: integrals of $e^{\\lambda V}$ over $(0, r)$, $(-r, 0)$; $J_0, J_1$: the same with "
-             "the integral of $e^{-\\lambda V}$ from $-r$ up to $v$ as a factor")
+f, g, h, G, J, R = map(Function, "fghGJR")
+m, s, k, a, I0, I1, J0, J1 = symbols("m s k a I0 I1 J0 J1", positive=True)
+c = Symbol("c", real=True)
+up, mode = exp(lam * V(v)), exp(-m * t)
+ONE_SIDED = (r"$I_0, I_1$: integrals of $e^{2 V/\kappa^2}$ over $(0, r)$, $(-r, 0)$ (scaled lengths); $J_0, J_1$: the "
+             r"same with the integral of $e^{-2 V/\kappa^2}$ from $-r$ up to $v$ as a factor (their squares)")
+
+RESIDENCE = "$R(u)$ is $p(u, t)$ integrated over all time (scaled time over length)"
 
 
 def adjoint(f):
@@ -34,9 +35,10 @@ def _halves(kernel, right, left):
     return sum(sympy.simplify(kernel.subs(Heaviside(v), on)) * part for on, part in ((1, right), (0, left)))
 
 
-def transform(e, f, g):
-    """`e` with e^{s u} for f(u), e^{k v} for g(v): equal for all s, k where domains are."""
-    return e.replace(f, lambda x: exp(s * x)).replace(g, lambda x: exp(k * x)).doit()
+def interchange(d, name, first, second, why=""):
+    """A step: integrals of f(u) g(v) over the same domain, as e^{s u} g = e^{k v} show for all s and k."""
+    of = lambda e: e.replace(f, lambda x: exp(s * x)).replace(g, lambda x: exp(k * x))
+    return d.eq(name, first, second, why, lambda e: [(of(e).doit(), of(first).doit())])
 
 
 @derives("eq:tilder", "The scaled radius")
@@ -46,37 +48,36 @@ def scaled_radius(d):
 
 @derives("eq:Ttilde0", "The mean escape time as the time integral of the surviving mass")
 def survival(d):
-    d.suppose("$t G(t) \\to 0$: the surviving mass $G$ decays faster than $1/t$ (exponentially, on a bounded interval)")
-    d.eq("mass moves by a flux", J(u), -phi(u) * q(u) + half * Derivative(q(u), u),
-         "so that $-G'$ is what leaves through $-r$ and $r$ in unit time",
-         [(Derivative(J(u), u), d["eq:FPE", "Lq"])])
-    parts = d.eq("by parts", -t * Derivative(G(t), t) - Derivative(-t * G(t), t), G(t),
-                 "$-G'$ is the density of the escape time: its mean is the integral of $G$")
+    d.suppose(r"$t G(t) \to 0$: the surviving mass $G$ decays faster than $1/t$, as it does on a bounded interval")
+    parts = d.eq("by parts", -t * Derivative(G(t), t) - Derivative(-t * G(t), t), G(t), "$-G'$, what leaves in "
+                 "unit time, is the density of the escape time: its mean is the integral of $G$")
     mean = Integral(parts.replace(G, lambda _: mode), (t, 0, oo)).doit() * Integral(q(u), (u, -r, r))
     d.eq("surviving mass", T, Integral(p(u, t), (u, -r, r), (t, 0, oo)),
          "a mode $q(u) e^{-m t}$ of $p$ has the mean $1/m$ times its mass",
          lambda T: [(T.replace(p, lambda *_: q(u) * mode), mean)])
+    d.conclude(note="$p$ is the density of $u$ at the time $t$, both scaled")
 
 
 @derives("eq:odeR", "The Fokker-Planck equation integrated over all time")
 def integrated(d):
     d.suppose("escape is certain on a bounded interval: $p(u, t) \\to 0$ as $t$ grows")
     start = d.eq("left side of one mode", Integral(Derivative(q(u) * mode, t), (t, 0, oo)), -q(u),
-                 "$p$ is a sum of modes: minus its value at the start, $-\\delta$ in all (eq:BCs2)")
-    of_mode = d.eq("right side of one mode", Integral(mode, (t, 0, oo)) * d["eq:FPE", "Lq"],
-                   adjoint(q(u)) / m, "time integral and operator interchange: $R = q/m$")
+                 "$p$ is a sum of modes $q e^{-m t}$: minus its value at the start, $-\\delta$ in all (eq:BCs2)")
+    of_mode = d.eq("right side of one mode", Integral(mode, (t, 0, oo)) * d["eq:FPE"], adjoint(q(u)) / m,
+                   "time integral and operator interchange: $R = q/m$ for this mode")
     d.eq("in terms of R", r"\mathcal{L}^* R", adjoint(R(u)), by=of_mode.replace(q, lambda x: m * R(x)))
-    d.eq("start at 0", r"\mathcal{L}^* R", -DiracDelta(u), "the modes sum to $\\delta(u)$",
+    d.eq("start at 0", r"\mathcal{L}^* R", -DiracDelta(u), "the modes sum to $\\delta(u)$ at the start (eq:BCs2)",
          by=start.replace(q, DiracDelta))
-    d.conclude("in terms of R", note="$R(u)$ is $p(u, t)$ integrated over all time; the right side is $-\\delta(u)$")
+    d.conclude("in terms of R", "start at 0", note=RESIDENCE)
 
 
 @derives("first-integral", "The flux of R: C to the left of the start, C - 1 to its right")
 def first_integral(d):
-    d.eq("flux", J(u), -phi(u) * R(u) + half * Derivative(R(u), u), "",
+    d.eq("flux", J(u), -phi(u) * R(u) + half * Derivative(R(u), u), "to the left",
          [(Derivative(J(u), u), d["eq:odeR", "in terms of R"])])
     d.eq("integrate once", J(u), C - Heaviside(u), "$C$ left of the start",
          [(Derivative(J(u), u), d["eq:odeR", "start at 0"]), (J(-1), C)])
+    d.conclude(note=r"$J = (\kappa^2/2) R' - \phi R$ is the flux of $R$ to the left")
 
 
 @derives("density-R", "R by an integrating factor")
@@ -85,10 +86,12 @@ def density(d):
     flux = d["first-integral", "flux"].subs(phi(u), -Derivative(V(u), u))
     (slope,) = sympy.solve(flux - d["first-integral"], Derivative(R(u), u))
     product = Derivative(e * R(u), u)
-    rate = d.eq("integrating factor", product.doit().subs(Derivative(R(u), u), slope),
-                lam * e * (C - Heaviside(u)), "$\\phi = -V'$ makes it $\\lambda e^{\\lambda V}$ times the flux")
+    rate = d.eq("integrating factor", product, lam * e * (C - Heaviside(u)),
+                "$\\phi = -V'$ makes it $\\lambda e^{\\lambda V}$ times the flux, $\\lambda = 2/\\kappa^2$",
+                by=product.doit().subs(Derivative(R(u), u), slope))
     d.eq("integrate again", R(u), lam * exp(-lam * V(u)) * Integral((Heaviside(v) - C) * up, (v, u, r)),
          "from $u$ to $r$, where $R$ is 0", [(product, rate), (R(r), 0)])
+    d.conclude(note=RESIDENCE)
 
 
 @derives("eq:C", "C, the probability of leaving through -r")
@@ -96,34 +99,31 @@ def constant(d):
     at_left = by_sides(d["density-R"].subs(u, -r) / lam * exp(lam * V(-r)))
     by = d.eq("R(-r) = 0", C, I0 / (I0 + I1), ONE_SIDED, [(at_left, 0)])
     left = d.eq("splitting probability", h(u), Integral(up, (v, u, r)) / Integral(up, (v, -r, r)),
-                "independently: the probability of leaving through $-r$ from $u$",
+                "independently: the probability of leaving through $-r$ from $u$, by the backward equation",
                 [(half * h(u).diff(u, 2) - V(u).diff(u) * h(u).diff(u), 0), (h(-r), 1), (h(r), 0)])
-    d.eq("at the start", C, Integral(up, (v, 0, r)) / Integral(up, (v, -r, r)),
-         "the same ratio by both routes", lambda found: [(left.subs(u, 0), found), (by_sides(found), by)])
+    d.eq("at the start", C, Integral(up, (v, 0, r)) / Integral(up, (v, -r, r)), "$h(0)$: the same by both routes",
+         lambda found: [(left.subs(u, 0), found), (by_sides(found), by)])
 
 
 @derives("eq:Ttilde", "The mean escape time as a double integral, from the forward equation")
 def escape_time(d):
-    f, g = Function("f"), Function("g")
     (inside, _) = d["eq:Ttilde0"].limits
     of_R = d.eq("order of integration in time and position", T, Integral(R(u), inside),
                 "$R(u)$ is $p(u, t)$ integrated over all time",
                 lambda T: [(T.replace(R, lambda x: Integral(p(x, t), (t, 0, oo))), d["eq:Ttilde0"].func(
                     Integral(p(u, t), (t, 0, oo)), inside))])
     above = Integral((Heaviside(v) - C) * up, (v, u, r))
-    d.eq("R substituted", T, Integral(lam * exp(-lam * V(u)) * above, (u, -r, r)),
-         by=of_R.replace(R, lambda x: d["density-R"].subs(u, x)))
-    first = Integral(f(u) * g(v), (v, u, r), (u, -r, r))
-    swapped = d.eq("order of integration", first, Integral(f(u) * g(v), (u, -r, v), (v, -r, r)),
-                   "$R(u)$ is itself an integral over $v > u$",
-                   lambda e: [(transform(e, f, g), transform(first, f, g))])
+    iterated = d.eq("R substituted", T, Integral(lam * exp(-lam * V(u)) * above, (u, -r, r)),
+                    by=of_R.replace(R, lambda x: d["density-R"].subs(u, x)))
+    swapped = interchange(d, "order of integration", Integral(f(u) * g(v), (v, u, r), (u, -r, r)),
+                          Integral(f(u) * g(v), (u, -r, v), (v, -r, r)), "$R(u)$ is an integral over $v > u$")
     kernel = (Heaviside(v) - C) * exp(lam * (V(v) - V(u)))
+    whole = iterated.function / above * above.function
     found = d.eq("mean escape time", T, lam * Integral(kernel, (u, -r, v), (v, -r, r)),
-                 "$f$ is $\\lambda e^{-\\lambda V}$, $g$ the rest", by=lam * swapped.replace(
-                     f, lambda x: exp(-lam * V(x))).replace(g, lambda x: (Heaviside(x) - C) * exp(lam * V(x))))
+                 "$f(u)\\, g(v)$ is the integrand", by=lam * Integral(whole / lam, *swapped.limits))
     d.eq("by one-sided integrals", T, lam * (I1 * J0 - I0 * J1) / (I0 + I1), ONE_SIDED,
          by=by_sides(found).subs(C, by_sides(d["eq:C"])))
-    d.conclude("mean escape time")
+    d.conclude("mean escape time", note="$C$ is that of eq:C")
 
 
 @derives("backward", "The mean escape time from the backward equation")
@@ -133,27 +133,30 @@ def backward(d):
     slope = d.eq("first integral", S(u), e * (c - lam * down), "of $(\\kappa^2/2) T'' + \\phi T' = -1$, $S = T'$",
                  [(half * S(u).diff(u) - V(u).diff(u) * S(u), -1), (S(-r), c * exp(lam * V(-r)))])
     integral = lambda single, double: (slope / e).expand().subs(down, double / single).expand() * single
-    const = d.eq("both ends absorb", c, lam * (J0 + J1) / (I0 + I1), ONE_SIDED,
+    const = d.eq("both ends absorb", c, lam * (J0 + J1) / (I0 + I1), "the integral of $S$ over $(-r, r)$ is 0",
                  [(integral(I0 + I1, J0 + J1), 0)])
     start = d.eq("at the start 0", T, lam * J0 - lam * (J0 + J1) * I0 / (I0 + I1),
-                 "minus the integral of the slope over $(0, r)$", by=-integral(I0, J0).subs(c, const))
-    d.eq("the same as eq:Ttilde", T, start, by=by_sides(d["eq:Ttilde"]).subs(C, by_sides(d["eq:C"])))
+                 "minus the integral of $S$ over $(0, r)$", by=-integral(I0, J0).subs(c, const))
+    d.eq("the same as eq:Ttilde", T, start, "eq:Ttilde split at $v = 0$, with the $C$ of eq:C",
+         by=d["eq:Ttilde", "by one-sided integrals"])
+    d.conclude(note=ONE_SIDED)
 
 
 @derives("constant-drift", "Constant drift: escape time and exit probability in closed form")
 def constant_drift(d):
-    edge, f = exp(lam * a * r), Function("T")
+    edge, mean = exp(lam * a * r), Function("T")
     L = lambda y: half * y(u).diff(u, 2) + a * y(u).diff(u)
-    left = d.eq("splitting probability", h(u), (exp(-lam * a * u) - 1 / edge) / (edge - 1 / edge), "",
-                [(L(h), 0), (h(-r), 1), (h(r), 0)])
-    mean = d.eq("mean escape time from u", f(u), (r - u) / a - 2 * r / a * left, "",
-                [(L(f), -1), (f(-r), 0), (f(r), 0)])
-    fall = d["eq:V", "V(u)"].replace(phi, lambda _: a).doit()
+    left = d.eq("splitting probability", h(u), (exp(-lam * a * u) - 1 / edge) / (edge - 1 / edge),
+                "of leaving through $-r$ from $u$", [(L(h), 0), (h(-r), 1), (h(r), 0)])
+    time = d.eq("mean escape time from u", mean(u), (r - u) / a - 2 * r / a * left, "the backward equation",
+                [(L(mean), -1), (mean(-r), 0), (mean(r), 0)])
+    fall = d["eq:V"].replace(phi, lambda _: a).doit()
     rise = sympy.expand(exp(lam * fall.subs(u, v)))
     mass = Integral(sympy.expand(exp(-lam * fall)), (u, -r, v)).doit()
     whole = {x: Integral(sympy.expand(rise * w), (v, *over)).doit() for x, w, over in (
         (I0, 1, (0, r)), (I1, 1, (-r, 0)), (J0, mass, (0, r)), (J1, mass, (-r, 0)))}
+    d.eq("from 0", T, r / a * tanh(a * r / kappa**2), "from the equation, and by 'backward'",
+         lambda T: [(time.subs(u, 0), T.rewrite(exp)), (d["backward"].subs(whole), T.rewrite(exp))])
     d.eq("exit through -r, from 0", C, 1 / (1 + exp(2 * a * r / kappa**2)), "and by eq:C",
          lambda C: [(left.subs(u, 0), C), (by_sides(d["eq:C"]).subs(whole), C)])
-    d.eq("from 0", T, r / a * tanh(a * r / kappa**2), "from the equation, and by 'backward'",
-         lambda T: [(mean.subs(u, 0), T.rewrite(exp)), (d["backward"].subs(whole), T.rewrite(exp))])
+    d.conclude("from 0", "exit through -r, from 0", note="$a$ is the drift")
