@@ -22,8 +22,7 @@ from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import float_text
 from symasym.drift.drift import Drift
 from symasym.expansions.balls import LINE, Field, Unresolved
-from symasym.generated import formulas
-from symasym.numbers.balls import BallContext, exact_ball, precision, to_mpf
+from symasym.numbers.balls import exact_ball, precision, to_mpf
 from symasym.scenes import (
     Answer,
     Answers,
@@ -76,14 +75,24 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     return Answers(logs, np.log(2.0) + 4e-15 * (1 + np.abs(logs)), "bound", _EXIT_TERMS, _EXIT_NOTE)
 
 
-class _Formulas(BallContext):
-    """What the derived formulas ask of their context."""
-
-    pi = property(lambda self: arb.pi())
-    sqrt = staticmethod(lambda x: x.sqrt())
+def weak_noise_time(kappa: Any, r: Any, a_plus: Any, low: Any, high: Any, height: Any) -> Any:
+    """T with a well, A' there and at the barrier, and the height between them (eq:Ttildesmall)."""
+    return r / a_plus + 2 * arb.pi() / (-low * high).sqrt() * (2 * height / kappa**2).exp()
 
 
-_BALLS = _Formulas()
+def exit_bound(kappa: Any, r: Any, a_minus: Any, a_plus: Any) -> Any:
+    """Upper bound on C (C-bound)."""
+    return 2 * a_minus * (1 / a_plus + 2 / kappa**2) * (-a_minus * r / kappa**2).exp()
+
+
+def strong_noise_occupation(kappa: Any, a_minus: Any, a_plus: Any) -> Any:
+    """P to leading order (eq:Plarge2)."""
+    return 4 / (kappa**2 * (1 / a_minus - 1 / a_plus))
+
+
+def occupation_bound(kappa: Any, a_minus: Any, a_plus: Any, L: Any, top: Any) -> Any:
+    """Lower bound on P, with V = top at the right edge (L-bound)."""
+    return 1 / (1 + kappa**2 / (2 * L) * ((2 * top / kappa**2).exp() / a_minus - 1 / a_plus))
 
 
 class _Simple(Field):
@@ -155,9 +164,9 @@ def _escape_time(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorK
     _require_start_0(scene, "formula is for start 0, use method='exact'.")
     known, r = well(scene.drift, bits), exact_ball(scene.r)
     if len(known) == 1:
-        return formulas.strong_noise_time(_BALLS, r, *known), "none"
+        return r / known[0], "none"
     kappa = exact_ball(scene.numbers["kappa"])
-    return formulas.weak_noise_time(_BALLS, kappa, r, *known), "none"
+    return weak_noise_time(kappa, r, *known), "none"
 
 
 def _require_start_0(scene: Scene, rest: str) -> None:
@@ -200,13 +209,13 @@ def _exit_bound(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKi
             f"kappa is {scene.noise}, so that exp(3 a- r/(2 kappa^2)) is below 4, where "
             "the paper's bound may fail; use method='bound' or 'exact'."
         )
-    value = formulas.exit_bound(_BALLS, kappa, radius, seen.low, seen.high)
+    value = exit_bound(kappa, radius, seen.low, seen.high)
     return value, "bound"
 
 
 def _occupation(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKind]:
     seen, kappa = _seen(scene.drift, False, bits), exact_ball(scene.numbers["kappa"])
-    share: Any = formulas.strong_noise_occupation(_BALLS, kappa, seen.low, seen.high)
+    share: Any = strong_noise_occupation(kappa, seen.low, seen.high)
     if share < 1:
         return share, "none"
     if seen.potential(arb(1)) > seen.potential(arb(-1)):
@@ -223,6 +232,6 @@ def _occupation(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKi
             left, right = (middle, right) if seen.potential(middle) > top else (left, middle)
         left = right
     rise = top - seen.potential(arb(-1))
-    share = formulas.occupation_bound(_BALLS, kappa, seen.low, seen.high, 1 - left, rise)
+    share = occupation_bound(kappa, seen.low, seen.high, 1 - left, rise)
     # That A has no other zeros is known of polynomials.
     return share, "bound" if scene.drift.exact_coefficients() is not None else "estimate"

@@ -18,6 +18,7 @@ a**2/2
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -27,6 +28,7 @@ import sympy
 from sympy.core.function import AppliedUndef
 
 from symasym.derivation.proof import equal, not_negative, slope
+from symasym.derivation.tex import tex
 
 #: Label -> title, the function that fills its derivation in, the order of a series.
 LABELS: dict[str, tuple[str, Callable[[Derivation], None], int]] = {}
@@ -51,8 +53,8 @@ def derives(label: str, title: str, n: int = 0) -> Any:
 @cache
 def build(label: str) -> Derivation:
     """The derivation of a label with its steps stated; nothing is checked. KeyError for no label."""
-    head, _, order = label.rpartition("-")
-    if order.isdecimal() and head in LABELS and LABELS[head][2]:
+    head, _, order = str(label).rpartition("-")
+    if order in "12345678" and head in LABELS and LABELS[head][2]:
         title, function, _ = LABELS[head]
         d = Derivation(label, f"{title}, to order {order}", int(order))
     elif label in LABELS:
@@ -98,6 +100,42 @@ class Step:
     relation: str = "="
     error: Any = None
     variable: Any = None
+
+    @property
+    def check_kind(self) -> str:
+        """How it was checked, in a word or two."""
+        exact = "symbolically" if self.relation == "=" else "by a sign that is seen"
+        return exact if self.variable is None else "by the slope of the remainder"
+
+    def latex(self) -> str:
+        """``left = right + O(error)``; of tuples, piece by piece."""
+        if isinstance(self.right, sympy.Tuple) and isinstance(self.left, (tuple, sympy.Tuple)):
+            pairs = zip(self.left, self.right, strict=True)
+            return r" ,\quad ".join(f"{tex(a)} = {tex(b)}" for a, b in pairs)
+        shown = self.left if isinstance(self.left, str) else tex(self.left)
+        if isinstance(self.left, str) and shown.endswith(("=", "<", ">", r"\sim", r"\le", r"\ge")):
+            return f"{shown} {self.right_latex()}"
+        sign = {"<=": r"\le", ">=": r"\ge"}.get(self.relation, self.relation)
+        return f"{shown} {sign} {self.right_latex()}"
+
+    def right_latex(self) -> str:
+        """``right + O(error)``, or ``right (1 + O(...))`` where that is shorter."""
+        right = tex(self.right)
+        if self.error is None:
+            return right
+        free = {self.variable} if self.variable is not None else self.error.free_symbols
+        sums = [f for f in sympy.Mul.make_args(self.right) if f.is_Add and f != self.right]
+        for whole in [sympy.S.One] * (not self.right.is_Add) + sums[:1]:
+            front = self.right / whole
+            rest = (self.error / front).as_coeff_Mul()[1]
+            if rest.free_symbols <= free <= self.right.free_symbols:
+                return rf"{tex(front)} \left({tex(whole)} + {_order(rest)}\right)"
+        return f"{right} + {_order(self.error.as_coeff_Mul()[1])}"
+
+
+def _order(e: Any) -> str:
+    shown = tex(e)
+    return rf"O\left({shown}\right)" if r"\frac" in shown else f"O({shown})"
 
 
 @dataclass
@@ -257,6 +295,25 @@ class Derivation:
             self.left_out = error
         else:
             self.concluded[0].error = error
+
+    def leaves_out(self) -> str:
+        """What the conclusion leaves out, in TeX."""
+        orders = [f"${_order(s.error.as_coeff_Mul()[1])}$" for s in self.concluded if s.error is not None]
+        bounds = {"a bound" for s in self.concluded if s.relation != "="}
+        return self.left_out or ", ".join(orders or bounds) or "exact"
+
+    def latex(self) -> str:
+        """What it concludes, in LaTeX."""
+        if not self.cases:
+            shown = r" ,\quad ".join(step.latex() for step in self.concluded)
+            ordered = re.match(r"(relative |next term )?\$?O\(", self.left_out)
+            return shown.replace(" = ", r" \sim ") if ordered else shown
+        left = self.concluded[0].left
+        rows = [f"{tex(s.right)} , & {when}" for s, when in zip(self.concluded, self.cases, strict=True)]
+        tall = any(r"\frac" in row for row in rows)
+        body = (r" \\[1ex] " if tall else r" \\ ").join(r"\displaystyle " * tall + row for row in rows)
+        shown = left if isinstance(left, str) else tex(left)
+        return rf"{shown.removesuffix(' =')} = \begin{{cases}} {body} \end{{cases}}"
 
     def verify(self) -> list[str]:
         """The steps and conditions that do not hold."""

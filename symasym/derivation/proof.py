@@ -91,7 +91,11 @@ def _differ(gap: Any) -> bool:
 
 
 class _Mpmath(MpmathPrinter):  # type: ignore[misc]
-    """SymPy's printer, with integrals one in the other."""
+    """SymPy's printer, with the functions it does not know and integrals one in the other."""
+
+    def _print_Function(self, e: Any) -> str:
+        name, at = type(e).__name__, ", ".join(map(self._print, e.args))
+        return f"{name.removesuffix('prime')}({at}{', derivative=1' * name.endswith('prime')})"
 
     def _print_Heaviside(self, e: Any) -> str:
         return f"(1 if {self._print(e.args[0])} > 0 else 0)"

@@ -19,14 +19,12 @@ from symasym.base.call_context import symbolic
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, choice, count, exact, require_printable
 from symasym.drift.drift import Drift
-from symasym.emit.forms import by_name
 from symasym.expansions import weak
 from symasym.formulas.cases import Case, case_of, found_cases, read_case, slides
 from symasym.formulas.formula import OF_START, Contribution, Expanded, Expansion, Noise
 from symasym.formulas.letters import KAPPA, LAM, Field, Letters, R, Terms, U, X, joined
 from symasym.formulas.strong import strong
 from symasym.formulas.uniform import NAMES, uniform
-from symasym.records import Record
 from symasym.scenes import require_drift
 
 __all__ = ["expand"]
@@ -239,10 +237,10 @@ def _weak(drift: Drift, quantity: Expanded, order: int, start: Fraction, case: C
 
 def _of_constant(A: Expr, quantity: str) -> Expr:
     """T, C or 1 - C of a constant drift from 0, in closed form (constant-drift)."""
-    name = "constant_drift_time" if quantity == "T" else "constant_drift_exit"
-    (value,) = Record.of("constant-drift").values_of(name)
+    if quantity == "T":
+        return R / A * sympy.tanh(A * R / KAPPA**2)
     # In the mirror both ends change places.
-    return by_name(value, {"a": -A if quantity == "1 - C" else A, "kappa": KAPPA, "r": R})
+    return 1 / (1 + sympy.exp(2 * (-A if quantity == "1 - C" else A) * R / KAPPA**2))
 
 
 def _contributions(

@@ -66,12 +66,3 @@ def to_mpf(ball: arb, dps: int) -> tuple[Any, Any]:
     shift = libmp.mpf_abs(libmp.mpf_sub(center, rounded))
     radius = libmp.mpf_add(exact(ball.rad()), shift, 53, "u")
     return mpmath.mp.make_mpf(rounded), mpmath.mp.make_mpf(radius)
-
-
-class BallContext:
-    """What an emitted formula asks of its context (`symasym.generated`), for balls."""
-
-    @staticmethod
-    def exp(x: arb) -> Any:
-        """e^x."""
-        return x.exp()
