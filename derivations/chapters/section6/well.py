@@ -1,57 +1,55 @@
-"""Section 6.2 and appendix A.3, weak noise: the well's term of the escape time."""
+r"""Section 6.2 and appendix A.3, weak noise: the well's term of the escape time."""
 
 import mpmath
 import sympy
-from sympy import Derivative, Function, Integral, Limit, Matrix, Symbol, exp, log, oo, pi, sqrt
+from sympy import Derivative, Integral, Limit, Matrix, Symbol, exp, oo, pi, sqrt
 
+from derivations.chapters.section6.crossing import beside, piece
 from derivations.numerics import WELL as SCENE
-from derivations.numerics import around, integral, well_integral
-from derivations.paper import T, V, a_minus, a_plus, kappa, lam, phi, r, u, u1, u2, v
+from derivations.numerics import Scene, around, integral, well_integral
+from derivations.paper import T, V, a_minus, a_plus, kappa, lam, phi, r, u, u1, u2
 from symasym.derivation.derivation import derives
 
-a, b, h, top = sympy.symbols("uhat vhat h V_top", real=True)
-D, W, S1, S2, depth, height = sympy.symbols("D w s_1 s_2 d g", positive=True)
+a, b, h, V_top, V_1, V_2, c3, c4 = sympy.symbols(r"\hat{u} \hat{v} h V_top V_u1 V_u2 c_3 c_4", real=True)
+D, S1, S2, c2, depth, height = sympy.symbols("D s_1 s_2 c_2 d g", positive=True)
 A1, A2 = Symbol("A_1", negative=True), Symbol("A_2", positive=True)
-V_1, V_2 = sympy.symbols("V_u1 V_u2", real=True)
-G, T1, T2, T3, T4 = sympy.symbols("G T_1 T_2 T_3 T_4")
-prefactor = 2 * pi / sqrt(-A1 * A2)
-leading = prefactor * exp(2 * D / kappa**2)
-first = kappa * sqrt(pi / A2) / a_minus * exp(2 * V_2 / kappa**2)
-third = kappa * sqrt(-pi / A1) / a_plus * exp(2 * (top - V_1) / kappa**2)
-WEAK = ("1e-1", "1e-2", "1e-3", "1e-4")
+G, T1, T2, T3, T4 = sympy.symbols("G T_1:5", positive=True)
+WEAK = ("1e-3", "1e-4")
 
 
-def _of(f):
-    """A number of the scene from its well and barrier."""
-    return lambda k, ctx: f(ctx, *SCENE.roots(ctx))
+def at_scene(scene):
+    """The numbers of a drift with a well and a barrier."""
+    of = lambda f: lambda k, ctx: f(ctx, *scene.roots(ctx))
+    return {
+        D: of(lambda ctx, x, y: scene.V(ctx, y) - scene.V(ctx, x)),
+        A1: of(lambda ctx, x, y: scene.phi(ctx, x, 1)), A2: of(lambda ctx, x, y: scene.phi(ctx, y, 1)),
+        V_1: of(lambda ctx, x, y: scene.V(ctx, x)), V_2: of(lambda ctx, x, y: scene.V(ctx, y)),
+        a_minus: lambda k, ctx: scene.end(ctx, -1), a_plus: lambda k, ctx: scene.end(ctx, 1),
+        V_top: lambda k, ctx: scene.V(ctx, ctx.mpf(1)),
+    }
 
 
-AT = {
-    D: _of(lambda ctx, x, y: SCENE.V(ctx, y) - SCENE.V(ctx, x)),
-    A1: _of(lambda ctx, x, y: SCENE.phi(ctx, x, 1)), A2: _of(lambda ctx, x, y: SCENE.phi(ctx, y, 1)),
-    V_1: _of(lambda ctx, x, y: SCENE.V(ctx, x)), V_2: _of(lambda ctx, x, y: SCENE.V(ctx, y)),
-    a_minus: lambda k, ctx: SCENE.end(ctx, -1), a_plus: lambda k, ctx: SCENE.end(ctx, 1),
-    top: lambda k, ctx: SCENE.V(ctx, ctx.mpf(1)),
-}
+AT = at_scene(SCENE)
 
 
-def by_quadrature(number, low):
-    """The integral of e^{+-lam V} about a zero of the drift, on from `low`, at high precision."""
-    def exact(k, ctx):
-        sign, at = (-1, 1)[number], SCENE.roots(ctx)[number]
-        width = 1 / ctx.sqrt(sign * 2 / k**2 * SCENE.phi(ctx, at, 1))
-        near = around(ctx, at, width, low, 1)
-        value = integral(ctx, lambda x: ctx.exp(sign * 2 / k**2 * (SCENE.V(ctx, x) - SCENE.V(ctx, at))), near)
-        return value * ctx.exp(sign * 2 / k**2 * SCENE.V(ctx, at))
-    return exact
+def about(scene, zero, low, high, k, ctx):
+    """The integral of e^{+-lam V} about a zero of the drift (0 the well, 1 the barrier), by quadrature."""
+    rate, at = (-2, 2)[zero] / k**2, scene.roots(ctx)[zero]
+    ends = around(ctx, at, 1 / ctx.sqrt(rate * scene.phi(ctx, at, 1)), low, high)
+    value = integral(ctx, lambda x: ctx.exp(rate * (scene.V(ctx, x) - scene.V(ctx, at))), ends)
+    return value * ctx.exp(rate * scene.V(ctx, at))
+
+
+def exact_well(k, ctx):
+    return well_integral(ctx, SCENE, k)
 
 
 def exact_first(k, ctx):
-    return by_quadrature(1, 0)(k, ctx) / SCENE.end(ctx, -1)
+    return about(SCENE, 1, 0, 1, k, ctx) / SCENE.end(ctx, -1)
 
 
 def exact_third(k, ctx):
-    return by_quadrature(0, -1)(k, ctx) * ctx.exp(2 / k**2 * SCENE.V(ctx, ctx.mpf(1))) / SCENE.end(ctx, 1)
+    return about(SCENE, 0, -1, 1, k, ctx) * ctx.exp(2 / k**2 * SCENE.V(ctx, ctx.mpf(1))) / SCENE.end(ctx, 1)
 
 
 def one_size(k, ctx):
@@ -60,117 +58,110 @@ def one_size(k, ctx):
 
 
 def exact_time(k, ctx):
-    r, ap = one_size(k, ctx), SCENE.end(ctx, 1)
-    return (well_integral(ctx, SCENE, k) + exact_first(k, ctx) + exact_third(k, ctx)
-            + (r - 1) / ap - k**2 / (2 * ap**2))
+    fourth = (one_size(k, ctx) - 1) / SCENE.end(ctx, 1) - k**2 / (2 * SCENE.end(ctx, 1) ** 2)
+    return exact_well(k, ctx) + exact_first(k, ctx) + exact_third(k, ctx) + fourth
 
 
 @derives("laplace-substitution", "The substitution at the saddle")
 def substitution(d):
     at = Matrix([u1 + kappa * a, u2 + kappa * b])
-    (_, low, high), (_, start, end) = next(iter(d["eq:fourPieces", "T_2"].atoms(Integral))).limits
-    solve = lambda value, x: sympy.solve(value, x)[0]
-    d.eq("Jacobian", r"\partial(u, v)/\partial(\hat u, \hat v)", kappa**2, by=at.jacobian([a, b]).det())
-    d.eq("v at its lower limit", r"\hat v|_{v = 0}", -u2 / kappa, by=solve(at[1] - start, b))
-    d.eq("v at its upper limit", r"\hat v|_{v = 1}", (1 - u2) / kappa, by=solve(at[1] - end, b))
-    d.eq("u at its lower limit", r"\hat u|_{u = -1}", (-1 - u1) / kappa, by=solve(at[0] - low, a))
-    d.eq("u at its upper limit", r"\hat u|_{u = v}", b + (u2 - u1) / kappa, by=solve(at[0] - high.subs(v, at[1]), a))
-    c2, c3, c4 = sympy.symbols("c2:5", real=True)
+    _, (_, start, _) = piece(d, 2).limits
+    d.eq("Jacobian", r"\partial(u, v)/\partial(\hat u, \hat v) =", kappa**2, by=at.jacobian([a, b]).det())
+    d.eq("v at its lower limit", r"\hat v|_{v = 0} =", -u2 / kappa, by=sympy.solve(at[1] - start, b)[0],
+         why=r"the other limits of eq:fourPieces are $(1 - u_2)/\kappa$, $(-1 - u_1)/\kappa$ and "
+             r"$\hat v + (u_2 - u_1)/\kappa$")
     local = V_1 + c2 * h**2 / 2 + c3 * h**3 / 6 + c4 * h**4 / 24
-    d.eq("V at the saddle", r"V(u) \sim", V_1 + c2 * kappa**2 * a**2 / 2, "$V'(u_1) = 0$; the rest is "
-         "$O(\\kappa^3)$, odd at that order", by=sympy.series(local.subs(h, kappa * a), kappa, 0, 3).removeO())
+    d.eq("V at the saddle", r"V(u) \sim", V_1 + c2 * kappa**2 * a**2 / 2, "$V'(u_1) = 0$; the rest is odd "
+         r"at $O(\kappa^3)$", by=sympy.series(local.subs(h, kappa * a), kappa, 0, 3).removeO())
+    d.conclude(error=r"$O(\kappa^3)$", note=r"$u = u_1 + \kappa \hat u$ and $v = u_2 + \kappa \hat v$, where $\hat u$ "
+               "is in roots of scaled time; $c_2 = V''(u_1)$, 1/scaled time")
 
 
 @derives("gaussian-step", "Both Gaussian integrals over the whole line")
 def gaussian(d):
-    bend = (d["laplace-substitution"] - V_1).subs(Symbol("c2", real=True), S1)
+    bend = (d["laplace-substitution"] - V_1).subs(c2, S1)
     one = d.eq("one Gaussian", kappa * Integral(exp(-lam * bend), (a, -oo, oo)), kappa * sqrt(pi / S1),
                "$s_1 = V''(u_1)$")
     whole = lam * d["laplace-substitution", "Jacobian"] * Integral(
-        exp(-S1 * a**2), (a, -oo, oo)) * Integral(exp(-S2 * b**2), (b, -oo, oo))
+        exp(-S1 * a**2) * exp(-S2 * b**2), (a, -oo, oo), (b, -oo, oo))
     both = d.eq("Gaussians", whole, 2 * pi / sqrt(S1 * S2),
-                "$s_2 = -V''(u_2)$; what the finite limits cut off is exponentially small",
-                lambda G: [(lam * one * one.subs(S1, S2), G)], whole)
-    bend = d.eq("V'' = -A'", V(u).diff(u, 2), -Derivative(phi(u), u), by=Derivative(d["eq:V", "V(u)"], (u, 2)))
-    d.eq("in terms of A'", G, prefactor, by=both.subs(
+                "$s_2 = -V''(u_2)$; what the finite limits cut off is exponentially small; a product of two",
+                lambda product: [(lam * one * one.subs(S1, S2), product)], whole)
+    bend = d.eq("V'' = -A'", Derivative(V(u), (u, 2)), -Derivative(phi(u), u), by=Derivative(d["eq:V"], (u, 2)))
+    d.eq("in terms of A'", G, 2 * pi / sqrt(-A1 * A2), by=both.subs(
         {x: sign * bend.subs(Derivative(phi(u), u), A) for x, sign, A in ((S1, 1, A1), (S2, -1, A2))}))
+    d.conclude(note=r"$G$, a scaled time, is $\lambda$ times the integral of "
+                    r"$e^{-(V''(u_1) (u - u_1)^2 - V''(u_2) (v - u_2)^2)/\kappa^2}$ over $u$ and $v$")
 
 
 @derives("eq:secondTerm", "The second piece: Kramers' time and its first correction")
 def second(d):
     d.suppose("two simple roots $-1 < u_1 < u_2 < 1$ of $A$, and $u_2 > 0$")
-    lead = d.eq("leading term", r"T_2 \sim", leading, by=d["gaussian-step"] * exp(lam * D))
-    d.eq("logarithm", log(lead), log(2 * pi) + 2 * D / kappa**2 - log(-A1 * A2) / 2,
-         "finite where the term itself overflows", lambda e: [(exp(e), lead)])
-    exact = lambda k, ctx: well_integral(ctx, SCENE, k)
-    d.order("sharp order", T2, lead, lead * kappa**2, exact, WEAK, AT,
-            "the odd order cancels: $O(\\kappa^2)$, where the paper has $O(\\kappa)$")
-    c, q = sympy.symbols("c_2:5", real=True), sympy.symbols("q_2:5", real=True)
-    known = d["saddle-series", "first correction"]
-    well = d.eq("correction of one saddle", r"Q_1/\lambda",
-                kappa**2 / 2 * (5 * c[1]**2 / (24 * c[0]**3) - c[2] / (8 * c[0]**2)),
+    lead = d.eq("leading term", r"T_2 \sim", 2 * pi / sqrt(-A1 * A2) * exp(2 * D / kappa**2),
+                by=d["gaussian-step"] * exp(lam * D))
+    d.order("sharp order", T2, lead, lead * kappa**2, exact_well, WEAK, AT,
+            r"the odd order cancels: $O(\kappa^2)$, where the paper has $O(\kappa)$")
+    c, q = (c2, c3, c4), sympy.symbols("q_2:5", real=True)
+    well = d.eq("correction of one saddle", r"Q_1/\lambda =", kappa**2 / 2 * (5 * c3**2 / (24 * c2**3) - c4 / (8 * c2**2)),
                 "$c_j = V^{(j)}(u_1)$, and $q_j = -V^{(j)}(u_2)$ at the barrier",
-                by=known.subs({s: x for s in known.free_symbols for x in c if s.name == x.name}) / lam)
-    bends = {x: _of(lambda ctx, x, y, j=j, n=n: (-1, 1)[n] * SCENE.phi(ctx, (x, y)[n], j))
+                by=d["saddle-series", "first correction"] / lam)
+    bends = {x: lambda k, ctx, j=j, n=n: (-1, 1)[n] * SCENE.phi(ctx, SCENE.roots(ctx)[n], j)
              for n, row in enumerate((c, q)) for j, x in enumerate(row, 1)}
-    d.order("next order", T2, lead * (1 + well + well.subs(dict(zip(c, q)))), lead * kappa**4, exact,
+    d.order("next order", T2, lead * (1 + well + well.subs(dict(zip(c, q, strict=True)))), lead * kappa**4, exact_well,
             WEAK, AT | bends)
-    d.conclude("sharp order", note="$D = V(u_2) - V(u_1)$, the height of the barrier")
+    d.conclude("sharp order", note=r"$D = V(u_2) - V(u_1)$, the height of the barrier. With its first correction, "
+               r"$1 + (\kappa^2/2) (Q(u_1) + Q(u_2))$, the error is relative $O(\kappa^4)$: "
+               r"$Q = 5 c_3^2/(24 c_2^3) - c_4/(8 c_2^2)$, with $c_j$ the derivatives of $V$ at the well and of "
+               r"$-V$ at the barrier (saddle-series)")
 
 
 @derives("eq:fourthTerm2", "The fourth piece in weak noise")
 def fourth_weak(d):
-    beyond = kappa**2 / (2 * a_plus**2) * (1 - exp(-2 * a_plus * (r - 1) / kappa**2))
-    closed = d.eq("closed form", T4, (r - 1) / a_plus - beyond, by=d["eq:fourthTerm", "closed form"])
-    d.eq("as kappa -> 0", Limit(closed.subs(r, 1 + W), kappa, 0).subs(W, r - 1), r / a_plus - 1 / a_plus,
-         "the exponential is below any power of $\\kappa$",
-         lambda e: [(sympy.limit(closed.subs(r, 1 + W), kappa, 0), e.subs(r, 1 + W))])
+    beyond = d["eq:fourthTerm", "closed form"].subs(r, 1 + height)
+    d.eq("as kappa -> 0", r"T_4 \sim", r / a_plus - 1 / a_plus, "the exponential in the closed form is "
+         r"below any power of $\kappa$", by=Limit(beyond, kappa, 0).doit().subs(height, r - 1))
+    d.conclude(error=r"$O(\kappa^2)$")
 
 
 @derives("other-pieces", "The first and the third piece in weak noise")
 def others(d):
-    def beyond(sign, side, low, high):
-        """e^{-lam V} or e^{lam V} over one side of the layer, as kappa -> 0."""
-        fall = sympy.expand(d["eq:V2", "V(u)"][1 + side] - d["eq:V2", "V(u)"][1 + side].subs(u, side))
-        whole = sympy.expand(sympy.integrate(sympy.expand(exp(sign * lam * fall)), (u, low, high)))
-        return whole.replace(exp, lambda _: 0)
-
     gauss = d["gaussian-step", "one Gaussian"]
-    (_, *inner), (_, *outer) = next(iter(d["eq:fourPieces", "T_1"].atoms(Integral))).limits
-    before = d.eq("leading part of the first", r"T_1 \sim", first,
-         by=lam * beyond(-1, -1, *inner) * gauss.subs(S1, A2) * exp(lam * V_2))
-    d.order("first piece", T1, before, before * kappa**2, exact_first, WEAK, AT,
-            "the integral of $e^{-\\lambda V}$ over $(-r, -1)$, times a Gaussian at the barrier")
-    (_, *inner), (_, *outer) = next(iter(d["eq:fourPieces", "T_3"].atoms(Integral))).limits
-    after = d.eq("leading part of the third", r"T_3 \sim", third,
-         by=lam * gauss.subs(S1, -A1) * beyond(1, 1, *outer) * exp(lam * (top - V_1)))
-    d.order("third piece", T3, after, after * kappa**2, exact_third, WEAK, AT,
-            "a Gaussian at the well, times the integral of $e^{\\lambda V}$ over $(1, r)$")
-    second = d["eq:secondTerm"].subs(D, V_2 - V_1)
-    d.eq("first against the well's term", T1 / T2, kappa * sqrt(-A1) / (2 * a_minus * sqrt(pi))
-         * exp(lam * V_1), "exponentially small: $V(u_1) < 0$", by=before / second)
-    d.eq("third against the well's term", T3 / T2, kappa * sqrt(A2) / (2 * a_plus * sqrt(pi))
-         * exp(lam * (top - V_2)), "exponentially small: $V(1) < V(u_2)$", by=after / second)
-    d.suppose("$V(u_1) < V(-1) = 0$ and $V(1) < V(u_2)$: $\\phi > 0$ left of $u_1$ and right of $u_2$",
-              lambda: bool(AT[V_1](0, mpmath.mp) < 0 and AT[top](0, mpmath.mp) < AT[V_2](0, mpmath.mp)))
-    d.suppose("$V(u_1) < V(1)$ (the third piece; else what $u = 1$ contributes, $O(\\kappa^2)$, is larger)")
-    d.conclude("third piece", note="$T_1$ and $T_3$ are exponentially smaller than $T_2$")
+    (_, *left), _ = piece(d, 1).limits
+    _, (_, *right) = piece(d, 3).limits
+    for name, side, leading, by, exact, why in (
+        ("first", T1, kappa * sqrt(pi / A2) / a_minus * exp(2 * V_2 / kappa**2),
+         lam * beside(d, -1, -1, *left) * gauss.subs(S1, A2) * exp(lam * V_2), exact_first,
+         r"the integral of $e^{-\lambda V}$ over $(-r, -1)$, times a Gaussian at the barrier"),
+        ("third", T3, kappa * sqrt(-pi / A1) / a_plus * exp(2 * (V_top - V_1) / kappa**2),
+         lam * gauss.subs(S1, -A1) * beside(d, 1, 1, *right) * exp(lam * (V_top - V_1)), exact_third,
+         r"a Gaussian at the well, times the integral of $e^{\lambda V}$ over $(1, r)$"),
+    ):
+        found = d.eq(f"leading part of the {name}", side, leading, why, by=by)
+        d.order(f"{name} piece", side, found, leading * kappa**2, exact, WEAK, AT)
+    low, high, edge = (lambda x=x: AT[x](0, mpmath.mp) for x in (V_1, V_2, V_top))
+    d.suppose("$V(u_1) < V(-1) = 0$ and $V(1) < V(u_2)$: $\\phi > 0$ left of $u_1$ and right of $u_2$; so both are "
+              "exponentially smaller than $T_2$", lambda: bool(low() < 0 and edge() < high()))
+    d.suppose(r"$V(u_1) < V(1)$ (the third piece; else what $u = 1$ contributes, $O(\kappa^2)$, is larger)")
+    d.conclude("first piece", "third piece", note="$T_1$ and $T_3$ are exponentially smaller than $T_2$, the well's "
+               "term of eq:secondTerm")
 
 
 @derives("eq:Ttildesmall", "The mean escape time in weak noise")
 def small(d):
-    d.suppose("$u_1$ and $u_2$ are simple zeros; $u_1$, $u_2$, 0 and 1 are several $\\kappa$ apart")
-    d.suppose("the formula holds up to the fold", fails="friction, mu = 3, z0 = -777/1000, kappa = 1/10")
-    d.suppose("the formula holds up to $u_2 = 1$", fails="friction, mu = 3, z0 = -1/10000, kappa = 1/10")
-    formula = d.eq("sum", r"T \sim", leading + r / a_plus, "the second and the fourth piece, the latter for "
-                   "large $r$", by=d["eq:secondTerm"] + sympy.expand(d["eq:fourthTerm2"]).coeff(r) * r)
-    small = {"T_1/T_2": d["other-pieces", "first against the well's term"].subs(V_1, -depth),
-             "T_3/T_2": d["other-pieces", "third against the well's term"].subs(V_2, top + height),
-             "C": d["C-bound", "C_high"]}
-    for name, e in small.items():
-        d.eq(f"{name} is left out", Limit(sympy.powsimp(e) / kappa**8, kappa, 0), sympy.S.Zero,
-             "below any power of $\\kappa$")
+    d.suppose(r"$u_1$ and $u_2$ are simple zeros; $u_1$, $u_2$, 0 and 1 are several $\kappa$ apart")
+    d.suppose("the formula holds up to the fold", fails=r"friction, $\mu = 3$, $z_0 = -777/1000$, $\kappa = 1/10$")
+    d.suppose("the formula holds up to $u_2 = 1$", fails=r"friction, $\mu = 3$, $z_0 = -1/10000$, $\kappa = 1/10$")
+    second = d["eq:secondTerm"]
+    first, third = (x / second.subs(D, V_2 - V_1) for x in d["other-pieces"])
+    adds = [d.eq(f"what {name} adds", Limit(sympy.powsimp(sympy.expand(e)) / kappa**8, kappa, 0), 0,
+                 rf"${left}$ is below any power of $\kappa$") for name, left, e in (
+        ("the first piece", "T_1/T_2", first.subs(V_1, -depth)), ("C", "C", d["C-bound"]),
+        ("the third piece", "T_3/T_2", third.subs(V_2, V_top + height)))]
+    formula = d.eq("sum", r"T \sim", 2 * pi / sqrt(-A1 * A2) * exp(2 * D / kappa**2) + r / a_plus,
+                   "the second and the fourth piece, the latter for large $r$",
+                   by=second * (1 + sum(adds)) + sympy.expand(d["eq:fourthTerm2"]).coeff(r) * r)
     d.order("order, where both terms are of one size", T, formula, kappa**2 * exp(2 * D / kappa**2), exact_time,
-            ("1e-1", "3e-2", "1e-2", "3e-3"), AT | {r: one_size},
-            "$r = e^{2D/\\kappa^2}$; relative $O(\\kappa^2)$ for the exponential term, $O(1)$ for the other")
-    d.conclude(note="$D = V(u_2) - V(u_1)$; the paper has eq:S before the exponential term, 0 without a well")
+            ("1e-2", "3e-3"), AT | {r: one_size},
+            r"$r = e^{2 D/\kappa^2}$; relative $O(\kappa^2)$ for the exponential term, $O(1)$ for the other")
+    d.conclude(note="$D = V(u_2) - V(u_1)$, the height of the barrier of a well with $0 < u_2 < 1$; the paper has $S$ of "
+               "eq:S before the exponential term, 0 without such a well")

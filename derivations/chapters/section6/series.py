@@ -1,0 +1,198 @@
+r"""Section 6.2, weak noise: the corrections of a well or a barrier to eq:Ttildesmall, to any order.
+
+The first two are stated as textbooks have them, the others as Perron's formula gives them, which the library
+evaluates. From a start on the well or the barrier half of it counts, odd powers enter, and the double integral beside
+the start.
+"""
+
+from fractions import Fraction
+from functools import cache
+from itertools import pairwise
+from types import SimpleNamespace
+
+import sympy
+from sympy import EulerGamma, Integral, Rational, S, Symbol, exp, expand, factorial, gamma, log, oo, pi, sqrt
+
+from derivations.chapters.section6.well import S1, c2, c3, c4
+from derivations.numerics import Scene, around, integral
+from derivations.paper import kappa
+from symasym.derivation.derivation import derives
+from symasym.series.local import corner, finite_parts_in_s, gaussian
+from symasym.series.power_series import Series
+
+c5, c6, h, s, t = sympy.symbols("c_5 c_6 h s t", real=True)
+lam, e, Q = sympy.symbols(r"lam \delta Q", positive=True)
+n, z = Symbol("n", integer=True, positive=True), Symbol("z")
+LARGE = ("1e5", "1e6")
+NUMBERS = ["one", "two", "three", "four", "five", "six", "seven", "eight"]
+TIMES = ["first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth"]
+TEXTBOOK = {1: 5 * c3**2 / (24 * c2**3) - c4 / (8 * c2**2),
+            2: (385 * c3**4 / (1152 * c2**6) - 35 * c3**2 * c4 / (64 * c2**5) + 35 * c4**2 / (384 * c2**4)
+                + 7 * c3 * c5 / (48 * c2**4) - c6 / (48 * c2**3))}
+OF_V = r"$c_j = V^{(j)}$ there, a scaled velocity over scaled length to the power $j - 1$, and $\lambda = 2/\kappa^2$"
+
+
+def generic(c):
+    """The series 1, c[0], ... over polynomials in letters, and the way back."""
+    polynomials, *letters = sympy.ring([f"x{k}" for k in range(len(c))], sympy.QQ)
+    return Series([polynomials.one, *letters]), lambda x: x.as_expr(*c) if hasattr(x, "as_expr") else S(x)
+
+
+RING = SimpleNamespace(two=S(2), euler=EulerGamma, log=log, ratio=Rational, generic=generic,
+                       gamma=lambda k: gamma(Rational(k, 2)), root=lambda x, k: x ** Rational(k, 2))
+
+
+def derivatives(last):
+    return c2, *sympy.symbols(f"c_3:{last + 1}", real=True)
+
+
+def scene_of(order):
+    """A well at 1/10, with enough powers of u for the derivatives of V not to be 0."""
+    more = (Fraction((-1) ** k, 20) for k in range(5, 2 * order + 1))
+    factor = (0, 1, Fraction(1, 3), Fraction(-1, 4), Fraction(1, 2), Fraction(1, 5), *more, 0)
+    scene = Scene(tuple(Fraction(b, 10) - a for a, b in pairwise(factor)))
+    at = {x: lambda _, ctx, j=j: -scene.phi(ctx, ctx.mpf(1) / 10, j) for j, x in enumerate(derivatives(2 * order + 2), 1)}
+    return scene, at
+
+
+def share(scene, *sides):
+    """int e^{-lam V} to these sides of the well over its Gaussian, by quadrature."""
+    def exact(rate, ctx):
+        low = ctx.mpf(1) / 10
+        width, bottom = 1 / ctx.sqrt(-rate * scene.phi(ctx, low, 1)), scene.V(ctx, low)
+        ends = around(ctx, low, width, -1 if -1 in sides else low, 1 if 1 in sides else low)
+        value = integral(ctx, lambda u: ctx.exp(-rate * (scene.V(ctx, u) - bottom)), ends)
+        return value / (width * ctx.sqrt(2 * ctx.pi))
+    return exact
+
+
+def beyond_gaussian(d, c):
+    local = sum(x * h**j / factorial(j) for j, x in enumerate(c, 2))
+    return d.eq("beyond the Gaussian", r"\lambda (V(u) - V(u_1)) - c_2 s^2/2 \sim",
+                sum(x * s**j * e ** (j - 2) / factorial(j) for j, x in enumerate(c[1:], 3)),
+                r"$u = u_1 + \delta s$ with $\delta = \lambda^{-1/2}$", by=expand(local.subs(h, e * s) / e**2 - c2 * s**2 / 2))
+
+
+def powers(rest, top):
+    """E_0 to E_top, the powers of e in exp(-rest), by n E_n = -sum of p r_p E_(n - p)."""
+    found = [S.One]
+    for m in range(1, top + 1):
+        found.append(expand(-sum(p * rest.coeff(e, p) * found[m - p] for p in range(1, m + 1)) / m))
+    return found
+
+
+def mean(terms, moment):
+    """The integral of a polynomial in s, term by term."""
+    return sum(a * moment(m) for (m,), a in sympy.Poly(terms, s).terms())
+
+
+def phi(c, barrier=False):
+    """-V' in powers of u - u1, or V' of a barrier."""
+    return [S.Zero, *((1 if barrier else -1) * x / factorial(j) for j, x in enumerate(c, 1))]
+
+
+@derives("saddle-series", "Corrections to Laplace's method at a well or a barrier", n=2)
+def saddle_series(d):
+    d.suppose("$V' = 0$ and $V'' > 0$ at the well; at a barrier $-V$ takes the place of $V$")
+    c = derivatives(2 * d.n + 2)
+    even = powers(beyond_gaussian(d, c), 2 * d.n)
+    whole = d.eq("Gaussian", Integral(exp(-c2 * s**2 / 2), (s, -oo, oo)), sqrt(2 * pi / c2), "that of gaussian-step with "
+                 r"$\kappa = \sqrt{2} \delta$", [(d["gaussian-step", "one Gaussian"].subs({kappa: sqrt(2) * e, S1: c2}) / e,
+                 sqrt(2 * pi / c2))], Integral(exp(-c2 * s**2 / 2), (s, -oo, oo)))
+    moment = d.eq("Gaussian moments", Integral(s ** (2 * n) * exp(-c2 * s**2 / 2), (s, -oo, oo)) / whole,
+                  2**n * gamma(n + Rational(1, 2)) / (sqrt(pi) * c2**n), "odd powers of $s$, as of $\\delta$, have none")
+    peak, series = gaussian(phi(c), d.n + 1, RING), S.One
+    scene, values = scene_of(d.n)
+    for k in range(1, d.n + 1):
+        series += d.eq(f"{TIMES[k - 1]} correction", f"Q_{k} =", TEXTBOOK.get(k) or expand(peak[k] / peak[0]),
+                       rf"the mean of $[\delta^{{{2 * k}}}]$ of the exponential, and Perron's formula",
+                       lambda stated, k=k: [(mean(even[2 * k], lambda m: moment.subs(n, m // 2)), stated),
+                                            (peak[k] / peak[0], stated)]) / lam**k
+        if d.n == 2 or k == d.n:
+            d.order(f"order after {NUMBERS[k - 1]}", Q, series, lam ** -(k + 1), share(scene, -1, 1), LARGE, values,
+                    r"$\lambda \to \infty$", 40 + 10 * d.n)
+    d.conclude(note=r"$Q$ is $\int e^{-\lambda V}$ about the well over its Gaussian; " + OF_V)
+
+
+@derives("saddle-start", "Laplace's method from a start on a well or a barrier", n=1)
+def saddle_start(d):
+    d.suppose("$V' = 0$ and $V'' > 0$ at the start; at a barrier $-V$ takes the place of $V$")
+    c, top = derivatives(2 * d.n + 3), 2 * d.n + 1
+    rest = beyond_gaussian(d, c)
+    odd = powers(rest, top)
+    moment = d.eq("moments of half a Gaussian", Integral(s ** (2 * n + 1) * exp(-c2 * s**2 / 2), (s, 0, oo)),
+                  2**n * factorial(n) / c2 ** (n + 1), "over $s > 0$ odd powers do not vanish")
+    peak, beside = gaussian(phi(c), d.n + 1, RING, step=1)[1::2], S.Zero
+    for k in range(d.n + 1):
+        beside += d.eq(f"{TIMES[k]} odd term", f"P_{k} =", expand(peak[k]) if k else -c3 / (3 * c2**2),
+                       rf"the integral of $[\delta^{{{2 * k + 1}}}]$, and Perron's formula",
+                       lambda stated, k=k: [(mean(odd[2 * k + 1], lambda m: moment.subs(n, m // 2)), stated),
+                                            (peak[k], stated)]) / lam**k
+    half = 2 ** (z / 2) * gamma(1 + z / 2)
+    mellin = (gamma(1 + z) * 2 ** (-z / 2 - 1) * gamma(-z / 2),
+              half * sqrt(pi) * gamma(-z / 2) / (2 * gamma((1 - z) / 2)))
+    finite = [sympy.simplify(sympy.series(x, z, 0, 1).removeO().coeff(z, 0)) for x in mellin]
+    first = [d.eq(f"first double integral beside a {name}", rf"\mathrm{{f.p.}} \int_0^\infty ds \int_{ends} {power} \, dt =",
+                  (log(2) + EulerGamma) / 2, "in units of $c_2 = 1$: Mellin's transform at its pole", by=value)
+             for name, ends, power, value in (("well", r"s^\infty", "e^{(s^2 - t^2)/2}", finite[0]),
+                                              ("barrier", "0^s", "e^{(t^2 - s^2)/2}", finite[1]))]
+    for barrier, name in enumerate(("well", "barrier")):
+        worked = double(rest, c, top, barrier, first[barrier] + log(c2 * lam) / 2)
+        for k, stated in enumerate(evaluated(c, d.n, barrier)):
+            d.eq(f"double integral beside a {name}, {k}", rf"[\delta^{{{k + 2}}}] N =", stated, "what the start adds to the "
+                 "finite part of the regular part, as it is evaluated; by parts from the first", by=worked[k])
+    even = 1 + sum(d["saddle-series", f"{TIMES[k]} correction"] / lam ** (k + 1) for k in range(d.n))
+    scene, values = scene_of(d.n + 1)
+    for side, name in ((-1, "left"), (1, "right")):
+        d.order(f"to the {name}", "H_+" if side > 0 else "H_-", even / 2 + side * sqrt(c2 / (2 * pi * lam)) * beside,
+                lam ** -(d.n + 1), share(scene, side), LARGE, values, "half of the corrections, and the odd terms, whose "
+                "signs change with the side", 40 + 10 * d.n)
+    d.conclude(note=r"$H_+$ is $\int e^{-\lambda V}$ to the right of the start over the Gaussian of the whole well; " + OF_V
+               + ". $N$ is what the start adds to the double integral on its right")
+
+
+def evaluated(c, order, barrier):
+    """Coefficients of delta^2, delta^3, ... of the double integral beside the start, as the library evaluates them.
+
+    Even powers by Mellin's transform; what is odd in s or t is a product of one-sided series.
+    """
+    field, count = phi(c, barrier), order + 1
+    half = [x / 2 for x in gaussian(field, count, RING)]
+    odd = gaussian(field, count, RING, step=1)[1::2]
+    other = [x * (-1) ** k for k, x in enumerate(odd)]
+    plain, logs = corner([2 * x for x in half], barrier, RING)
+    more, found = finite_parts_in_s(field, count, RING), []
+    for k in range(count):
+        even, mixed = (sum(x[i] * other[m - i] for i in range(m + 1)) for x, m in ((odd, k - 1), (half, k)))
+        found.append(plain[k] + logs[k] * log(lam) + more[k] - (even if barrier else 0))
+        found.append(-mixed if barrier else mixed)
+    return [expand(sympy.expand_log(x)) for x in found]
+
+
+def double(rest, c, top, barrier, first):
+    """The same from both exponentials in powers of delta, term by term."""
+    @cache
+    def pair(i, j):
+        """The finite part of the double integral of s^i t^j, t > s at a well, t < s at a barrier.
+
+        K_j = int_s^oo t^j e^((s^2 - t^2)/2) dt = s^(j - 1) + (j - 1) K_(j - 2) and K_j' = s K_j - s^j, those of a
+        barrier with other signs; powers of s have no finite part, and s^(i - 1) K_0 adds its values at the ends.
+        """
+        if j > 1:
+            return (1 - j if barrier else j - 1) * pair(i, j - 2)
+        if j == 1:
+            return -(2 ** (Rational(i - 1, 2)) * gamma(Rational(i + 1, 2))) if barrier else S.Zero
+        if i < 2:
+            return first if i == 0 else S.Zero if barrier else -sqrt(pi / 2)
+        far = 0 if i % 2 else sympy.factorial2(i - 3)
+        before = (i - 1) * pair(i - 2, 0)
+        return before - far if barrier else (-1) ** (i // 2 - 1) * far - before
+
+    (outer, x), (inner, y) = ((rest, s), (-rest, t)) if barrier else ((-rest, s), (rest, t))
+    outer, inner = (powers(a.subs(s, b), top) for a, b in ((outer, x), (inner, y)))
+    found = []
+    for m in range(top + 1):
+        terms = sympy.Poly(expand(sum(outer[k] * inner[m - k] for k in range(m + 1))), s, t).terms()
+        total = sum(a * pair(i, j) / c2 ** Rational(i + j + 2, 2) for (i, j), a in terms)
+        found.append(expand(total if barrier else -total))
+    return found
