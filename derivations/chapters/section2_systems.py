@@ -29,5 +29,5 @@ def continuity(d):
          "second argument goes along, is the value outside", [(inside.subs(y, -eps), below.subs(y, -eps))])
     d.eq("upper edge", F(1, eps, z), f_plus(eps, z), r"the same for $y \to \varepsilon$",
          [(inside.subs(y, eps), above.subs(y, eps))])
-    d.conclude("lower edge", "upper edge", note=r"$f^-$, $F(y/\varepsilon, \cdot)$ and $f^+$ are the fields below, in "
-               "and above the layer (eq:genPerturbed)")
+    d.conclude("lower edge", "upper edge", note=r"$f^-$, $F(y/\varepsilon, \cdot)$, $f^+$ are the fields below, "
+               "in and above the layer (eq:genPerturbed)")

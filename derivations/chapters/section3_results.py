@@ -16,7 +16,7 @@ def unscaled(d, e):
     return e.subs({x: d[at] for x, at in scales.items() if e.has(x)})
 
 
-@derives("eq:eekappar", "What the ordering of scales implies: r/kappa^2 is large")
+@derives("eq:eekappar", "What the ordering of scales implies: $r/\\kappa^2$ is large")
 def scales(d):
     q, s = symbols("q s", positive=True)
     d.suppose(r"$0 < \varepsilon, \kappa_p < r_p < 1$ (eq:eekappar, with $<$ for $\ll$)")
@@ -62,7 +62,7 @@ def escape_strong(d):
                note=r"in weak noise, with $\phi > 0$, the error is $O(\varepsilon) + O(r_p^2)$, by eq:S")
 
 
-@derives("eq:Tsmall", "The noise at which the well's term equals r/a+")
+@derives("eq:Tsmall", "The noise at which the well's term equals $r/a^+$")
 def escape_weak(d):
     D, A_1, A_2 = Symbol("D", positive=True), Symbol("A_1", negative=True), Symbol("A_2", positive=True)
     d.suppose("a well at $u_1$ and a barrier at $u_2$, $0 < u_2 < 1$")

@@ -4,13 +4,13 @@ import sympy
 from sympy import Derivative, Function, Limit, Matrix, Symbol, exp, sign, sqrt, symbols
 
 from derivations.chapters.section2_systems import F, f_minus, f_plus, inside, y, z
-from derivations.paper import eps, kappa, phi, t, u
+from derivations.paper import eps, kappa, phi, r_physical, t, u
 from derivations.paper import kappa_physical as k_p
 from symasym.derivation.derivation import derives
 
 A, f = Function("A"), Function("f")
 b = symbols("b1:4", real=True)
-dt, dW = Symbol("dt", positive=True), symbols("dW1:4", real=True)
+dt, dW, *dW_j = symbols("dt dW dW1:4", real=True)
 PIECES = r"u \le -1", r"-1 \le u \le 1", r"u \ge 1"
 NOISES = "the $W_j$ are independent Brownian motions"
 
@@ -18,35 +18,34 @@ NOISES = "the $W_j$ are independent Brownian motions"
 @derives("eq:scaledSDE", "Coefficients frozen at the origin, and the remainder")
 def frozen(d):
     rho, h = symbols("rho h", positive=True)
-    c, s, f_0, f_x, f_y, f_xx = symbols("c s f_0 f_x f_y f_xx", real=True)
+    c, s, f_0, f_x, f_y, f_xx = symbols("c s f(0) f_x f_y f_xx", real=True)
     near = lambda x, y: f_0 + f_x * x + f_y * y + f_xx * x**2
     d.suppose("$f^-$, $f^+$, $F$ and $D$ are smooth near the origin, with slopes of at most $M$ there")
-    origin = d.eq("frozen at the origin", r"f(x) \sim", f_0, r"the value at a distance $\rho = |x| \le r_p$, but "
-                  r"for $M \rho$ at most, by the mean value theorem", by=Limit(near(c * rho, s * rho), rho, 0))
     at_a, at_b = symbols("a b", real=True)
     slope = d.eq("slope along a ray", Derivative(f(c * h, s * h), h),
                  c * sympy.Subs(Derivative(f(at_a, s * h), at_a), at_a, c * h)
                  + s * sympy.Subs(Derivative(f(c * h, at_b), at_b), at_b, s * h), "the chain rule")
-    rest = Limit((near(c * rho, s * rho) - origin) / rho, rho, 0)
-    d.eq("remainder over the distance", rest, c * f_x + s * f_y, "no less than $O(r_p)$ unless this slope is 0",
-         lambda found: [(slope.replace(f, near).doit().subs(h, 0), found), (rest, found)])
-    d.conclude("frozen at the origin", "remainder over the distance", error="$O(r_p)$", note="$f$ is any of the "
-               "coefficients $f^-$, $f^+$, $F$ and $D$ of eq:genSDE, $f_0$, $f_x$, $f_y$ its value and its slopes at "
-               r"the origin; $x = \rho\, (c, s)$")
+    value = near(c * rho, s * rho)
+    d.eq("frozen at the origin", "f(x)", f_0, r"at $x = \rho\, (c, s)$; the remainder is at most $M \rho$, "
+         r"by the mean value theorem, and no less than $O(\rho)$ unless the slope is 0",
+         lambda origin: [(Limit(value, rho, 0), origin),
+                         (Limit((value - origin) / rho, rho, 0), slope.replace(f, near).doit().subs(h, 0))])
+    d.conclude(error=rho, note=r"$f$ is any of the coefficients $f^-, f^+, F, D$ of eq:genSDE, $\rho = |x|$ the "
+               "distance from the origin, at most $O(r_p)$")
 
 
 @derives("eq:scaledSDEx", "The component across the surface")
 def component(d):
-    field = Matrix([Function(f"F_{k}")(u) for k in (1, 2, 3)])
+    field = Matrix([Function("F_1")(u), A(u), Function("F_3")(u)])
     D = Matrix(3, 3, symbols("d_1:4(1:4)", real=True))
-    d.eq("project", "dy", field[1] * dt + k_p * (D[1, 0] * dW[0] + D[1, 1] * dW[1] + D[1, 2] * dW[2]),
+    d.eq("project", "dy", field[1] * dt + k_p * (D[1, 0] * dW_j[0] + D[1, 1] * dW_j[1] + D[1, 2] * dW_j[2]),
          "$e_2$, the second of three coordinates, is across the surface",
-         by=(Matrix([[0, 1, 0]]) * (field * dt + k_p * D * Matrix(dW)))[0])
-    d.conclude(error="$O(r_p)$", note=r"$u = y/\varepsilon$; the drift $F$ and the noise matrix, of entries $d_{ij}$, are "
-               "taken at the origin (eq:scaledSDE); " + NOISES)
+         by=(Matrix([[0, 1, 0]]) * (field * dt + k_p * D * Matrix(dW_j)))[0])
+    d.conclude(error=r_physical, note=r"$u = y/\varepsilon$; the second component of the drift, $A(u)$ inside "
+               "the layer, and the entries $d_{ij}$ of $D$ are taken at the origin (eq:scaledSDE); " + NOISES)
 
 
-@derives("noise-amplitude", "Independent noises through B add up to one of amplitude |B|")
+@derives("noise-amplitude", "Independent noises through $B$ add up to one of amplitude $|B|$")
 def amplitude(d):
     theta = Symbol("theta", real=True)
     square = b[0]**2 + b[1]**2 + b[2]**2
@@ -75,12 +74,12 @@ def scaled_drift(d):
 
 def moments(e):
     """The rates of the means of y and of y^2 at y = 0 for dy = e: the drift and the variance."""
-    return e.coeff(dt), sum(e.coeff(x)**2 for x in dW)
+    return e.coeff(dt), sum(e.coeff(x)**2 for x in (dW, *dW_j))
 
 
 @derives("eq:reducedSDE", "One dimension, one noise")
 def reduced(d):
-    three = sympy.expand(d["eq:scaledSDEx"].replace(Function("F_2"), phi).subs(
+    three = sympy.expand(d["eq:scaledSDEx"].replace(A, phi).subs(
         dict(zip(symbols("d_21:24", real=True), b, strict=True))))
     drift, variance = moments(three)
     mean = lambda found, g: found.replace(f, lambda _: g).doit()
@@ -91,10 +90,10 @@ def reduced(d):
                      "of three independent noises",
                      lambda L: [(mean(L, y), drift), (mean(L, y**2), 2 * y * drift + variance)])
     first, second = mean(generator, y), mean(generator, y**2) - 2 * y * mean(generator, y)
-    d.eq("one noise", "dy", phi(u) * dt + k_p * sqrt(b[0]**2 + b[1]**2 + b[2]**2) * dW[0], "of the same generator",
-         lambda e: [*zip(moments(e), (first, second), strict=True), (e.coeff(dW[0]), sqrt(moments(e)[1]))])
-    d.conclude(error="$O(r_p)$", note=r"$u = y/\varepsilon$; the $b_j$ are the entries of $D(0)$ that act on $y$, "
-               "$W_1$ is a Brownian motion")
+    d.eq("one noise", "dy", phi(u) * dt + k_p * sqrt(b[0]**2 + b[1]**2 + b[2]**2) * dW, "of the same generator",
+         lambda e: [*zip(moments(e), (first, second), strict=True), (e.coeff(dW), sqrt(moments(e)[1]))])
+    d.conclude(error=r_physical, note=r"$u = y/\varepsilon$; the $b_j$ are the entries of $D(0)$ that act on $y$; "
+               "$W$ is a Brownian motion")
 
 
 @derives("eq:tildexykappa", "The scaling that makes the layer of unit size")
@@ -113,13 +112,13 @@ def reduced_scaled(d):
     X, time, K = (d["eq:tildexykappa", x] for x in ("u", "t_s", "kappa"))
     (unscaled,) = sympy.solve(K - kappa, k_p)
     one = d["eq:reducedSDE"].subs(dict(zip(b, (1, 0, 0), strict=True)))
-    d.eq("in scaled variables", "du", phi(u) * dt + kappa * dW[0],
+    d.eq("in scaled variables", "du", phi(u) * dt + kappa * dW,
          r"the paper's $\kappa_p$ has $|B|$ in it from here on",
-         by=(one * X.diff(y)).subs({dt: dt / time.diff(t), dW[0]: dW[0] / sqrt(time.diff(t)), k_p: unscaled}))
-    d.conclude(note="time is $t_s$, and $W_1$ a Brownian motion in it")
+         by=(one * X.diff(y)).subs({dt: dt / time.diff(t), dW: dW / sqrt(time.diff(t)), k_p: unscaled}))
+    d.conclude(note="$t$ is the scaled time from here on, and $W$ a Brownian motion in it")
 
 
-@derives("regions", "Sliding, crossing, repelling: the signs of a- and a+")
+@derives("regions", "Sliding, crossing, repelling: the signs of $a^-$ and $a^+$")
 def regions(d):
     speeds, x = symbols("a_minus a_plus", real=True), Function("u")
     rates = [Derivative(x(t)**2, t).doit().subs(Derivative(x(t), t), speed).subs(x(t), end)
@@ -128,5 +127,5 @@ def regions(d):
          1 + (sign(speeds[0]) - sign(speeds[1])) / 2,
          r"where $d u^2/dt$ is negative, $-2 a^-$ at $u = -1$ and $2 a^+$ at $u = 1$",
          by=sum((1 - sign(rate)) / 2 for rate in rates))
-    d.conclude(note="2 is attracting sliding ($a^- > 0 > a^+$), 1 crossing, 0 repelling sliding; $a^-$ or $a^+$ is "
-               "0 at a tangency, between these regions")
+    d.conclude(note="2 is attracting sliding ($a^- > 0 > a^+$), 1 crossing, 0 repelling sliding; between these "
+               "regions $a^-$ or $a^+$ is 0, a tangency")

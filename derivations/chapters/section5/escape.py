@@ -11,8 +11,8 @@ f, g, h, G, J, R = map(Function, "fghGJR")
 m, s, k, a, I0, I1, J0, J1 = symbols("m s k a I0 I1 J0 J1", positive=True)
 c = Symbol("c", real=True)
 up, mode = exp(lam * V(v)), exp(-m * t)
-ONE_SIDED = (r"$I_0, I_1$: integrals of $e^{2 V/\kappa^2}$ over $(0, r)$, $(-r, 0)$ (scaled lengths); $J_0, J_1$: the "
-             r"same with the integral of $e^{-2 V/\kappa^2}$ from $-r$ up to $v$ as a factor (their squares)")
+ONE_SIDED = (r"$I_0, I_1$: integrals of $e^{2 V/\kappa^2}$ over $(0, r)$, $(-r, 0)$ (scaled lengths); $J_0, J_1$: "
+             r"the same with the integral of $e^{-2 V/\kappa^2}$ from $-r$ up to $v$ as a factor (their squares)")
 
 RESIDENCE = "$R(u)$ is $p(u, t)$ integrated over all time (scaled time over length)"
 
@@ -71,7 +71,7 @@ def integrated(d):
     d.conclude("in terms of R", "start at 0", note=RESIDENCE)
 
 
-@derives("first-integral", "The flux of R: C to the left of the start, C - 1 to its right")
+@derives("first-integral", "The flux of $R$: $C$ to the left of the start, $C - 1$ to its right")
 def first_integral(d):
     d.eq("flux", J(u), -phi(u) * R(u) + half * Derivative(R(u), u), "to the left",
          [(Derivative(J(u), u), d["eq:odeR", "in terms of R"])])
@@ -80,7 +80,7 @@ def first_integral(d):
     d.conclude(note=r"$J = (\kappa^2/2) R' - \phi R$ is the flux of $R$ to the left")
 
 
-@derives("density-R", "R by an integrating factor")
+@derives("density-R", "$R$ by an integrating factor")
 def density(d):
     e = exp(lam * V(u))
     flux = d["first-integral", "flux"].subs(phi(u), -Derivative(V(u), u))
@@ -94,7 +94,7 @@ def density(d):
     d.conclude(note=RESIDENCE)
 
 
-@derives("eq:C", "C, the probability of leaving through -r")
+@derives("eq:C", "$C$, the probability of leaving through $-r$")
 def constant(d):
     at_left = by_sides(d["density-R"].subs(u, -r) / lam * exp(lam * V(-r)))
     by = d.eq("R(-r) = 0", C, I0 / (I0 + I1), ONE_SIDED, [(at_left, 0)])
@@ -115,7 +115,7 @@ def escape_time(d):
     above = Integral((Heaviside(v) - C) * up, (v, u, r))
     iterated = d.eq("R substituted", T, Integral(lam * exp(-lam * V(u)) * above, (u, -r, r)),
                     by=of_R.replace(R, lambda x: d["density-R"].subs(u, x)))
-    swapped = interchange(d, "order of integration", Integral(f(u) * g(v), (v, u, r), (u, -r, r)),
+    swapped = interchange(d, "order of integration", Integral(f(u) * g(v), *above.limits, *iterated.limits),
                           Integral(f(u) * g(v), (u, -r, v), (v, -r, r)), "$R(u)$ is an integral over $v > u$")
     kernel = (Heaviside(v) - C) * exp(lam * (V(v) - V(u)))
     whole = iterated.function / above * above.function
@@ -159,4 +159,5 @@ def constant_drift(d):
          lambda T: [(time.subs(u, 0), T.rewrite(exp)), (d["backward"].subs(whole), T.rewrite(exp))])
     d.eq("exit through -r, from 0", C, 1 / (1 + exp(2 * a * r / kappa**2)), "and by eq:C",
          lambda C: [(left.subs(u, 0), C), (by_sides(d["eq:C"]).subs(whole), C)])
-    d.conclude("from 0", "exit through -r, from 0", note="$a$ is the drift")
+    d.conclude("from 0", "exit through -r, from 0", "mean escape time from u",
+               note="the third line is the time from $u$")

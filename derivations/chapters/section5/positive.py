@@ -34,9 +34,9 @@ def positive_form(d):
     d.eq("chance of leaving on the left", C, 1 / (1 + sigma_left / sigma_right), "eq:C",
          lambda C: [(C.subs(carried), by_sides(d["eq:C"]))])
     d.conclude("from both sweeps", "chance of leaving on the left", note=(
-        r"on either side of the start, $\sigma = \Sigma/s$ (a scaled length), where $s = e^{2 V/\kappa^2}$ and $\Sigma$ "
-        r"is its integral from the end, and $w$ is $2 s/(\kappa^2 \Sigma)$ times the integral of $\Sigma/s$ from the "
-        "end (scaled time over length), summed over both sides"))
+        r"on either side of the start, $\sigma = \Sigma/s$ (a scaled length), where $s = e^{2 V/\kappa^2}$ and "
+        r"$\Sigma$ is its integral from the end; $w$ is $2 s/(\kappa^2 \Sigma)$ times the integral of $\Sigma/s$ "
+        "from there (scaled time over length), both sides added"))
 
 
 @derives("positive-density", "The stationary density and the occupation, in positive terms")
@@ -47,12 +47,12 @@ def positive_density(d):
                     r"$M_l$, $M_r$: integrals of $e^{-\lambda V}$ over both sides of $u$; $s = e^{\lambda V(u)}$",
                     [(steady * s * (M_left + M_right), 1)])
     normal = d.eq("density of mass 1", p_ss(u), 1 / (s * (M_left + M_right)), by=steady.subs(K, constant))
-    d.eq("density", p_ss(u), rate / w, r"$w = \lambda s (M_l + M_r)$, to which a tail adds $1/|a^\pm|$ at the edge",
+    d.eq("density", p_ss(u), rate / w, r"$w = \lambda s (M_l + M_r)$; at an edge, a tail adds $1/|a^\pm|$",
          lambda p: [(p.subs(w, rate * s * (M_left + M_right)), normal)])
     d.eq("occupation", Symbol("P"), 1 / (1 + M / N), by=d["eq:P"])
     d.conclude("density", "occupation", note=(
-        r"$w = \lambda e^{\lambda V(u)}$ times the integral of $e^{-\lambda V}$ over all positions (scaled time over "
-        r"length), $\lambda = 2/\kappa^2$; $N$, $M$: integrals of $e^{-\lambda V}$ inside and outside the layer"))
+        r"$w = \lambda e^{\lambda V(u)}$ times the integral of $e^{-\lambda V}$ over all positions (scaled time "
+        r"over length), $\lambda = 2/\kappa^2$; $N$, $M$: those of $e^{-\lambda V}$ inside and outside the layer"))
 
 
 @derives("constant-panel", "Integrals over a panel of constant drift")
@@ -60,19 +60,20 @@ def constant_panel(d):
     size = Symbol("x", positive=True)
     e = lambda drift, at: exp(expand(d["eq:V"].replace(phi, lambda _: drift).doit().subs(u, at - 1)))
     down, up = Integral(e(size, t), (t, 0, 1)), Integral(e(-size, t), (t, 0, 1)) / e(-size, 1)
-    single = d.eq("single", down, (1 - exp(-size)) / size, "$V$ falls; where it rises, over its largest value",
-                  lambda E: [(down, E), (up, E)])
+    single = d.eq("single", E_s, (1 - exp(-size)) / size, "the same where $V$ falls and where it rises",
+                  [(E_s, down), (E_s, up)])
     double = lambda drift: Integral(e(drift, v) / e(drift, t), (v, 0, t), (t, 0, 1))
-    for name, left, right in (("double, V falls", e(size, 1) * double(size), (E_s - exp(-size)) / size),
-                              ("double, V rises", double(-size), (1 - E_s) / size)):
-        d.eq(name, left, right, "by the single one: no $x^2$, which may be as large as float64 allows",
-             lambda e, left=left: [(left, e.subs(E_s, single))])
+    why = "by the single one: no $x^2$, which may be as large as float64 allows"
+    d.eq("double, V falls", Symbol("D_-"), (E_s - exp(-size)) / size, why,
+         lambda D: [(e(size, 1) * double(size), D.subs(E_s, single))])
+    d.eq("double, V rises", Symbol("D_+"), (1 - E_s) / size, why, lambda D: [(double(-size), D.subs(E_s, single))])
     d.conclude("single", "double, V falls", "double, V rises", note=(
-        r"$x = \lambda |a| h$ for a panel of width $h$ and drift $a$; $E_s$ is the first line; in units of $h$, and of "
-        r"$h^2$ the double integrals of $e^{\lambda (V(v) - V(u))}$, $v < u$, each integrand over its largest value"))
+        r"$x = \lambda |a| h$ for a panel of width $h$ and drift $a$; $E_s$, in units of $h$, is the integral of "
+        r"$e^{\lambda V}$; $D_-$ and $D_+$, of $h^2$, those of $e^{\lambda (V(v) - V(u))}$ over $v < u$ where $V$ "
+        "falls and rises; each integrand over its largest value"))
 
 
-@derives("panel-step", "One step of the sweep: sigma and w across a panel")
+@derives("panel-step", "One step of the sweep: $\\sigma$ and $w$ across a panel")
 def panel_step(d):
     E, F, D, end, Sigma = symbols("E F D e Sigma", positive=True)
     after = d.eq("sigma", r"\sigma_b", (sigma + E) / end, r"$\Sigma$ grows by $s E$, $s$ by the factor $e$",
@@ -85,12 +86,13 @@ def panel_step(d):
                  by=after.subs(scaled))
     second = d.eq("w, scaled", "w_b", (fall * w + rate * F_s) / (climb + E_s / sigma) + rate * D_s / grown,
                   r"no number grows with $\lambda$", by=later.subs(scaled))
-    begun = d.eq("sigma from an absorbing end", Limit(first, sigma, 0), E_s / fall)
-    d.eq("w from an absorbing end", Limit(second, sigma, 0), rate * D_s / E_s,
+    begun = d.eq("sigma from an absorbing end", r"\lim_{\sigma \to 0} \sigma_b", E_s / fall,
+                 by=Limit(first, sigma, 0))
+    d.eq("w from an absorbing end", r"\lim_{\sigma \to 0} w_b", rate * D_s / E_s,
          r"the same panel on either side of the start: $T = \lambda D$ by positive-form, with $K_l = K_r = D$",
          lambda e: [(Limit(second, sigma, 0), e), (d["positive-form", "from both sweeps"].subs(
              {sigma_left: begun, sigma_right: begun, w: 2 * e}), rate * D_s / fall)])
     d.conclude("sigma, scaled", "w, scaled", "sigma from an absorbing end", "w from an absorbing end", note=(
-        r"from $u = a$ to $u = b$; $f = e^{-\lambda |V(b) - V(a)|}$ where $V$ falls, $c$ where it rises, the other is "
-        r"1; $E_s$, $F_s$ and $D_s$ are the panel's integrals of $e = e^{\lambda (V - V(a))}$, of $1/e$ and of "
+        r"from $u = a$ to $u = b$; $f$ is $e^{-\lambda |V(b) - V(a)|}$ where $V$ falls and $c$ where it rises, else "
+        r"1; $E_s$, $F_s$, $D_s$ are the panel's integrals of $e = e^{\lambda (V - V(a))}$, of $1/e$ and of "
         r"$e(v)/e(u)$, $v < u$, each integrand over its largest value; $\sigma$ and $w$ as in positive-form"))

@@ -22,7 +22,7 @@ def fokker_planck(d):
          -Derivative(phi(u) * q(u), u) + half * Derivative(q(u), (u, 2)),
          "by parts: the density's operator is the adjoint of the one for expectations",
          lambda forward: [(g(u) * forward - q(u) * backward, Derivative(boundary, u).doit())])
-    d.conclude(note=r"$\partial p/\partial t_s = \mathcal{L}^* p$ for the density $p$ of $u$ at a time; $q$ is arbitrary")
+    d.conclude(note=r"$\partial p/\partial t = \mathcal{L}^* p$ for the density $p$ of $u$ at the scaled time $t$")
 
 
 @derives("eq:V", "The potential")
@@ -50,7 +50,7 @@ def steady_state(d):
     d.suppose("$a^- > 0 > a^+$, for $K > 0$ to exist: else a tail, hence the mass, is infinite")
     of = lambda p, e: e.replace(q, lambda x: p.subs(u, x)).replace(V, lambda x: d["eq:V"].subs(u, x))
     d.eq("density of zero flux", p_ss(u), K * exp(-2 * V(u) / kappa**2),
-         r"$\mathcal{L}^* p_{ss} = 0$: the flux $(\kappa^2/2) p_{ss}' - \phi p_{ss}$ is constant, and 0 as at infinity",
+         r"$\mathcal{L}^* p_{ss} = 0$: the flux $(\kappa^2/2) p_{ss}' - \phi p_{ss}$ is constant: 0, by its ends",
          lambda p: [(of(p, d["eq:FPE"]), 0), (of(p, half * Derivative(q(u), u) - phi(u) * q(u)), 0),
                     (of(p, q(-1)), K)])
     d.conclude(note="$K$ is the density at $u = -1$ (1/scaled length); it follows from the whole mass, 1 (eq:P)")
