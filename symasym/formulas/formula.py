@@ -18,14 +18,11 @@ from symasym.base.estimate import Answer
 from symasym.base.inputs import Numbers, shown
 from symasym.derivation.printing import tex
 from symasym.drift.drift import Drift
-from symasym.emit import emit
-from symasym.emit.forms import as_printed
-from symasym.emit.program import Program
-from symasym.emit.source import check_target, rendered
 from symasym.formulas.cases import Case, found_cases
-from symasym.formulas.emitted import plain_name, program
 from symasym.formulas.leading import Leading, leading
 from symasym.formulas.letters import KAPPA, LAM, FinitePart, R, Row, U, X
+from symasym.formulas.numbers import numbers_of
+from symasym.formulas.strong import written_out
 from symasym.quantities import escape_time, exit_probability, occupation
 
 __all__ = ["OF_START", "Contribution", "Expanded", "Expansion", "Noise"]
@@ -135,7 +132,7 @@ class Expansion:
     @cached_property
     def expression(self) -> Expr:
         """The formula in kappa, r, the parameters, and u1, u2, ... where these are not solved."""
-        return self.put_in(as_printed(self.formula))
+        return self.put_in(written_out(self.formula))
 
     def put_in(self, expression: Expr) -> Expr:
         """An expression with the definitions put in."""
@@ -200,30 +197,22 @@ class Expansion:
         known["complement"] = self.quantity != "C"
         return exit_probability(self.drift, kappa, r, start=self.start, **known)
 
-    @symbolic
-    def emit(self, target: str = "numpy", name: str = "f", *, patience: float | None = None) -> Any:
+    def functions(self, name: str = "f") -> Any:
+        """The formula as functions to emit (`symasym.emit.Function`)."""
+        from symasym.emit.expansions import of_expansion
+
+        return of_expansion(self, numbers_of(self), name)
+
+    def emit(self, target: str = "numpy", name: str = "f") -> Any:
         """Source code of the formula, its free symbols being the arguments (`symasym.emit`).
 
         Of a drift with free parameters critical points without a closed form are arguments, too,
         where A is a polynomial; of a bound one they and the regular part are numbers. There is
-        ``log_NAME`` as well, finite where T is not. InputError where critical points may be
-        complex, or A is no polynomial and has free parameters.
+        ``log_NAME`` as well, finite where T is not, but for ``noise="uniform"``.
         """
-        check_target(target)
-        if target == "latex":
-            text = Program("expression", f"{self.quantity} to order {self.order}", (),
-                           latex=self.latex())  # fmt: skip
-            return rendered(text, target)
-        if self.noise == "uniform":
-            from symasym.formulas.uniform import code
+        from symasym.emit import emit
 
-            return code(self, target, name)
-        if not self.sums and self.noise == "weak" and self.quantity in OF_START:
-            # In closed form, or one product.
-            e = self.expression
-            plain = {s: Symbol(plain_name(s.name), **s._assumptions_orig) for s in e.free_symbols}
-            return emit(e.xreplace(plain), target, name=name)
-        return rendered(program(self, name), target)
+        return emit(self, target, name=name)
 
     # -- as text ----------------------------------------------------------------------------
 
@@ -235,7 +224,7 @@ class Expansion:
         polynomial is in `definitions`.
         """
         left = "p_{ss}(y)" if self.quantity == "density" else self.quantity
-        rows, met = self._rows(left, r"\sim", as_printed(self.formula)), self._met(self.integrals)
+        rows, met = self._rows(left, r"\sim", written_out(self.formula)), self._met(self.integrals)
         made: dict[tuple[str, ...], None] = {}
         for s in met:
             if s in self.definitions:
@@ -294,7 +283,7 @@ class Expansion:
         case = "" if self.noise == "strong" else f", case '{self.case}'"
         rows = [
             f"{self.quantity} of {self.drift!r}, {self.noise} noise to order {self.order}{case}",
-            f"  {self.quantity} ~ {as_printed(self.formula)}",
+            f"  {self.quantity} ~ {written_out(self.formula)}",
         ]
         if self.definitions and self.formula not in [t.expression for t in self.terms]:
             if self.terms:

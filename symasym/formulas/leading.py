@@ -6,6 +6,7 @@ with the largest h, which depends on the parameters and on r.
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import sympy
@@ -14,7 +15,6 @@ from sympy import Expr, S, Symbol
 from symasym.base.errors import InputError
 from symasym.expansions.balls import Field
 from symasym.formulas.cases import found_cases
-from symasym.formulas.emitted import Scaled
 from symasym.formulas.letters import KAPPA, LAM, R, X, expanded
 from symasym.numbers.balls import precision
 
@@ -50,6 +50,71 @@ def leading(e: Expansion) -> Leading:
     if highest.beyond > max(1.0, float(abs(e.start))) * (1 + _SAME):
         conditions[sympy.Gt(R, sympy.Float(highest.beyond * (1 + 1e-9), 12))] = None
     return Leading(value, tuple(conditions))
+
+
+class Scaled:
+    """Expressions as c e^{lam h}, with a name for the h and the c of each sum.
+
+    Attributes
+    ----------
+    known : dict
+        What each symbol stands for, those of the sums' heights and coefficients among them.
+    sums : collection of Symbol
+        Those that are sums of exponentials.
+    """
+
+    def __init__(self, known: Mapping[Symbol, Expr], sums: Collection[Symbol]) -> None:
+        self.known, self.sums = dict(known), sums
+        self._made: dict[Expr, tuple[Expr, Expr]] = {}
+
+    def of(self, e: Expr, name: str = "") -> tuple[Expr, Expr]:
+        """h and c; `name` is that of the sum."""
+        if e not in self._made:
+            self._made[e] = self._of(e, name or str(len(self._made)))
+        return self._made[e]
+
+    def _of(self, e: Expr, name: str) -> tuple[Expr, Expr]:
+        if e in self.sums:
+            return self.of(self.known[e], str(e))
+        if isinstance(e, sympy.exp):
+            height = expanded(e.args[0] / LAM)
+            return (S.Zero, e) if height.has(LAM) else (height, S.One)
+        if e.is_Pow and e.exp.is_Integer and e.base.is_Add:
+            height, c = self.of(e.base)
+            return e.exp * height, c**e.exp
+        if e.is_Mul:
+            parts = [self.of(a) for a in e.args]
+            return expanded(sum(h for h, _ in parts)), sympy.Mul(*(c for _, c in parts))
+        if e.is_Add and self._exponential(e):
+            return self._sum([self.of(a) for a in e.args], name)
+        return S.Zero, self._leaf(e)
+
+    def _leaf(self, e: Expr) -> Expr:
+        """The c of what has no exponential."""
+        return e
+
+    def _exponential(self, e: Expr) -> bool:
+        """True where an expression has exponentials of lam, perhaps in its symbols."""
+        return any(x.has(LAM) for x in e.atoms(sympy.exp)) or any(
+            s in self.sums for s in e.free_symbols
+        )
+
+    def _sum(self, parts: list[tuple[Expr, Expr]], name: str) -> tuple[Expr, Expr]:
+        heights: dict[Expr, Expr] = {}
+        for h, c in parts:
+            heights[h] = heights.get(h, S.Zero) + c
+        if len(heights) == 1:
+            ((h, c),) = heights.items()
+            return h, c
+        first, *others = heights
+        largest = first
+        for h in others:
+            largest = sympy.Max(largest, h)
+        top, total = Symbol(f"top({name})", real=True), Symbol(f"sum({name})", real=True)
+        self.known[top] = largest
+        shares = (c * sympy.exp(LAM * (h - top)) for h, c in heights.items())
+        self.known[total] = sympy.Add(*shares)
+        return top, total
 
 
 class _Highest(Scaled):

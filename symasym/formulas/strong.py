@@ -1,7 +1,7 @@
 """Strong noise over SymPy: `symasym.expansions.strong_noise` with a symbol for each moment.
 
 Moments are polynomials in the drift's parameters. Outside the layer all is closed form, of
-(e^x - 1)/x and (e^x - 1 - x)/x^2, which stand as functions (`symasym.emit.forms.exprel`).
+(e^x - 1)/x and (e^x - 1 - x)/x^2, which stand as functions.
 """
 
 from __future__ import annotations
@@ -15,11 +15,32 @@ from sympy import Expr, Poly, Rational, S, Symbol
 from symasym.base.call_context import step
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
-from symasym.emit import forms
 from symasym.expansions.strong_noise import Moments, Stretch, layer, quantity, straight
 from symasym.formulas.letters import LAM, R, U
 
 __all__ = ["strong"]
+
+
+class exprel(sympy.Function):  # type: ignore[misc]
+    """(e^x - 1)/x."""
+
+    at_zero, is_positive = S.One, True
+
+    @classmethod
+    def eval(cls, x: Expr) -> Expr | None:
+        return cls.at_zero if x.is_zero else None
+
+
+class exprel2(exprel):
+    """(e^x - 1 - x)/x^2."""
+
+    at_zero = S.Half
+
+
+def written_out(e: Expr) -> Expr:
+    """The expression without these functions."""
+    e = e.replace(exprel2, lambda x: (sympy.exp(x) - 1 - x) / x**2)
+    return e.replace(exprel, lambda x: (sympy.exp(x) - 1) / x)
 
 
 class _Terms:
@@ -33,7 +54,7 @@ class _Terms:
 
     def exprel(self, growth: Expr, n: int) -> Expr:
         """(e^y - 1)/y, or (e^y - 1 - y)/y^2 for n = 2, at y = lam growth."""
-        return (forms.exprel if n == 1 else forms.exprel2)(growth * LAM)
+        return (exprel if n == 1 else exprel2)(growth * LAM)
 
     def total(self, row: list[Expr]) -> Expr:
         """The polynomial in lam, by Horner's rule."""

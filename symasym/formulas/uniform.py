@@ -25,17 +25,15 @@ from flint import arb, ctx, fmpq
 from sympy import Expr, Rational, S
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import float_text, is_name, shown
+from symasym.base.inputs import float_text
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
-from symasym.emit.program import Program
-from symasym.emit.source import Source
 from symasym.expansions.canonical import Field, by_parts, central_map, panel
 from symasym.formulas.cases import Case, read_case
 from symasym.formulas.letters import KAPPA, LAM, R, U
 from symasym.numbers.balls import exact_ball, precision, to_mpf
 
-__all__ = ["NAMES", "code", "uniform"]
+__all__ = ["NAMES", "uniform"]
 
 M, D, K, W, ZETA, Z, N = sympy.symbols("m D k w zeta Z N", real=True)
 PSI0, PSI1 = sympy.symbols("psi0 psi1", real=True)
@@ -224,77 +222,3 @@ def uniform(
         "formula is of: it takes a cubic A, or any bound drift; sa.escape_time(method='uniform') "
         "has numbers."
     )
-
-
-_SPECIAL = ("airyai", "airyaiprime", "airybi", "airybiprime", "erfc", "erfi", "hyp2f1")
-_HEADS = {
-    "numpy": """import numpy
-import scipy.constants
-from scipy.special import airy, erfc, erfi, hyp2f1
-
-airyai, airyaiprime, airybi, airybiprime = (lambda z, k=k: airy(z)[k] for k in range(4))
-""",
-    "mpmath": """import mpmath
-from mpmath import airyai, airybi, erfc, erfi, hyp2f1
-
-airyaiprime, airybiprime = (lambda z, f=f: f(z, derivative=1) for f in (airyai, airybi))
-""",
-}
-
-
-def code(e: Any, target: str, name: str) -> Source:
-    """The formula as a function of kappa, r and the parameters, by SymPy's printers."""
-    from sympy.printing.numpy import SciPyPrinter
-    from sympy.printing.pycode import MpmathPrinter
-
-    if not is_name(name):
-        raise InputError(f"name is {shown(name)}; give the name of a function.")
-    if target not in _HEADS:
-        raise InputError(
-            f"target is {target!r}, which has no Airy functions of its own; the uniform formula is "
-            "written for numpy (with SciPy) and mpmath, and latex."
-        )
-    kind = SciPyPrinter if target == "numpy" else MpmathPrinter
-    printer = kind({"user_functions": {f: f for f in _SPECIAL}})
-    order: dict[Any, Expr] = {}
-
-    def visit(value: Expr) -> None:
-        for s in sorted(value.free_symbols, key=str):
-            if s in e.definitions and s not in order:
-                visit(e.definitions[s])
-                order[s] = e.definitions[s]
-
-    visit(e.formula)
-    free = set().union(e.formula.free_symbols, *(v.free_symbols for v in order.values())) - set(
-        order
-    )
-    plain = {
-        s: sympy.Symbol({"p^2": "p2", "q^2": "q2", "a_+": "slope"}.get(s.name, s.name))
-        for s in {*order, *free}
-    }
-
-    def printed(value: Expr) -> str:
-        value = value.replace(sympy.hyper, lambda a, b, z: sympy.Function("hyp2f1")(*a, *b, z))
-        for f in (
-            sympy.airyai,
-            sympy.airyaiprime,
-            sympy.airybi,
-            sympy.airybiprime,
-            sympy.erfc,
-            sympy.erfi,
-        ):
-            value = value.replace(f, lambda z, f=f: sympy.Function(f.__name__)(z))
-        return str(printer.doprint(value.xreplace(plain)))
-
-    lines = [f"{plain[s]} = {printed(v)}" for s, v in order.items()] + [
-        f"return {printed(e.formula)}"
-    ]
-    if target == "numpy":
-        lines = ['with numpy.errstate(all="ignore"):', *(f"    {line}" for line in lines)]
-    arguments = ", ".join(sorted(str(plain[s]) for s in free))
-    about = f'"""T of {e.drift!r}, uniform to order 0, relative O(kappa^2)."""'
-    body = "\n".join(f"    {line}" for line in (about, *lines))
-    source = Source(f"{_HEADS[target]}\n\ndef {name}({arguments}):\n{body}\n")
-    source.target, source.header, source.functions = target, "", (name,)
-    source._program, source._ready = Program("expression", about, ()), []
-    return source
