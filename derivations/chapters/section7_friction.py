@@ -1,0 +1,119 @@
+"""Section 7: the friction oscillator."""
+
+from sympy import Derivative, Function, Rational, Symbol, sqrt, symbols
+
+from derivations.chapters.section4_reduction import PIECES
+from derivations.paper import V, alpha, kappa_physical, mu, phi, u, z0
+from symasym.derivation.derivation import derives
+
+F, A = Function("F"), Function("A")
+y, z, c_3, beta = symbols("y z c_3 beta", real=True)
+zdot, ydot, zddot, g_s = symbols(r"\dot{z} \dot{y} \ddot{z} g_s", real=True)
+dt, dW = symbols("dt dW")
+m, q, s = symbols("m q s", positive=True)
+force = alpha * (u + mu * (u - u**3))
+PEAK = sqrt((1 + mu) / (3 * mu))
+BETA = 2 * alpha * (1 + mu) ** Rational(3, 2) / (3 * sqrt(3 * mu))
+half = Rational(1, 2)
+BLOCK = "$y$ is the velocity of the block relative to the belt, $z$ the extension of the spring, unscaled"
+
+
+@derives("eq:osc2", "The oscillator as a first-order system")
+def first_order(d):
+    pulled = d.eq("acceleration", zddot, -zdot - z - F(zdot + 1), "eq:osc1, solved for it",
+                  [(zddot + zdot + z + F(zdot + 1), 0)])
+    along = d.eq("along the surface", zdot, y - 1, r"$y = \dot z + 1$, the velocity relative to the belt",
+                 [(zdot + 1, y)])
+    d.eq("across the surface", ydot, 1 - z - y - F(y), r"$\dot y = \ddot z$", by=pulled.subs(zdot, along))
+    d.conclude("along the surface", "across the surface", note=BLOCK)
+
+
+@derives("eq:forcePWC", "Coulomb friction: where it slides")
+def coulomb(d):
+    at_zero = d["eq:osc2", "across the surface"].subs(y, 0)
+    left, right = (at_zero.subs(F(0), side * alpha) for side in (-1, 1))
+    am, ap = symbols("a_minus a_plus", real=True)
+    number = lambda at: d["regions"].subs({am: left.subs(z, at), ap: right.subs(z, at)})
+    low = d.eq("lower edge", Symbol("z_1"), 1 - alpha, r"$a^+ = 0$, $F = \alpha$; left of it crossing: one "
+               "field points at the surface", lambda z1: [(right.subs(z, z1), 0), (number(z1 - alpha), 1)])
+    d.eq("upper edge", Symbol("z_2"), 1 + alpha, r"$a^- = 0$, $F = -\alpha$; between the edges both fields point "
+         "at it, right of both one", lambda z2: [
+             (left.subs(z, z2), 0), (number((low + z2) / 2), 2), (number(z2 + alpha), 1)])
+    velocity, along = d["filippov"], d["eq:osc2", "along the surface"].subs(y, 0)
+    known = {"a_minus": left, "a_plus": right, "g^-": along, "g^+": along}
+    d.eq("sliding velocity", g_s, -1, "the block rides the belt",
+         by=velocity.subs({x: known[x.name] for x in velocity.free_symbols}, simultaneous=True))
+    d.conclude("lower edge", "upper edge", "sliding velocity", note="it slides for $z_1 < z < z_2$; " + BLOCK)
+
+
+@derives("eq:forcePerturbed", "The smoothed friction force")
+def smoothed(d):
+    every = d.eq("odd cubics from -alpha to alpha", F(u), (alpha - c_3) * u + c_3 * u**3,
+                 r"inside the layer, $|u| < 1$, $u = y/\varepsilon$; continuous at both edges", lambda f: [
+                     (f.subs(u, 1), alpha), (f.subs(u, -1), -alpha), (f.diff(u, 4), 0), (f.coeff(u, 3), c_3)])
+    d.eq("shape of the force", F(u), force, r"$\mu = -c_3/\alpha$, 0 where the force is linear in the layer",
+         by=every.subs(c_3, -alpha * mu))
+    d.conclude(note=r"$|u| \le 1$; the force is $-\alpha$ for $u \le -1$ and $\alpha$ for $u \ge 1$")
+
+
+@derives("turning-points", "Turning points of the friction force")
+def turning(d):
+    d.suppose(r"$\mu > 1/2$; else the force grows throughout the layer, see beta")
+    slope = d.eq("slope", Derivative(F(u), u), alpha * (1 + mu - 3 * mu * u**2),
+                 by=d["eq:forcePerturbed"].diff(u))
+    found = d.eq("zero", Symbol("u_s"), PEAK, "and minus this, the slope being even",
+                 lambda at: [(slope.subs(u, at), 0), (sqrt(at**2), at)])
+    d.bound("inside the layer", 1, ">", found**2, r"exactly for $\mu > 1/2$", 2 * m / (3 * (half + m)),
+            on={mu: half + m})
+    d.conclude("zero", note=r"scaled, $y/\varepsilon$")
+
+
+@derives("beta", "The breakaway force")
+def breakaway(d):
+    d.suppose(r"$\mu \ge 1/2$; else the force grows throughout the layer, and $\beta$ is $\alpha$")
+    found = d.eq("force at the turning point", beta, BETA,
+                 r"$\alpha$ at $\mu = 1/2$", by=d["eq:forcePerturbed"].subs(u, d["turning-points"]))
+    d.bound("above alpha for mu > 1/2", found**2, ">", alpha**2,
+            r"the difference is $(2\mu - 1)^2 (\mu + 4) \alpha^2/(27\mu)$",
+            4 * alpha**2 * m**2 * (m + Rational(9, 2)) / (27 * (half + m)), on={mu: half + m})
+    d.bound("no turning point for mu < 1/2: the force grows", d["turning-points", "slope"], ">", 0,
+            r"$|u| < 1$; so its largest value is $\alpha$, at $u = 1$",
+            alpha * (s + (3 + s) * q * (2 + q)) / ((2 + s) * (1 + q) ** 2),
+            on={mu: 1 / (2 + s), u: 1 / (1 + q)})
+    d.conclude("force at the turning point", note="the largest force, unscaled")
+
+
+@derives("eq:osc3", "The oscillator with noise on the force")
+def noisy(d):
+    d.eq("along the surface", "dz =", (y - 1) * dt, by=d["eq:osc2", "along the surface"] * dt)
+    d.eq("across the surface", "dy =", (1 - z - y - F(y)) * dt + kappa_physical * dW,
+         r"a force $\kappa_p \, dW/dt$ adds to the acceleration only, the mass being 1",
+         by=d["eq:osc2", "across the surface"] * dt + kappa_physical * dW)
+    d.conclude("along the surface", "across the surface", note=BLOCK)
+
+
+@derives("eq:phifric0", "The friction drift")
+def friction_drift(d):
+    frozen = d["eq:osc3", "across the surface"].coeff(dt).subs({z: z0, y: 0}, simultaneous=True)
+    frozen = frozen.subs(F(0), d["eq:forcePerturbed"])
+    left, inside, right = (e.replace(A, lambda at: frozen.subs(u, at)) for e in d["eq:phi"])
+    d.eq("left", phi(u), 1 - z0 + alpha, r"at $(0, z_0)$, $y/\varepsilon$ kept", by=left)
+    found = d.eq("inside", phi(u), 1 - z0 - force, by=inside)
+    d.eq("right", phi(u), 1 - z0 - alpha, by=right)
+    d.eq("powers of u", A(u), 1 - z0 - alpha * (1 + mu) * u + alpha * mu * u**3, by=found)
+    d.conclude("left", "inside", "right", cases=PIECES)
+
+
+@derives("eq:Vfric", "The friction potential")
+def friction_potential(d):
+    left, middle, right = (d["eq:phifric0", x] for x in ("left", "inside", "right"))
+    climb = lambda e: d["eq:V"].replace(phi, lambda at: e.subs(u, at)).doit()
+    falls = lambda e, at, value: lambda found: [(found.diff(u), -e), (found.subs(u, at), value)]
+    d.eq("left", V(u), -(1 - z0 + alpha) * (u + 1), r"$V' = -\phi$, $V(-1) = 0$",
+         falls(left, -1, 0), climb(left))
+    inside = d.eq("inside", V(u), -(1 - z0) * (u + 1) + alpha * (1 + mu) * (u**2 - 1) / 2
+                  - alpha * mu * (u**4 - 1) / 4, r"$V' = -\phi$, $V(-1) = 0$", falls(middle, -1, 0), climb(middle))
+    top = inside.subs(u, 1)
+    d.eq("right", V(u), -2 * (1 - z0) - (1 - z0 - alpha) * (u - 1), "no jump at 1",
+         falls(right, 1, top), top + climb(right) - climb(right).subs(u, 1))
+    d.conclude("left", "inside", "right", cases=PIECES)
