@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from html import escape
 from itertools import pairwise
 
-from derivations.runner import slug
+from derivations.pages import slug
 
 # As in docs/_static/site.js, which draws the part about one node.
 WIDTH, HEIGHT = 117, 22

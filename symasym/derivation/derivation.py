@@ -21,7 +21,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import cache
 from typing import Any
 
 import sympy
@@ -32,6 +31,7 @@ from symasym.derivation.tex import tex
 
 #: Label -> title, the function that fills its derivation in, the order of a series.
 LABELS: dict[str, tuple[str, Callable[[Derivation], None], int]] = {}
+BUILT: dict[str, Derivation] = {}
 #: (label, step) -> a right side to take in the place of the step's own (`symasym.derivation.mistakes`).
 CHANGED: dict[tuple[str, str], Any] = {}
 
@@ -50,9 +50,14 @@ def derives(label: str, title: str, n: int = 0) -> Any:
     return mark
 
 
-@cache
 def build(label: str) -> Derivation:
     """The derivation of a label with its steps stated; nothing is checked. KeyError for no label."""
+    if label not in BUILT:
+        BUILT[label] = _made(label)
+    return BUILT[label]
+
+
+def _made(label: str) -> Derivation:
     head, _, order = str(label).rpartition("-")
     if order in "12345678" and head in LABELS and LABELS[head][2]:
         title, function, _ = LABELS[head]

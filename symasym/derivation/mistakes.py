@@ -10,7 +10,7 @@ import sympy
 from sympy import Integral, S
 from sympy.core.function import AppliedUndef
 
-from symasym.derivation.derivation import CHANGED, Step, build
+from symasym.derivation.derivation import BUILT, CHANGED, Step, build
 
 
 def mutants(e: Any) -> Iterator[Any]:
@@ -82,10 +82,11 @@ def notices(label: str, name: str, users: Iterable[str]) -> str:
     `users` are the labels that rest on this one. Empty where nothing notices.
     """
     step = next(s for s in build(label).steps if s.name == name)
+    again = (label, *users)
+    kept = {x: BUILT.pop(x) for x in again if x in BUILT}
     CHANGED[label, name] = next(mutants(step.right))
-    build.cache_clear()
     try:
-        for other in (label, *users):
+        for other in again:
             try:
                 steps = build(other).steps
             except Exception:  # the changed expression does not even fit
@@ -96,4 +97,6 @@ def notices(label: str, name: str, users: Iterable[str]) -> str:
         return ""
     finally:
         CHANGED.clear()
-        build.cache_clear()
+        for x in again:
+            BUILT.pop(x, None)
+        BUILT.update(kept)

@@ -56,7 +56,8 @@ def worked(e: Any) -> Any:
         empty = any(len(limit) == 3 and limit[1] == limit[2] for limit in x.limits)
         return empty or not held >= set(x.variables)
 
-    return e.doit(integrals=False).replace(known, lambda x: x.doit())
+    done = e.doit(integrals=False).replace(known, lambda x: x.doit())
+    return done.replace(sympy.erfc, lambda x: 1 - sympy.erf(x))
 
 
 def _differ(gap: Any) -> bool:
