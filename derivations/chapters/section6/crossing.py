@@ -55,15 +55,16 @@ def bound_on_C(d):
     ratio = d.bound("C from both", by_sides(d["eq:C"]), "<=", Y / X, r"$X \le I_1$ and $Y \ge I_0$",
                     (I0 * (I0 + q) + s * (I0 + X + q)) / (X * (I0 + X + q)), on={q: I1 - X, s: Y - I0})
     both = d.eq("ratio of the two bounds", Y / X,
-                B / (1 - Delta) * exp(-lam * (a_minus * r * (1 - Delta) - V_max)), r"$V_{\max}$ is divided by $a^- r$, not "
-                r"by $r$; no factor $1 + \Delta$", by=ratio.subs({X: low, Y: high}))
+                B / (1 - Delta) * exp(-lam * (a_minus * r * (1 - Delta) - V_max)),
+                r"$V_{\max}$ is divided by $a^- r$, not by $r$; no factor $1 + \Delta$",
+                by=ratio.subs({X: low, Y: high}))
     most = B * exp(-lam * a_minus * r * (1 - 2 * Delta))
     at_limit = d.bound("V_max at its limit", both, "<=", (1 + 4 * Delta) * most,
                        r"$1 + 4 \Delta$ is the paper's: at least $(1 + \Delta)/(1 - \Delta)$ for $\Delta \le 1/2$",
                        most * Delta * w / q + most / q * (1 - exp(-lam * gap)),
                        on={w: 3 - 4 * Delta, q: 1 - Delta, gap: Delta * a_minus * r - V_max})
-    d.eq("Delta = 1/4", r"C \le", 2 * B * exp(-r * a_minus / kappa**2), r"$1/(1 - \Delta)$ would give 4/3 in place of 2",
-         by=at_limit.subs(Delta, Rational(1, 4)))
+    d.eq("Delta = 1/4", r"C \le", 2 * B * exp(-r * a_minus / kappa**2),
+         r"$1/(1 - \Delta)$ would give 4/3 in place of 2", by=at_limit.subs(Delta, Rational(1, 4)))
     d.conclude(error=r"an upper bound, for $r \ge 4$, $V_{\max} \le a^- r/4$ and "
                      r"$e^{3 a^- r/(2 \kappa^2)} \ge 4$")
 
@@ -73,15 +74,16 @@ def without_C(d):
     whole = d["eq:Ttilde"]
     rest = d.eq("what is left out", T - T0, -C * lam * (J0 + J1), "exactly proportional to $C$",
                 by=by_sides(whole) - by_sides(whole.subs(C, 0)))
-    most = d.bound("at most", -rest, "<=", d["C-bound"] * lam * (J0 + J1), "exponentially small",
-                   gap * lam * (J0 + J1), on={gap: d["C-bound"] - C})
+    d.bound("what is left out, at most", -rest, "<=", d["C-bound"] * lam * (J0 + J1), "exponentially small",
+            gap * lam * (J0 + J1), on={gap: d["C-bound"] - C})
     (double,) = whole.subs(C, 0).atoms(Integral)
     inner, (_, low, end) = double.limits
     parts = (Integral(double.function.subs(Heaviside(v), on), inner, (v, *ends)) for on, ends in (
         (0, (low, 0)), (1, (0, end))))
-    d.eq("C = 0", T0, lam * Integral(exp(lam * (V(v) - V(u))), (u, -r, v), (v, 0, r)), "0 for $v < 0$",
+    d.eq("without C", T0, lam * Integral(exp(lam * (V(v) - V(u))), (u, -r, v), (v, 0, r)), "0 for $v < 0$",
          by=whole.subs(C, 0) / double * sum(parts))
-    d.conclude(error=most, note=r"$J_0$, $J_1$: integrals over $(0, r)$, $(-r, 0)$ of $e^{\lambda V(v)}$ times that of "
+    d.conclude("without C", "what is left out, at most",
+               note=r"$J_0$, $J_1$: integrals over $(0, r)$, $(-r, 0)$ of $e^{\lambda V(v)}$ times that of "
                     r"$e^{-\lambda V}$ from $-r$ up to $v$")
 
 
@@ -90,9 +92,10 @@ def four_pieces(d):
     kernel, mine = exp(lam * (V(v) - V(u))), exp(s * u) * exp(h * v)
     over = lambda low, high, start, end: lam * Integral(kernel, (u, low, high), (v, start, end))
     domain = cache(lambda e: e.xreplace({kernel: mine}).replace(V, lambda _: 0).doit())
-    d.eq("split", Tuple(T1, T2, T3, T4), Tuple(over(-r, -1, 0, 1), over(-1, v, 0, 1), over(-r, 1, 1, r), over(1, v, 1, r)),
+    d.eq("split", Tuple(T1, T2, T3, T4),
+         Tuple(over(-r, -1, 0, 1), over(-1, v, 0, 1), over(-r, 1, 1, r), over(1, v, 1, r)),
          "kinks of $V$ and the start become edges; their sum is $T_0$, with every $e^{s u + h v}$ in place of the "
-         "integrand", lambda four: [(sum(map(domain, four)), domain(d["eq:TtildeCzero"]))])
+         "integrand", lambda four: [(sum(map(domain, four)), domain(d["eq:TtildeCzero", "without C"]))])
     d.conclude(note="$T_0 = T_1 + T_2 + T_3 + T_4$; $r > 1$")
 
 
@@ -104,7 +107,8 @@ def fourth(d):
     d.eq("closed form", lam * Integral(exp(lam * rise), *piece(d, 4).limits),
          (r - 1) / a_plus - kappa**2 / (2 * a_plus**2) * (1 - exp(-lam * a_plus * (r - 1))),
          "$V$ enters by differences, so $V(1)$ drops out")
-    d.order("r much larger than kappa^2", T4, r / a_plus, kappa**2, strong_piece(4), STRONG, ENDS, r"$r = \kappa^4$")
+    d.order("r much larger than kappa^2", T4, r / a_plus, kappa**2, strong_piece(4), STRONG, ENDS,
+            r"$r = \kappa^4$")
     d.conclude(error=r"$-1/a^+ - \kappa^2/(2 (a^+)^2)$ to leading order")
 
 
@@ -122,7 +126,7 @@ def first_three(d):
     before, after = beside(d, -1, -1, *left), beside(d, 1, 1, *right)
     for name, left_side, leading, error, by, why in (
         ("first", T1, 1 / a_minus, kappa**-2, lam * before * (layer[1] - layer[0]),
-         r"$\lambda$ times $1/(\lambda a^-)$ times 1: $V$ is bounded in the layer, and $e^{\lambda V}$ is 1 there"),
+         r"$\lambda$ times $1/(\lambda a^-)$ times 1: $V$ is bounded in the layer, $e^{\lambda V}$ is 1 there"),
         ("second", T2, 3 / kappa**2, kappa**-4, lam * area, r"$\lambda$ times the area 3/2"),
         ("third", T3, kappa**2 / (2 * a_plus * a_minus), kappa**0, lam * before * after,
          r"the largest of the three; with it the paper's $O(\kappa^2)$ is sharp"),
@@ -140,13 +144,12 @@ def large(d):
     exact = lambda k, ctx: pieces(ctx, DRIFT, k, k**4).T
     adds = d.eq("what C adds", Limit(kappa**8 * d["C-bound"].subs(r, kappa**4), kappa, oo), 0,
          r"below any power of $\kappa$")
-    leading = d["eq:fourthTerm"]
-    d.order("leading term", T, leading, kappa**2, exact, STRONG, path, "the fourth piece; $C$ is in the exact side")
     far = d["eq:fourthTerm", "closed form"].replace(exp, lambda _: 0)
-    second = d.eq("coefficient of kappa^2", T - r / a_plus, kappa**2 / 2 * (1 / (a_plus * a_minus) - 1 / a_plus**2),
-                  "third and fourth piece; 0 where $a^+ = a^-$",
+    second = d.eq("coefficient of kappa^2", r"T - r/a^+ \sim",
+                  kappa**2 / 2 * (1 / (a_plus * a_minus) - 1 / a_plus**2), "the third and the fourth piece",
                   by=d["first-three", "third"] + sympy.expand(far).coeff(kappa, 2) * kappa**2)
     constant = (a_minus + a_plus + V_1) / (a_minus * a_plus)
-    d.order("next orders", T, leading + second + constant + adds, kappa**-2, exact, STRONG, path,
-            "the constant is 0 where $A$ less its linear part integrates to 0, as in friction")
-    d.conclude("leading term")
+    orders = d.order("next orders", T, d["eq:fourthTerm"] + second + constant + adds, kappa**-2, exact, STRONG,
+                     path, "the constant is 0 where $A$ less its linear part integrates to 0, as in friction")
+    d.eq("leading term", T, r / a_plus, "the fourth piece", by=sympy.expand(orders).coeff(r) * r)
+    d.conclude(error=kappa**2)

@@ -1,8 +1,8 @@
 r"""Section 6.2, weak noise: the corrections of a well or a barrier to eq:Ttildesmall, to any order.
 
 The first two are stated as textbooks have them, the others as Perron's formula gives them, which the library
-evaluates. From a start on the well or the barrier half of it counts, odd powers enter, and the double integral beside
-the start.
+evaluates. From a start on the well or the barrier half of it counts, odd powers enter, and the double integral
+beside the start.
 """
 
 from fractions import Fraction
@@ -11,7 +11,22 @@ from itertools import pairwise
 from types import SimpleNamespace
 
 import sympy
-from sympy import EulerGamma, Integral, Rational, S, Symbol, exp, expand, factorial, gamma, log, oo, pi, sqrt
+from sympy import (
+    EulerGamma,
+    Integral,
+    Rational,
+    S,
+    Symbol,
+    Tuple,
+    exp,
+    expand,
+    factorial,
+    gamma,
+    log,
+    oo,
+    pi,
+    sqrt,
+)
 
 from derivations.chapters.section6.well import S1, c2, c3, c4
 from derivations.numerics import Scene, around, integral
@@ -24,12 +39,11 @@ c5, c6, h, s, t = sympy.symbols("c_5 c_6 h s t", real=True)
 lam, e, Q = sympy.symbols(r"lam \delta Q", positive=True)
 n, z = Symbol("n", integer=True, positive=True), Symbol("z")
 LARGE = ("1e5", "1e6")
-NUMBERS = ["one", "two", "three", "four", "five", "six", "seven", "eight"]
 TIMES = ["first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth"]
 TEXTBOOK = {1: 5 * c3**2 / (24 * c2**3) - c4 / (8 * c2**2),
             2: (385 * c3**4 / (1152 * c2**6) - 35 * c3**2 * c4 / (64 * c2**5) + 35 * c4**2 / (384 * c2**4)
                 + 7 * c3 * c5 / (48 * c2**4) - c6 / (48 * c2**3))}
-OF_V = r"$c_j = V^{(j)}$ there, a scaled velocity over scaled length to the power $j - 1$, and $\lambda = 2/\kappa^2$"
+OF_V = r"$c_j = V^{(j)}$ there, a scaled velocity over scaled length to the power $j - 1$; $\lambda = 2/\kappa^2$"
 
 
 def generic(c):
@@ -51,7 +65,8 @@ def scene_of(order):
     more = (Fraction((-1) ** k, 20) for k in range(5, 2 * order + 1))
     factor = (0, 1, Fraction(1, 3), Fraction(-1, 4), Fraction(1, 2), Fraction(1, 5), *more, 0)
     scene = Scene(tuple(Fraction(b, 10) - a for a, b in pairwise(factor)))
-    at = {x: lambda _, ctx, j=j: -scene.phi(ctx, ctx.mpf(1) / 10, j) for j, x in enumerate(derivatives(2 * order + 2), 1)}
+    at = {x: lambda _, ctx, j=j: -scene.phi(ctx, ctx.mpf(1) / 10, j)
+          for j, x in enumerate(derivatives(2 * order + 2), 1)}
     return scene, at
 
 
@@ -70,7 +85,8 @@ def beyond_gaussian(d, c):
     local = sum(x * h**j / factorial(j) for j, x in enumerate(c, 2))
     return d.eq("beyond the Gaussian", r"\lambda (V(u) - V(u_1)) - c_2 s^2/2 \sim",
                 sum(x * s**j * e ** (j - 2) / factorial(j) for j, x in enumerate(c[1:], 3)),
-                r"$u = u_1 + \delta s$ with $\delta = \lambda^{-1/2}$", by=expand(local.subs(h, e * s) / e**2 - c2 * s**2 / 2))
+                r"$u = u_1 + \delta s$ with $\delta = \lambda^{-1/2}$",
+                by=expand(local.subs(h, e * s) / e**2 - c2 * s**2 / 2))
 
 
 def powers(rest, top):
@@ -96,21 +112,20 @@ def saddle_series(d):
     d.suppose("$V' = 0$ and $V'' > 0$ at the well; at a barrier $-V$ takes the place of $V$")
     c = derivatives(2 * d.n + 2)
     even = powers(beyond_gaussian(d, c), 2 * d.n)
-    whole = d.eq("Gaussian", Integral(exp(-c2 * s**2 / 2), (s, -oo, oo)), sqrt(2 * pi / c2), "that of gaussian-step with "
-                 r"$\kappa = \sqrt{2} \delta$", [(d["gaussian-step", "one Gaussian"].subs({kappa: sqrt(2) * e, S1: c2}) / e,
-                 sqrt(2 * pi / c2))], Integral(exp(-c2 * s**2 / 2), (s, -oo, oo)))
+    whole = d.eq("Gaussian", Integral(exp(-c2 * s**2 / 2), (s, -oo, oo)), sqrt(2 * pi / c2),
+                 r"that of gaussian-step with $\kappa = \sqrt{2} \delta$",
+                 by=d["gaussian-step", "one Gaussian"].subs({kappa: sqrt(2) * e, S1: c2}) / e)
     moment = d.eq("Gaussian moments", Integral(s ** (2 * n) * exp(-c2 * s**2 / 2), (s, -oo, oo)) / whole,
-                  2**n * gamma(n + Rational(1, 2)) / (sqrt(pi) * c2**n), "odd powers of $s$, as of $\\delta$, have none")
+                  2**n * gamma(n + Rational(1, 2)) / (sqrt(pi) * c2**n), r"odd powers of $s$, so of $\delta$: 0")
     peak, series = gaussian(phi(c), d.n + 1, RING), S.One
-    scene, values = scene_of(d.n)
     for k in range(1, d.n + 1):
         series += d.eq(f"{TIMES[k - 1]} correction", f"Q_{k} =", TEXTBOOK.get(k) or expand(peak[k] / peak[0]),
                        rf"the mean of $[\delta^{{{2 * k}}}]$ of the exponential, and Perron's formula",
                        lambda stated, k=k: [(mean(even[2 * k], lambda m: moment.subs(n, m // 2)), stated),
                                             (peak[k] / peak[0], stated)]) / lam**k
-        if d.n == 2 or k == d.n:
-            d.order(f"order after {NUMBERS[k - 1]}", Q, series, lam ** -(k + 1), share(scene, -1, 1), LARGE, values,
-                    r"$\lambda \to \infty$", 40 + 10 * d.n)
+    scene, values = scene_of(d.n)
+    d.order("remainder", Q, series, lam ** -(d.n + 1), share(scene, -1, 1), LARGE, values, r"$\lambda \to \infty$",
+            40 + 10 * d.n)
     d.conclude(note=r"$Q$ is $\int e^{-\lambda V}$ about the well over its Gaussian; " + OF_V)
 
 
@@ -132,27 +147,30 @@ def saddle_start(d):
     mellin = (gamma(1 + z) * 2 ** (-z / 2 - 1) * gamma(-z / 2),
               half * sqrt(pi) * gamma(-z / 2) / (2 * gamma((1 - z) / 2)))
     finite = [sympy.simplify(sympy.series(x, z, 0, 1).removeO().coeff(z, 0)) for x in mellin]
-    first = [d.eq(f"first double integral beside a {name}", rf"\mathrm{{f.p.}} \int_0^\infty ds \int_{ends} {power} \, dt =",
-                  (log(2) + EulerGamma) / 2, "in units of $c_2 = 1$: Mellin's transform at its pole", by=value)
+    first = [d.eq(f"first double integral beside a {name}",
+                  rf"\mathrm{{f.p.}} \int_0^\infty ds \int_{ends} {power} \, dt =", (log(2) + EulerGamma) / 2,
+                  "in units of $c_2 = 1$: Mellin's transform at its pole", by=value)
              for name, ends, power, value in (("well", r"s^\infty", "e^{(s^2 - t^2)/2}", finite[0]),
                                               ("barrier", "0^s", "e^{(t^2 - s^2)/2}", finite[1]))]
     for barrier, name in enumerate(("well", "barrier")):
         worked = double(rest, c, top, barrier, first[barrier] + log(c2 * lam) / 2)
-        for k, stated in enumerate(evaluated(c, d.n, barrier)):
-            d.eq(f"double integral beside a {name}, {k}", rf"[\delta^{{{k + 2}}}] N =", stated, "what the start adds to the "
-                 "finite part of the regular part, as it is evaluated; by parts from the first", by=worked[k])
+        terms = Tuple(*(Symbol(rf"[\delta^{{{k + 2}}}] N") for k in range(top + 1)))
+        d.eq(f"double integral beside a {name}", terms, Tuple(*evaluated(c, d.n, barrier)),
+             "what the start adds to the finite part of the regular part, as evaluated; by parts from the first",
+             by=Tuple(*worked))
     even = 1 + sum(d["saddle-series", f"{TIMES[k]} correction"] / lam ** (k + 1) for k in range(d.n))
     scene, values = scene_of(d.n + 1)
-    for side, name in ((-1, "left"), (1, "right")):
-        d.order(f"to the {name}", "H_+" if side > 0 else "H_-", even / 2 + side * sqrt(c2 / (2 * pi * lam)) * beside,
-                lam ** -(d.n + 1), share(scene, side), LARGE, values, "half of the corrections, and the odd terms, whose "
-                "signs change with the side", 40 + 10 * d.n)
-    d.conclude(note=r"$H_+$ is $\int e^{-\lambda V}$ to the right of the start over the Gaussian of the whole well; " + OF_V
-               + ". $N$ is what the start adds to the double integral on its right")
+    for side, name, left in ((1, "right", "H_+"), (-1, "left", "H_-")):
+        whole = even / 2 + side * sqrt(c2 / (2 * pi * lam)) * beside
+        d.order(f"to the {name}", left, whole, lam ** -(d.n + 1), share(scene, side), LARGE, values,
+                "half of the corrections, and the odd terms, whose signs change with the side", 40 + 10 * d.n)
+    d.conclude("to the right", "to the left", "double integral beside a well", "double integral beside a barrier",
+               note=r"$H_+$ is $\int e^{-\lambda V}$ to the right of the start over the well's Gaussian; " + OF_V +
+                    ". $N$ is what the start adds to the double integral on its right")
 
 
 def evaluated(c, order, barrier):
-    """Coefficients of delta^2, delta^3, ... of the double integral beside the start, as the library evaluates them.
+    """Coefficients of delta^2, delta^3, ... of the double integral beside the start, as the library has them.
 
     Even powers by Mellin's transform; what is odd in s or t is a product of one-sided series.
     """

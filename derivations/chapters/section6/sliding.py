@@ -3,7 +3,7 @@ r"""Section 6.1: how much of the time is spent in the layer when sliding."""
 from fractions import Fraction
 
 import sympy
-from sympy import Derivative, Integral, Limit, Symbol, exp, oo, pi, sqrt
+from sympy import Derivative, Integral, Limit, exp, oo, pi, sqrt
 
 from derivations.numerics import SLIDING as SCENE
 from derivations.numerics import Scene, integral, outside, outside_share, uniform
@@ -14,7 +14,8 @@ from symasym.derivation.derivation import derives
 
 # V(1) = 10^-6: both tails weigh in.
 BOTH_TAILS = Scene((Fraction(1, 4) - Fraction(1, 2 * 10**6), Fraction(-1), Fraction(-3, 4)))
-I_left, I_right, K, M, L, P, K_m, e, s, gap = sympy.symbols(r"I_left I_right K M L P K_m e s \delta", positive=True)
+I_left, I_right, K, M, L, P, K_m, e, s, gap = sympy.symbols(
+    r"I_left I_right K M L P K_m e s \delta", positive=True)
 V_m, m_1 = sympy.symbols("V_m m_1", real=True)
 tails = kappa**2 / (2 * a_minus) - kappa**2 / (2 * a_plus) * exp(-lam * V_1)
 OF_N = r"$N$ is the integral of $e^{-2 V/\kappa^2}$ over the layer"
@@ -67,9 +68,9 @@ def lower_bound(d):
     below = d.bound("integrand on (1 - L, 1)", exp(-lam * V(u)), ">=", exp(-lam * V_1), "",
                     exp(-lam * V_1) * (exp(lam * gap) - 1), on={gap: V_1 - V(u)})
     floor = d.eq("its integral", Integral(below, (u, 1 - L, 1)), L * exp(-lam * V_1), "at most $N$")
-    d.bound("N replaced by its lower bound", d["eq:P2"], ">=",
+    d.bound("N replaced by its lower bound", P, ">=",
             1 / (1 + kappa**2 / (2 * L) * (exp(lam * V_1) / a_minus - 1 / a_plus)), "$P$ grows with $N$",
-            s * tails / ((floor + s + tails) * (floor + tails)), on={s: N - floor})
+            s * tails / ((floor + s + tails) * (floor + tails)), on={P: d["eq:P2"], s: N - floor})
     d.suppose(r"$V(1) \le 0$, used only to bound the exponential by 1; else reflect $u \to -u$")
     d.conclude(error="a lower bound", note=r"$V \le V(1)$ on $(1 - L, 1)$")
 
@@ -77,9 +78,6 @@ def lower_bound(d):
 @derives("eq:Psmall2", "Occupation in weak noise: $1 - P$ is exponentially small")
 def weak(d):
     d.suppose(r"$\kappa \ll 1$ and one lowest well inside the layer, of curvature $V''(u_m) > 0$")
-    most = kappa**2 / (2 * L) * (exp(lam * V_1) / a_minus - 1 / a_plus)
-    d.bound("from the lower bound", 1 - d["L-bound"], "<=", most, r"$1 - P = O(\kappa^2)$ where $V(1) \le 0$: true, and "
-            "not sharp", most**2 / (1 + most))
     layer = d.eq("Laplace's method for N", r"N \sim", kappa * sqrt(pi / K_m) * exp(-lam * V_m),
                  by=exp(-lam * V_m) * Integral(exp(-K_m * u**2 / kappa**2), (u, -oo, oo)))
     leading = d.eq("tails over N", r"1/P - 1 \sim", kappa * sqrt(K_m) / (2 * sqrt(pi)) * (
@@ -90,5 +88,5 @@ def weak(d):
           V_1: of(lambda ctx, x: BOTH_TAILS.V(ctx, ctx.mpf(1))), V_m: of(BOTH_TAILS.V),
           K_m: of(lambda ctx, x: -BOTH_TAILS.phi(ctx, x, 1))}
     d.order("sharp form", 1 - P, leading, leading * kappa**2, lambda k, ctx: outside_share(BOTH_TAILS, k, ctx),
-            ("1e-2", "1e-3"), at, r"the paper has $P = 1 + O(\kappa^2)$")
+            ("1e-2", "1e-3"), at, r"the paper has $P = 1 + O(\kappa^2)$, which L-bound gives")
     d.conclude(note="$u_m$ is the lowest point of $V$")

@@ -6,7 +6,7 @@ from sympy import Derivative, Integral, Limit, Matrix, Symbol, exp, oo, pi, sqrt
 
 from derivations.chapters.section6.crossing import beside, piece
 from derivations.numerics import WELL as SCENE
-from derivations.numerics import Scene, around, integral, well_integral
+from derivations.numerics import around, integral, well_integral
 from derivations.paper import T, V, a_minus, a_plus, kappa, lam, phi, r, u, u1, u2
 from symasym.derivation.derivation import derives
 
@@ -73,8 +73,9 @@ def substitution(d):
     local = V_1 + c2 * h**2 / 2 + c3 * h**3 / 6 + c4 * h**4 / 24
     d.eq("V at the saddle", r"V(u) \sim", V_1 + c2 * kappa**2 * a**2 / 2, "$V'(u_1) = 0$; the rest is odd "
          r"at $O(\kappa^3)$", by=sympy.series(local.subs(h, kappa * a), kappa, 0, 3).removeO())
-    d.conclude(error=r"$O(\kappa^3)$", note=r"$u = u_1 + \kappa \hat u$ and $v = u_2 + \kappa \hat v$, where $\hat u$ "
-               "is in roots of scaled time; $c_2 = V''(u_1)$, 1/scaled time")
+    d.conclude(error=r"$O(\kappa^3)$",
+               note=r"$u = u_1 + \kappa \hat u$ and $v = u_2 + \kappa \hat v$, where $\hat u$ is in roots "
+               "of scaled time; $c_2 = V''(u_1)$, 1/scaled time")
 
 
 @derives("gaussian-step", "Both Gaussian integrals over the whole line")
@@ -99,20 +100,21 @@ def second(d):
     d.suppose("two simple roots $-1 < u_1 < u_2 < 1$ of $A$, and $u_2 > 0$")
     lead = d.eq("leading term", r"T_2 \sim", 2 * pi / sqrt(-A1 * A2) * exp(2 * D / kappa**2),
                 by=d["gaussian-step"] * exp(lam * D))
-    d.order("sharp order", T2, lead, lead * kappa**2, exact_well, WEAK, AT,
-            r"the odd order cancels: $O(\kappa^2)$, where the paper has $O(\kappa)$")
     c, q = (c2, c3, c4), sympy.symbols("q_2:5", real=True)
-    well = d.eq("correction of one saddle", r"Q_1/\lambda =", kappa**2 / 2 * (5 * c3**2 / (24 * c2**3) - c4 / (8 * c2**2)),
+    well = d.eq("correction of one saddle", r"Q_1/\lambda =",
+                kappa**2 / 2 * (5 * c3**2 / (24 * c2**3) - c4 / (8 * c2**2)),
                 "$c_j = V^{(j)}(u_1)$, and $q_j = -V^{(j)}(u_2)$ at the barrier",
                 by=d["saddle-series", "first correction"] / lam)
     bends = {x: lambda k, ctx, j=j, n=n: (-1, 1)[n] * SCENE.phi(ctx, SCENE.roots(ctx)[n], j)
              for n, row in enumerate((c, q)) for j, x in enumerate(row, 1)}
-    d.order("next order", T2, lead * (1 + well + well.subs(dict(zip(c, q, strict=True)))), lead * kappa**4, exact_well,
-            WEAK, AT | bends)
-    d.conclude("sharp order", note=r"$D = V(u_2) - V(u_1)$, the height of the barrier. With its first correction, "
-               r"$1 + (\kappa^2/2) (Q(u_1) + Q(u_2))$, the error is relative $O(\kappa^4)$: "
-               r"$Q = 5 c_3^2/(24 c_2^3) - c_4/(8 c_2^2)$, with $c_j$ the derivatives of $V$ at the well and of "
-               r"$-V$ at the barrier (saddle-series)")
+    both = d.order("next order", T2, lead * (1 + well + well.subs(dict(zip(c, q, strict=True)))), lead * kappa**4,
+                   exact_well, WEAK, AT | bends)
+    d.eq("sharp order", T2, 2 * pi / sqrt(-A1 * A2) * exp(2 * D / kappa**2), "the odd order cancels: relative "
+         r"$O(\kappa^2)$, where the paper has $O(\kappa)$", by=both.subs(dict.fromkeys((c3, c4, *q[1:]), 0)))
+    d.conclude(error=lead * kappa**2,
+               note=r"$D$ is the barrier's height. With its correction, $1 + (\kappa^2/2) (Q(u_1) + Q(u_2))$, "
+                    r"the error is relative $O(\kappa^4)$: $Q = 5 c_3^2/(24 c_2^3) - c_4/(8 c_2^2)$, $c_j$ the "
+                    r"derivatives of $V$ at the well and of $-V$ at the barrier (saddle-series)")
 
 
 @derives("eq:fourthTerm2", "The fourth piece in weak noise")
@@ -139,11 +141,10 @@ def others(d):
         found = d.eq(f"leading part of the {name}", side, leading, why, by=by)
         d.order(f"{name} piece", side, found, leading * kappa**2, exact, WEAK, AT)
     low, high, edge = (lambda x=x: AT[x](0, mpmath.mp) for x in (V_1, V_2, V_top))
-    d.suppose("$V(u_1) < V(-1) = 0$ and $V(1) < V(u_2)$: $\\phi > 0$ left of $u_1$ and right of $u_2$; so both are "
-              "exponentially smaller than $T_2$", lambda: bool(low() < 0 and edge() < high()))
+    d.suppose("$V(u_1) < V(-1) = 0$ and $V(1) < V(u_2)$: $\\phi > 0$ left of $u_1$ and right of $u_2$; so both "
+              "are exponentially smaller than $T_2$", lambda: bool(low() < 0 and edge() < high()))
     d.suppose(r"$V(u_1) < V(1)$ (the third piece; else what $u = 1$ contributes, $O(\kappa^2)$, is larger)")
-    d.conclude("first piece", "third piece", note="$T_1$ and $T_3$ are exponentially smaller than $T_2$, the well's "
-               "term of eq:secondTerm")
+    d.conclude("first piece", "third piece", note="both are exponentially smaller than $T_2$ of eq:secondTerm")
 
 
 @derives("eq:Ttildesmall", "The mean escape time in weak noise")
@@ -163,5 +164,5 @@ def small(d):
     d.order("order, where both terms are of one size", T, formula, kappa**2 * exp(2 * D / kappa**2), exact_time,
             ("1e-2", "3e-3"), AT | {r: one_size},
             r"$r = e^{2 D/\kappa^2}$; relative $O(\kappa^2)$ for the exponential term, $O(1)$ for the other")
-    d.conclude(note="$D = V(u_2) - V(u_1)$, the height of the barrier of a well with $0 < u_2 < 1$; the paper has $S$ of "
-               "eq:S before the exponential term, 0 without such a well")
+    d.conclude(note="$D$ is the height of the barrier, $0 < u_2 < 1$; the paper has $S$ of eq:S before the "
+                    "exponential term, 0 without such a well")
