@@ -83,7 +83,13 @@ class _Old:
         from derivations.paper import value_of
 
         steps = {s.name: s.result for s in self.d.steps}
-        found = self.d.result if name is None else steps[name] if name in steps else value_of(self.d, name)
+        found = (
+            self.d.result
+            if name is None
+            else steps[name]
+            if name in steps
+            else value_of(self.d, name)
+        )
         return getattr(found, "leading", found)
 
     def error(self):
@@ -113,21 +119,18 @@ class Step:
         return exact if self.variable is None else "by the slope of the remainder"
 
     def latex(self) -> str:
-        """``left = right + O(error)``; of tuples, piece by piece."""
-        if isinstance(self.right, sympy.Tuple) and isinstance(self.left, (tuple, sympy.Tuple)):
+        """``left = right + O(error)``, or ``left = right (1 + O(...))``; of tuples, piece by piece."""
+        if isinstance(self.right, sympy.Tuple):
             pairs = zip(self.left, self.right, strict=True)
             return r" ,\quad ".join(f"{tex(a)} = {tex(b)}" for a, b in pairs)
-        shown = self.left if isinstance(self.left, str) else tex(self.left)
-        if isinstance(self.left, str) and shown.endswith(("=", "<", ">", r"\sim", r"\le", r"\ge")):
-            return f"{shown} {self.right_latex()}"
         sign = {"<=": r"\le", ">=": r"\ge"}.get(self.relation, self.relation)
-        return f"{shown} {sign} {self.right_latex()}"
+        left = self.left if isinstance(self.left, str) else tex(self.left)
+        stated = isinstance(self.left, str) and re.search(r"([=<>]|\\(sim|le|ge))$", left)
+        return f"{left} {self._right()}" if stated else f"{left} {sign} {self._right()}"
 
-    def right_latex(self) -> str:
-        """``right + O(error)``, or ``right (1 + O(...))`` where that is shorter."""
-        right = tex(self.right)
+    def _right(self) -> str:
         if self.error is None:
-            return right
+            return tex(self.right)
         free = {self.variable} if self.variable is not None else self.error.free_symbols
         sums = [f for f in sympy.Mul.make_args(self.right) if f.is_Add and f != self.right]
         for whole in [sympy.S.One] * (not self.right.is_Add) + sums[:1]:
@@ -135,11 +138,11 @@ class Step:
             rest = (self.error / front).as_coeff_Mul()[1]
             if rest.free_symbols <= free <= self.right.free_symbols:
                 return rf"{tex(front)} \left({tex(whole)} + {_order(rest)}\right)"
-        return f"{right} + {_order(self.error.as_coeff_Mul()[1])}"
+        return f"{tex(self.right)} + {_order(self.error)}"
 
 
 def _order(e: Any) -> str:
-    shown = tex(e)
+    shown = tex(e.as_coeff_Mul()[1])
     return rf"O\left({shown}\right)" if r"\frac" in shown else f"O({shown})"
 
 
@@ -218,13 +221,7 @@ class Derivation:
         return step.right
 
     def eq(
-        self,
-        name: str,
-        left: Any,
-        right: Any,
-        why: str = "",
-        given: Iterable[tuple[Any, Any]] | Callable[[Any], Iterable[tuple[Any, Any]]] | None = None,
-        by: Any = None,
+        self, name: str, left: Any, right: Any, why: str = "", given: Any = None, by: Any = None
     ) -> Any:
         """left = right, by working out `left`, or `by`; or since the equations of `given` hold.
 
@@ -245,9 +242,9 @@ class Derivation:
         return self._add(Step(name, left, sympy.sympify(right), check, why))
 
     def bound(
-        self, name: str, left: Any, relation: str, right: Any, why: str = "", certificate: Any = None,
-        on: Mapping[Any, Any] | None = None,
-    ) -> Any:
+        self, name: str, left: Any, relation: str, right: Any, why: str = "",
+        certificate: Any = None, on: Any = None,
+    ) -> Any:  # fmt: skip
         """An inequality: the larger side less the smaller, or `certificate`, has a sign that is seen.
 
         `on` puts a range into the assumptions on symbols: ``{mu: 1 + Symbol("m", positive=True)}``.
@@ -261,17 +258,9 @@ class Derivation:
         return self._add(Step(name, left, sympy.sympify(right), check, why, relation))
 
     def order(
-        self,
-        name: str,
-        left: Any,
-        right: Any,
-        error: Any,
-        exact: Callable[[Any, Any], Any],
-        at: Iterable[str],
-        values: Mapping[Any, Any],
-        why: str = "",
-        digits: int = 60,
-    ) -> Any:
+        self, name: str, left: Any, right: Any, error: Any, exact: Callable[[Any, Any], Any],
+        at: Iterable[str], values: Mapping[Any, Any], why: str = "", digits: int = 60,
+    ) -> Any:  # fmt: skip
         """left = right + O(error): |exact - right|/error settles as the variable runs through `at`.
 
         ``exact(x, ctx)`` is the left side in an mpmath context; `values` are the numbers of the other
@@ -303,7 +292,7 @@ class Derivation:
 
     def leaves_out(self) -> str:
         """What the conclusion leaves out, in TeX."""
-        orders = [f"${_order(s.error.as_coeff_Mul()[1])}$" for s in self.concluded if s.error is not None]
+        orders = [f"${_order(s.error)}$" for s in self.concluded if s.error is not None]
         bounds = {"a bound" for s in self.concluded if s.relation != "="}
         return self.left_out or ", ".join(orders or bounds) or "exact"
 
@@ -314,9 +303,13 @@ class Derivation:
             ordered = re.match(r"(relative |next term )?\$?O\(", self.left_out)
             return shown.replace(" = ", r" \sim ") if ordered else shown
         left = self.concluded[0].left
-        rows = [f"{tex(s.right)} , & {when}" for s, when in zip(self.concluded, self.cases, strict=True)]
+        rows = [
+            f"{tex(s.right)} , & {when}" for s, when in zip(self.concluded, self.cases, strict=True)
+        ]
         tall = any(r"\frac" in row for row in rows)
-        body = (r" \\[1ex] " if tall else r" \\ ").join(r"\displaystyle " * tall + row for row in rows)
+        body = (r" \\[1ex] " if tall else r" \\ ").join(
+            r"\displaystyle " * tall + row for row in rows
+        )
         shown = left if isinstance(left, str) else tex(left)
         return rf"{shown.removesuffix(' =')} = \begin{{cases}} {body} \end{{cases}}"
 
