@@ -23,12 +23,12 @@ def of_angle(e):
 
 @derives("cubic", "The equation of the critical points")
 def cubic(d):
-    found = d.eq("zero of the drift inside", A(u), 1 - z0 - alpha * (1 + mu) * u + alpha * mu * u**3,
+    found = d.eq("zero of the drift inside", "0 = A(u) =", 1 - z0 - alpha * (1 + mu) * u + alpha * mu * u**3,
                  by=d["eq:phifric0", "powers of u"])
     d.eq("discriminant", r"\operatorname{disc}_u A =", 4 * alpha**4 * mu * (1 + mu)**3
          - 27 * alpha**2 * mu**2 * (1 - z0)**2, "positive between the folds: three real roots, the third "
          "outside $|u| < 1$ when crossing", by=sympy.discriminant(found, u))
-    d.conclude("zero of the drift inside", note="the critical points are its zeros, $A(u) = 0$")
+    d.conclude("zero of the drift inside", note="for the critical points $u$")
 
 
 @derives("folds", "Where two critical points coalesce")
@@ -44,7 +44,7 @@ def folds(d):
     d.conclude("spring extension, +", "spring extension, -")
 
 
-@derives("fr1", "a+ and A' of the friction drift")
+@derives("fr1", "$a^+$ and $A'$ of the friction drift")
 def parameters(d):
     d.eq("a+", a_plus, 1 - z0 - alpha, r"printed with $+ \alpha$, which is $a^-$", by=d["eq:phifric0", "right"])
     d.eq("A'", A(u).diff(u), -alpha * (1 + mu - 3 * mu * u**2), by=d["eq:phifric0", "inside"].diff(u))

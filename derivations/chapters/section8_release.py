@@ -108,7 +108,7 @@ def frozen(d):
          by=(mean / T_f - 1).subs(slope, grown * T_f))
     d.conclude("mean", "standard deviation", "share", note="$T_f$ is $T$ with $z$ frozen at the start, $T_f'$ its "
                r"slope in $z$, $\sigma_T$ the standard deviation of the time, $D$ the height of the barrier; "
-               + SLOW, error=eps**2)
+               + SLOW, error=r"$O(\varepsilon^2)$")
 
 
 @derives("fold-delay", "How late a block without noise passes the fold")
