@@ -62,8 +62,16 @@ def statement(d: Derivation, mark: str) -> list[str]:
     lines = [*display(d.latex()), f"**Error**: {words(d.leaves_out())}.", ""]
     if d.note:
         lines += [f"**Here** {words(d.note)}.", ""]
-    held = [f"- {words(text)}{' (checked)' * bool(check)}" for text, check, fails in d.supposed if not fails]
-    false = [f"- It is false that {words(text)}: {words(fails)}." for text, _, fails in d.supposed if fails]
+    held = [
+        f"- {words(text)}{' (checked)' * bool(check)}"
+        for text, check, fails in d.supposed
+        if not fails
+    ]
+    false = [
+        f"- It is false that {words(text)}: {words(fails)}."
+        for text, _, fails in d.supposed
+        if fails
+    ]
     for title, rows in (("Conditions", held), ("Counterexamples", false)):
         lines += [f"{mark} {title}", "", *rows, ""] if rows else []
     return lines
@@ -93,7 +101,8 @@ def escaped(text: str) -> str:
     pieces = re.split(r"(\$[^$]*\$)", text)
     special = r"([&%#_{}])"
     return "".join(
-        p if p.startswith("$") else re.sub(special, r"\\\1", p).replace("^", r"\^{}") for p in pieces
+        p if p.startswith("$") else re.sub(special, r"\\\1", p).replace("^", r"\^{}")
+        for p in pieces
     )
 
 
@@ -106,9 +115,16 @@ def latex(label: str) -> str:
         f"Error: {escaped(d.leaves_out())}." + (f" Here {escaped(d.note)}." if d.note else ""),
     ]
     for text, _, fails in d.supposed:
-        kind = f"It is false that {escaped(text)}: {escaped(fails)}" if fails else f"Supposed: {escaped(text)}"
+        kind = (
+            f"It is false that {escaped(text)}: {escaped(fails)}"
+            if fails
+            else f"Supposed: {escaped(text)}"
+        )
         lines.append(rf"\par {kind}.")
-    rows = [rf"\item {escaped(s.name)}{': ' * bool(s.why)}{escaped(s.why)} \[ {s.latex()} \]" for s in d.steps]
+    rows = [
+        rf"\item {escaped(s.name)}{': ' * bool(s.why)}{escaped(s.why)} \[ {s.latex()} \]"
+        for s in d.steps
+    ]
     return "\n".join([*lines, r"\begin{enumerate}", *rows, r"\end{enumerate}", ""])
 
 
@@ -119,7 +135,9 @@ def document() -> str:
         d = build(label)
         body.append(
             rf"\paragraph{{{escaped(d.title)}}} \texttt{{{escaped(label)}}}, {escaped(d.leaves_out())}."
-            rf" {escaped(d.note)}" + "\n" + "\n".join(rf"\[ {row} \]" for row in d.latex().split(r" ,\quad "))
+            rf" {escaped(d.note)}"
+            + "\n"
+            + "\n".join(rf"\[ {row} \]" for row in d.latex().split(r" ,\quad "))
         )
     head = r"\documentclass[a4paper]{article}" "\n" r"\usepackage{amsmath,amssymb,geometry}"
     return "\n".join([head, r"\begin{document}", *body, r"\end{document}", ""])
@@ -137,14 +155,19 @@ def record(label: str) -> dict[str, Any]:
         "rests_on": d.rests_on,
         "supposed": [{"statement": text, "fails": fails} for text, _, fails in d.supposed],
         "steps": [
-            {"name": s.name, "why": s.why, "latex": s.latex(), "check": s.check_kind} for s in d.steps
+            {"name": s.name, "why": s.why, "latex": s.latex(), "check": s.check_kind}
+            for s in d.steps
         ],
     }
 
 
 def names(labels: Iterable[str]) -> list[str]:
     """The files that `derive` writes for these labels."""
-    return [*(f"{slug(label)}.{kind}" for label in labels for kind in ("md", "tex")), "index.md", "trace.json"]
+    return [
+        *(f"{slug(label)}.{kind}" for label in labels for kind in ("md", "tex")),
+        "index.md",
+        "trace.json",
+    ]
 
 
 def derive(labels: Iterable[str], folder: Path, step: Callable[[], object]) -> None:
@@ -160,13 +183,20 @@ def derive(labels: Iterable[str], folder: Path, step: Callable[[], object]) -> N
     for label in labels:
         d = build(label)
         if wrong := d.verify():
-            raise AccuracyError(f"{label}: {wrong[0]!r} does not hold; correct the step or what it rests on.")
+            raise AccuracyError(
+                f"{label}: {wrong[0]!r} does not hold; correct the step or what it rests on."
+            )
         write_bytes(folder / f"{slug(label)}.md", markdown(label).encode())
         write_bytes(folder / f"{slug(label)}.tex", latex(label).encode())
-        rows.append(f"| [{label}]({slug(label)}.md) | {d.title} | {len(d.steps)} | {d.leaves_out()} |")
+        rows.append(
+            f"| [{label}]({slug(label)}.md) | {d.title} | {len(d.steps)} | {d.leaves_out()} |"
+        )
         traced.append(record(label))
         step()
     for label, (shown, text) in DEFINITIONS.items():
         rows += ["", f"**{label}** defines {words(text)}.", "", f"$$ {shown} $$"]
     write_bytes(folder / "index.md", "\n".join([*rows, ""]).encode())
-    write_json(folder / "trace.json", {"schema": SCHEMA, "versions": versions("sympy", "mpmath"), "derivations": traced})
+    write_json(
+        folder / "trace.json",
+        {"schema": SCHEMA, "versions": versions("sympy", "mpmath"), "derivations": traced},
+    )

@@ -115,5 +115,3 @@ z0, u1, u2, V_1 = (Symbol(name, real=True) for name in ("z0", "u1", "u2", "V_1")
 N = Symbol("N", positive=True)
 phi, V, p = map(Function, ("phi", "V", "p"))
 lam = 2 / kappa**2
-
-from derivations._old import PaperDerivation, value_of  # noqa: E402, F401

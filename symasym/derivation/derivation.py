@@ -66,34 +66,9 @@ def _made(label: str) -> Derivation:
         title, function, n = LABELS[label]
         d = Derivation(label, title, n)
     else:
-        return _Old(label)
+        raise KeyError(label)
     function(d)
     return d
-
-
-class _Old:
-    """What the old sections concluded, while they move."""
-
-    def __init__(self, label):
-        from derivations.registry import build as old
-
-        self.d = old(label)
-
-    def right(self, name):
-        from derivations.paper import value_of
-
-        steps = {s.name: s.result for s in self.d.steps}
-        found = (
-            self.d.result
-            if name is None
-            else steps[name]
-            if name in steps
-            else value_of(self.d, name)
-        )
-        return getattr(found, "leading", found)
-
-    def error(self):
-        return self.d.result.gauge
 
 
 @dataclass
@@ -191,8 +166,7 @@ class Derivation:
 
     def error(self, label: str) -> Any:
         """The order of what another label's conclusion leaves out."""
-        other = self._take(label)
-        return other.error() if isinstance(other, _Old) else other.concluded[0].error
+        return self._take(label).concluded[0].error
 
     def right(self, name: str | None = None) -> Any:
         """The right side of the step of a name, or of the conclusion: a tuple where that is several."""

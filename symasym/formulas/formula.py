@@ -16,7 +16,7 @@ from symasym.base.call_context import limited, step, symbolic, watched
 from symasym.base.errors import InputError
 from symasym.base.estimate import Answer
 from symasym.base.inputs import Numbers, shown
-from symasym.derivation.printing import tex
+from symasym.derivation.tex import tex
 from symasym.drift.drift import Drift
 from symasym.formulas.cases import Case, found_cases
 from symasym.formulas.leading import Leading, leading

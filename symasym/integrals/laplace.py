@@ -42,7 +42,7 @@ from symasym.base.inputs import (
     sequence,
     shown,
 )
-from symasym.derivation.printing import tex
+from symasym.derivation.tex import tex
 from symasym.drift.expressions import parse
 from symasym.integrals import borel
 from symasym.integrals.enclosure import integral, name_of, number

@@ -16,7 +16,7 @@ import pytest
 import sympy
 
 import symasym as sa
-from symasym.derivation.printing import tex
+from symasym.derivation.tex import tex
 from symasym.emit import Source
 from symasym.emit.forms import as_printed
 from symasym.formulas.cases import case_of

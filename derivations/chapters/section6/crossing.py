@@ -7,7 +7,7 @@ import sympy
 from sympy import Heaviside, Integral, Limit, Rational, Symbol, Tuple, exp, oo
 
 from derivations.chapters.section5.escape import I0, I1, J0, J1, by_sides
-from derivations.numerics import Scene, pieces, split_pieces
+from derivations.numerics import Scene, escape_time, split_pieces
 from derivations.paper import V_1, C, T, V, a_minus, a_plus, kappa, lam, r, u, v
 from symasym.derivation.derivation import derives
 
@@ -141,7 +141,7 @@ def large(d):
     d.suppose(r"crossing to the right and $\kappa$ bounded from below")
     d.suppose(r"$r \gg \kappa^2$, which follows from $\kappa_p \ll r_p \ll 1$, see eq:eekappar")
     path = {a_minus: "5/6", a_plus: "11/6", V_1: "-20/9", r: lambda k, ctx: k**4}
-    exact = lambda k, ctx: pieces(ctx, DRIFT, k, k**4).T
+    exact = lambda k, ctx: escape_time(ctx, DRIFT, k, k**4)
     adds = d.eq("what C adds", Limit(kappa**8 * d["C-bound"].subs(r, kappa**4), kappa, oo), 0,
          r"below any power of $\kappa$")
     far = d["eq:fourthTerm", "closed form"].replace(exp, lambda _: 0)

@@ -1,1 +1,0 @@
-"""Section 5: the steady state, the mean escape time, and both in positive terms."""

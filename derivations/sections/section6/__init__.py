@@ -1,1 +1,0 @@
-"""Section 6: sliding, crossing with strong and with weak noise, and the expansions evaluated."""
