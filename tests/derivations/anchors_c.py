@@ -41,7 +41,7 @@ def oscillator(rng):
     top = brentq(inside.deriv(), top.x - 0.01, top.x + 0.01, xtol=1e-15)
     beta = inside(top)
     z = 1 - alpha - rng.uniform(0.2, 0.8) * (beta - alpha)
-    field = lambda x: -(-1) - z - force(x)  # y' = z'' on the surface, where z' = -1
+    field = lambda x: 1 - z - force(x)  # z'' on the surface, where z' = -1
     third, low, high = sorted((1 - z - inside).roots().real)
     V = lambda x: -gauss(field, -1, x)
     at = {"mu": mu, "alpha": alpha, "z0": z, "z": z, "y": y, "u": u, "F": force, "u1": low, "u2": high, "u3": third,
@@ -69,7 +69,7 @@ def oscillator(rng):
 
 def formal(rng):
     """Of lam^-k in int e^{-+lam (p u + q u^2/2)} du about a kink, by u = x/lam; h_(k+1) beside a zero."""
-    p, left, right, at, k = (*(rng.uniform(*x) for x in ((0.5, 2), (-2, 2), (-2, 2), (0.5, 1))), rng.randint(1, 3))
+    p, left, right, at, k = (*(rng.uniform(*x) for x in ((0.5, 2), (-2, 2), (-2, 2), (0.5, 1))), int(rng.integers(2, 4)))
 
     def beyond(sign, q):
         """On the ray where it falls."""
@@ -142,16 +142,16 @@ def cut_gaussian(rng):
 
 def through_the_fold(rng):
     """T of friction with a well and a barrier, on the other side of the fold than the order is measured."""
-    z0, kappa = -rng.randint(660, 740) / 1000, 0.1
+    z0, kappa = -rng.integers(660, 741) / 1000, 0.1
     centre = value("cubic-pair", {"b": 0, "k": 2 / 3, "w": (1 - z0) * 9 / 16}, "the middle")
     A = Polynomial([1 - z0, -4, 0, 3])(Polynomial([centre, 1]))
     _, rest, psi0, psi1 = A.coef
     square = -rest / psi1
     known = {r"\psi_0": psi0, r"\psi_1": psi1, r"\Delta": square, r"\nu": sqrt(psi0**2 - psi1**2 * square)}
     p2, q2, zeta = (value("cubic-pair", known, step) for step in ("p^2", "q^2", "zeta"))
-    # Past both zeros, and along a half circle.
-    start, middle, radius = -centre, (1 - 2 * centre) / 2, 0.5
-    finite = gauss(lambda a: (1j * radius * np.exp(1j * a) / A(middle + radius * np.exp(1j * a))).real, pi, 0)
+    # From y = -m to 1 - m past both zeros, on a half circle.
+    turn = lambda a: np.exp(1j * a) / 2
+    finite = gauss(lambda a: (1j * turn(a) / A(0.5 - centre + turn(a))).real, pi, 0)
     known = {"p": sqrt(p2), "q": sqrt(q2), "Z": (2 / kappa**2) ** (2 / 3) * zeta, "kappa": kappa, "R_0": finite}
     found = value("cubic-pair", FUNCTIONS | known | {"r": 10, "a_plus": -z0})
     yield found, sa.escape_time(sa.friction(mu=3, alpha=1, z0=z0), kappa, 10)
@@ -177,7 +177,7 @@ def exit_times(phi, kappa, z, rate):
 def leaving(rng):
     """L of T and of v, by differences of five points."""
     kappa, a, b, c, rate = (rng.uniform(*x) for x in ((0.8, 1.2), (-1, 1), (0.2, 1), (-1, 1), (0.1, 0.5)))
-    phi, step, j = (lambda u, z: a + b * z + c * u), 0.05, 12 + rng.randint(-4, 4)
+    phi, step, j = (lambda u, z: a + b * z + c * u), 0.05, 12 + rng.integers(-4, 5)
     u, *now = exit_times(phi, kappa, 0.0, rate)
     back, ahead = (exit_times(phi, kappa, z, rate)[1:] for z in (-step, step))
     rise, bend = np.array([1, -8, 0, 8, -1]), np.array([-1, 16, -30, 16, -1])
@@ -185,13 +185,14 @@ def leaving(rng):
     spread = number(spread.replace(sympy.Derivative, lambda *_: rise @ now[0][j - 2 : j + 3]), {"kappa": kappa})
     for k, right in enumerate((mean, spread)):
         row, moved = now[k][j - 2 : j + 3], (ahead[k][j] - back[k][j]) / (2 * step)
-        yield float(right), phi(u[j], 0) * (rise @ row) + kappa**2 / 2 * 12 * (bend @ row) + rate * moved
+        # The variance's may be small.
+        yield float(right) - 1, phi(u[j], 0) * (rise @ row) + kappa**2 / 2 * 12 * (bend @ row) + rate * moved - 1
 
 
 def nudged(rng):
     """The slope of T in eps at 0, phi = a + b z + c eps u, z' = eps g; T_f of a constant drift."""
     kappa, a, b, c, g = (rng.uniform(*x) for x in ((0.8, 1.2), (0.3, 1), (0.2, 1), (0.2, 1), (-1, 1)))
-    j, eps = 12 + rng.randint(-4, 4), 0.02
+    j, eps = 12 + rng.integers(-4, 5), 0.02
     (u, low, _), (_, high, _) = (
         exit_times(lambda u, z, e=e: a + b * z + c * e * u, kappa, 0.0, e * g) for e in (-eps, eps))  # fmt: skip
     scale = lambda y, drift=a: (1 - sympy.exp(-2 * drift * (y + 1) / kappa**2)) * kappa**2 / (2 * drift)
