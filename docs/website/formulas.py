@@ -37,7 +37,13 @@ SECTIONS = {
     "8": "Beyond the paper: the whole system",
 }
 #: What code is emitted for, and how it is coloured.
-TARGETS = {"NumPy": "python", "mpmath": "python", "C": "c", "JavaScript": "javascript", "LaTeX": "latex"}
+TARGETS = {
+    "NumPy": "python",
+    "mpmath": "python",
+    "C": "c",
+    "JavaScript": "javascript",
+    "LaTeX": "latex",
+}
 _ARXIV = "https://arxiv.org/abs/1310.8328"
 #: Symbols of the problem, which need no explanation in a list of formulas.
 _COMMON = {*"uvyztarTCPVA", "phi", "kappa", "lam", "epsilon", "mu", "alpha", "z0", "u1", "u2"}
@@ -70,14 +76,19 @@ def page(label: str) -> str:
     """The page of one formula."""
     d = build(label)
     used = [other for other in LABELS if label in build(other).rests_on]
-    focus = f'<a href="graph.html#focus-{slug(label)}">The graph about this formula</a> shows all that '
+    focus = (
+        f'<a href="graph.html#focus-{slug(label)}">The graph about this formula</a> shows all that '
+    )
     lines = [
         *(f"# {heading(d.title)}", "", f"{_place(label)}. {_section(label)}.", ""),
         *made.statement(d, "##"),
         *_tools(label, d),
         *_errata(label),
         *("## Symbols", "", "| symbol | meaning | measured in |", "|---|---|---|"),
-        *(f"| ${NAMES.get(s, tex(sympy.Symbol(s)))}$ | {' | '.join(MEANINGS[s])} |" for s in _symbols(d)),
+        *(
+            f"| ${NAMES.get(s, tex(sympy.Symbol(s)))}$ | {' | '.join(MEANINGS[s])} |"
+            for s in _symbols(d)
+        ),
         *("", "## Evaluate it", "", *_evaluation(label)),
         *("## Derivation", "", f"Starts from: {_links(d.rests_on) or 'definitions only'}.", ""),
         *made.steps(d, "###"),
@@ -114,7 +125,9 @@ def _module(label: str) -> str:
 
 def _section(label: str) -> str:
     """Where in the paper the formula is, the first words of its module's docstring."""
-    return " ".join((import_module(_module(label)).__doc__ or "").partition(".\n")[0].partition(":")[0].split())
+    return " ".join(
+        (import_module(_module(label)).__doc__ or "").partition(".\n")[0].partition(":")[0].split()
+    )
 
 
 def _link(label: str) -> str:
@@ -160,7 +173,10 @@ def _cite(label: str) -> list[str]:
     key = BEYOND.get(label)
     pattern = rf"^@\w+{{{key},.*?^}}$"
     found = re.search(pattern, (DOCS / "paper.bib").read_text("utf-8"), re.DOTALL | re.MULTILINE)
-    cited = [*([found[0]] if key and found else []), *sorted((paper, software), reverse=label in BEYOND)]
+    cited = [
+        *([found[0]] if key and found else []),
+        *sorted((paper, software), reverse=label in BEYOND),
+    ]
     return folded("Cite", ["```bibtex", *cited, "```", ""])
 
 
@@ -168,7 +184,13 @@ def _tools(label: str, d: Derivation) -> list[str]:
     """Permalink, TeX to copy, a BibTeX entry to cite."""
     copied = f'<button type="button" data-copy="{escape(d.latex())}">copy TeX</button>'
     link = '<button type="button" data-permalink="">copy permalink</button>'
-    return ["```{raw} html", f'<div class="formula-tools">{link}{copied}</div>', "```", "", *_cite(label)]
+    return [
+        "```{raw} html",
+        f'<div class="formula-tools">{link}{copied}</div>',
+        "```",
+        "",
+        *_cite(label),
+    ]
 
 
 def folded(summary: str, lines: Iterable[str]) -> list[str]:
@@ -180,7 +202,7 @@ def folded(summary: str, lines: Iterable[str]) -> list[str]:
 def _slips() -> list[list[str]]:
     """The rows of the table of errata: number, place, printed, correct, kind, and what follows."""
     text = (DOCS / "errata.md").read_text("utf-8")
-    rows = re.findall(r'^\| (?:<a [^>]*>)?(\d+)(?:</a>)? \| (.*) \|$', text, re.MULTILINE)
+    rows = re.findall(r'^\| <a id="erratum-\d+"></a>(\d+) \| (.*) \|$', text, re.MULTILINE)
     return [[number, *rest.split(" | ")] for number, rest in rows]
 
 
@@ -191,7 +213,11 @@ def _errata(label: str) -> list[str]:
             f":::{{admonition}} Erratum ({kind}): {place.replace(f'`{label}`', '').strip()}",
             *(f"Printed: {printed}.", "", f"Correct: {right}.", ""),
             # In HTML: what it leads to is no heading, which a link in Markdown looks for.
-            *(f'<a href="../errata.html#erratum-{number}">Number {number} of the errata</a>.', ":::", ""),
+            *(
+                f'<a href="../errata.html#erratum-{number}">Number {number} of the errata</a>.',
+                ":::",
+                "",
+            ),
         ]
         for number, place, printed, right, kind, *_ in _slips()
         if f"`{label}`" in place
@@ -253,7 +279,12 @@ def index() -> str:
         "",
     ]
     for number, title in SECTIONS.items():
-        lines += [f"## {title}", "", f"[{title.partition(':')[0]} with its formulas](section-{number}.md).", ""]
+        lines += [
+            f"## {title}",
+            "",
+            f"[{title.partition(':')[0]} with its formulas](section-{number}.md).",
+            "",
+        ]
         lines += [*(f"- {_link(label)}, {_named(label)}" for label in _of_section(number)), ""]
     lines += ["## Definitions, with nothing to derive", ""]
     for label, (shown, text) in DEFINITIONS.items():
@@ -281,7 +312,11 @@ def graph_page() -> str:
         '<p id="graph-title" role="status">Point at a label to read its title.</p>',
         '<p id="graph-hint" hidden>Scroll ↔</p>',
         *(graph.svg(rests, titles), "```", "", "## As a list", ""),
-        *(f"- {_link(label)} rests on: {_links(below)}." for label, below in rests.items() if below),
+        *(
+            f"- {_link(label)} rests on: {_links(below)}."
+            for label, below in rests.items()
+            if below
+        ),
     ]
     return "\n".join([*lines, ""])
 

@@ -15,7 +15,10 @@ def add_parser(subparsers: Commands) -> None:
     )
     parser.add_argument("labels", nargs="*", metavar="LABEL", help="such as eq:Ttilde, fr1, folds")
     takes_place(
-        parser, "folder of pages and trace (%(default)s)", default="build/derivations", metavar="DIR"
+        parser,
+        "folder of pages and trace (%(default)s)",
+        default="build/derivations",
+        metavar="DIR",
     )
     document(parser, ("symasym derive", "symasym derive eq:Ttilde"))
     parser.set_defaults(run=run)

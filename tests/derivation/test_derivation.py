@@ -25,7 +25,12 @@ def stated(right: Any, kind: str) -> Derivation:
     if kind == "value":
         d.eq("one", Integral(t * exp(-t), (t, 0, a)), right)
     elif kind == "given":
-        d.eq("one", f(u), right, given=[(f(u).diff(u, 2) - f(u), 0), (f(0), 1), (f(u).diff(u).subs(u, 0), 1)])
+        d.eq(
+            "one",
+            f(u),
+            right,
+            given=[(f(u).diff(u, 2) - f(u), 0), (f(0), 1), (f(u).diff(u).subs(u, 0), 1)],
+        )
     elif kind == "by":
         d.eq("one", r"\hat f", right, by=sympy.solve(a * u - b, u)[0])
     elif kind == "unknown":

@@ -45,7 +45,7 @@ ROWS: list[tuple[str, str, Callable[..., float]]] = [
     ("eq:Vfric", "inside", friction(of="potential_at")),
     ("turning-points", "zero", of_friction.turning_point),
     ("beta", "force at the turning point", of_friction.breakaway),
-    ("folds", "spring extension, +", lambda mu, alpha: float(sa.friction(mu, alpha).folds().z0[0])),
+    ("folds", "right fold", lambda mu, alpha: float(sa.friction(mu, alpha).folds().z0[0])),
     ("constant-drift", "from 0", constant(sa.escape_time)),
     ("constant-drift", "exit through -r, from 0", constant(sa.exit_probability)),
     ("eq:Ttildesmall", "sum",
@@ -56,8 +56,12 @@ ROWS: list[tuple[str, str, Callable[..., float]]] = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("label", "step", "written"), ROWS, ids=lambda x: x if isinstance(x, str) else "")
-def test_what_is_written_is_what_is_derived(label: str, step: str, written: Callable[..., float]) -> None:
+@pytest.mark.parametrize(
+    ("label", "step", "written"), ROWS, ids=lambda x: x if isinstance(x, str) else ""
+)
+def test_what_is_written_is_what_is_derived(
+    label: str, step: str, written: Callable[..., float]
+) -> None:
     stated = build(label).right(step or None)
     symbols = sorted(stated.free_symbols, key=str)
     derived, rng = numeric(stated, symbols), random.Random(label + step)

@@ -190,31 +190,6 @@ def test_every_public_name_is_in_the_reference() -> None:
     assert first == ["escape_time", "exit_probability", "occupation"]
 
 
-def test_formulas_of_docstrings_are_typeset() -> None:
-    import inspect
-
-    import symasym as sa
-
-    lines = [
-        "With e^(lam V) on [-1, 1] and ``order=2``, |T| <= 1e-3 (e.g. A. Erdelyi), f's a",
-        ">>> 2/kappa^2",
-        "",
-        ":type kappa: int",
-        ":param r: kappa^2/2 of a float64 array",
-    ]
-    assert api.typeset(lines) == [
-        r"With :math:`e^{\lambda V}` on :math:`[-1, 1]` and ``order=2``, "
-        r":math:`\lvert T\rvert \le 10^{-3}` (e.g. A. Erdelyi), :math:`f`'s a",
-        *lines[1:4],
-        r":param r: :math:`\kappa^{2}/2` of a float64 array",
-    ]
-    for value in map(sa.__dict__.get, sa.__all__):
-        text = "\n".join(api.typeset((inspect.getdoc(value) or "").splitlines()))
-        text = re.sub(r"^\s*>>>.*?(\n\s*\n|\Z)", "", text, flags=re.DOTALL | re.MULTILINE)
-        text = re.sub(r":\w+:`.*?`|``.*?``|`.*?`|^[\w, *]+ : .*", "", text, flags=re.MULTILINE)
-        assert not re.findall(r"\b(?:lam|sqrt|exp)\b|\^|<<|>>", text), (value, text)
-
-
 def test_hidden_members_are_members() -> None:
     import symasym as sa
     from symasym import derivation
