@@ -133,12 +133,9 @@ def document() -> str:
     body = []
     for label in LABELS:
         d = build(label)
-        body.append(
-            rf"\paragraph{{{escaped(d.title)}}} \texttt{{{escaped(label)}}}, {escaped(d.leaves_out())}."
-            rf" {escaped(d.note)}"
-            + "\n"
-            + "\n".join(rf"\[ {row} \]" for row in d.latex().split(r" ,\quad "))
-        )
+        about = f"{escaped(d.leaves_out())}. {escaped(d.note)}"
+        body.append(rf"\paragraph{{{escaped(d.title)}}} \texttt{{{escaped(label)}}}, {about}")
+        body += [rf"\[ {row} \]" for row in d.latex().split(r" ,\quad ")]
     head = r"\documentclass[a4paper]{article}" "\n" r"\usepackage{amsmath,amssymb,geometry}"
     return "\n".join([head, r"\begin{document}", *body, r"\end{document}", ""])
 

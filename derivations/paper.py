@@ -91,8 +91,8 @@ sigma_left | | $\Sigma/s$ on the left of the start, $s = e^{\lambda V}$ | scaled
 sigma_right | | $\Sigma/s$ on the right of the start, $s = e^{\lambda V}$ | scaled length
 I0 | | integral of $e^{\lambda V}$ over $(0, r)$ | scaled length
 I1 | | integral of $e^{\lambda V}$ over $(-r, 0)$ | scaled length
-J0 | | $e^{\lambda V(v)}$ times the integral of $e^{-\lambda V}$ over $(-r, v)$, over $(0, r)$ | scaled length squared
-J1 | | $e^{\lambda V(v)}$ times the integral of $e^{-\lambda V}$ over $(-r, v)$, over $(-r, 0)$ | scaled length squared
+J0 | | $e^{\lambda V(v)}$ times $\int_{-r}^v e^{-\lambda V}$, over $(0, r)$ | scaled length squared
+J1 | | $e^{\lambda V(v)}$ times $\int_{-r}^v e^{-\lambda V}$, over $(-r, 0)$ | scaled length squared
 """
 
 #: Name -> meaning and unit, in TeX.

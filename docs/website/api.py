@@ -176,6 +176,7 @@ def _page(title: str, module: str, names: list[str]) -> str:
 
 # -- docstrings ------------------------------------------------------------------------------------
 
+
 def typeset(lines: list[str]) -> list[str]:
     """The lines of a docstring, in reStructuredText, with links to pages and formulas."""
     return [line if ">>>" in line else _linked(line) for line in lines]

@@ -139,7 +139,7 @@ def _links(chosen: Iterable[str]) -> str:
 
 
 def _symbols(d: Derivation) -> list[str]:
-    """The names of the conclusion's symbols that the paper's table explains, in the table's order."""
+    """The names of the conclusion's symbols that the paper's table explains, in its order."""
     held: set[str] = set()
     for step in d.concluded:
         for e in (step.left, step.right):
@@ -272,10 +272,10 @@ def index() -> str:
     """The sections with the titles of their formulas, and the definitions."""
     lines = [
         *("# Formulas", ""),
-        f"{len(LABELS)} results, derived in {sum(len(build(x).steps) for x in LABELS)} checked steps, by "
-        "section of the paper, and as [a graph](graph.md) of which rests on which. [All of them in one "
-        "file](formulas.json), for programs. After a title stand its label and, in brackets, the number of "
-        "its equation in the paper, counted through from the first.",
+        f"{len(LABELS)} results, derived in {sum(len(build(x).steps) for x in LABELS)} checked "
+        "steps, by section of the paper, and as [a graph](graph.md) of which rests on which. [All "
+        "of them in one file](formulas.json), for programs. After a title stand its label and, in "
+        "brackets, the number of its equation in the paper, counted through from the first.",
         "",
     ]
     for number, title in SECTIONS.items():

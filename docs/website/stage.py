@@ -26,8 +26,8 @@ NO_PAGES = ("*.py", "*.json", "paper.*", "website", "__pycache__", "mathjax.js",
 MADE = {"Formulas": "formulas/index", "Reference": "api/index"}
 # What the front page says of them, first under these headings.
 IN_THE_SITE = {
-    "Formulas": """- [Formulas](formulas/index.md) by section of the paper, and [as a graph](formulas/graph.md) of
-  which rests on which
+    "Formulas": """- [Formulas](formulas/index.md) by section of the paper, and
+  [as a graph](formulas/graph.md) of which rests on which
 """,
     "Reference": "- [API reference](api/index.rst)\n",
 }

@@ -1,11 +1,11 @@
-r"""Derivations: a step is an equation whose left side SymPy works out and whose right side is stated.
+r"""Derivations: a step is an equation whose left side SymPy works out; its right side is stated.
 
 ``d.eq(name, left, right)`` states ``left = right``. `left` is not evaluated: it is printed as it
-stands, and its value, ``left.doit()``, has to be `right`. Where the left side is a symbol, a function
-that has no value of its own, or LaTeX, `given` are the equations that determine it, or `by` is what is
-worked out. ``d["eq:C"]`` is what another label concluded; what a label rests on is what it took. There
-are three checks (`symasym.derivation.proof`): exact equality (`eq`), a sign that is seen (`bound`),
-the slope of a remainder (`order`).
+stands, and its value, ``left.doit()``, has to be `right`. Where it is a symbol, a function without
+a value of its own, or LaTeX, `given` are the equations that determine it, or `by` is what is worked
+out. ``d["eq:C"]`` is what another label concluded; what a label rests on is what it took. There are
+three checks (`symasym.derivation.proof`): exact equality (`eq`), a sign that is seen (`bound`), the
+slope of a remainder (`order`).
 
 >>> from sympy import Integral, Symbol
 >>> x, a = Symbol("x"), Symbol("a")
@@ -32,7 +32,7 @@ from symasym.derivation.tex import tex
 #: Label -> title, the function that fills its derivation in, the order of a series.
 LABELS: dict[str, tuple[str, Callable[[Derivation], None], int]] = {}
 BUILT: dict[str, Derivation] = {}
-#: (label, step) -> a right side to take in the place of the step's own (`symasym.derivation.mistakes`).
+#: (label, step) -> a right side in the place of the step's own (`symasym.derivation.mistakes`).
 CHANGED: dict[tuple[str, str], Any] = {}
 
 
@@ -51,7 +51,7 @@ def derives(label: str, title: str, n: int = 0) -> Any:
 
 
 def build(label: str) -> Derivation:
-    """The derivation of a label with its steps stated; nothing is checked. KeyError for no label."""
+    """The derivation of a label, its steps stated and not checked; KeyError for no label."""
     if label not in BUILT:
         BUILT[label] = _made(label)
     return BUILT[label]
@@ -75,7 +75,7 @@ def _made(label: str) -> Derivation:
 class Step:
     """left relation right; `check` takes a right side and tells whether it holds.
 
-    `error` is the order of what is left out, as `variable` goes to its limit; None for what is exact.
+    `error` is the order of what is left out, as `variable` goes to its limit; None if exact.
     """
 
     name: str
@@ -94,7 +94,7 @@ class Step:
         return exact if self.variable is None else "by the slope of the remainder"
 
     def latex(self) -> str:
-        """``left = right + O(error)``, or ``left = right (1 + O(...))``; of tuples, piece by piece."""
+        """``left = right + O(error)``, or ``right (1 + O(...))``; of tuples, piece by piece."""
         if isinstance(self.right, sympy.Tuple):
             pairs = zip(self.left, self.right, strict=True)
             return r" ,\quad ".join(f"{tex(a)} = {tex(b)}" for a, b in pairs)
@@ -153,7 +153,7 @@ class Derivation:
     cases: tuple[str, ...] = ()
 
     def __getitem__(self, key: str | tuple[str, str]) -> Any:
-        """What another label concluded, or its step of that name: ``d["eq:C"]``, ``d["eq:C", "1"]``."""
+        """What another label concluded, ``d["eq:C"]``, or its step: ``d["eq:C", "name"]``."""
         label, name = key if isinstance(key, tuple) else (key, None)
         return self._take(label).right(name)
 
@@ -169,7 +169,7 @@ class Derivation:
         return self._take(label).concluded[0].error
 
     def right(self, name: str | None = None) -> Any:
-        """The right side of the step of a name, or of the conclusion: a tuple where that is several."""
+        """The right side of a step, or of the conclusion: a tuple where that is several."""
         if name is not None:
             return self._step(name).right
         sides = tuple(s.right for s in self.concluded)
@@ -199,7 +199,7 @@ class Derivation:
     ) -> Any:
         """left = right, by working out `left`, or `by`; or since the equations of `given` hold.
 
-        `given` are pairs in which `left` stands, or a function that gives such pairs for a right side.
+        `given` are pairs in which `left` stands, or a function of a right side that gives such.
         """
         rows = given if given is None or callable(given) else list(given)
 
@@ -219,7 +219,7 @@ class Derivation:
         self, name: str, left: Any, relation: str, right: Any, why: str = "",
         certificate: Any = None, on: Any = None,
     ) -> Any:  # fmt: skip
-        """An inequality: the larger side less the smaller, or `certificate`, has a sign that is seen.
+        """An inequality: the larger side less the smaller, or a `certificate` of it, is >= 0.
 
         `on` puts a range into the assumptions on symbols: ``{mu: 1 + Symbol("m", positive=True)}``.
         """
@@ -237,8 +237,8 @@ class Derivation:
     ) -> Any:  # fmt: skip
         """left = right + O(error): |exact - right|/error settles as the variable runs through `at`.
 
-        ``exact(x, ctx)`` is the left side in an mpmath context; `values` are the numbers of the other
-        symbols, or functions that give them.
+        ``exact(x, ctx)`` is the left side in an mpmath context; `values` are the numbers of the
+        other symbols, or functions that give them.
         """
         right, error, at = sympy.sympify(right), sympy.sympify(error), tuple(at)
         free = (right.free_symbols | error.free_symbols) - values.keys()

@@ -31,11 +31,7 @@ def _everywhere(node: Any) -> Iterator[Any]:
     if isinstance(node, (sympy.Derivative, AppliedUndef)):
         return
     for i, a in enumerate(node.args):
-        if isinstance(node, sympy.Piecewise):
-            changed = ((b, a[1]) for b in _everywhere(a[0]))
-        else:
-            changed = _everywhere(a) if isinstance(a, sympy.Expr) else iter(())
-        for b in changed:
+        for b in _everywhere(a) if isinstance(a, sympy.Expr) else ():
             yield node.func(*node.args[:i], b, *node.args[i + 1 :])
 
 
@@ -58,7 +54,7 @@ def _local(node: Any) -> Iterator[Any]:
 
 
 def survivors(step: Step) -> tuple[list[Any], int]:
-    """The changes of a step's right side, or of its order, that its check lets pass; and how many."""
+    """The changes of a step's right side, or order, that its check lets pass; how many it has."""
     changed = list(mutants(step.right))
     alive = [m for m in changed if passes(step, m)]
     if step.variable is not None:

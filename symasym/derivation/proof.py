@@ -1,8 +1,8 @@
 """The three checks of a step: exact equality, a sign that is seen, the slope of a remainder.
 
-`equal` asks a random point first, with random polynomials in the place of unknown functions, so that
-what is false fails in a tenth of a second; what it lets pass is proved or fails. The remainder
-of an asymptotic statement is measured: |exact - stated|/order settles, in as many digits as it takes.
+`equal` asks a random point first, with random polynomials in the place of unknown functions, so
+that what is false fails in a tenth of a second; what it lets pass is proved or fails. The remainder
+of an asymptotic statement is measured: |exact - stated|/order settles.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ def _quad(f: Any, a: Any, b: Any) -> Any:
 
 
 def not_negative(e: Any) -> bool:
-    """A sign that SymPy sees, that of e^x - 1 and 1 - e^-x for x > 0, of sums and products of such."""
+    """A sign that SymPy sees, or of e^x - 1, 1 - e^-x for x > 0, of sums and products of such."""
     if e.is_nonnegative:
         return True
     for t in e.args if e.is_Add else ():

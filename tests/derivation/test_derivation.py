@@ -73,7 +73,8 @@ def test_a_condition_that_does_not_hold_is_told() -> None:
 @pytest.mark.parametrize(
     ("expression", "wanted"),
     [
-        (2 * sympy.pi * exp(2 * a / k**2) / sqrt(-n * b), r"\frac{2 \pi}{\sqrt{-b n}} e^{2 a/\kappa^2}"),
+        (2 * sympy.pi * exp(2 * a / k**2) / sqrt(-n * b),
+         r"\frac{2 \pi}{\sqrt{-b n}} e^{2 a/\kappa^2}"),
         (sqrt(2) * sqrt(a) / sqrt(b), r"\sqrt{\frac{2 a}{b}}"),
         (sqrt(3) * a / 9, r"\frac{a}{3 \sqrt{3}}"),
         (sqrt(-sympy.pi / n), r"\sqrt{\frac{\pi}{-n}}"),

@@ -37,7 +37,8 @@ def friction(u: float | None = None, of: str = "__call__") -> Callable[..., floa
 
 
 ROWS: list[tuple[str, str, Callable[..., float]]] = [
-    ("eq:tildexykappa", "kappa", lambda kappa_phys, epsilon: float(sa.rescale(epsilon, kappa_phys, 1).kappa)),
+    ("eq:tildexykappa", "kappa",
+     lambda kappa_phys, epsilon: float(sa.rescale(epsilon, kappa_phys, 1).kappa)),
     ("eq:tilder", "", lambda r_phys, epsilon: float(sa.rescale(epsilon, 1, r_phys).r)),
     ("eq:phifric0", "left", friction(-2.0)),
     ("eq:phifric0", "inside", friction()),
