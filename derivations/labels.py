@@ -8,7 +8,8 @@ eq:genFilippov eq:genPerturbed eq:cont eq:genSDE eq:eekappar eq:Plarge eq:Psmall
 eq:Tsmall eq:scaledSDE eq:scaledSDEx eq:phi eq:reducedSDE eq:tildexykappa eq:reducedSDEtilde eq:FPE
 eq:pss eq:V eq:V2 eq:Ttildedef eq:tilder eq:BCs2 eq:Ttilde0 eq:Ttilde eq:C eq:P tails eq:P2
 eq:Plarge2 L-bound eq:Psmall2 eq:TtildeCzero eq:fourPieces eq:fourthTerm eq:Ttildelarge
-eq:secondTerm eq:fourthTerm2 eq:Ttildesmall eq:S eq:TtildetoT eq:osc1 eq:osc2 eq:forcePWC eq:forcePerturbed beta
+eq:secondTerm eq:fourthTerm2 eq:Ttildesmall eq:S eq:TtildetoT eq:osc1 eq:osc2 eq:forcePWC
+eq:forcePerturbed beta
 eq:osc3 - eq:phifric0 eq:Vfric cubic folds fr1 fr2 threshold eq:odeR first-integral density-R - -
 C-bound laplace-substitution
 """

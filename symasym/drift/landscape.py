@@ -40,7 +40,9 @@ def potential_at(drift: Drift, u: FloatArray) -> float | FloatArray:
         total, panels = _minus_integral(drift, inside, values, 32), 32
         a_minus, a_plus = (drift.evaluate_float(np.asarray(x), values) for x in (-1.0, 1.0))
         # V is a straight line on either side of the layer (eq:V2).
-        beyond = a_minus * (1 + np.minimum(position, -1.0)) + a_plus * (np.maximum(position, 1.0) - 1)
+        beyond = a_minus * (1 + np.minimum(position, -1.0)) + a_plus * (
+            np.maximum(position, 1.0) - 1
+        )
     if not np.isfinite(total - beyond).all():
         raise RangeError(
             f"V of {drift!r} or its numbers leave the range of float64 (1e-308 to 1e308); rescale "

@@ -37,7 +37,9 @@ def without_noise(eps: float, r: float, z: float) -> float:
         return at[0] - r
 
     at_end.terminal = True
-    return solve_ivp(field, (0, 1e7), (0, z), events=at_end, rtol=1e-9, method="LSODA").t_events[0][0]
+    return solve_ivp(field, (0, 1e7), (0, z), events=at_end, rtol=1e-9, method="LSODA").t_events[0][
+        0
+    ]
 
 
 def test_the_fold_is_passed_as_late_as_the_chain_says():
