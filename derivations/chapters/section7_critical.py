@@ -36,12 +36,13 @@ def folds(d):
     d.suppose(r"$\mu > 1/2$; else the folds are at $|u| \ge 1$, outside the layer")
     at = d.eq("position", fold, PEAK, "a double root, the turning point of the force", lambda s: [
         (d["cubic"].diff(u).subs(u, s), 0), (d["turning-points"], s)])
-    for name, side in (("+", -1), ("-", 1)):
-        d.eq(f"spring extension, {name}", Symbol(f"z_0^{{({name})}}"), 1 + side * BETA, r"$1 \mp \beta$; $-7/9$ "
+    for name, power, side in (("right fold", "+", -1), ("left fold", "-", 1)):
+        d.eq(name, Symbol(f"z_0^{{({power})}}"), 1 + side * BETA, r"$1 \mp \beta$; $-7/9$ "
              r"for $\mu = 3$, $\alpha = 1$, printed as $-0.78$" if side < 0 else "", lambda end, side=side: [
                  (d["cubic"].subs({u: -side * at, z0: end}), 0), (end - 1, side * d["beta"]),
                  (d["cubic", "discriminant"], 27 * alpha**2 * mu**2 * ((end - 1)**2 - (1 - z0)**2))])
-    d.conclude("spring extension, +", "spring extension, -")
+    d.conclude("right fold", "left fold", note="the spring extensions at which a well and a barrier "
+               "meet, on $u > 0$ and on $u < 0$")
 
 
 @derives("fr1", "$a^+$ and $A'$ of the friction drift")

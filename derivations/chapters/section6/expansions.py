@@ -34,11 +34,12 @@ def endpoint_series(d):
          r"$h_k = t^{1 - 2k} g(t)$, $\phi = t \, \psi(t)$: a pole of order $2k + 1$",
          by=at_zero.subs(u, t).doit() * t**(2 * k + 1))
     share = (primitive / kernel / h(u) * lam) * (-sigma)**(k - 1) * (left - right)
-    for name, sign, value in (("of exp(lam V)", 1, sign_k * (left - right)), ("of exp(-lam V)", -1, left - right)):
+    for name, sign, value in (("scale integral", 1, sign_k * (left - right)),
+                              ("speed integral", -1, left - right)):
         d.eq(name, f"E_k^{'+' if sign > 0 else '-'} =", value, "the primitive at the end of one side, less that "
              r"at the start of the other, the weight being $(-\sigma)^{k-1} \phi h_k/\lambda^{k-1}$",
              lambda e, sign=sign: [(share.subs(sigma, sign), e.subs(sign_k, (-1)**k))])
-    d.conclude("of exp(lam V)", "of exp(-lam V)", "beside a simple zero of phi", note=r"the coefficients of "
+    d.conclude("scale integral", "speed integral", "beside a simple zero of phi", note=r"the coefficients of "
                r"$\lambda^{-k}$ in the integrals of $e^{\lambda V}$ and $e^{-\lambda V}$ about a point, in units "
                r"of $e^{\pm\lambda V}$ there; $h_1 = 1/\phi$, $h_{k+1} = -h_k'/\phi$, $s_k = (-1)^k$; $h_k^\pm$ "
                "are those on the left and the right of the point, and 0 where nothing is integrated",

@@ -87,15 +87,16 @@ def airy_form(d):
     single = d.eq("I", Function("I")(Z), pi * bi, "DLMF 9.5.5", lambda f: [
         (sum(one.coeff(s, j) * (-1)**j * f.diff(Z, j) for j in range(3)), 0), (one.coeff(s, 2), 1),
         *((in_thirds(f.diff(Z, j).subs(Z, 0)), in_thirds(rays(j))) for j in range(2))])
-    for name, sign in (("of exp(lam V)", 1), ("of exp(-lam V)", -1)):
+    for name, sign in (("scale integral", 1), ("speed integral", -1)):
         d.eq(name, f"I_{'+' if sign > 0 else '-'} =", pi * delta * (p * bi + sign * q * delta * bi1), "the weight "
              "$p + q s$, $s$ by $-d/dZ$", by=delta * p * single + sign * delta**2 * q * Derivative(single, Z))
-    d.eq("of both", "I_{+-} =", pi**2 * delta**2 * (p**2 * (ai**2 + bi**2) - q**2 * delta**2 * (ai1**2 + bi1**2)),
+    d.eq("double integral", "I_{+-} =",
+         pi**2 * delta**2 * (p**2 * (ai**2 + bi**2) - q**2 * delta**2 * (ai1**2 + bi1**2)),
          "$u < v$; the shares of $s(u)$ and $s(v)$ cancel",
          by=delta**2 * (p**2 * both + p * q * delta * (first - first) + q**2 * delta**2 * second))
-    d.conclude("of exp(lam V)", "of exp(-lam V)", "of both", note=r"integrals over both zeros of $e^{\lambda V}$, "
-               r"of $e^{-\lambda V}$ and of $e^{\lambda(V(v) - V(u))}$, $u < v$, $V$ less the mean of its heights "
-               r"there; $\delta = \lambda^{-1/3}$, $Z = \lambda^{2/3} \zeta$, $u' = p + q s$ at both zeros of "
+    d.conclude("scale integral", "speed integral", "double integral", note=r"integrals over both zeros of "
+               r"$e^{\lambda V}$, of $e^{-\lambda V}$ and of $e^{\lambda(V(v) - V(u))}$, $u < v$, $V$ less the "
+               r"mean of its heights there; $\delta = \lambda^{-1/3}$, $Z = \lambda^{2/3} \zeta$, $u' = p + q s$ at both zeros of "
                r"$s^2 - \zeta$", error=r"relative $O(1/\lambda)$")
 
 
@@ -123,7 +124,7 @@ def cubic_pair(d):
                    r"$\mathrm{artanh}(\sqrt{x})/\sqrt{x}$ is analytic at 0")
     squares = p**2 * lam**third * (ai**2 + bi**2) - q**2 * lam**-third * (ai1**2 + bi1**2)
     formula = d.eq("escape time", T, pi**2 * squares + R0 + (r - 1) / a_plus,
-                   by=lam * d["airy-form", "of both"].subs(delta, lam**-third) + R0 + d["eq:fourthTerm2"])
+                   by=lam * d["airy-form", "double integral"].subs(delta, lam**-third) + R0 + d["eq:fourthTerm2"])
     # Friction past its fold, where no part of T is exponentially larger than another.
     at = {mu: 3, alpha: 1, z0: -Rational(9, 10)}
     here = {b: 0, k: PEAK.subs(at), c3: 3, w: ((1 - z0) / BETA).subs(at)}

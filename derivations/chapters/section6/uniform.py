@@ -79,14 +79,14 @@ def truncated_gaussian(d):
                   "DLMF 7.2.5", lambda f: [(f.diff(t), 1 - lam * t * f), (f.subs(t, 0), 0)])
     put = {psi: t, c: rho(t), b: rate, e: 1 / unit, L: lam}
     here = lambda step: d["canonical-form", step].subs(c.diff(s), rho(t).diff(t)).subs(P0, p).subs(put)
-    beyond = d.eq("of exp(lam V)", "I_+ =", -p * tail - q / lam, r"$-\int_s^\infty$, with $u' = p + s \rho(s)$, "
+    beyond = d.eq("scale integral", "I_+ =", -p * tail - q / lam, r"$-\int_s^\infty$, with $u' = p + s \rho(s)$, "
                   r"$q = \rho$ at the end; what is left is $\rho'/\lambda$", lambda f: [
                       ((f.subs(q, rho(t)) / unit).diff(t), p / unit + here("outer integral, next order"))])
-    d.eq("of exp(-lam V)", "I_- =", p * dawson + q / lam, "from the barrier on; $M$ of canonical-form", lambda f: [
+    d.eq("speed integral", "I_- =", p * dawson + q / lam, "from the barrier on; $M$ of canonical-form", lambda f: [
         (f.subs(q, rho(t)).diff(t),
          here("the inner integral along s").subs(M, f.subs(q, rho(t))) + rho(t).diff(t) / lam)])
     regular, moves = here("regular part of order 0") + p**2 / t, {q: rho(t), F(t).diff(t): 1 - lam * t * F(t)}
-    d.eq("of both", "I_{+-} =", p**2 * (Integral(F(x), (x, 0, t)) - log(t) / lam) - p * q * F(t) / lam,
+    d.eq("double integral", "I_{+-} =", p**2 * (Integral(F(x), (x, 0, t)) - log(t) / lam) - p * q * F(t) / lam,
          r"$u < v$; the regular part, $\int du/\phi$ over $\lambda$, is left out", lambda f: [
              (f.subs(q, rho(t)).diff(t).subs(moves),
               rate * (p * F(t) + rho(t) / lam) - regular / lam - p * F(t) * rho(t).diff(t) / lam),
@@ -98,8 +98,8 @@ def truncated_gaussian(d):
         sympy.erfc(t / kappa) - kappa * exp(-t**2 / kappa**2) / (sqrt(pi) * t)),
          r"the time in a well times $I_+ + 1/(\lambda\phi)$, as $\int du/\phi$ has the pole already",
          by=(lam * exp(lam * D) * well * change).subs(lam, 2 / kappa**2))
-    d.conclude("of exp(lam V)", "of exp(-lam V)", "of both", "the end's part of T", note="contributions of the "
-               r"end to the integrals of $e^{\lambda V}$, of $e^{-\lambda V}$ and of both, $u < v$, in units of "
+    d.conclude("scale integral", "speed integral", "double integral", "the end's part of T", note="contributions of "
+               r"the end to the integrals of $e^{\lambda V}$, of $e^{-\lambda V}$ and of both, $u < v$, in units of "
                r"$e^{\pm\lambda V}$ there; $p = du/ds$ at the barrier, $q = 1/\phi - p/s$ at the end; $F_D$ is "
                "Dawson's integral",
                error=r"relative $O(1/\lambda)$")
