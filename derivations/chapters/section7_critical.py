@@ -1,11 +1,11 @@
 """Section 7, continued: critical points, folds, the threshold of the noise."""
 
 import sympy
+from symasym.derivation.derivation import derives
 from sympy import Rational, Symbol, asin, cos, exp, log, sin, sqrt, symbols
 
 from derivations.chapters.section7_friction import BETA, PEAK, A
 from derivations.paper import a_plus, alpha, eps, kappa, kappa_physical, mu, u, u1, u2, z0
-from symasym.derivation.derivation import derives
 
 h, p, q, c = symbols("h p q c", positive=True)
 D, ell = Symbol("D", positive=True), Symbol("ell", positive=True)
@@ -112,14 +112,9 @@ def threshold(d):
     scaled = well.subs(kappa, d["eq:tildexykappa", "kappa"])
     whole = d.eq("exponential factor of the well's term", r"T_p \sim", size, "without its prefactor, unscaled",
                  by=d["eq:TtildetoT"].subs(Symbol("t_s", positive=True), scaled))
-    found = d.eq("threshold", Symbol("kappa_c"), sqrt(2 * D * eps / ell), r"where that is 1, $\varepsilon = "
-                 r"e^{-\ell}$; the paper's rule is the case $2 D = 1$: 0.0466 for $\varepsilon = 0.01$, rounded "
-                 "to 0.05", lambda k: [(sympy.expand_log(log(whole)).subs({log(eps): -ell, kappa_physical: k}), 0),
-                                       (sqrt(k**2), k)])
-    d.eq("larger noise, shorter time", whole.diff(kappa_physical, evaluate=False),
-         -4 * D * eps / kappa_physical**3 * size,
-         r"negative: an exponentially large time needs $\kappa_p$ below the threshold, not above")
-    d.eq("the time at the threshold", r"e^{2 D \varepsilon/\kappa_c^2} =", 1 / eps, r"of order $1/\varepsilon$ in "
-         "scaled time, the prefactor left out", by=(whole.subs(kappa_physical, found) / eps).subs(ell, -log(eps)))
+    d.eq("threshold", Symbol("kappa_c"), sqrt(2 * D * eps / ell), r"where that is 1, $\varepsilon = e^{-\ell}$; it "
+         r"falls with $\kappa_p$: large times need noise below it; scaled, $T$ is there of order $1/\varepsilon$; the "
+         r"paper's rule is the case $2 D = 1$: 0.0466 for $\varepsilon = 0.01$, rounded to 0.05", lambda k: [
+             (sympy.expand_log(log(whole)).subs({log(eps): -ell, kappa_physical: k}), 0), (sqrt(k**2), k)])
     d.conclude("threshold", note=r"$D$ is the height of the barrier, $V(u_2) - V(u_1)$; $\ell = "
                r"-\log\varepsilon$; unscaled", error="leading exponential scale; prefactors left out")

@@ -5,10 +5,10 @@ Soc. 53 (1957) 599; N. Bleistein, Comm. Pure Appl. Math. 19 (1966) 353.
 """
 
 import sympy
+from symasym.derivation.derivation import derives
 from sympy import Derivative, Function, Integral, Symbol, exp, log, oo, pi, sqrt, symbols
 
 from derivations.paper import kappa, phi
-from symasym.derivation.derivation import derives
 
 s, v, L, sign = symbols(r"s v L \epsilon", real=True)
 t, lam, psi_0, sigma = symbols(r"s lam \psi_0 \sigma", positive=True)
@@ -98,8 +98,9 @@ def truncated_gaussian(d):
         sympy.erfc(t / kappa) - kappa * exp(-t**2 / kappa**2) / (sqrt(pi) * t)),
          r"the time in a well times $I_+ + 1/(\lambda\phi)$, as $\int du/\phi$ has the pole already",
          by=(lam * exp(lam * D) * well * change).subs(lam, 2 / kappa**2))
-    d.conclude("scale integral", "speed integral", "double integral", "the end's part of T", note="contributions of "
-               r"the end to the integrals of $e^{\lambda V}$, of $e^{-\lambda V}$ and of both, $u < v$, in units of "
+    d.conclude("scale integral", "speed integral", "double integral", "the end's part of T",
+               note="contributions of the end to the integrals of "
+               r"$e^{\lambda V}$, of $e^{-\lambda V}$ and of both, $u < v$, in units of "
                r"$e^{\pm\lambda V}$ there; $p = du/ds$ at the barrier, $q = 1/\phi - p/s$ at the end; $F_D$ is "
                "Dawson's integral",
                error=r"relative $O(1/\lambda)$")
