@@ -18,7 +18,6 @@ from symasym.derivation.derivation import build
 U, KAPPA = sympy.Symbol("u", real=True), sympy.Symbol("kappa", positive=True)
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(24)
 
-
 def gauss(f, a, b):
     """The integral of f, with kinks at -1, 0 and 1, by Gauss and Legendre's rule."""
     if b == np.inf:
@@ -30,7 +29,6 @@ def gauss(f, a, b):
     middle = np.array([(y + z) / 2 for y, z in pairwise(ends)])[:, None]
     return sum(w * f(x) for x, w in zip((middle + x).flat, w.flat, strict=True))
 
-
 class _Printer(NumPyPrinter):
     def _print_Integral(self, e):
         shown = self._print(e.function)
@@ -38,11 +36,9 @@ class _Printer(NumPyPrinter):
             shown = f"gauss(lambda {x}: {shown}, {', '.join(map(self._print, ends))})"
         return shown
 
-
 def value(label, known, step=None):
     """The number of a conclusion, or of a step, with numbers and functions put in by name."""
     return number(build(label).right(step), known)
-
 
 def number(e, known):
     e = sympy.sympify(e)
@@ -50,7 +46,6 @@ def number(e, known):
     printer = _Printer({"fully_qualified_modules": False, "allow_unknown_functions": True})
     f = sympy.lambdify(symbols, e, [functions | {"gauss": gauss}, "numpy"], printer=printer)
     return f(*(known[s.name] for s in symbols))
-
 
 class Scene:
     """A cubic drift in the layer, constant beyond; crossing to the right, or sliding."""
@@ -62,8 +57,7 @@ class Scene:
 
     lam = property(lambda self: 2 / self.kappa**2)
 
-    def phi(self, u):
-        return self.inside(min(max(u / self.width, -1), 1))
+    def phi(self, u): return self.inside(min(max(u / self.width, -1), 1))
 
     def V(self, u):
         x, W = min(max(u, -1), 1), self.inside.integ()
@@ -84,10 +78,8 @@ class Scene:
 
     def exit(self, x=0):
         """T and C from x: T'' + lam phi T' = -lam, 0 at both ends; 0 for lam, and 1 at -r."""
-
         def field(u, y):
             return y[1], -self.lam * self.phi(u) * y[1], y[3], -self.lam * (1 + self.phi(u) * y[3])
-
         here = self.along(field, (0, 1, 0, 0), -self.r, x)
         end = self.along(field, here, x, self.r)
         return here[2] - end[2] * here[0] / end[0], 1 - here[0] / end[0]
@@ -102,20 +94,19 @@ class Scene:
         left, right = (20 / abs(self.lam * self.phi(x)) + 1 for x in (-1, 1))
         return inside, self.steady(right, 1, at_1)[1] - self.steady(-left)[1]
 
+    def up(self, u): return exp(self.lam * self.V(u))
+
     def side(self, end, x):
         """sigma and w at x, of the side that ends at `end`."""
-        s = self.known()["V"]
-        up = lambda u: exp(self.lam * s(u))  # noqa: E731
-        whole, inner = gauss(up, end, x), gauss(lambda u: gauss(up, end, u) / up(u), end, x)
-        return abs(whole) / up(x), self.lam * up(x) * inner / abs(whole)
-
+        whole = abs(gauss(self.up, end, x))
+        inner = gauss(lambda u: gauss(self.up, end, u) / self.up(u), end, x)
+        return whole / self.up(x), self.lam * self.up(x) * inner / whole
 
 def filippov(rng):
     am, ap, gm, gp = rng.uniform(0.2, 2, 4) * [1, -1, 1, 1]
     share = np.linalg.solve([[am, ap], [1, 1]], [0, 1])
     at = {"a_minus": am, "a_plus": ap, "g^-": gm, "g^+": gp}
     yield value("filippov", at), share @ [gm, gp]
-
 
 def scales(rng):
     """The same escape in the paper's own variables and in scaled ones."""
@@ -126,8 +117,9 @@ def scales(rng):
     scaled.kappa, scaled.r = value("eq:tildexykappa", at, "kappa"), value("eq:tilder", at)
     yield from zip((value("eq:tildexykappa", at | {"t": T}, "t_s"), C), scaled.exit(), strict=True)
     yield value("eq:tildexykappa", at, "u"), scaled.r
-    yield value("eq:eekappar", at, "scaled ratio"), scaled.r / scaled.kappa**2
-
+    yield value("eq:eekappar", at, "scaled ratio"), scaled.r / abs(scaled.kappa) / scaled.kappa
+    at = {"kappa_phys": 1, "r_phys": 1}  # where the bound is attained
+    yield value("eq:eekappar", at, "scaled ratio"), value("eq:eekappar", at, "the ratio exceeds 1")
 
 def noises(rng):
     """Mean and variance of a step, with noises that are 1 or -1."""
@@ -137,11 +129,10 @@ def noises(rng):
     at |= {f"{name}{n}": x for name in ("d_2", "dW") for n, x in enumerate(b, 1)}
     three = np.array(list(product(signs, repeat=3))) @ b
     one = [value("eq:reducedSDE", at | {"dW": W}) for W in signs]
-    yield from ((np.mean(one), drift), (np.var(one), np.var(k * three)))
+    yield from ((np.mean(one), drift), ((one[1] - one[0]) / 2, np.std(k * three)))
     yield value("eq:scaledSDEx", at), drift + k * b @ b
-    yield value("noise-amplitude", at) ** 2, np.var(three)
+    yield value("noise-amplitude", at), np.std(three)
     yield value("eq:reducedSDEtilde", at | {"dW": 1}), (drift * eps + k * sqrt(eps)) / eps
-
 
 def drift(rng):
     """Each piece of phi and V; and N + 1, by short steps from both edges."""
@@ -154,7 +145,6 @@ def drift(rng):
         closer = (abs(-1 + am / 9) < 1) + (abs(1 + ap / 9) < 1)
         yield 1 + value("regions", {"a_minus": am, "a_plus": ap}), 1 + closer
 
-
 def spread(rng):
     """L* on a density, and what a short step phi dt + kappa dW does to a mean under it."""
     k, q, A = rng.uniform(0.5, 1.5), *(Polynomial(rng.uniform(x, 1, 4)) for x in (0, -1))
@@ -162,14 +152,11 @@ def spread(rng):
     stated = sympy.lambdify(U, e.doit().subs(KAPPA, k))
     nodes, shares = np.polynomial.hermite_e.hermegauss(6)
     g = Polynomial.fromroots([-1] * 8 + [1] * 8)
-
     def rate(dt):
         step = list(zip(k * sqrt(dt) * nodes, shares / sum(shares), strict=True))
-        change = lambda x: sum(s * (g(x + A(x) * dt + W) - g(x)) for W, s in step)  # noqa: E731
+        def change(x): return sum(s * (g(x + A(x) * dt + W) - g(x)) for W, s in step)
         return gauss(lambda x: q(x) * change(x), -1, 1) / dt
-
     yield gauss(lambda x: stated(x) * g(x), -1, 1), 2 * rate(1e-5) - rate(2e-5)
-
 
 def constant(rng):
     """A constant drift: the boundary-value problem, and the density as a sum of modes."""
@@ -181,11 +168,9 @@ def constant(rng):
     yield value("constant-drift", at, "exit through -r, from 0"), C
     n = np.arange(1, 120)
     rates = (a / k) ** 2 / 2 + (k * n * pi / r) ** 2 / 8
-
     def p(u, t):
         shapes = np.sin(n * pi / 2) * np.sin(n * pi * (u + r) / (2 * r)) * np.exp(-rates * t)
         return exp(a * u / k**2) * sum(shapes) / r
-
     yield value("eq:Ttilde0", at | {"p": p}), T
     mode = sympy.exp(a * U / k**2) * sympy.sin(sympy.pi * (U + r) / (2 * r))
     e = build("eq:odeR").right("in terms of R").replace(sympy.Function("phi"), lambda _: a)
@@ -193,14 +178,12 @@ def constant(rng):
     yield number(e, at), -number(mode, at)
     yield sympy.integrate(build("eq:odeR").right("start at 0"), (U, -1, 1)), -1
 
-
 def crossing(rng):
     s = Scene(rng)
     T, C = s.exit()
-    up, down = (lambda v, sign=sign: exp(sign * s.lam * s.V(v)) for sign in (1, -1))
-    both = lambda v: up(v) * gauss(down, -s.r, v)  # noqa: E731
-    at = s.known(C=C, u=-1, I0=gauss(up, 0, s.r), I1=gauss(up, -s.r, 0))
-    at |= {"J0": gauss(both, 0, s.r), "J1": gauss(both, -s.r, 0)}
+    def both(v): return s.up(v) * gauss(lambda u: 1 / s.up(u), -s.r, v)
+    sums = (gauss(f, *over) for f in (s.up, both) for over in ((0, s.r), (-s.r, 0)))
+    at = s.known(C=C, **dict(zip(("I0", "I1", "J0", "J1"), sums, strict=True)))
     (left, w), (right, more) = (s.side(end, 0) for end in (-s.r, s.r))
     at |= {"sigma_left": left, "sigma_right": right, "w": w + more}
     yield from ((value("first-integral", at | {"u": side}), C - (side > 0)) for side in (-1, 1))
@@ -209,10 +192,9 @@ def crossing(rng):
     yield value("positive-form", at, "from both sweeps"), T
     yield value("positive-form", at, "chance of leaving on the left"), C
 
-
 def panels(rng):
     s, (a, b) = Scene(rng), sorted(rng.uniform(-1, 1, 2))
-    e = lambda u: exp(s.lam * (s.V(u) - s.V(a)))  # noqa: E731
+    def e(u): return s.up(u) / s.up(a)
     f, c = min(e(b), 1), min(1 / e(b), 1)
     at = s.known(f=f, c=c, E_s=c * gauss(e, a, b), F_s=f * gauss(lambda u: 1 / e(u), a, b))
     at["D_s"] = f * gauss(lambda v: gauss(e, a, v) / e(v), a, b)
@@ -227,7 +209,6 @@ def panels(rng):
         double = gauss(lambda t, y=y: gauss(lambda v: exp(y * (t - v)), 0, t), 0, 1)
         yield value("constant-panel", {"x": x, "E_s": single}, name), double / max(exp(y), 1)
 
-
 def sliding(rng):
     s, u = Scene(rng, -1), rng.uniform(-2, 2)
     here, (inside, outside) = s.steady(u)[0], s.masses()
@@ -238,20 +219,18 @@ def sliding(rng):
     yield value("positive-density", at, "density"), here / (inside + outside)
     yield value("positive-density", at, "occupation"), inside / (inside + outside)
 
-
 def limits(rng):
     """Orders: what is left out, a power of the noise, is extrapolated away."""
-    s, eps, low = Scene(rng, -1), rng.uniform(0.1, 0.3), rng.uniform(-0.3, 0.3)
+    s, eps, (low, bend) = Scene(rng, -1), rng.uniform(0.1, 0.3), rng.uniform(-0.02, 0.02, 2)
     for label, noises, place in (("eq:Plarge", (30, 60), 0), ("eq:Psmall", (0.2, 0.1), 1)):
         if place:
-            s.inside = Polynomial([low, -1]) * Polynomial([1, rng.uniform(-0.2, 0.2)])
+            s.inside = Polynomial([low, -1]) * Polynomial([0.8, bend])
         found = []
         for s.kappa in noises:
             at = s.known(epsilon=eps, kappa_phys=s.kappa * sqrt(eps))
             at |= {"V_m": s.V(low), "K_m": -s.inside.deriv()(low)}
             found.append(value(label, at) * sum(s.masses()) / s.masses()[place])
         yield (4 * found[1] - found[0]) / 3, 1
-
 
 def radii(rng):
     """T_p grows by r_p/a+; and the noise at which the well's time is r/a+, for far radii."""
@@ -267,23 +246,13 @@ def radii(rng):
         found += [s.kappa**2, s.exit()[0] * s.phi(9) / r]
     yield (found[0] * found[3] - found[2] * found[1]) / (found[0] - found[2]), 1
 
-
-ANCHORS = {
-    label: function
-    for function, labels in {
-        filippov: "filippov",
-        scales: "eq:tildexykappa eq:tilder eq:eekappar",
-        noises: "noise-amplitude eq:scaledSDEx eq:reducedSDE eq:reducedSDEtilde",
-        drift: "eq:phi eq:V eq:V2 regions",
-        spread: "eq:FPE",
-        constant: "constant-drift eq:Ttilde0 eq:odeR",
-        crossing: "first-integral density-R eq:C eq:Ttilde backward positive-form",
-        panels: "constant-panel panel-step",
-        sliding: "eq:pss positive-density",
-        limits: "eq:Plarge eq:Psmall",
-        radii: "eq:Tlarge eq:Tsmall",
-    }.items()
-    for label in labels.split()
-}
+ANCHORS = {label: function for function, labels in {
+    filippov: "filippov", scales: "eq:tildexykappa eq:tilder eq:eekappar", spread: "eq:FPE",
+    noises: "noise-amplitude eq:scaledSDEx eq:reducedSDE eq:reducedSDEtilde",
+    drift: "eq:phi eq:V eq:V2 regions", constant: "constant-drift eq:Ttilde0 eq:odeR",
+    crossing: "first-integral density-R eq:C eq:Ttilde backward positive-form",
+    panels: "constant-panel panel-step", sliding: "eq:pss positive-density",
+    limits: "eq:Plarge eq:Psmall", radii: "eq:Tlarge eq:Tsmall",
+}.items() for label in labels.split()}
 TOLERANCE = {"eq:Ttilde0": 1e-5, "constant-drift": 1e-5, "eq:odeR": 1e-5, "eq:FPE": 1e-6}
 TOLERANCE |= {"eq:Plarge": 1e-2, "eq:Psmall": 1e-2, "eq:Tlarge": 2e-2, "eq:Tsmall": 2e-2}

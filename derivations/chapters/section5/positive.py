@@ -93,6 +93,6 @@ def panel_step(d):
          lambda e: [(Limit(second, sigma, 0), e), (d["positive-form", "from both sweeps"].subs(
              {sigma_left: begun, sigma_right: begun, w: 2 * e}), rate * D_s / fall)])
     d.conclude("sigma, scaled", "w, scaled", "sigma from an absorbing end", "w from an absorbing end", note=(
-        r"from $u = a$ to $u = b$; $f$ where $V$ falls, $c$ where it rises, is $e^{-\lambda |V(b) - V(a)|}$, the other "
-        r"is 1; $E_s$, $F_s$, $D_s$ are the integrals of $e = e^{\lambda (V - V(a))}$, of $1/e$ and of "
+        r"from $u = a$ to $u = b$; $f$ where $V$ falls, $c$ where it rises, is $e^{-\lambda |V(b) - V(a)|}$, the "
+        r"other 1; $E_s$, $F_s$, $D_s$ are the integrals of $e = e^{\lambda (V - V(a))}$, of $1/e$ and of "
         r"$e(v)/e(u)$, $v < u$, each integrand over its largest value; $\sigma$ and $w$ as in positive-form"))
