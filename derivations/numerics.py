@@ -30,10 +30,7 @@ class Scene:
 
     def phi(self, ctx: Any, u: Any, derivative: int = 0) -> Any:
         """The `derivative`-th derivative of A(u)."""
-        found = list(self.coefficients)
-        for _ in range(derivative):
-            found = [k * c for k, c in enumerate(found)][1:]
-        return _horner(ctx, found, u)
+        return _horner(_coefficients(self, derivative, ctx, ctx.prec), ctx, u)
 
     def end(self, ctx: Any, side: int) -> Any:
         """a- (side -1) or a+ (side 1)."""
@@ -42,20 +39,31 @@ class Scene:
     def V(self, ctx: Any, u: Any) -> Any:
         """The potential on all of the line, V(-1) = 0 (eq:V2)."""
         inside = min(max(u, ctx.mpf(-1)), ctx.mpf(1))
-        primitive = [Fraction(0), *(c / (k + 1) for k, c in enumerate(self.coefficients))]
-        value = _horner(ctx, primitive, ctx.mpf(-1)) - _horner(ctx, primitive, inside)
-        return value - (u - inside) * self.end(ctx, 1 if u > 0 else -1)
+        value = _horner(_coefficients(self, -1, ctx, ctx.prec), ctx, inside)
+        return value if u == inside else value - (u - inside) * self.phi(ctx, inside)
 
     def roots(self, ctx: Any) -> list[Any]:
         """Zeros of A in (-1, 1), left to right, to the context's precision."""
         return [ctx.convert(x) for x in _roots(self, ctx.prec)]
 
 
-def _horner(ctx: Any, coefficients: list[Fraction], u: Any) -> Any:
+def _horner(coefficients: list[Any], ctx: Any, u: Any) -> Any:
     total = ctx.zero
-    for c in reversed(coefficients):
-        total = total * u + ctx.mpf(c.numerator) / c.denominator
+    for c in coefficients:
+        total = total * u + c
     return total
+
+
+@cache
+def _coefficients(scene: Scene, derivative: int, ctx: Any, precision: int) -> list[Any]:
+    """Of a derivative of A, of V for -1, the highest power first."""
+    found = list(scene.coefficients)
+    for _ in range(derivative):
+        found = [k * c for k, c in enumerate(found)][1:]
+    if derivative < 0:
+        found = [Fraction(0), *(-c / (k + 1) for k, c in enumerate(found))]
+        found[0] = -sum(c * (-1) ** k for k, c in enumerate(found))
+    return [ctx.mpf(c.numerator) / c.denominator for c in reversed(found)]
 
 
 #: Friction that slides, with one well.

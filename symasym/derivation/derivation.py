@@ -233,7 +233,7 @@ class Derivation:
 
     def order(
         self, name: str, left: Any, right: Any, error: Any, exact: Callable[[Any, Any], Any],
-        at: Iterable[str], values: Mapping[Any, Any], why: str = "", digits: int = 60,
+        at: Iterable[str], values: Mapping[Any, Any], why: str = "", digits: int = 40,
     ) -> Any:  # fmt: skip
         """left = right + O(error): |exact - right|/error settles as the variable runs through `at`.
 
