@@ -4,7 +4,7 @@ import mpmath
 import sympy
 from sympy import Derivative, Integral, Limit, Matrix, Symbol, exp, oo, pi, sqrt
 
-from derivations.chapters.section6.crossing import beside, piece
+from derivations.sections.section6.crossing import beside, piece
 from derivations.numerics import WELL as SCENE
 from derivations.numerics import around, integral, well_integral
 from derivations.paper import T, V, a_minus, a_plus, kappa, lam, phi, r, u, u1, u2

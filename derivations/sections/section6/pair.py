@@ -10,7 +10,7 @@ import sympy
 from symasym.derivation.derivation import derives
 from sympy import Derivative, Function, Integral, Rational, S, Symbol, exp, gamma, pi, sqrt, symbols
 
-from derivations.chapters.section7_friction import BETA, PEAK
+from derivations.sections.section7_friction import BETA, PEAK
 from derivations.numerics import Scene, split_pieces
 from derivations.paper import T, a_plus, alpha, kappa, mu, r, u, z0
 
@@ -96,8 +96,8 @@ def airy_form(d):
          by=delta**2 * (p**2 * both + p * q * delta * (first - first) + q**2 * delta**2 * second))
     d.conclude("scale integral", "speed integral", "double integral", note=r"integrals over both zeros of "
                r"$e^{\lambda V}$, of $e^{-\lambda V}$ and of $e^{\lambda(V(v) - V(u))}$, $u < v$, $V$ less the "
-               r"mean of its heights there; $\delta = \lambda^{-1/3}$, $Z = \lambda^{2/3} \zeta$, $u' = p + q s$ at "
-               r"both zeros of $s^2 - \zeta$", error=r"relative $O(1/\lambda)$")
+               r"mean of its heights there; $\delta = \lambda^{-1/3}$, $Z = \lambda^{2/3} \zeta$, $u' = p + q s$ "
+               r"at both zeros of $s^2 - \zeta$", error=r"relative $O(1/\lambda)$")
 
 
 @derives("cubic-pair", "The escape time through the fold of a cubic drift, in Airy functions")

@@ -2,7 +2,7 @@
 
 from sympy import Derivative, Function, Integral, Symbol, exp
 
-from derivations.chapters.section4_reduction import PIECES, A, moments
+from derivations.sections.section4_reduction import PIECES, A, moments
 from derivations.paper import V_1, V, a_minus, a_plus, kappa, phi, u, v
 from symasym.derivation.derivation import derives
 

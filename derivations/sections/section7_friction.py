@@ -3,7 +3,7 @@
 from symasym.derivation.derivation import derives
 from sympy import Derivative, Function, Rational, Symbol, sqrt, symbols
 
-from derivations.chapters.section4_reduction import PIECES
+from derivations.sections.section4_reduction import PIECES
 from derivations.paper import V, alpha, kappa_physical, mu, phi, u, z0
 
 F, A = Function("F"), Function("A")

@@ -3,7 +3,7 @@
 import sympy
 from sympy import Derivative, DiracDelta, Function, Heaviside, Integral, Symbol, exp, oo, symbols, tanh
 
-from derivations.chapters.section5.stationary import half, q
+from derivations.sections.section5.stationary import half, q
 from derivations.paper import C, T, V, eps, kappa, lam, p, phi, r, r_physical, t, u, v
 from symasym.derivation.derivation import derives
 

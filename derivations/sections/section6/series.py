@@ -28,7 +28,7 @@ from sympy import (
     sqrt,
 )
 
-from derivations.chapters.section6.well import S1, c2, c3, c4
+from derivations.sections.section6.well import S1, c2, c3, c4
 from derivations.numerics import Scene, around, integral
 from derivations.paper import kappa
 from symasym.derivation.derivation import derives

@@ -1,1 +1,0 @@
-"""The sections of the paper as equations, one module a section."""
