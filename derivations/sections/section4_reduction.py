@@ -3,9 +3,9 @@
 import sympy
 from sympy import Derivative, Function, Limit, Matrix, Symbol, exp, sign, sqrt, symbols
 
-from derivations.sections.section2_systems import F, f_minus, f_plus, inside, y, z
 from derivations.paper import eps, kappa, phi, r_physical, t, u
 from derivations.paper import kappa_physical as k_p
+from derivations.sections.section2_systems import F, f_minus, f_plus, inside, y, z
 from symasym.derivation.derivation import derives
 
 A, f = Function("A"), Function("f")

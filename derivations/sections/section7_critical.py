@@ -1,11 +1,11 @@
 """Section 7, continued: critical points, folds, the threshold of the noise."""
 
 import sympy
-from symasym.derivation.derivation import derives
 from sympy import Rational, Symbol, asin, cos, exp, log, sin, sqrt, symbols
 
-from derivations.sections.section7_friction import BETA, PEAK, A
 from derivations.paper import a_plus, alpha, eps, kappa, kappa_physical, mu, u, u1, u2, z0
+from derivations.sections.section7_friction import BETA, PEAK, A
+from symasym.derivation.derivation import derives
 
 h, p, q, c = symbols("h p q c", positive=True)
 D, ell = Symbol("D", positive=True), Symbol("ell", positive=True)

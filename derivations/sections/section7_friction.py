@@ -1,10 +1,10 @@
 """Section 7: the friction oscillator."""
 
-from symasym.derivation.derivation import derives
 from sympy import Derivative, Function, Rational, Symbol, sqrt, symbols
 
-from derivations.sections.section4_reduction import PIECES
 from derivations.paper import V, alpha, kappa_physical, mu, phi, u, z0
+from derivations.sections.section4_reduction import PIECES
+from symasym.derivation.derivation import derives
 
 F, A = Function("F"), Function("A")
 y, z, c_3, beta = symbols("y z c_3 beta", real=True)

@@ -5,10 +5,10 @@ Scaled variables: du = phi(u, z, eps u) dt + kappa dW, dz = eps g dt, and L f = 
 """
 
 import sympy
-from symasym.derivation.derivation import derives
 from sympy import Derivative, Function, Integral, Limit, Rational, Symbol, exp, log, oo, symbols
 
 from derivations.paper import eps, kappa, lam, r, t, u, v
+from symasym.derivation.derivation import derives
 
 g, phi, z, x = symbols("g phi z x", real=True)
 slope_y = Symbol(r"\phi_y", real=True)

@@ -1,4 +1,7 @@
-"""The paper's derivations: each step holds, each changed step fails, alone and with its users."""
+"""The paper's derivations: each step holds, each changed step fails, alone and with its users.
+
+What is concluded is what it is about: the rows of `anchors_a`, `anchors_b` and `anchors_c`.
+"""
 
 from __future__ import annotations
 
@@ -7,17 +10,22 @@ import re
 import shutil
 import subprocess
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 import derivations.sections  # noqa: F401
 from derivations import pages
 from derivations.labels import BEYOND, DEFINITIONS, NUMBERS
-from symasym.derivation.derivation import LABELS, build
+from symasym.derivation.derivation import BUILT, CHANGED, LABELS, build
 from symasym.derivation.mistakes import mutants, notices, passes, survivors
+from tests.derivations import anchors_a, anchors_b, anchors_c
 
 STEPS = [(label, step.name) for label in LABELS for step in build(label).steps]
 CONCLUDED = {(label, step.name) for label in LABELS for step in build(label).concluded}
+ANCHORS = anchors_a.ANCHORS | anchors_b.ANCHORS | anchors_c.ANCHORS
+TOLERANCE = anchors_a.TOLERANCE | anchors_b.TOLERANCE | anchors_c.TOLERANCE
 USERS = {label: [x for x in LABELS if label in build(x).rests_on] for label in LABELS}
 
 
@@ -53,6 +61,33 @@ def test_a_step_changed_with_its_check_is_noticed_by_another() -> None:
 @pytest.mark.slow
 def test_every_step_changed_with_its_check_is_noticed_by_another() -> None:
     assert unnoticed(STEPS) == []
+
+
+def worst(check: Any) -> float:
+    """The largest relative difference between formulas and definitions, over what is allowed."""
+    allowed = max(TOLERANCE.get(label, 1e-8) for label, c in ANCHORS.items() if c is check)
+    pairs = check(np.random.default_rng(1))
+    return max(abs(got - want) / (allowed * max(abs(want), 1e-300)) for got, want in pairs)
+
+
+@pytest.mark.parametrize("check", dict.fromkeys(ANCHORS.values()), ids=lambda c: c.__name__)
+def test_what_is_concluded_is_what_it_is_about(check: Any) -> None:
+    assert worst(check) <= 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("label", ANCHORS)
+def test_a_changed_conclusion_is_not_what_it_is_about(label: str) -> None:
+    for step in build(label).concluded:
+        CHANGED[label, step.name], kept = next(mutants(step.right)), BUILT.pop(label)
+        try:
+            found: Any = worst(ANCHORS[label])
+        except Exception:  # the changed expression has no number there
+            found = 2
+        finally:
+            CHANGED.clear()
+            BUILT[label] = kept
+        assert not found <= 1, step.name
 
 
 def test_every_label_of_the_paper_is_derived_or_defined() -> None:

@@ -3,8 +3,8 @@
 import sympy
 from sympy import Derivative, DiracDelta, Function, Heaviside, Integral, Symbol, exp, oo, symbols, tanh
 
-from derivations.sections.section5.stationary import half, q
 from derivations.paper import C, T, V, eps, kappa, lam, p, phi, r, r_physical, t, u, v
+from derivations.sections.section5.stationary import half, q
 from symasym.derivation.derivation import derives
 
 f, g, h, G, J, R = map(Function, "fghGJR")

@@ -2,8 +2,8 @@
 
 from sympy import Function, Integral, Limit, Symbol, exp, expand, symbols
 
-from derivations.sections.section5.escape import I0, I1, J0, J1, by_sides, f, g, interchange
 from derivations.paper import C, N, T, V, lam, phi, r, t, u, v, x
+from derivations.sections.section5.escape import I0, I1, J0, J1, by_sides, f, g, interchange
 from symasym.derivation.derivation import derives
 
 rate = Symbol("lam", positive=True)

@@ -2,8 +2,8 @@
 
 from sympy import Derivative, Function, Integral, Symbol, exp
 
-from derivations.sections.section4_reduction import PIECES, A, moments
 from derivations.paper import V_1, V, a_minus, a_plus, kappa, phi, u, v
+from derivations.sections.section4_reduction import PIECES, A, moments
 from symasym.derivation.derivation import derives
 
 g, q, p_ss = Function("g"), Function("q"), Function("p_ss")

@@ -6,9 +6,9 @@ from functools import cache
 import sympy
 from sympy import Heaviside, Integral, Limit, Rational, Symbol, Tuple, exp, oo
 
-from derivations.sections.section5.escape import I0, I1, J0, J1, by_sides
 from derivations.numerics import Scene, escape_time, split_pieces
 from derivations.paper import V_1, C, T, V, a_minus, a_plus, kappa, lam, r, u, v
+from derivations.sections.section5.escape import I0, I1, J0, J1, by_sides
 from symasym.derivation.derivation import derives
 
 V_max = Symbol(r"V_{\max}", real=True)

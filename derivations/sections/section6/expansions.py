@@ -1,9 +1,9 @@
 """Section 6, weak noise: repeated integration by parts, what `symasym.series.local` evaluates."""
 
-from symasym.derivation.derivation import derives
 from sympy import Derivative, Function, Symbol, exp, symbols
 
 from derivations.paper import V, phi, u
+from symasym.derivation.derivation import derives
 
 h, g, psi = Function("h"), Function("g"), Function(r"\psi")
 lam, t = symbols("lam t", positive=True)

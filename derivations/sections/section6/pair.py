@@ -7,12 +7,12 @@ from fractions import Fraction
 from functools import cache
 
 import sympy
-from symasym.derivation.derivation import derives
 from sympy import Derivative, Function, Integral, Rational, S, Symbol, exp, gamma, pi, sqrt, symbols
 
-from derivations.sections.section7_friction import BETA, PEAK
 from derivations.numerics import Scene, split_pieces
 from derivations.paper import T, a_plus, alpha, kappa, mu, r, u, z0
+from derivations.sections.section7_friction import BETA, PEAK
+from symasym.derivation.derivation import derives
 
 y, s, m, Z, q, w, b, psi1 = symbols(r"y s m Z q w b \psi_1", real=True)
 t, zeta, sigma, R, D, delta, p, x, psi0 = symbols(r"t zeta \sigma R \Delta delta p x \psi_0", positive=True)

@@ -28,9 +28,9 @@ from sympy import (
     sqrt,
 )
 
-from derivations.sections.section6.well import S1, c2, c3, c4
 from derivations.numerics import Scene, around, integral
 from derivations.paper import kappa
+from derivations.sections.section6.well import S1, c2, c3, c4
 from symasym.derivation.derivation import derives
 from symasym.series.local import corner, finite_parts_in_s, gaussian
 from symasym.series.power_series import Series

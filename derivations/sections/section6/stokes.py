@@ -5,9 +5,9 @@ from fractions import Fraction
 import sympy
 from sympy import Integral, Limit, Symbol, airyai, airybi, erf, exp, log, oo, pi, sqrt
 
-from derivations.sections.section6.well import A1, A2, V_1, a, about, at_scene
 from derivations.numerics import Scene, integral, split_pieces, well_integral
 from derivations.paper import T, a_plus, eps, kappa, r, t, u2
+from derivations.sections.section6.well import A1, A2, V_1, a, about, at_scene
 from symasym.derivation.derivation import derives
 
 SMOOTH = Scene((Fraction(2, 3), Fraction(1, 2)))

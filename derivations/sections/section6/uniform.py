@@ -5,10 +5,10 @@ Soc. 53 (1957) 599; N. Bleistein, Comm. Pure Appl. Math. 19 (1966) 353.
 """
 
 import sympy
-from symasym.derivation.derivation import derives
 from sympy import Derivative, Function, Integral, Symbol, exp, log, oo, pi, sqrt, symbols
 
 from derivations.paper import kappa, phi
+from symasym.derivation.derivation import derives
 
 s, v, L, sign = symbols(r"s v L \epsilon", real=True)
 t, lam, psi_0, sigma = symbols(r"s lam \psi_0 \sigma", positive=True)

@@ -4,10 +4,10 @@ import mpmath
 import sympy
 from sympy import Derivative, Integral, Limit, Matrix, Symbol, exp, oo, pi, sqrt
 
-from derivations.sections.section6.crossing import beside, piece
 from derivations.numerics import WELL as SCENE
 from derivations.numerics import around, integral, well_integral
 from derivations.paper import T, V, a_minus, a_plus, kappa, lam, phi, r, u, u1, u2
+from derivations.sections.section6.crossing import beside, piece
 from symasym.derivation.derivation import derives
 
 a, b, h, V_top, V_1, V_2, c3, c4 = sympy.symbols(r"\hat{u} \hat{v} h V_top V_u1 V_u2 c_3 c_4", real=True)
