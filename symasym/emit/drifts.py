@@ -84,10 +84,10 @@ _TEXT = {
     "javascript": "function {}(u, p) {{\n    return {};\n}}\n",
     "numpy": "def {}(u, p):\n    return {} + 0 * u",
 }
-_TEXT["mpmath"] = _TEXT["numpy"]
+_TEXT["mpmath"] = "def {}(u, p):\n    return numpy.frompyfunc(lambda u: {}, 1, 1)(u)"
 
 
-def helpers(drift: Drift, target: str) -> dict[str, str]:
+def helpers_of(drift: Drift, target: str) -> dict[str, str]:
     """Source of ``drift(u, p)`` and ``rate(u, p)``."""
     A = drift.expression()
     p = {Symbol(n, real=True): Symbol(f"p[{k}]", real=True) for k, n in enumerate(drift.free)}

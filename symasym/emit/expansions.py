@@ -17,60 +17,80 @@ from sympy import Expr, S, Symbol
 from symasym.base.errors import InputError
 from symasym.emit.emit import LAM, Function, own, plain
 
+R = Symbol("r", positive=True)
+
 
 class Scaled:
     """Expressions as c e^(lam h), with a symbol for the h and the c of each sum.
 
-    `known` is what each symbol stands for, those of the sums' heights and coefficients among them.
+    `known` is what each symbol stands for, also these. Heights that may be large are subtracted
+    from each other where they are equal, and nowhere else.
     """
 
     def __init__(self, known: Mapping[Symbol, Expr]) -> None:
-        self.known, self._made = dict(known), dict[Expr, tuple[Expr, Expr]]()
+        self.known = dict(known)
 
-    def of(self, e: Expr, name: str = "") -> tuple[Expr, Expr]:
-        """h and c; `name` is that of the sum."""
-        if e not in self._made:
-            self._made[e] = self._of(e, name)
-        return self._made[e]
+    def named(self, e: Expr, head: str = "h") -> Expr:
+        """A symbol for an expression that is no symbol or number."""
+        if e.is_Symbol or e.is_Number:
+            return e
+        same = (s for s, v in self.known.items() if v == e and s.name.startswith(head))
+        symbol = next(same, Symbol(f"{head}{len(self.known)}", real=True))
+        self.known[symbol] = e
+        return symbol
 
-    def _of(self, e: Expr, name: str) -> tuple[Expr, Expr]:
-        if e in self.known and self._exponential(e):
-            return self.of(self.known[e], str(e))
-        if isinstance(e, sympy.exp):
-            height = sympy.expand(e.args[0] / LAM)
-            return (S.Zero, e) if height.has(LAM) else (height, S.One)
-        if e.is_Pow and e.exp.is_Integer and self._exponential(e.base):
-            height, c = self.of(e.base)
-            return e.exp * height, c**e.exp
-        if e.is_Mul:
-            parts = [self.of(a) for a in e.args]
-            return sympy.expand(sum(h for h, _ in parts)), sympy.Mul(*(c for _, c in parts))
-        if e.is_Add and self._exponential(e):
-            return self._sum([self.of(a) for a in e.args], name)
-        return S.Zero, self._leaf(e)
-
-    def _leaf(self, e: Expr) -> Expr:
-        """The c of what has no exponential."""
-        return e
-
-    def _exponential(self, e: Expr) -> bool:
+    def grows(self, e: Expr) -> bool:
         """True where an expression has exponentials of lam, perhaps in its symbols."""
         return any(x.has(LAM) for x in e.atoms(sympy.exp)) or any(
-            self._exponential(self.known[s]) for s in e.free_symbols if s in self.known
+            self.grows(self.known[s]) for s in e.free_symbols if s in self.known
         )
 
-    def _sum(self, parts: list[tuple[Expr, Expr]], name: str) -> tuple[Expr, Expr]:
+    def of(self, e: Expr) -> tuple[Expr, Expr]:
+        """h and c."""
+        if not self.grows(e):
+            return S.Zero, e
+        if e in self.known:
+            return self.of(self.known[e])
+        if isinstance(e, sympy.exp):
+            return expanded(e.args[0] / LAM), S.One
+        if e.is_Pow:
+            height, c = self.of(e.base)
+            return e.exp * height, c**e.exp
+        if e.is_Add:
+            return self._sum([self.of(a) for a in e.args])
+        parts = [a for a in e.args if self.grows(a)]
+        below = [a for a in parts if a.is_Pow and a.exp == -1]
+        above = [a for a in parts if a not in below]
+        rest = sympy.Mul(*(a for a in e.args if a not in parts))
+        if below and (sums := [a for a in above if a.is_Add]):
+            others = sympy.Mul(*(a for a in e.args if a is not sums[0]))
+            return self._sum([self.of(others * a) for a in sums[0].args])
+        # First what the sum below has as a part: they may be as high.
+        above.sort(key=lambda a: not (below and a in below[0].base.free_symbols))
+        heights, factors = zip(*map(self.of, above), strict=True) if above else ((), ())
+        c = rest * sympy.Mul(*factors)
+        if not below:
+            return expanded(sympy.Add(*heights)), c
+        low, d = self.of(below[0].base)
+        first = self.named(heights[0] - low) if heights else -low
+        return expanded(sympy.Add(first, *heights[1:])), c / d
+
+    def _sum(self, parts: list[tuple[Expr, Expr]]) -> tuple[Expr, Expr]:
         heights: dict[Expr, Expr] = {}
         for h, c in parts:
+            h = self.named(h)
             heights[h] = heights.get(h, S.Zero) + c
         if len(heights) == 1:
             return next(iter(heights.items()))
-        name = name or str(sum(s.name.startswith("top(") for s in self.known))
-        top, total = Symbol(f"top({name})", real=True), Symbol(f"sum({name})", real=True)
-        self.known[top] = sympy.Max(*heights, evaluate=False)
+        top = self.named(sympy.Max(*heights, evaluate=False), "top")
         shares = (c * sympy.exp(LAM * (h - top)) for h, c in heights.items())
-        self.known[total] = sympy.Add(*shares)
-        return top, total
+        return top, self.named(sympy.Add(*shares), "sum")
+
+
+def expanded(e: Expr) -> Expr:
+    """The expression expanded, r - 1 being left together."""
+    beyond = Symbol("r - 1", positive=True)
+    return sympy.expand(e.xreplace({R: 1 + beyond})).xreplace({beyond: R - 1})
 
 
 def of_expansion(e: Any, numbers: Mapping[Symbol, Expr], name: str) -> list[Function]:
