@@ -88,14 +88,16 @@ def closed_form(d):
     at_root = lambda x: of_angle(d["cubic"].subs(u, x).subs(on))
     well = d.eq("well", u1, PEAK * (C1 - root * S1), r"$\cos 3\omega = 4 c^3 - 3 c$, $c = \cos\omega$; "
                 r"$0 < \omega < \pi/6$ for $0 < 1 - z_0 < \beta$", lambda x: [
-                    (at_root(x), 0), (x.subs(omega, 0), d["turning-points"]),
+                    (at_root(x), d["fr2", "no root in u < 0 when crossing"]),
+                    (x.subs(omega, 0), d["turning-points"]),
                     (x.diff(omega).subs(omega, 0), -root * d["turning-points"])])
     top = d.eq("barrier", u2, PEAK * (C1 + root * S1), "", lambda x: [
         (at_root(x), 0), (x - well, 2 * root * d["turning-points"] * S1)])
     put = {u1: well, u2: top}
     for name, sign in (("well", -1), ("barrier", 1)):
         d.eq(f"slope at the {name}", Symbol(f"A'(u_{1 if sign < 0 else 2})"),
-             2 * sign * alpha * (1 + mu) * S1 * (root * C1 + sign * S1),
+             2 * sign * alpha * (1 + mu) * S1 * (root * C1 + sign * S1), r"0 at the fold, $\omega = 0$",
+             lambda e, name=name: [(e.subs(omega, 0), d["fr2", name])],
              by=d["fr2", f"slope at the {name}"].subs(u3, d["fr2", "sum of the roots"]).subs(
                  put, simultaneous=True))
     height = lambda x: d["eq:Vfric", "inside"].subs(u, x)

@@ -61,25 +61,26 @@ def turning(d):
     d.suppose(r"$\mu > 1/2$; else the force grows throughout the layer, see beta")
     slope = d.eq("slope", Derivative(F(u), u), alpha * (1 + mu - 3 * mu * u**2),
                  by=d["eq:forcePerturbed"].diff(u))
-    found = d.eq("zero", Symbol("u_s"), PEAK, "and minus this, the slope being even",
-                 lambda at: [(slope.subs(u, at), 0), (sqrt(at**2), at)])
-    d.bound("inside the layer", 1, ">", found**2, r"exactly for $\mu > 1/2$", 2 * m / (3 * (half + m)),
-            on={mu: half + m})
+    square = d.bound("inside the layer", 1, ">", (1 + mu) / (3 * mu), r"exactly for $\mu > 1/2$",
+                     2 * m / (3 * (half + m)), on={mu: half + m})
+    d.eq("zero", Symbol("u_s"), PEAK, "and minus this, the slope being even",
+         lambda at: [(slope.subs(u, at), 0), (at**2, square), (sqrt(at**2), at)])
     d.conclude("zero", note=r"scaled, $y/\varepsilon$")
 
 
 @derives("beta", "The breakaway force")
 def breakaway(d):
     d.suppose(r"$\mu \ge 1/2$; else the force grows throughout the layer, and $\beta$ is $\alpha$")
-    found = d.eq("force at the turning point", beta, BETA,
-                 r"$\alpha$ at $\mu = 1/2$", by=d["eq:forcePerturbed"].subs(u, d["turning-points"]))
-    d.bound("above alpha for mu > 1/2", found**2, ">", alpha**2,
-            r"the difference is $(2\mu - 1)^2 (\mu + 4) \alpha^2/(27\mu)$",
-            4 * alpha**2 * m**2 * (m + Rational(9, 2)) / (27 * (half + m)), on={mu: half + m})
-    d.bound("no turning point for mu < 1/2: the force grows", d["turning-points", "slope"], ">", 0,
-            r"$|u| < 1$; so its largest value is $\alpha$, at $u = 1$",
-            alpha * (s + (3 + s) * q * (2 + q)) / ((2 + s) * (1 + q) ** 2),
-            on={mu: 1 / (2 + s), u: 1 / (1 + q)})
+    slope, at = d["turning-points", "slope"], d["turning-points"]
+    least = d.bound("above alpha for mu > 1/2", BETA**2, ">", alpha**2,
+                    r"the difference is $(2\mu - 1)^2 (\mu + 4) \alpha^2/(27\mu)$",
+                    4 * alpha**2 * m**2 * (m + Rational(9, 2)) / (27 * (half + m)), on={mu: half + m})
+    flat = d.bound("no turning point for mu < 1/2: the force grows", slope, ">", 0,
+                   r"$|u| < 1$; so its largest value is $\alpha$, at $u = 1$",
+                   alpha * (s + (3 + s) * q * (2 + q)) / ((2 + s) * (1 + q) ** 2),
+                   on={mu: 1 / (2 + s), u: 1 / (1 + q)})
+    d.eq("force at the turning point", beta, BETA, r"where its slope is 0; $\alpha$ at $\mu = 1/2$",
+         lambda e: [(e.subs(mu, half)**2, least), (slope.subs(u, at), flat)], d["eq:forcePerturbed"].subs(u, at))
     d.conclude("force at the turning point", note="the largest force, unscaled")
 
 
