@@ -46,6 +46,7 @@ _EXACT: dict[str, tuple[tuple[str, Any, tuple[Symbol, ...], str], ...]] = {
     "eq:pss": (("pss", _log("log_density", _KAPPA, _U), (_KAPPA, _U), "p_ss(u), stationary"),),
 }
 
+
 def put_in(functions: list[Function], label: str, drift: Drift) -> list[Function]:
     """The functions for a drift, whose free parameters are their last arguments."""
     parameters = tuple(Symbol(n, real=True) for n in drift.free)
@@ -80,7 +81,8 @@ def put_in(functions: list[Function], label: str, drift: Drift) -> list[Function
 
 
 _TEXT = {
-    "c": "static double {}(double u, const double *p)\n{{\n    (void)u; (void)p;\n    return {};\n}}\n",
+    "c": "static double {}(double u, const double *p)\n"
+    "{{\n    (void)u; (void)p;\n    return {};\n}}\n",
     "javascript": "function {}(u, p) {{\n    return {};\n}}\n",
     "numpy": "def {}(u, p):\n    return {} + 0 * u",
 }

@@ -167,8 +167,8 @@ _NAMED: dict[str, dict[str, Any]] = {
 # Words that no argument may have as its name.
 _WORDS = """numpy scipy mpmath Math out y0 y1 j0 j1 jn yn const double exp fabs float fmax fmin int
     log long pow sqrt char void short signed static struct switch typedef union unsigned extern enum
-    sin cos tan tanh sinh cosh default case do goto export function let new null this throw var catch
-    delete eval arguments class extends super typeof instanceof await yield import""".split()
+    sin cos tan tanh sinh cosh default case do goto export function let new null this throw var
+    catch delete eval arguments class extends super typeof instanceof yield""".split()  # noqa: SIM905
 
 
 def printer_of(target: str, functions: Sequence[Function]) -> Any:
@@ -366,7 +366,7 @@ def helpers(target: str) -> dict[str, str]:
 
     text = (folder / "runtime.c").read_text("utf-8")
     found = {m[1]: m[0] for m in re.finditer(r"/\* (\w+): .*?^}\n", text, re.S | re.M)}
-    tables = zip(("NODES", "WEIGHTS", "WITHIN", "LAST"), rule(), strict=True)
+    tables = zip(("NODES", "WEIGHTS", "WITHIN", "LAST"), rule(), strict=True)  # type: ignore[no-untyped-call]
     rows = ((n, x.size, ", ".join(map(repr, x.ravel().tolist()))) for n, x in tables)
     texts = (f"static const double {n}[{size}] = {{{row}}};\n" for n, size, row in rows)
     found["panel"] = "".join(texts) + found["panel"]
@@ -424,8 +424,8 @@ def _compiled(text: str, counts: Mapping[str, int]) -> dict[str, Callable[..., A
     with tempfile.TemporaryDirectory() as folder:
         source, library = Path(folder, "emitted.c"), Path(folder, "emitted.so")
         source.write_text(text, "utf-8")
-        command = ["cc", "-std=c99", "-O2", "-fPIC", "-shared", "-o", library, source, "-lm"]
-        subprocess.run(command, check=True, capture_output=True)
+        command = ["cc", "-std=c99", "-O2", "-fPIC", "-shared", "-o", str(library), str(source)]
+        subprocess.run([*command, "-lm"], check=True, capture_output=True)
         loaded = ctypes.CDLL(str(library))
 
     def called(of: Any, many: int) -> Callable[..., Any]:
@@ -457,34 +457,26 @@ def emit(
     Parameters
     ----------
     what : label, Formula, Expansion, or SymPy expression
-        An expression of your own may be Piecewise, or a tuple of some; a list of `Function` has
-        several functions in one file.
+        Or a tuple of expressions, or a list of `Function`, which is one file.
     target : {"numpy", "mpmath", "c", "javascript", "latex"} or a CodePrinter of SymPy
-        A printer of your own writes assignments.
     parameters : mapping of str to number, optional
         Put into the formula exactly: ``"-0.4"`` is -2/5.
     drift : Drift, optional
-        Put into a formula of V, phi or A; T (``"eq:Ttilde"``), C (``"eq:C"``), P (``"eq:P"``) and
+        Put into a formula of V, phi or A. T (``"eq:Ttilde"``), C (``"eq:C"``), P (``"eq:P"``) and
         the stationary density (``"eq:pss"``) are exact. Its free parameters are arguments.
     name : str
         The name of the function of an expression.
 
-    Raises
-    ------
-    InputError
-        For an unknown label, target or parameter, or a formula that the target has no functions
-        for.
-
     Notes
     -----
-    Where an exponential could overflow, the logarithm is a function, too: ``log_NAME``. Where the
+    Where an exponential could overflow, the logarithm is a function, too: ``log_NAME``. Where a
     formula has no value it is nan.
 
     Examples
     --------
     >>> import symasym as sa
-    >>> sa.emit("eq:Plarge2", "c").load().Plarge2(1.5, -1.0, 10.0)
-    0.024
+    >>> sa.emit("constant-drift", "c", {"a": 2}).functions[0]
+    'constant_drift_from_0'
     """
     from symasym.emit import drifts
 
@@ -504,12 +496,9 @@ def emit(
            for f in functions for s in f.arguments if s.name in values}  # fmt: skip
     if unknown := values.keys() - {s.name for s in put}:
         raise InputError(f"{min(unknown)} is no parameter of {label or name}; leave it out.")
-    functions = [
-        replace(f, arguments=tuple(s for s in f.arguments if s not in put)).each(
-            lambda e: e.subs(put)
-        )
-        for f in functions
-    ]
+    left = [tuple(s for s in f.arguments if s not in put) for f in functions]
+    functions = [replace(f, arguments=a).each(lambda e: e.subs(put))
+                 for f, a in zip(functions, left, strict=True)]  # fmt: skip
     if isinstance(target, CodePrinter):
         return _by_printer(functions, target)
     if kind in _SHAPES:

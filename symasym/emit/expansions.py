@@ -94,19 +94,19 @@ def expanded(e: Expr) -> Expr:
 
 
 def of_expansion(e: Any, numbers: Mapping[Symbol, Expr], name: str) -> list[Function]:
-    """The functions of an expansion: its logarithm first in weak noise.
+    """The function of an expansion, by its logarithm but for uniform noise.
 
-    They give nan where a condition ``a > b`` without noise does not hold, as for r < 1. `numbers` are
-    those of a bound drift's symbols.
+    It gives nan where a condition ``a > b`` without noise does not hold, as for r < 1. `numbers`
+    are those of a bound drift's symbols.
     """
 
     def printed(v: Expr) -> Expr:  # erfc stands beside exponentials, and of a square root
         return plain(v.replace(sympy.erfc, lambda x: sympy.exp(-(x**2)) * own("erfcx")(x)))
 
     known = {s: printed(v) for s, v in {**e.definitions, **numbers}.items()}
-    complement, by_logarithm = e.quantity == "P" and e.noise == "weak", e.noise != "uniform"
+    complement = e.quantity == "P" and e.noise == "weak"
     value = printed(1 - e.formula if complement else e.formula)
-    if by_logarithm:
+    if e.noise != "uniform":
         scaled = Scaled(known)
         height, c = scaled.of(value)
         value, known = LAM * height + sympy.log(c), scaled.known
@@ -120,40 +120,28 @@ def of_expansion(e: Any, numbers: Mapping[Symbol, Expr], name: str) -> list[Func
 
     visit(value)
     met = set(rows).union(value.free_symbols, *(v.free_symbols for v in rows.values()))
-    signs = [c for c in e.conditions if isinstance(c, (sympy.StrictGreaterThan, sympy.StrictLessThan))]
-    signs = [c for c in signs if c.free_symbols <= met | known.keys() and not c.has(LAM)]
-    for c in signs:
-        visit(c)
+    strict = (sympy.StrictGreaterThan, sympy.StrictLessThan)
+    signs = [c for c in e.conditions if isinstance(c, strict) and not c.has(LAM)]
+    signs = [c for c in signs if c.free_symbols <= met | known.keys()]
+    visit(sympy.Tuple(*(side for c in signs for side in c.args)))
     value = sympy.Piecewise((value, sympy.And(*signs)), (sympy.nan, True))
     free = set().union(value.free_symbols, *(v.free_symbols for v in rows.values())) - rows.keys()
-    _refuse(e, free, rows.values())
+    if odd := [s for s in free if s in e.equations and not s.is_real]:
+        raise InputError(f"{odd[0]} may be complex, which code has no numbers for; bind the drift.")
     words: dict[Symbol, str] = {}
     for s in (*sorted(free, key=str), *rows):
-        word = plain_name(s.name)
-        while word in (*words.values(), name, f"log_{name}") or re.fullmatch(r"t\d*", word):
-            word += "_"
-        words[s] = word
+        words[s] = plain_name(s.name)
+        while [*words.values()].count(words[s]) > 1 or words[s] in (name, f"log_{name}"):
+            words[s] += "_"
     named = {s: Symbol(word, **s._assumptions_orig) for s, word in words.items()}
     shared = tuple((named[s], v.xreplace(named)) for s, v in rows.items())
-    arguments = tuple(sorted((named[s] for s in free), key=str))
+    value = value.xreplace(named)
+    if e.noise != "uniform":
+        value = 1 - sympy.exp(value) if complement else sympy.exp(value)
     about = f"{e.quantity} of {e.drift!r}, {e.noise} noise to order {e.order}, case '{e.case}'"
     about += f", where {', '.join(map(str, signs))}." if signs else "."
-    value = value.xreplace(named)
-    if by_logarithm:
-        value = 1 - sympy.exp(value) if complement else sympy.exp(value)
+    arguments = tuple(sorted((named[s] for s in free), key=str))
     return [Function(name, arguments, (value,), about, shared)]
-
-
-def _refuse(e: Any, free: set[Symbol], expressions: Any) -> None:
-    """Refuse complex numbers, and integrals without a closed form."""
-    names = ", ".join(e.drift.free) or "y"
-    if any(x.has(sympy.Integral) or "FinitePart" in str(x) for x in expressions):
-        raise InputError(
-            f"A = {e.drift.expression()} is no polynomial in u, so that V and the regular part "
-            f"have no closed form in {names}; bind all parameters, or call sa.stationary_density."
-        )
-    if odd := [s for s in free if s in e.equations and not s.is_real]:
-        raise InputError(f"{odd[0]} may be complex, which code has no numbers for; bind {names}.")
 
 
 def plain_name(name: str) -> str:

@@ -70,7 +70,11 @@ def march(u, to, lam, p, s=-numpy.inf, w=-numpy.inf):
             h *= 4 / most
             continue
         rise = numpy.exp(numpy.multiply.outer(lam, WITHIN @ x))
-        sums = abs(h) * (rise @ W), abs(h) * ((1 / rise) @ W), h * h * ((rise @ WITHIN.T / rise) @ W)
+        sums = (
+            abs(h) * (rise @ W),
+            abs(h) * ((1 / rise) @ W),
+            h * h * ((rise @ WITHIN.T / rise) @ W),
+        )
         x, (up, down, both) = lam * (W @ x), map(numpy.log, sums)
         total, kept = add(s, up), -add(0, up - s)
         w = add(w + kept, numpy.log(lam) + add(down + kept, both - total)) + x

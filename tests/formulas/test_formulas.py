@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,13 +15,11 @@ import sympy
 
 import symasym as sa
 from symasym.derivation.tex import tex
-from symasym.emit import Source
-from symasym.emit.forms import as_printed
 from symasym.formulas.cases import case_of
 from symasym.formulas.formula import _shortest
 from symasym.formulas.letters import FinitePart
+from symasym.formulas.strong import written_out
 from tests.derivation.test_printing import _AIRY, Reader
-from tests.emitted import Call, available, run
 from tests.formulas.values import by_definitions, roots_of
 from tests.latex import compiled, needs_latex
 
@@ -151,99 +147,6 @@ def test_strong_noise_is_the_number(scene: Scene) -> None:
                 assert agrees(got, asked(e, scene, dps=25), 22), (quantity, order)
 
 
-# -- code ------------------------------------------------------------------------------------------
-
-
-@cache
-def code() -> tuple[dict[str, Source], list[Call], list[Any]]:
-    """Files, calls and the right values: every fifth of the formulas above, and bound drifts."""
-    files, calls, wanted = {}, [], []
-
-    def add(e: sa.Expansion, scene: Scene) -> None:
-        name = f"scene{len(files)}"
-        files[name] = e.emit("c", name="value")
-        function = "log_value" if "log_value" in files[name].functions else "value"
-        known = {**scene.drift.values, **roots_of(scene.drift), "kappa": scene.kappa, "r": scene.r}
-        given = tuple(float(Fraction(known[n]) if isinstance(known[n], str) else known[n])
-                      for n in files[name]._ready[0].arguments)  # fmt: skip
-        calls.append(Call(name, function, given))
-        options = {"log": True} if function == "log_value" else {}
-        wanted.append(asked(e, scene, dps=20, **options))
-
-    every = [(s, q, n) for s in SCENES if s.free.free for q in quantities(s) for n in (0, 2)]
-    for scene, quantity, order in every[::5]:
-        e = formula_of(scene, quantity, order)
-        if any(not u.is_real for u in e.equations):
-            e = e.bind(**scene.values)
-        add(e, scene)
-    for scene in ON_ZERO:
-        add(formula_of(scene, "C", 2), scene)
-    for scene in STRONG[:2]:
-        add(formula_of(scene, "T", 2, "strong"), scene)
-    for text, quantity, start, kappa in (
-        ("1/2 - sin(2*u)", "T", "1/3", "1/8"), ("1/2 - sin(2*u)", "1 - P", "0", "1/4"),
-        ("tanh(3*u)/2 - 1/4", "C", "0", "1/8"), ("3e-6", "T", "0", "3e-4"),
-        ("1e6 - 2e6*u", "T", "0", "50"), ("(u - 2/3)*(u**2 + 1)", "T", "0", "1/8"),
-    ):  # fmt: skip
-        scene = Scene(sa.Drift(text, "u"), {}, kappa, start)
-        add(sa.expand(scene.free, quantity, order=2, start=start), scene)
-    # Where the exponential overflows.
-    add(formula_of(SCENES[0], "T", 2), SCENES[0]._replace(kappa="1/100"))
-    return files, calls, wanted
-
-
-def ran(target: str, folder: Path) -> Iterator[tuple[Call, Any, str]]:
-    """Each call, the right value, and what the target's code returns."""
-    if reason := available(target):
-        pytest.skip(reason)
-    files, calls, wanted = code()
-    got = run(target, {name: source.to(target) for name, source in files.items()}, calls, folder)
-    for call, want, (value,) in zip(calls, wanted, got, strict=True):
-        yield call, want, value
-
-
-@pytest.mark.parametrize("target", ["c", "javascript", "numpy", "mpmath"])
-def test_emitted_code_is_the_number(target: str, tmp_path: Path) -> None:
-    """In doubles, whose arguments are rounded: 1e-12 of the logarithm."""
-    for call, want, value in ran(target, tmp_path):
-        assert abs(float(value) - float(want)) <= 2e-12 * max(1, abs(float(want))), call
-
-
-def test_digits_in_mpmath() -> None:
-    """Whole numbers are no doubles; numbers of a bound drift have 32 digits."""
-    for e in (sa.expand(sa.linear(1, 3), order=1), sa.expand(sa.Drift("1/2 - sin(2*u)"), order=1)):
-        f = e.emit("mpmath").load().f
-        with mpmath.workdps(40):
-            want = e.evaluate("1/10", 3, dps=40)
-            assert abs(f("1/10", 3, dps=30) - want) < want * mpmath.mpf(10) ** -28
-    with pytest.raises(ValueError, match="32"):
-        f("1/8", "3/2", dps=33)
-
-
-def test_an_array_is_the_numbers_one_by_one() -> None:
-    """Where an exponential is 1 for all of the array, or below the least double, or for some."""
-    f = sa.expand(sa.friction(3, 1, "-0.4"), order=2).emit("numpy").load().log_f
-    kappa = np.linspace(0.005, 0.3, 20002).reshape(2, -1)
-    for some in (kappa[0, ::700], np.array([]), kappa):
-        array = f(kappa=some, r=10.0)
-        assert array.shape == some.shape
-        near = [(k, x) for k, x in zip(some.ravel()[::999], array.ravel()[::999], strict=True)]
-        assert all(x == pytest.approx(f(kappa=k, r=10.0), rel=1e-14) for k, x in near)
-
-
-def test_names_in_code() -> None:
-    source = sa.expand(sa.Drift.general(), order=4).emit("c", name="time")
-    assert {"double V2_u1", "double V6_u2"} <= set(re.findall(r"double V\d_u\d", source))
-    for parameter in ("log_value", "INFINITY", "M_PI"):
-        e = sa.expand(sa.Drift(f"{parameter}/5 - u"), order=1)
-        known = {"kappa": 0.25, "r": 1.5}
-        module = e.emit("c", name="value")
-        given = [known.get(n, 1.0) for n in module._ready[0].arguments]
-        want = e.bind(**{parameter: 1}).evaluate("1/4", "3/2")
-        if not available("c"):
-            assert module.load().value(*given) == pytest.approx(want, rel=1e-12)
-
-
 # -- terms -----------------------------------------------------------------------------------------
 
 
@@ -369,7 +272,7 @@ BEYOND = (sympy.Integral, sympy.core.function.AppliedUndef, FinitePart, sympy.Ab
 def test_latex_is_the_formula(drift: sa.Drift, options: dict[str, Any], least: int) -> None:
     """Read back at random numbers, to 20 digits."""
     e, count = sa.expand(drift, patience=100, **options), 0
-    for value in map(as_printed, [e.formula, *e.definitions.values(), *e.equations.values()]):
+    for value in map(written_out, [e.formula, *e.definitions.values(), *e.equations.values()]):
         if value.has(*BEYOND):
             continue
         symbols = sorted(value.free_symbols, key=str)
@@ -482,11 +385,8 @@ def test_bad_input(drift: sa.Drift, options: dict[str, Any], words: str) -> None
 
 
 def test_what_has_no_code_or_number() -> None:
-    e = sa.expand(sa.Drift("c - sin(2*u)"), order=1)
-    with pytest.raises(sa.InputError, match="no closed form in c; bind them"):
-        e.emit("javascript")
-    with pytest.raises(sa.InputError, match=r"in y; use sa.stationary_density"):
-        sa.expand(sa.tanh(1, -1, 3), "density", order=1).emit("c")
+    with pytest.raises(sa.InputError, match="FinitePart"):
+        sa.expand(sa.Drift("c - sin(2*u)"), order=1).emit("javascript")
     with pytest.raises(sa.InputError, match="may be complex"):
         sa.expand(sa.friction(), order=1, case="start").emit("c")
     with pytest.raises(sa.InputError, match="names no drift"):
