@@ -35,9 +35,9 @@ def stokes(d):
     well = whole.subs(r, 0)
     d.order("no well", r"T|_{A > 0} =",
             sympy.expand(whole - well) + log(a_plus / phi_0) / (a_plus - phi_0) - 1 / a_plus, kappa**2,
-            lambda k, ctx: sum(split_pieces(ctx, SMOOTH, k, ctx.mpf(10))), ("3e-2", "1e-2"),
+            lambda k, ctx: sum(split_pieces(ctx, SMOOTH, k, ctx.mpf(10))), ("1e-1", "5e-2"),
             {a_plus: "7/6", phi_0: "2/3", r: "10"}, "for the linear $A = 2/3 + u/2$; the $O(1)$ is the integral "
-            "of $1/A$ over $(0, 1)$ less $1/a^+$", digits=40)
+            "of $1/A$ over $(0, 1)$ less $1/a^+$", digits=30)
     behind = kappa * sqrt(-pi / A1) / phi_0 * exp(2 * (V_0 - V_1) / kappa**2)
     start = {phi_0: lambda k, ctx: BEHIND.phi(ctx, ctx.zero), V_0: lambda k, ctx: BEHIND.V(ctx, ctx.zero)}
     d.order("start behind the barrier", r"T|_{u_2 < 0} =", behind, behind * kappa**2, exact_behind,
