@@ -132,6 +132,7 @@ def noises(rng):
     yield from ((np.mean(one), drift), ((one[1] - one[0]) / 2, np.std(k * three)))
     yield value("eq:scaledSDEx", at), drift + k * b @ b
     yield value("noise-amplitude", at), np.std(three)
+    yield value("eq:scaledSDE", {"f(0)": np.exp(drift)}), np.exp(drift * np.cos(1e-5) + 1e-9)
     yield value("eq:reducedSDEtilde", at | {"dW": 1}), (drift * eps + k * sqrt(eps)) / eps
 
 def drift(rng):
@@ -248,7 +249,7 @@ def radii(rng):
 
 ANCHORS = {label: function for function, labels in {
     filippov: "filippov", scales: "eq:tildexykappa eq:tilder eq:eekappar", spread: "eq:FPE",
-    noises: "noise-amplitude eq:scaledSDEx eq:reducedSDE eq:reducedSDEtilde",
+    noises: "eq:scaledSDE noise-amplitude eq:scaledSDEx eq:reducedSDE eq:reducedSDEtilde",
     drift: "eq:phi eq:V eq:V2 regions", constant: "constant-drift eq:Ttilde0 eq:odeR",
     crossing: "first-integral density-R eq:C eq:Ttilde backward positive-form",
     panels: "constant-panel panel-step", sliding: "eq:pss positive-density",
