@@ -34,13 +34,14 @@ def cubic(d):
 @derives("folds", "Where two critical points coalesce")
 def folds(d):
     d.suppose(r"$\mu > 1/2$; else the folds are at $|u| \ge 1$, outside the layer")
+    cubic, disc, top, beta = d["cubic"], d["cubic", "discriminant"], d["turning-points"], d["beta"]
     at = d.eq("position", fold, PEAK, "a double root, the turning point of the force", lambda s: [
-        (d["cubic"].diff(u).subs(u, s), 0), (d["turning-points"], s)])
+        (cubic.diff(u).subs(u, s), 0), (top, s)])
     for name, power, side in (("right fold", "+", -1), ("left fold", "-", 1)):
         d.eq(name, Symbol(f"z_0^{{({power})}}"), 1 + side * BETA, r"$1 \mp \beta$; $-7/9$ "
              r"for $\mu = 3$, $\alpha = 1$, printed as $-0.78$" if side < 0 else "", lambda end, side=side: [
-                 (d["cubic"].subs({u: -side * at, z0: end}), 0), (end - 1, side * d["beta"]),
-                 (d["cubic", "discriminant"], 27 * alpha**2 * mu**2 * ((end - 1)**2 - (1 - z0)**2))])
+                 (cubic.subs({u: -side * at, z0: end}), 0), (end - 1, side * beta),
+                 (disc, 27 * alpha**2 * mu**2 * ((end - 1)**2 - (1 - z0)**2))])
     d.conclude("right fold", "left fold", note="the spring extensions at which a well and a barrier "
                "meet, on $u > 0$ and on $u < 0$")
 
@@ -79,28 +80,28 @@ def critical_points(d):
 @derives("friction-well", "Well and barrier of the friction drift in closed form")
 def closed_form(d):
     d.suppose(r"$z_0 < 1$, with a well and a barrier in the layer: $\mu > 1/2$, $\alpha < 1 - z_0 < \beta$")
-    thirds, root = Rational(3, 2), sqrt(3)
+    thirds, root, beta, u_s = Rational(3, 2), sqrt(3), d["beta"], d["turning-points"]
+    cubic, V, zero = d["cubic"], d["eq:Vfric", "inside"], d["fr2", "no root in u < 0 when crossing"]
     d.eq("angle", omega, Rational(2, 3) * asin(sqrt((1 - (1 - z0) / BETA) / 2)),
          r"$\beta \cos 3\omega = 1 - z_0$; from the sine, which keeps its digits beside the fold", lambda w: [
-             (1 - 2 * sin(thirds * w)**2, (1 - z0) / d["beta"]),
-             (sin(thirds * w), sqrt((1 - (1 - z0) / d["beta"]) / 2))])
-    on = {z0: 1 - d["beta"] * (4 * C1**3 - 3 * C1)}
-    at_root = lambda x: of_angle(d["cubic"].subs(u, x).subs(on))
+             (1 - 2 * sin(thirds * w)**2, (1 - z0) / beta),
+             (sin(thirds * w), sqrt((1 - (1 - z0) / beta) / 2))])
+    on = {z0: 1 - beta * (4 * C1**3 - 3 * C1)}
+    at_root = lambda x: of_angle(cubic.subs(u, x).subs(on))
     well = d.eq("well", u1, PEAK * (C1 - root * S1), r"$\cos 3\omega = 4 c^3 - 3 c$, $c = \cos\omega$; "
                 r"$0 < \omega < \pi/6$ for $0 < 1 - z_0 < \beta$", lambda x: [
-                    (at_root(x), d["fr2", "no root in u < 0 when crossing"]),
-                    (x.subs(omega, 0), d["turning-points"]),
-                    (x.diff(omega).subs(omega, 0), -root * d["turning-points"])])
+                    (at_root(x), zero), (x.subs(omega, 0), u_s),
+                    (x.diff(omega).subs(omega, 0), -root * u_s)])
     top = d.eq("barrier", u2, PEAK * (C1 + root * S1), "", lambda x: [
-        (at_root(x), 0), (x - well, 2 * root * d["turning-points"] * S1)])
+        (at_root(x), 0), (x - well, 2 * root * u_s * S1)])
     put = {u1: well, u2: top}
     for name, sign in (("well", -1), ("barrier", 1)):
         d.eq(f"slope at the {name}", Symbol(f"A'(u_{1 if sign < 0 else 2})"),
              2 * sign * alpha * (1 + mu) * S1 * (root * C1 + sign * S1), r"0 at the fold, $\omega = 0$",
-             lambda e, name=name: [(e.subs(omega, 0), d["fr2", name])],
+             lambda e, flat=d["fr2", name]: [(e.subs(omega, 0), flat)],
              by=d["fr2", f"slope at the {name}"].subs(u3, d["fr2", "sum of the roots"]).subs(
                  put, simultaneous=True))
-    height = lambda x: d["eq:Vfric", "inside"].subs(u, x)
+    height = lambda x: V.subs(u, x)
     d.eq("height of the barrier", D, 4 * root / 3 * alpha * (1 + mu)**2 / mu * S1**3 * C1, "$V(u_2) - V(u_1)$ as "
          "one product: the difference would lose its digits beside the fold",
          lambda e: [(of_angle((height(top) - height(well)).subs(on) - e), 0)])

@@ -33,7 +33,8 @@ def coulomb(d):
     at_zero = d["eq:osc2", "across the surface"].subs(y, 0)
     left, right = (at_zero.subs(F(0), side * alpha) for side in (-1, 1))
     am, ap = symbols("a_minus a_plus", real=True)
-    number = lambda at: d["regions"].subs({am: left.subs(z, at), ap: right.subs(z, at)})
+    regions = d["regions"]
+    number = lambda at: regions.subs({am: left.subs(z, at), ap: right.subs(z, at)})
     low = d.eq("lower edge", Symbol("z_1"), 1 - alpha, r"$a^+ = 0$, $F = \alpha$; left of it crossing: one "
                "field points at the surface", lambda z1: [(right.subs(z, z1), 0), (number(z1 - alpha), 1)])
     d.eq("upper edge", Symbol("z_2"), 1 + alpha, r"$a^- = 0$, $F = -\alpha$; between the edges both fields point "
