@@ -16,7 +16,7 @@ import sympy
 from sympy import Expr, S, Symbol
 
 from symasym.base.errors import InputError
-from symasym.emit.emit import Function, own, printer_of
+from symasym.emit.printing import Function, own, printer_of
 
 if TYPE_CHECKING:
     from symasym.drift.drift import Drift

@@ -15,7 +15,7 @@ import sympy
 from sympy import Expr, S, Symbol
 
 from symasym.base.errors import InputError
-from symasym.emit.emit import LAM, Function, own, plain
+from symasym.emit.printing import LAM, Function, own, plain
 
 R = Symbol("r", positive=True)
 

@@ -22,7 +22,7 @@ from sympy.printing.julia import JuliaCodePrinter
 
 import symasym as sa
 from symasym.emit import Function, Source
-from symasym.emit.emit import own
+from symasym.emit.printing import own
 
 u, x, y = sympy.Symbol("u", real=True), *sympy.symbols("x y", real=True)
 
@@ -123,9 +123,9 @@ def test_every_formula(target: str, tmp_path: Path) -> None:
 FRICTION = sa.friction()
 Text = tuple[str, ...]
 SCENES: list[tuple[sa.Drift, Text, Text, Text]] = [
-    (FRICTION, ("3", "1", "-0.4"), ("0.02",), ("1.5", "10000")),
+    (FRICTION, ("3", "1", "-0.4"), ("0.02",), ("10000",)),
     (FRICTION, ("3", "1", "-0.4"), ("0.1", "1", "30"), ("0.3", "1", "10000")),
-    (FRICTION, ("0.5", "1", "0.5"), ("0.05", "1", "30"), ("0.3", "10000")),
+    (FRICTION, ("0.5", "1", "0.5"), ("0.07", "1", "30"), ("0.3", "10000")),
     (sa.tanh(), ("1", "-1", "1000"), ("0.1", "30"), ("0.3", "10")),
     (sa.tanh(), ("-1", "0.5", "1000"), ("0.1", "1"), ("0.3", "10000")),
     (sa.sine(), ("1", "-1", "3"), ("0.1", "3"), ("1.5",)),
@@ -138,9 +138,9 @@ SCENES: list[tuple[sa.Drift, Text, Text, Text]] = [
 
 def polynomials() -> list[Any]:
     rng, rows = random.Random(11), []
-    for degree in (1, 2, 3, 4, 5, 16):
+    for degree in (1, 3, 5, 16):
         A = sum(sympy.Rational(rng.randint(-300, 300), 128) * u**k for k in range(degree + 1))
-        rows.append((sa.Drift(A), (), ("0.05", "0.7"), ("0.4", "9999.7")))
+        rows.append((sa.Drift(A), (), ("0.07", "0.7"), ("0.4", "9999.7")))
     return rows
 
 
