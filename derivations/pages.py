@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
+import derivations.sections  # noqa: F401
 from derivations.labels import DEFINITIONS, NUMBERS
 from symasym.base.errors import AccuracyError
 from symasym.base.files import versions, write_bytes, write_json

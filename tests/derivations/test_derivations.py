@@ -24,6 +24,15 @@ from tests.derivations import anchors_a, anchors_b, anchors_c
 
 STEPS = [(label, step.name) for label in LABELS for step in build(label).steps]
 CONCLUDED = {(label, step.name) for label in LABELS for step in build(label).concluded}
+#: Signs that are seen, and used in words only: their own check alone holds them.
+REMARKS = {
+    ("turning-points", "inside the layer"),
+    ("beta", "above alpha for mu > 1/2"),
+    ("beta", "no turning point for mu < 1/2: the force grows"),
+    ("fr2", "well"),
+    ("fr2", "barrier"),
+    ("fr2", "no root in u < 0 when crossing"),
+}
 ANCHORS = anchors_a.ANCHORS | anchors_b.ANCHORS | anchors_c.ANCHORS
 TOLERANCE = anchors_a.TOLERANCE | anchors_b.TOLERANCE | anchors_c.TOLERANCE
 USERS = {label: [x for x in LABELS if label in build(x).rests_on] for label in LABELS}
@@ -48,19 +57,19 @@ def test_every_change_fails(label: str) -> None:
     assert {s.name: alive for s in build(label).steps if (alive := survivors(s)[0])} == {}
 
 
-def unnoticed(steps: list[tuple[str, str]]) -> list[tuple[str, str]]:
+def unnoticed(steps: list[tuple[str, str]]) -> set[tuple[str, str]]:
     """The steps whose change, their own check left out, no step of a label notices."""
     free = [step for step in steps if step not in CONCLUDED]
-    return [(label, name) for label, name in free if not notices(label, name, USERS[label])]
+    return {(label, name) for label, name in free if not notices(label, name, USERS[label])}
 
 
 def test_a_step_changed_with_its_check_is_noticed_by_another() -> None:
-    assert unnoticed(STEPS[::12]) == []
+    assert unnoticed(STEPS[::12]) <= REMARKS
 
 
 @pytest.mark.slow
 def test_every_step_changed_with_its_check_is_noticed_by_another() -> None:
-    assert unnoticed(STEPS) == []
+    assert unnoticed(STEPS) == REMARKS
 
 
 def worst(check: Any) -> float:
