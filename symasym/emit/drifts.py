@@ -8,6 +8,7 @@ function in A may turn. Its cost grows with 1/kappa^2, and beyond 20,000 panels 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -57,7 +58,7 @@ def put_in(functions: list[Function], label: str, drift: Drift) -> list[Function
             for name, value, first, about in exact
         ]
     at_1 = own("potential")(1, 1, p)
-    known = {"a_minus": own("drift")(-1, p), "a_plus": own("drift")(1, p), "V_1": at_1, "V1": at_1}
+    known = {"a_minus": own("end")(-1, p), "a_plus": own("end")(1, p), "V_1": at_1, "V1": at_1}
 
     def change(e: Expr) -> Expr:
         for name, value in (
@@ -90,14 +91,16 @@ _TEXT["mpmath"] = "def {}(u, p):\n    return numpy.frompyfunc(lambda u: {}, 1, 1
 
 
 def helpers_of(drift: Drift, target: str) -> dict[str, str]:
-    """Source of ``drift(u, p)`` and ``rate(u, p)``."""
+    """Source of ``drift(u, p)``, of its ends ``end(u, p)``, and of ``rate(u, p)``."""
     A = drift.expression()
     p = {Symbol(n, real=True): Symbol(f"p[{k}]", real=True) for k, n in enumerate(drift.free)}
     horner = sympy.horner(A, _U) if A.is_polynomial(_U) else A
+    low, high = (sympy.expand(A.subs(_U, side)) for side in (-1, 1))  # rounded once
+    ends = sympy.Piecewise((high, _U > 0), (low, True))
     printer = printer_of(target, ())
     return {
-        name: _TEXT[target].format(name, printer.doprint(e.xreplace(p)))
-        for name, e in (("drift", horner), ("rate", rate(A)))
+        name: _TEXT[target].format(name, re.sub(r"\s*\n\s*", " ", printer.doprint(e.xreplace(p))))
+        for name, e in (("drift", horner), ("end", ends), ("rate", rate(A)))
     }
 
 

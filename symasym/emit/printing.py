@@ -63,11 +63,20 @@ class Function:
 
 
 class _NumPy(SciPyPrinter):  # type: ignore[misc]
+    def _of_two(self, e: Any, name: str) -> str:
+        return str(reduce(f"numpy.{name}({{}}, {{}})".format, map(self._print, e.args)))
+
     def _print_Max(self, e: Any) -> str:
-        return str(reduce("numpy.maximum({}, {})".format, map(self._print, e.args)))
+        return self._of_two(e, "maximum")
 
     def _print_Min(self, e: Any) -> str:
-        return self._print_Max(e).replace("maximum", "minimum")
+        return self._of_two(e, "minimum")
+
+    def _print_And(self, e: Any) -> str:
+        return self._of_two(e, "logical_and")
+
+    def _print_Or(self, e: Any) -> str:
+        return self._of_two(e, "logical_or")
 
     def _print_Piecewise(self, e: Any) -> str:
         (value, condition), *others = e.args
@@ -88,9 +97,6 @@ class _NumPy(SciPyPrinter):  # type: ignore[misc]
 class _Mpmath(MpmathPrinter):  # type: ignore[misc]
     def _print_Float(self, e: Any) -> str:
         return f"mpmath.mpf('{e}')"
-
-    def _print_Heaviside(self, e: Any) -> str:
-        return f"(1 if {self._print(e.args[0])} > 0 else 0)"
 
     def _print_Integral(self, e: Any) -> str:
         text = self._print(e.function)
@@ -144,7 +150,7 @@ PRINTERS: dict[str, Any] = {
     "numpy": _NumPy, "mpmath": _Mpmath, "c": _C, "javascript": _JavaScript, "latex": LatexPrinter,
 }  # fmt: skip
 TARGETS = tuple(PRINTERS)
-_OWN = ("logaddexp", "erfcx", "dawsn", "airye", "drift", "rate", "log")
+_OWN = ("logaddexp", "erfcx", "dawsn", "airye", "drift", "end", "rate", "log")
 _NAMED: dict[str, dict[str, Any]] = {
     "numpy": {"logaddexp": "numpy.logaddexp", "erfcx": "scipy.special.erfcx",
               "dawsn": "scipy.special.dawsn", "log": "numpy.log"},

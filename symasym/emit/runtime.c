@@ -178,7 +178,7 @@ static void march(double u, double to, double lam, const double *p, double sums[
 /* side: the same from the end at r sign to 0; beyond the layer lam V changes by x, a line */
 static void side(double kappa, double r, double sign, const double *p, double sums[4])
 {
-    double lam = 2/(kappa*kappa); double x = lam*drift(sign, p)*sign*(r - 1);
+    double lam = 2/(kappa*kappa); double x = lam*end(sign, p)*sign*(r - 1);
     sums[0] = 0; sums[1] = -INFINITY; sums[2] = -INFINITY; sums[3] = -INFINITY;
     if (r > 1) {
         sums[1] = log((r - 1)*exprel_(x)) - fmin(x, 0);
@@ -210,7 +210,7 @@ static double potential(double lam, double u, const double *p)
 {
     double sums[4] = {0, -INFINITY, -INFINITY, -INFINITY}; double inside = fmax(fmin(u, 1), -1);
     march(-1, inside, lam, p, sums);
-    return sums[0] - lam*drift(u > 0 ? 1 : -1, p)*(u - inside);
+    return sums[0] - lam*end(u > 0 ? 1 : -1, p)*(u - inside);
 }
 
 /* layers: log of int e^(-lam V) over the layer, and beyond it */
@@ -219,7 +219,7 @@ static void layers(double kappa, const double *p, double out[4])
     double sums[4] = {0, -INFINITY, -INFINITY, -INFINITY}; double lam = 2/(kappa*kappa);
     march(-1, 1, lam, p, sums);
     out[0] = sums[3];
-    out[1] = logaddexp(-log(lam*drift(-1, p)), -sums[0] - log(-lam*drift(1, p)));
+    out[1] = logaddexp(-log(lam*end(-1, p)), -sums[0] - log(-lam*end(1, p)));
 }
 
 /* log_share: log P, or of 1 - P */

@@ -88,7 +88,7 @@ def sides(kappa, r, p):
     """Log sigma and log w at 0 from both ends; beyond the layer lam V changes by x, a line."""
     lam, h = 2 / numpy.atleast_1d(kappa) ** 2, max(r - 1, 0)
     for sign in (-1, 1):
-        x = lam * drift(sign, p) * sign * h
+        x = lam * end(sign, p) * sign * h
         s = numpy.log(h * exprel_(x)) - numpy.minimum(x, 0)
         w = numpy.log(lam * h * exprel2_(-x) / exprel_(x))
         yield march(sign * min(r, 1), 0, lam, p, s, w)[1:3]
@@ -111,14 +111,14 @@ def potential(lam, u, p):
     """V(u) times lam, by the panels."""
     inside, sign = max(min(u, 1), -1), 1 if u > 0 else -1
     V, *_ = march(-1, inside, numpy.atleast_1d(lam), p)
-    return V.reshape(numpy.shape(lam))[()] - lam * drift(sign, p) * (u - inside)
+    return V.reshape(numpy.shape(lam))[()] - lam * end(sign, p) * (u - inside)
 
 
 def layers(kappa, p):
     """Log of int e^(-lam V) over the layer, and beyond it."""
     lam = 2 / numpy.atleast_1d(kappa) ** 2
     V, _, _, inside = march(-1, 1, lam, p)
-    beyond = numpy.logaddexp(-numpy.log(lam * drift(-1, p)), -V - numpy.log(-lam * drift(1, p)))
+    beyond = numpy.logaddexp(-numpy.log(lam * end(-1, p)), -V - numpy.log(-lam * end(1, p)))
     return (x.reshape(numpy.shape(kappa))[()] for x in (inside, beyond))
 
 

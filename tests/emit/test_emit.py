@@ -129,7 +129,7 @@ SCENES: list[tuple[sa.Drift, Text, Text, Text]] = [
     (sa.tanh(), ("1", "-1", "1000"), ("0.1", "30"), ("0.3", "10")),
     (sa.tanh(), ("-1", "0.5", "1000"), ("0.1", "1"), ("0.3", "10000")),
     (sa.sine(), ("1", "-1", "3"), ("0.1", "3"), ("1.5",)),
-    (sa.hill(), ("1", "-1", "0.3"), ("0.1", "3"), ("1.5",)),
+    (sa.hill(), ("1", "-1", "0.3"), ("0.3",), ("1.5",)),
     # Bumps of a thousandth, that no grid sees.
     (sa.Drift("1/2 - exp(-(1000*(u - 3/10))**2)"), (), ("0.1", "30"), ("0.4", "10")),
     (sa.Drift("1 - 2/(1 + (1000*(u + 37/100))**2)"), (), ("0.1", "30"), ("0.4", "10")),
@@ -206,11 +206,13 @@ def test_digits() -> None:
 
 def test_arrays() -> None:
     """All arguments broadcast, and many kappas at once are the numbers one by one."""
+    uniform = sa.expand(FRICTION, "T", noise="uniform").emit().load().f
     T = sa.emit("eq:Ttilde", drift=FRICTION).load().log_Ttilde
     kappa, z0 = np.array([[0.3], [1.0]]), np.array([-0.8, -0.4, 0.5])
     want = sa.escape_time(sa.friction(mu=3, alpha=1, z0=z0), kappa, 10, log=True)
     assert np.abs(T(kappa, 10, 3, 1, z0) - want).max() < 1e-13
     assert np.abs(T(kappa[:, 0], 10, 3, 1, -0.4) - want[:, 1]).max() < 1e-13
+    assert uniform(1, 0.1, 3, [[0.5], [2]], z0).shape == (2, 3)
 
 
 def test_no_value(tmp_path: Path) -> None:
