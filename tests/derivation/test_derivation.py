@@ -9,9 +9,11 @@ import pytest
 import sympy
 from sympy import Function, Integral, Rational, Symbol, cos, exp, log, oo, sin, sqrt
 
+from symasym.base.errors import InputError
 from symasym.derivation.derivation import Derivation
 from symasym.derivation.mistakes import survivors
 from symasym.derivation.tex import tex
+from symasym.formula import formula
 
 u, v, t = (Symbol(name, real=True) for name in "uvt")
 a, b, k = (Symbol(name, positive=True) for name in ("a", "b", "kappa"))
@@ -68,6 +70,21 @@ def test_a_condition_that_does_not_hold_is_told() -> None:
     d = stated(b / a, "by")
     d.suppose("$1 > 2$", lambda: bool(mpmath.mpf(1) > 2))
     assert d.verify() == ["$1 > 2$"]
+
+
+def test_a_formula_is_its_derivation() -> None:
+    found = formula("eq:Ttildesmall")
+    assert found.latex().startswith(r"T = \frac{r}{a^+} + ")
+    assert found.error == r"$O(\kappa^2 e^{2 D/\kappa^2})$"
+    assert "eq:secondTerm" in found.rests_on
+    assert formula("saddle-series-3").steps
+    for label, told in (
+        ("Ttilde", "is no formula"),
+        ("eq:genSDE", "defines the system"),
+        (3, "no"),
+    ):
+        with pytest.raises(InputError, match=told):
+            formula(label)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

@@ -259,8 +259,7 @@ AFTER: dict[str, dict[str, dict[str, _Place] | None]] = {
         "coefficients": {"dps": _DPS}, "__str__": {},
     },
     "formula": {"latex": {}, "__str__": {}, "emit": {"target": _TARGET, "drift": _DRIFT},
-                "cases": None, "expression": None, "left": None, "limit": None,
-                "remainder": None, "names": None},
+                "expression": None, "left": None, "steps": None},
     "rescale": {"__str__": {}, "drag_time": {"distance": _KAPPA, "velocity": _KAPPA}},
     "reduce": {"__str__": {}, "drift": None, "amplitude": None,
                "drag_time": {"eps": _KAPPA, "values": _Place(["{'z': 0}", "None"])},
@@ -307,7 +306,7 @@ COMMANDS = [
     "release --phi TEXT --velocity TEXT --kappa X --r X --eps X --z X --method WORD --json",
     "release --set mu=X --set alpha=X --kappa X --r X --eps X --z X --start X --quantiles",
     "release --kappa X --r X --eps X --z X --method simulate --paths N --seed N --patience X",
-    "derive WORD -o OUT --fresh", "derive --errata", "verify --level WORD --seed N -o OUT",
+    "derive WORD -o OUT", "verify --level WORD --seed N -o OUT",
     "reproduce --only WORD --dps N -o OUT", "report --scene X --quick -o OUT",
     "report --scene X --stability", "value", "--version",
 ]  # fmt: skip
