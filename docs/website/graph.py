@@ -14,7 +14,7 @@ WIDTH, HEIGHT = 117, 22
 ROW, GAP, LANE, MARGIN = 56, 5, 10, 2
 SWEEPS = 12
 #: Boxes of a row: as many as a page has room for.
-MOST = 6
+MOST = 5
 
 Rests = dict[str, list[str]]
 
