@@ -4,7 +4,6 @@ import contextlib
 import doctest
 import io
 import shlex
-import sys
 import tempfile
 from pathlib import Path
 
@@ -50,13 +49,6 @@ def run_console(example: Example) -> str | None:
     return None
 
 
-def forget_targets(_: dict[str, object]) -> None:
-    """Languages that a page has added are no matter of the next page."""
-    if source := sys.modules.get("symasym.emit.source"):
-        for name in set(source._RENDER) - set(source.TARGETS):
-            del source._RENDER[name], source.DIALECTS[name]
-
-
 pytest_collect_file = Sybil(
     parsers=[
         PythonCodeBlockParser(doctest_optionflags=_OPTIONS),
@@ -65,5 +57,4 @@ pytest_collect_file = Sybil(
         SkipParser(),
     ],
     patterns=["README.md", "docs/*.md"],
-    teardown=forget_targets,
 ).pytest()

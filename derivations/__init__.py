@@ -1,5 +1,4 @@
 """The paper's equations, derived and machine-checked: one module per section.
 
-``python -m derivations`` runs all; `derivations.registry` builds one, and
-`derivations.runner` runs those that are asked for and those they rest on.
+``python -m derivations`` checks all of them; ``symasym.formula(label)`` builds one.
 """

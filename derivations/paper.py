@@ -1,150 +1,117 @@
-"""Shared by the section modules: symbols with their meaning, and a derivation that uses others."""
+r"""The paper's symbols: how they are printed, what they mean, in what units.
+
+`TABLE` has a row for each name: LaTeX where SymPy would print another one, meaning, unit. Scaled
+variables are those of symasym: ``u`` for the paper's :math:`\tilde y`, ``kappa`` for its
+:math:`\tilde\kappa`. A symbol means the same in every formula; what a formula has of its own is
+explained in its note.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 from sympy import Function, Symbol
 
-from derivations.prose import TEX, TEX_OF
-from symasym.derivation import Derivation, DerivationError, Outcome, Step, StepRecord
-from symasym.derivation.checks import Check
-from symasym.derivation.results import Statement
+from symasym.derivation.tex import NAMES
 
-# Scaled variables are those of symasym: u for the paper's tilde y, kappa for its tilde kappa.
-u = Symbol("u", real=True)
-v = Symbol("v", real=True)
-w = Symbol("w", real=True)
-t = Symbol("t", positive=True)
-x = Symbol("x", real=True)
-kappa = Symbol("kappa", positive=True)
-r = Symbol("r", positive=True)
-# Where a+ and a- have one sign (crossing to the right) they are positive symbols.
-a_minus = Symbol("a_minus", positive=True)
-a_plus = Symbol("a_plus", positive=True)
-# Sliding: a+ < 0.
+TABLE = r"""
+u | | position across the surface | scaled: $y/\varepsilon$
+v | | position across the surface | scaled: $y/\varepsilon$
+y | | position across the surface | unscaled
+z | | position along the surface; the spring's extension | unscaled
+t | | time | unscaled
+t_s | \tilde t | time | scaled: $t/\varepsilon$
+epsilon | \varepsilon | half the width of the smoothed layer | unscaled
+kappa | | noise amplitude | scaled: $\kappa_p/\sqrt{\varepsilon}$
+kappa_phys | \kappa_p | noise amplitude | unscaled
+lam | \lambda | the large parameter $2/\kappa^2$ | scaled time per scaled length squared
+r | | radius of escape | scaled: $r_p/\varepsilon$
+r_phys | r_p | radius of escape | unscaled
+phi | \phi | drift | velocity, the same scaled and unscaled
+A | | drift inside the layer | velocity, the same scaled and unscaled
+a_minus | a^- | drift for $u \le -1$ | velocity, the same scaled and unscaled
+a_plus | a^+ | drift for $u \ge 1$ | velocity, the same scaled and unscaled
+a | | a drift that is constant | velocity, the same scaled and unscaled
+A_1 | A'(u_1) | slope of the drift at the well $u_1$, negative | 1/scaled time
+A_2 | A'(u_2) | slope of the drift at the barrier $u_2$, positive | 1/scaled time
+A'_1 | A'(u_1) | slope of the drift at the well $u_1$ | 1/scaled time
+A'_2 | A'(u_2) | slope of the drift at the barrier $u_2$ | 1/scaled time
+A' | A'(u) | slope of the drift inside the layer | 1/scaled time
+phi_0 | \phi(0) | drift at the start | velocity, the same scaled and unscaled
+F | | friction force | unscaled
+mu | | shape of the friction force | a number
+alpha | | friction force at the layer's edges | unscaled
+beta | | breakaway force | unscaled
+z0 | z_0 | where on the surface: the spring's extension | unscaled
+z_1 | | lower edge of the sliding region | unscaled
+z_2 | | upper edge of the sliding region | unscaled
+z_plus | z_0^{(+)} | fold of well and barrier on $u > 0$, $1 - \beta$ | unscaled
+z_minus | z_0^{(-)} | fold of well and barrier on $u < 0$, $1 + \beta$ | unscaled
+u_s | | turning point of the friction force | scaled: $y/\varepsilon$
+g_s | | sliding velocity along the surface | unscaled
+g^- | | velocity along the surface on its left | unscaled
+g^+ | | velocity along the surface on its right | unscaled
+V | | potential, $V' = -\phi$ and $V(-1) = 0$ | scaled position times velocity
+V_1 | V(1) | potential at the layer's right edge | scaled position times velocity
+V_top | V(1) | potential at the layer's right edge | scaled position times velocity
+V_0 | V(0) | potential at the start | scaled position times velocity
+V_u1 | V(u_1) | potential at the well $u_1$ | scaled position times velocity
+V_u2 | V(u_2) | potential at the barrier $u_2$ | scaled position times velocity
+V_m | V(u_m) | lowest value of the potential | scaled position times velocity
+K_m | V''(u_m) | curvature of $V$ at its lowest point, $V'' = -A'$ | 1/scaled time
+D | | height of the barrier, $V(u_2) - V(u_1)$ | scaled position times velocity
+u1 | u_1 | the well, a zero of the drift | scaled: $y/\varepsilon$
+u2 | u_2 | the barrier, a zero of the drift | scaled: $y/\varepsilon$
+u3 | u_3 | the third zero of the cubic | scaled: $y/\varepsilon$
+T | | mean escape time from $\lvert u\rvert < r$, start 0 | scaled: $t/\varepsilon$
+T_phys | T_p | mean escape time from $\lvert y\rvert < r_p$ | unscaled
+T_0 | | mean escape time without the terms of $C$ | scaled: $t/\varepsilon$
+T_1 | | piece of $T_0$: $-r < u < -1$, $0 < v < 1$ | scaled: $t/\varepsilon$
+T_2 | | piece of $T_0$: $-1 < u < v$, $0 < v < 1$ | scaled: $t/\varepsilon$
+T_3 | | piece of $T_0$: $-r < u < 1$, $1 < v < r$ | scaled: $t/\varepsilon$
+T_4 | | piece of $T_0$: $1 < u < v < r$ | scaled: $t/\varepsilon$
+S | | Stokes multiplier of the well's term | a number
+p | | density of the position at a time | per scaled length
+R | | density integrated over all time | scaled time per scaled length
+C | | probability of leaving through $-r$ | a number
+C_high | C_{\mathrm{bound}} | upper bound on $C$ | a number
+J | | flux of $R$ to the left | a number
+kappa_c | \kappa_{c,p} | noise below which escape is exponentially slow | unscaled
+kappa_e | | noise at which the well's term of $T$ is $r/a^+$ | scaled: $\kappa_p/\sqrt{\varepsilon}$
+ell | \log(1/\varepsilon) | $-\log \varepsilon$ | a number
+p_ss | p_{\mathrm{ss}} | stationary density | per scaled length
+K | | normalizing constant of $p_{\mathrm{ss}}$, its value at $u = -1$ | per scaled length
+N | | integral of $e^{-2V/\kappa^2}$ inside the layer | scaled length
+M | | integral of $e^{-2V/\kappa^2}$ outside the layer | scaled length
+P | | stationary probability of $\lvert u\rvert \le 1$ | a number
+P_low | P_{\mathrm{bound}} | lower bound on $P$ | a number
+L | | length of an interval $(1 - L, 1)$ where $V \le V(1)$ | scaled: $y/\varepsilon$
+I_left | | integral of $e^{-2V/\kappa^2}$ over $u < -1$ | scaled length
+I_right | | integral of $e^{-2V/\kappa^2}$ over $u > 1$ | scaled length
+q | | any density; a mode of the operator | per scaled length
+sigma_left | | $\Sigma/s$ on the left of the start, $s = e^{\lambda V}$ | scaled length
+sigma_right | | $\Sigma/s$ on the right of the start, $s = e^{\lambda V}$ | scaled length
+I0 | | integral of $e^{\lambda V}$ over $(0, r)$ | scaled length
+I1 | | integral of $e^{\lambda V}$ over $(-r, 0)$ | scaled length
+J0 | | $e^{\lambda V(v)}$ times $\int_{-r}^v e^{-\lambda V}$, over $(0, r)$ | scaled length squared
+J1 | | $e^{\lambda V(v)}$ times $\int_{-r}^v e^{-\lambda V}$, over $(-r, 0)$ | scaled length squared
+"""
+
+#: Name -> meaning and unit, in TeX.
+MEANINGS: dict[str, tuple[str, str]] = {}
+for row in TABLE.strip().splitlines():
+    name, shown, meaning, unit = (cell.strip() for cell in row.split("|"))
+    MEANINGS[name] = meaning, unit
+    if shown:
+        NAMES[name] = shown
+
+u, v, w, x = (Symbol(name, real=True) for name in "uvwx")
+t, r, T, C = (Symbol(name, positive=True) for name in "trTC")
+kappa, kappa_physical = Symbol("kappa", positive=True), Symbol("kappa_phys", positive=True)
+eps, r_physical = Symbol("epsilon", positive=True), Symbol("r_phys", positive=True)
+# Crossing to the right; sliding.
+a_minus, a_plus = Symbol("a_minus", positive=True), Symbol("a_plus", positive=True)
 a_plus_sliding = Symbol("a_plus", negative=True)
-eps = Symbol("epsilon", positive=True)
-# Physical noise amplitude and radius, before scaling.
-kappa_physical = Symbol("kappa_phys", positive=True)
-r_physical = Symbol("r_phys", positive=True)
-mu = Symbol("mu", positive=True)
-alpha = Symbol("alpha", positive=True)
-z0 = Symbol("z0", real=True)
-C = Symbol("C", positive=True)
-u1, u2 = Symbol("u1", real=True), Symbol("u2", real=True)
-T = Symbol("T", positive=True)
-# The integral of e^{-2V/kappa^2} over the layer, and V at its right end.
-N, V_1 = Symbol("N", positive=True), Symbol("V_1", real=True)
-
-phi = Function("phi")
-V = Function("V")
-p = Function("p")
-
+mu, alpha = Symbol("mu", positive=True), Symbol("alpha", positive=True)
+z0, u1, u2, V_1 = (Symbol(name, real=True) for name in ("z0", "u1", "u2", "V_1"))
+N = Symbol("N", positive=True)
+phi, V, p = map(Function, ("phi", "V", "p"))
 lam = 2 / kappa**2
-
-
-class PaperDerivation(Derivation):
-    """A derivation that starts from what those it rests on concluded.
-
-    `build` gives the derivation of a label, `holds` the truth of the numbers of a counterexample,
-    by its name in `derivations.errata.evidence`. What is taken from another derivation is recorded,
-    and `verify` refuses a derivation that rests on something it does not use.
-
-    Attributes
-    ----------
-    order : int
-        The order to which a series is derived; 0 for anything else.
-    used : dict
-        Label -> names of the steps that took something from it; "" as well for what was taken
-        while steps were stated, and belongs to the next one and perhaps to later ones.
-    """
-
-    def __init__(
-        self,
-        label: str,
-        title: str,
-        rests_on: tuple[str, ...],
-        build: Callable[[str], Derivation],
-        holds: Callable[[str], bool],
-        order: int = 0,
-    ) -> None:
-        known = TEX_OF.get(label) or TEX_OF.get(label.removesuffix(f"-{order}"), {})
-        super().__init__(label, title, rests_on, TEX | known)
-        self.order = order
-        self._build = build
-        self.holds = holds
-        self.used: dict[str, set[str]] = {}
-        self._at = ""
-        self._pending: set[str] = set()
-
-    def use(self, label: str, *left: str, step: str = "") -> Any:
-        """The value that another derivation, which must be among `rests_on`, has of something.
-
-        Parameters
-        ----------
-        label : str
-        left : str
-            The left side of what is asked for, as SymPy writes it; several give a tuple.
-        step : str
-            A step's name, for what that step states; then there is no left side.
-        """
-        if label not in self.rests_on:
-            raise ValueError(f"{self.label} uses {label} without resting on it.")
-        self.used.setdefault(label, set()).add(self._at)
-        if not self._at:
-            self._pending.add(label)
-        other = self._build(label)
-        if step:
-            (stated,) = [s.result for s in other.steps if s.name == step]
-            return stated
-        found = tuple(value_of(other, name) for name in left)
-        return found if len(left) > 1 else found[0]
-
-    def step(
-        self,
-        name: str,
-        rule: str,
-        result: Statement,
-        check: Check,
-        reason: str = "",
-        left: str | tuple[str, ...] = "",
-    ) -> Any:
-        """As `Derivation.step`; what was taken since the last step is recorded under this name."""
-        for label in self._pending:
-            self.used[label].add(name)
-        self._pending.clear()
-        return super().step(name, rule, result, check, reason, left)
-
-    def verify(self) -> list[StepRecord]:
-        """As `Derivation.verify`; what the derivation rests on must have been used."""
-        records = super().verify()
-        unused = [on for on in self.rests_on if on not in self.used]
-        if unused:
-            raise DerivationError(
-                f"{self.label} rests on {', '.join(unused)} and uses nothing of it; "
-                "use it, or leave it out."
-            )
-        return records
-
-    def run_step(self, step: Step) -> Outcome:
-        """The outcome of one step, with what it uses recorded under its name."""
-        self._at = step.name
-        try:
-            return step.run()
-        finally:
-            self._at = ""
-
-
-def value_of(derivation: Derivation, left: str) -> Any:
-    """The right side that a derivation concluded for a left side, as SymPy writes that."""
-    if derivation.result is None:
-        raise ValueError(f"{derivation.label} has concluded nothing.")
-    if isinstance(derivation.left, tuple):
-        pairs = dict(zip(map(str, derivation.left), derivation.result, strict=True))
-    else:
-        pairs = {str(derivation.left): derivation.result}
-    if left not in pairs:
-        raise ValueError(f"{derivation.label} concludes {', '.join(pairs)}, not {left}.")
-    return pairs[left]

@@ -1,8 +1,7 @@
 """Build the site of the documentation: ``python docs/build.py``, then open build/site/index.html.
 
-The formulas' pages are made from the derivations, which are checked first (those
-unchanged since an earlier run are not run again). Nothing is fetched but MathJax,
-by npm, once.
+The formulas' pages are made from the derivations, which `symasym derive` checks. Nothing is
+fetched but MathJax, by npm, once.
 """
 
 from __future__ import annotations
@@ -20,7 +19,6 @@ def main(arguments: list[str] | None = None) -> int:
     """Build; the exit status is Sphinx's, or 1 for what keeps the site from being built."""
     parser = argparse.ArgumentParser(prog="docs/build.py", description=__doc__)
     parser.add_argument("--out", type=Path, default=ROOT / "build", help="default: %(default)s")
-    parser.add_argument("--derivations", type=Path, help="records of earlier `symasym derive` runs")
     parser.add_argument("--node-modules", type=Path, help="where MathJax is installed already")
     parser.add_argument("-W", dest="strict", action="store_true", help="a warning is a failure")
     args = parser.parse_args(arguments)
@@ -38,7 +36,7 @@ def main(arguments: list[str] | None = None) -> int:
     work, site = args.out / "docs", args.out / "site"
     try:
         modules = args.node_modules or stage.install(work / "node")
-        made = stage.all_pages(args.derivations or args.out / "derivations")
+        made = stage.all_pages()
     except (stage.NoMathJax, SymasymError) as error:
         print(f"docs/build.py: {error}", file=sys.stderr)
         return 1

@@ -63,7 +63,7 @@ mathjax_config_path = "mathjax.js"
 
 
 def _link_docstring(app, what, name, value, options, lines) -> None:
-    lines[:] = typeset(lines, name)
+    lines[:] = typeset(lines)
 
 
 def _whole_signatures(app) -> None:

@@ -21,12 +21,6 @@ PROGRAM = [
 ]
 
 
-def spent_by_children() -> float:
-    """Processor seconds of the processes that ended, which other work beside does not lengthen."""
-    times = os.times()
-    return times.children_user + times.children_system
-
-
 @contextmanager
 def started(command: list[str], **options: Any) -> Iterator[subprocess.Popen[Any]]:
     """A process that imports the `symasym` of the tests and hears Ctrl-C.

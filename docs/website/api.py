@@ -1,7 +1,7 @@
 """The pages of the API, from the public names and their docstrings.
 
 In a terminal docstrings read as they are written: ``kappa^2/2``, ``docs/limits.md``, ``eq:Ttilde``.
-On a page (`typeset`) formulas in plain characters are TeX, pages and labels are links.
+On a page (`typeset`) pages and labels are links.
 """
 
 from __future__ import annotations
@@ -13,10 +13,9 @@ from importlib import import_module
 from typing import get_args
 
 import symasym as sa
-from derivations.prose import prose
-from derivations.registry import entries
-from derivations.runner import slug
+from derivations.pages import slug
 from symasym import quantities
+from symasym.formula import labels
 
 #: The pages in their order, the functions that answer a question first.
 TITLES = {
@@ -34,7 +33,6 @@ _PLACES = {
     "symasym.release": "release",
     "symasym.integrals": "integrals",
     "symasym.formula": "formulas",
-    "symasym.records": "formulas",
     "symasym.emit": "formulas",
     "symasym.base.estimate": "formulas",
     "symasym.base.errors": "errors",
@@ -53,20 +51,13 @@ INNER = {
         *("evaluate_float", "float_values", "coefficients"),
         *("exact_coefficients", "exact_end", "exact_value", "end", "of", "flat_values"),
     ),
-    "Formula": ("of", "read", "values_of", "code"),
+    "Formula": ("functions",),
     "System": ("phi_at", "velocity_at", "noise_at", "slope_in_y"),
-    "Hypothesis": ("settle",),
-    **dict.fromkeys(
-        ("Bound", "Definition", "Identity", "Order", "Sampled", "Satisfies"), ("run", "how")
-    ),
-    "Together": ("run", "how"),
-    "Step": ("run",),
 }
 # Not in `symasym` itself, but written for others to build on.
 MODULES = {
     "symasym.derivation": "Derivations of your own",
     "symasym.workshop.figures": "The paper's figures",
-    "symasym.emit.source": "Emitted source code",
 }
 
 #: Classes of answers in `symasym`, which nobody builds: shown without arguments.
@@ -185,62 +176,10 @@ def _page(title: str, module: str, names: list[str]) -> str:
 
 # -- docstrings ------------------------------------------------------------------------------------
 
-#: What is no formula: code, quotations, labels, initials of authors, an article at a line's end or
-#: before one letter,
-#: the mark of a list, words with an apostrophe.
-_APART = re.compile(
-    r"``.*?``|:\w+:`[^`]*`|`[^`]*`|\"[^\"]*\"|\beq:\w+|[\w/-]+\.(?:md|py)\b|\b[A-Z]\. (?=[A-Z])"
-    r"|\be\.g\.|\ba$|^\s*- |\b\w+n't\b|(?<=\b\w)'s\b|\S*\*\*\S*|\bint\b(?! h_)"
-    r"|\ba (?=float64|[CDPTV]\b)|\(i+\)|\d\([iv]+\)|\bpanels? \(\w\)(?: and \(\w\))?"
-)
-#: An interval of numbers or names.
-_INTERVAL = re.compile(r"(?<![\w)])[\[(](-?\w), (-?\w)[\])]")
-_FIELD = re.compile(r"\s*:(?:param|returns?|raises?|ivar|vartype|type|rtype)\b[^:]*:|\s*\.\. .*")
 
-
-def typeset(lines: list[str], name: str = "") -> list[str]:
-    """The lines of a docstring, in reStructuredText, with formulas and links.
-
-    `name` is that of what it documents: in `symasym.emit` C is a language.
-    """
-    if name.startswith("symasym.emit"):
-        lines = [re.sub(r"(?<![`\w])C(?![`\w])", "``C``", line) for line in lines]
-    shown, session = [], False
-    for line in lines:
-        session = line.lstrip().startswith(">>>") or (session and bool(line.strip()))
-        field = _FIELD.match(line)
-        head = field[0] if field else ""
-        plain = session or re.match(r"\s*:(?:type|rtype|vartype)", line)
-        shown.append(line if plain else head + _formulas(line[len(head) :]))
-    return [line if ">>>" in line else _linked(line) for line in shown]
-
-
-def _formulas(line: str) -> str:
-    """A line with its formulas in the role ``math``."""
-    done, at = "", 0
-    for apart in [*_APART.finditer(line), None]:
-        end = apart.start() if apart else len(line)
-        done += _piece(line[at:end])
-        if apart:
-            done += _bars(apart[0])
-            at = apart.end()
-    # Beside a letter, and before a bracket that opens, a role needs an escaped space.
-    done = re.sub(r"(?<=\w)(?=:math:`)", r"\\ ", done)
-    return re.sub(r"(:math:`[^`]*`)(?=[\w(\[{²^+|])", r"\1\\ ", done)
-
-
-def _bars(code: str) -> str:
-    """A formula between bars, which stands as code in a docstring, as TeX; all else as it is."""
-    found = re.fullmatch(r"\$(.*)\$", prose(code.strip("`"), str)) if code[:3] == "``|" else None
-    return f":math:`{found[1]}`" if found and "$" not in found[1] else code
-
-
-def _piece(text: str) -> str:
-    found = _INTERVAL.search(text)
-    if found:
-        role = f":math:`{found[0]}`"
-        return _piece(text[: found.start()]) + role + _piece(text[found.end() :])
-    return re.sub(r"\$([^$]*)\$", r":math:`\1`", prose(text, str))
+def typeset(lines: list[str]) -> list[str]:
+    """The lines of a docstring, in reStructuredText, with links to pages and formulas."""
+    return [line if ">>>" in line else _linked(line) for line in lines]
 
 
 def _linked(line: str) -> str:
@@ -248,6 +187,6 @@ def _linked(line: str) -> str:
     line = re.sub(r"(?<![\w`/])docs/([\w-]+)\.md", r":doc:`/\1`", line)
     return re.sub(
         r"(?<![\w`\"'/])eq:\w+(?![\w`\"'])",
-        lambda m: f":doc:`{m[0]} </formulas/{slug(m[0])}>`" if m[0] in entries() else m[0],
+        lambda m: f":doc:`{m[0]} </formulas/{slug(m[0])}>`" if m[0] in labels() else m[0],
         line,
     )

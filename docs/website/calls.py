@@ -9,7 +9,6 @@ FRICTION = 'drift = sa.friction(mu=3, alpha=1, z0="-0.4")'
 NO_WELL = 'drift = sa.friction(mu=3, alpha=1, z0="-1")'
 SLIDING = "drift = sa.linear(a_minus=1, a_plus=-1)"
 NONE = ""
-_EMITTED = "from symasym.generated import numpy_formulas\n"
 CUBIC = 'drift = sa.polynomial(0, -1, 0, "-1/2")'
 
 _ESCAPE = (FRICTION, 'sa.escape_time(drift, "0.3", 10, dps=30, full=True)')
@@ -87,16 +86,11 @@ CALLS: dict[str, tuple[str, ...]] = {
         "sa.occupation(drift, 1)",
     ),
     "eq:Plarge2": (
-        _EMITTED + SLIDING,
-        "numpy_formulas.strong_noise_occupation(10, a_minus=1, a_plus=-1)",
+        SLIDING,
+        'sa.formula("eq:Plarge2").lambdify("numpy")(10, 1, -1)',
         "sa.occupation(drift, 10)",
     ),
-    "eq:Psmall2": (
-        _EMITTED + CUBIC,
-        "float(numpy_formulas.weak_noise_outside("
-        "0.2, a_minus=1.5, a_plus=-1.5, V1=0, V_well=-0.625, curvature=1))",
-        'sa.occupation(drift, "0.2", complement=True)',
-    ),
+    "eq:Psmall2": (CUBIC, 'sa.occupation(drift, "0.2", complement=True)'),
     **dict.fromkeys(("eq:pss", "positive-density"), _DENSITY),
     "eq:phi": (FRICTION, "drift.phi()"),
     "eq:phifric0": (NONE, "sa.friction().phi()"),

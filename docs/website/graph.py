@@ -7,14 +7,14 @@ from collections.abc import Mapping
 from html import escape
 from itertools import pairwise
 
-from derivations.runner import slug
+from derivations.pages import slug
 
 # As in docs/_static/site.js, which draws the part about one node.
 WIDTH, HEIGHT = 117, 22
 ROW, GAP, LANE, MARGIN = 56, 5, 10, 2
 SWEEPS = 12
 #: Boxes of a row: as many as a page has room for.
-MOST = 6
+MOST = 5
 
 Rests = dict[str, list[str]]
 

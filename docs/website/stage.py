@@ -14,10 +14,8 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from derivations.report import derive
-from derivations.runner import slug
+from derivations.pages import slug
 from website import api, explorer, formulas, glossary, layers, notebooks
-from website.plotting import curves, definitions, identities, moving, plots
 
 DOCS = Path(__file__).parent.parent
 ROOT = DOCS.parent
@@ -28,8 +26,8 @@ NO_PAGES = ("*.py", "*.json", "paper.*", "website", "__pycache__", "mathjax.js",
 MADE = {"Formulas": "formulas/index", "Reference": "api/index"}
 # What the front page says of them, first under these headings.
 IN_THE_SITE = {
-    "Formulas": """- [Formulas](formulas/index.md) by section of the paper, [by
-  quantity](formulas/quantities.md), and [as a graph](formulas/graph.md) of which rests on which
+    "Formulas": """- [Formulas](formulas/index.md) by section of the paper, and
+  [as a graph](formulas/graph.md) of which rests on which
 """,
     "Reference": "- [API reference](api/index.rst)\n",
 }
@@ -56,19 +54,10 @@ PARTS = (
 FONT = "@mathjax/mathjax-newcm-font"
 
 
-def all_plots() -> tuple[plots.Plot | plots.Picture, ...]:
-    """Of every label that has something to plot."""
-    made = (curves, identities, definitions, moving)
-    return (*(plot for m in made for plot in m.all_plots()), *definitions.pictures())
-
-
-def all_pages(derivations: Path) -> dict[str, str]:
-    """File name -> text; checks the derivations whose records are not in `derivations`."""
-    records = derive(None, derivations)
-    drawn = all_plots()
+def all_pages() -> dict[str, str]:
+    """File name -> text."""
     return {
-        **formulas.pages(records, drawn, definitions.NOTHING),
-        **plots.files(drawn),
+        **formulas.pages(),
         **api.pages(),
         **explorer.pages(),
         **layers.pages(),

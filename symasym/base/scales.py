@@ -21,7 +21,6 @@ from symasym.base.inputs import (
     to_float,
 )
 from symasym.base.texts import number_text
-from symasym.generated import formulas, numpy_formulas
 
 __all__ = ["Scales", "rescale"]
 
@@ -141,11 +140,7 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
                 "give arrays of shapes that NumPy broadcasts."
             ) from None
         with np.errstate(over="ignore"):
-            scaled = Scales(
-                numpy_formulas.scaled_noise(noises, widths),
-                formulas.scaled_radius(radii, widths),
-                widths.copy(),
-            )
+            scaled = Scales(noises / np.sqrt(widths), radii / widths, widths.copy())
         if not (np.isfinite(scaled.kappa).all() and np.isfinite(scaled.r).all()):
             raise InputError(
                 f"eps has an entry {widths.min():.6g}, for which the scaled numbers leave float64; "
@@ -156,7 +151,7 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
         positive(name, exact(name, x)) for name, x in (("eps", eps), ("kappa", kappa), ("r", r))
     )
     noise = k / root if (root := _root(e)) else _noise(k, e)
-    return Scales(noise, formulas.scaled_radius(radius, e), e)
+    return Scales(noise, radius / e, e)
 
 
 def _root(x: Fraction) -> Fraction | None:
@@ -171,6 +166,4 @@ def _noise(k: Fraction, e: Fraction) -> Any:
     """k/sqrt(e) as an mpf, right to 60 digits (eq:tildexykappa)."""
     with own_context(_DIGITS + 5) as context:
         kappa, eps = (mpf_of(x, context) for x in (k, e))
-        from symasym.generated import mpmath_formulas
-
-        return to_mpf(mpmath_formulas.scaled_noise(context, kappa, eps), _DIGITS)
+        return to_mpf(kappa / context.sqrt(eps), _DIGITS)

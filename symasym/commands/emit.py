@@ -6,14 +6,7 @@ import argparse
 import re
 
 from symasym.base.errors import InputError
-from symasym.commands.settings import (
-    Commands,
-    command,
-    settings,
-    takes_patience,
-    takes_place,
-    takes_settings,
-)
+from symasym.commands.settings import Commands, command, settings, takes_place, takes_settings
 from symasym.drift.ready_made.named import DRIFTS, named_drift
 
 
@@ -23,21 +16,18 @@ def add_parser(commands: Commands) -> None:
         commands, "emit", "write a formula as source code", _run,
         "symasym emit eq:Ttilde --target c --drift friction --set mu=3 --set alpha=1 -o time.c",
         "symasym emit expansion:T --target c --drift friction --order 2 -o time.c",
-        description="Write a formula as source code. Parameters that are set are folded in.",
+        description="Write a formula as source code. Parameters that are set are put in.",
     )  # fmt: skip
     parser.add_argument("label", metavar="LABEL", help="such as folds, eq:V, expansion:T")
     # The error names the targets: asking here would load SymPy.
-    targets = "numpy, mpmath, python, c, javascript or latex"
+    targets = "numpy, mpmath, c, javascript or latex"
     parser.add_argument("--target", required=True, metavar="T", help=targets)
     takes_place(parser, "where to (standard output)")
-    parser.add_argument("--header", action="store_true", help="of C: write FILE.h beside FILE.c")
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--drift", choices=DRIFTS, help="put this drift into the formula")
     what.add_argument("--expr", metavar="A", help='or this A(u), e.g. "1/2 - u + u**3"')
-    parser.add_argument("--method", metavar="M", help="of eq:Ttilde: exact or uniform")
     parser.add_argument("--order", type=int, metavar="N", help="of an expansion, 0 to 8")
-    takes_settings(parser, "fold a parameter in")
-    takes_patience(parser)
+    takes_settings(parser, "put a parameter in")
 
 
 def _run(arguments: argparse.Namespace) -> None:
@@ -49,8 +39,7 @@ def _run(arguments: argparse.Namespace) -> None:
         # What shapes a drift is needed to make it; `emit` binds the rest.
         shapes = r"c\d+" if arguments.drift == "polynomial" else r"waves|n"
         named = [name for name in values if arguments.drift and re.fullmatch(shapes, name)]
-        shape = {name: values.pop(name) for name in named}
-        drift = named_drift(arguments.drift, arguments.expr, shape)
+        drift = named_drift(arguments.drift, arguments.expr, {n: values.pop(n) for n in named})
     quantity = arguments.label.removeprefix("expansion:")
     if quantity != arguments.label:
         drift = (drift or sa.Drift.general()).bind(**values)
@@ -58,13 +47,8 @@ def _run(arguments: argparse.Namespace) -> None:
     elif arguments.order is not None:
         raise InputError(f"--order is of an expansion such as expansion:T, not {arguments.label}.")
     else:
-        source = sa.emit(
-            sa.formula(arguments.label), arguments.target, values, drift=drift,
-            method=arguments.method,
-        )  # fmt: skip
-    if arguments.out is not None:
-        print(*source.write(arguments.out, header=arguments.header), sep="\n")
-    elif arguments.header:
-        raise InputError("--header writes a file beside another; say where to with -o FILE.c.")
-    else:
+        source = sa.emit(arguments.label, arguments.target, values, drift=drift)
+    if arguments.out is None:
         print(source, end="")
+    else:
+        print(source.write(arguments.out))

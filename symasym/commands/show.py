@@ -5,16 +5,14 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import InputError
-from symasym.commands.settings import Commands, document, settings, takes_patience
+from symasym.commands.settings import Commands, document, settings
 from symasym.drift.ready_made.named import DRIFTS
 
 if TYPE_CHECKING:
-    import sympy
-
+    from symasym.derivation.derivation import Step
     from symasym.formula import Formula
 
 _OF_EXPANSION = ("drift", "expr", "set", "noise", "order", "start", "case")
@@ -40,7 +38,6 @@ def add_parser(subparsers: Commands) -> None:
     expansion.add_argument("--order", type=int, metavar="N", help="of the expansion (2; uniform 0)")
     expansion.add_argument("--start", metavar="X", help="starting point (0)")
     expansion.add_argument("--case", metavar="WORDS", help='such as "start well barrier"')
-    takes_patience(parser)
     document(
         parser,
         (
@@ -53,9 +50,6 @@ def add_parser(subparsers: Commands) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """``symasym show``."""
-    from symasym.formula import formula
-    from symasym.records import definition
-
     given = {name for name in _OF_EXPANSION if getattr(arguments, name) is not None}
     if arguments.label is not None and arguments.label.startswith("expansion:"):
         _show_expansion(arguments, given)
@@ -65,29 +59,38 @@ def run(arguments: argparse.Namespace) -> None:
             f"--{min(given)} does not go with {arguments.label or '--all'}; give it with a label "
             "such as expansion:T."
         )
-    if arguments.all or arguments.label is None:
-        _show_all(arguments)
-        return
-    defined = definition(arguments.label)
-    if defined is not None:
-        print(defined["latex"] if arguments.latex else defined["text"])
-        if not arguments.latex:
-            print(f"\n{defined['reason']}")
-        return
-    shown = formula(arguments.label)
-    print(shown.latex() if arguments.latex else pretty(shown))
-    if not arguments.latex:
-        print(f"\n{shown.title}. Error: {shown.error}.")
-        if shown.note:
-            print(f"  here {shown.note}")
-        for line in shown.assumptions:
-            print(f"  {line}")
-    if arguments.steps:
-        for number, step in enumerate(shown.trace, 1):
-            print(f"{number}. {step['name']} ({step['rule']}; {step['kind']})")
-            if step["reason"]:
-                print(f"   {step['reason']}")
-            print(f"   {step['latex']}")
+    if (arguments.label is None) != arguments.all:
+        raise InputError("give a label, or --all.")
+    from derivations.labels import DEFINITIONS
+    from symasym.formula import formula, labels
+
+    if arguments.label in DEFINITIONS:
+        shown, text = DEFINITIONS[arguments.label]
+        print(shown if arguments.latex else f"{shown}\n\n{arguments.label} defines {text}.")
+    elif arguments.all and arguments.latex:
+        from derivations.pages import document
+
+        labels()
+        print(document(), end="")
+    else:
+        for label in labels() if arguments.all else [arguments.label]:
+            _show(formula(label), arguments.latex, arguments.steps)
+
+
+def _show(shown: Formula, latex: bool, steps: bool) -> None:
+    """Print a formula, and what belongs to it unless only LaTeX is wanted."""
+    if latex:
+        print(shown.latex())
+    else:
+        print(f"{shown.label}: {plain(shown.title)}\n")
+        for step in shown.concluded:
+            print(f"{pretty(step)}\n")
+        print(f"Error: {plain(shown.error)}.")
+        for line in (f"Here {shown.note}.",) * bool(shown.note) + shown.assumptions:
+            print(plain(line))
+    for number, step in enumerate(shown.steps if steps else (), 1):
+        print(f"{number}. {step.name}{': ' * bool(step.why)}{plain(step.why)}")
+        print(f"   {step.latex()}")
 
 
 def _show_expansion(arguments: argparse.Namespace, given: set[str]) -> None:
@@ -118,71 +121,28 @@ def _show_expansion(arguments: argparse.Namespace, given: set[str]) -> None:
     print(str(shown).replace("evaluate(…, full=True)", numbers))
 
 
-def _show_all(arguments: argparse.Namespace) -> None:
-    """Print every formula, or the document of all with ``--latex``."""
-    from symasym.formula import formula, labels
-    from symasym.records import definitions
-
-    if not arguments.all:
-        raise InputError("no formula is named; give a label, or --all.")
-    if arguments.label is not None or arguments.steps:
-        extra = "--steps" if arguments.label is None else arguments.label
-        raise InputError(f"{extra} does not go with --all; leave one of them out.")
-    if arguments.latex:
-        from derivations.report import sheet
-
-        print(sheet(), end="")
-        return
-    for label in labels():
-        shown = formula(label)
-        print(f"{label}: {shown.title}\n\n{pretty(shown)}\n")
-    for label, defined in definitions().items():
-        print(f"{label}: {defined['reason']}\n\n{defined['text']}\n")
-
-
-def pretty(shown: Formula) -> str:
-    """A formula drawn with characters, ``left = right``, as wide as it needs."""
+def pretty(step: Step) -> str:
+    """A step drawn with characters, as wide as it needs."""
     import sympy
 
-    def drawn(expression: Any) -> str:
-        named = expression.xreplace(
-            {s: sympy.Symbol(_name(s, shown.names)) for s in expression.free_symbols}
-            | {h: sympy.Symbol(f"[{h.args[0]} > 0]") for h in expression.atoms(sympy.Heaviside)}
-        )
-        return str(sympy.pretty(named, use_unicode=_has_unicode(), num_columns=10_000))
+    def drawn(e: Any) -> str:
+        names = {s: sympy.Symbol(plain(tex(s))) for s in e.free_symbols}
+        return str(sympy.pretty(e.xreplace(names), use_unicode=_has_unicode(), num_columns=10_000))
 
-    left, right = shown.left, shown.expression
-    if shown.cases:
-        pieces = [
-            f"{drawn(sympy.Eq(left, piece, evaluate=False))}\n\nwhere {_plain(when)}"
-            for piece, when in zip(right, shown.cases, strict=True)
-        ]
-    else:
-        sides = zip(left, right, strict=True) if isinstance(left, sympy.Tuple) else [(left, right)]
-        pieces = [drawn(sympy.Eq(*side, evaluate=False)) for side in sides]
-    if shown.remainder is not None:
-        pieces.append(f"up to the order ({shown.limit}) of\n\n{drawn(shown.remainder)}")
-    return "\n\n".join(pieces)
+    from symasym.derivation.tex import tex
+
+    if isinstance(step.left, str):
+        left = step.left.removesuffix("=").strip()
+        return f"{plain(left)}{'' if left.endswith('sim') else ' ='}\n\n{drawn(step.right)}"
+    relation = {"=": sympy.Eq, "<=": sympy.Le, ">=": sympy.Ge, "<": sympy.Lt, ">": sympy.Gt}
+    return drawn(relation[step.relation](step.left, step.right, evaluate=False))
 
 
-#: LaTeX of names and conditions -> characters.
-_CHARACTERS = ((r"\le", "<="), (r"\ge", ">="), (r"\kappa", "kappa"), (r"\ ", " "))
-
-
-def _plain(latex: str) -> str:
-    """A name or a condition in plain characters: ``A'(u2)``, ``u <= -1``."""
-    for sign, character in _CHARACTERS:
-        latex = latex.replace(sign, character)
-    latex = re.sub(r"\\(?:text|mathrm)|[{}]", "", latex)
-    return re.sub(r"(?<=\w)_(?=\d)", "", latex)
-
-
-def _name(symbol: sympy.Symbol, names: Mapping[str, str]) -> str:
-    """The name to draw a symbol with: as LaTeX has it, if that is readable as characters."""
-    plain = _plain(names.get(symbol.name, symbol.name))
-    if re.fullmatch(r"\\[a-zA-Z]+", plain):
-        return plain[1:].removeprefix("var")  # A Greek letter, which SymPy draws by its name.
-    return str(symbol.name) if "\\" in plain else plain
+def plain(text: str) -> str:
+    """A sentence, or a name, with its TeX as characters."""
+    for sign, character in ((r"\le", "<="), (r"\ge", ">="), (r"\sim", "~"), (r"\to", "->")):
+        text = re.sub(rf"\{sign}\b", character, text)
+    return re.sub(r"\\(?:mathrm|tilde|hat|left|right|,|;)?|[{}$]", "", text)
 
 
 def _has_unicode() -> bool:

@@ -564,7 +564,7 @@ class Drift:
         """A(u) for a notebook; parameters that are free or arrays stay symbols."""
         import sympy
 
-        from symasym.derivation.printing import tex
+        from symasym.derivation.tex import tex
 
         formula = self.expression()
         # Floats are shown as such, and so are numbers that would fill lines.

@@ -10,7 +10,6 @@ import numpy as np
 from symasym.base.call_context import step
 from symasym.base.errors import RangeError
 from symasym.base.inputs import FloatArray
-from symasym.generated.numpy_formulas import potential_left, potential_right
 
 if TYPE_CHECKING:
     from symasym.drift.critical_points import CriticalPoint
@@ -40,9 +39,11 @@ def potential_at(drift: Drift, u: FloatArray) -> float | FloatArray:
     with np.errstate(over="ignore", invalid="ignore"):
         total, panels = _minus_integral(drift, inside, values, 32), 32
         a_minus, a_plus = (drift.evaluate_float(np.asarray(x), values) for x in (-1.0, 1.0))
-        outside = potential_right(np.maximum(position, 1.0), a_plus, total)
-        outside = outside + potential_left(np.minimum(position, -1.0), a_minus)
-    if not np.isfinite(outside).all():
+        # V is a straight line on either side of the layer (eq:V2).
+        beyond = a_minus * (1 + np.minimum(position, -1.0)) + a_plus * (
+            np.maximum(position, 1.0) - 1
+        )
+    if not np.isfinite(total - beyond).all():
         raise RangeError(
             f"V of {drift!r} or its numbers leave the range of float64 (1e-308 to 1e308); rescale "
             "the drift, or give u nearer to 0."
@@ -55,8 +56,7 @@ def potential_at(drift: Drift, u: FloatArray) -> float | FloatArray:
         total = finer
         if settled:
             break
-    total = total + potential_left(np.minimum(position, -1.0), a_minus)
-    total = potential_right(np.maximum(position, 1.0), a_plus, total)
+    total = total - beyond
     return float(total) if total.ndim == 0 else total
 
 

@@ -16,7 +16,6 @@ from typing import Any, ClassVar
 from symasym.base.call_context import SIMPLER, limited, watched
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, count, exact
-from symasym.generated.formulas import friction_coefficients
 from symasym.numbers.trees import Operand, Operations, SympyOps, call, evaluate_tree, integer_power
 
 Values = Mapping[str, Any]
@@ -91,8 +90,8 @@ class Friction(Model):
 
     def coefficients(self, p: Values, ops: Operations) -> list[Any]:
         """The cubic's coefficients (eq:phifric0), of one type."""
-        found = friction_coefficients(p["mu"], p["alpha"], p["z0"])
-        return [0 * p["z0"] if isinstance(c, int) else c for c in found]
+        mu, alpha, z0 = p["mu"], p["alpha"], p["z0"]
+        return [1 - z0, -alpha * (1 + mu), 0 * z0, alpha * mu]
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
-"""Source code of a formula: NumPy, mpmath, plain Python, C, JavaScript, LaTeX."""
+"""Source code of a formula: NumPy, mpmath, C, JavaScript, LaTeX."""
 
-from symasym.emit.code import emit
-from symasym.emit.source import TARGETS, Source, add_target
+from symasym.emit.emit import emit
+from symasym.emit.printing import PRINTERS, TARGETS, Function, Source
 
-__all__ = ["Source", "TARGETS", "add_target", "emit"]
+__all__ = ["PRINTERS", "TARGETS", "Function", "Source", "emit"]

@@ -7,7 +7,7 @@ import re
 import sympy
 from sympy import Expr
 
-from symasym.derivation.printing import tex
+from symasym.derivation.tex import tex
 
 # Characters on a line of A4 in small type, and operations worth reducing.
 _WIDE, _FEW = 125, 40

@@ -24,7 +24,7 @@ from sympy import Expr, Float, Rational, S, Symbol
 
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import count, float_text
-from symasym.derivation.printing import tex
+from symasym.derivation.tex import tex
 from symasym.drift.evaluate import FUNCTIONS
 from symasym.integrals import borel, maxima
 from symasym.integrals.enclosure import Zero, integral, number

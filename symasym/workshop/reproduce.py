@@ -1,22 +1,11 @@
-"""The main job: figures, reference table, derivations; rebuilt where missing or stale.
-
-Derivations are checked beside the other stages, in a process of their own. It leaves the cache of
-`symasym derive` and nothing else, so that nothing rests on it: a derivation it did not get to, or
-that fails, is run where its outcome is wanted, with its message.
-"""
+"""The main job: figures, reference table, derivations; rebuilt where missing or stale."""
 
 from __future__ import annotations
 
 import hashlib
-import itertools
 import json
-import os
-import shutil
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -24,12 +13,12 @@ from typing import Any
 
 import derivations
 import symasym as sa
-from derivations.registry import closure, entries
-from derivations.report import derive, names
+from derivations.pages import derive, names, with_roots
 from symasym.base import progress
 from symasym.base.errors import InputError
 from symasym.base.files import decimal_text, read_json, versions, write_bytes, write_json
 from symasym.base.inputs import digits, meant
+from symasym.formula import labels
 from symasym.tables.run import value_record
 from symasym.workshop import figures
 
@@ -47,8 +36,7 @@ class Stage:
     often as `steps` says.
 
     `by_digits` where they depend on `dps`; `sources` is a hash of the sources that they come from.
-    ``report(folder)`` says what there is to say of the files instead of their names, and
-    ``took(folder)`` the seconds of the work, where it was done beside other stages.
+    ``report(folder)`` says what there is to say of the files instead of their names.
     """
 
     name: str
@@ -58,7 +46,6 @@ class Stage:
     by_digits: bool = False
     sources: Callable[[], str] = lambda: _folder_hash(sa)
     report: Callable[[Path], str] | None = None
-    took: Callable[[Path], float] | None = None
 
     def summary(self, folder: Path) -> str:
         """The names of the files, or what the stage reports of them."""
@@ -108,32 +95,16 @@ def reproduce(
         for stage in chosen
         if force or _stamps(folder).get(stage.name) != _stamp(stage, folder, dps)
     ]
-    with ExitStack() as beside:
-        wait: Callable[[Callable[[], object]], int] | None = None
-        if stale[-1:] == [chosen[-1]] and stale[-1].name == _DERIVATIONS:
-            if force:
-                shutil.rmtree(folder / _DERIVATIONS / "cache", ignore_errors=True)
-            if len(stale) > 1:
-                # The other stages take about as long, and one processor.
-                wait = beside.enter_context(ahead(folder / _DERIVATIONS / "cache", _labels()))
-        for stage in chosen:
-            if stage not in stale:
-                yield Outcome(stage, None)
-                continue
-            start = time.perf_counter()
-            with progress.stage(stage.name, stage.steps) as step:
-                known = wait(step) if wait and stage.name == _DERIVATIONS else 0
-                stage.make(folder, dps, _after(known, step))
-            stamps = {**_stamps(folder), stage.name: _stamp(stage, folder, dps)}
-            write_json(folder / _STAMPS, stamps)
-            waited = time.perf_counter() - start
-            yield Outcome(stage, stage.took(folder) if stage.took else waited)
-
-
-def _after(count: int, step: Callable[[], object]) -> Callable[[], object]:
-    """`step` without its first `count` calls, which were made already."""
-    calls = itertools.count()
-    return lambda: step() if next(calls) >= count else None
+    for stage in chosen:
+        if stage not in stale:
+            yield Outcome(stage, None)
+            continue
+        start = time.perf_counter()
+        with progress.stage(stage.name, stage.steps) as step:
+            stage.make(folder, dps, step)
+        stamps = {**_stamps(folder), stage.name: _stamp(stage, folder, dps)}
+        write_json(folder / _STAMPS, stamps)
+        yield Outcome(stage, time.perf_counter() - start)
 
 
 def frozen_and_whole() -> tuple[float, float]:
@@ -280,12 +251,12 @@ def _curve_records(
 
 def _labels() -> list[str]:
     """Every label that is derived."""
-    return list(entries())
+    return with_roots(labels())
 
 
 def _derive(folder: Path, dps: int, step: Callable[[], object]) -> None:
     """Write the pages of every derivation."""
-    derive(_labels(), folder / _DERIVATIONS, step=step)
+    derive(_labels(), folder / _DERIVATIONS, step)
 
 
 def _derived(folder: Path) -> str:
@@ -293,11 +264,6 @@ def _derived(folder: Path) -> str:
     derived = _records(folder)
     steps = sum(len(record["steps"]) for record in derived)
     return f"{folder / _DERIVATIONS}, {len(derived)} derivations whose {steps} checks pass"
-
-
-def _checked(folder: Path) -> float:
-    """The seconds that the checks of the derivations took."""
-    return float(sum(step["seconds"] for record in _records(folder) for step in record["steps"]))
 
 
 def _records(folder: Path) -> list[dict[str, Any]]:
@@ -308,8 +274,8 @@ def _records(folder: Path) -> list[dict[str, Any]]:
 
 def _stages() -> list[Stage]:
     """Every stage, in order."""
-    labels = closure(_labels())
-    pages = tuple(f"{_DERIVATIONS}/{name}" for name in names(labels))
+    derived = _labels()
+    pages = tuple(f"{_DERIVATIONS}/{name}" for name in names(derived))
     return [
         *(_figure(name) for name in figures.FIGURES),
         Stage("reference", (_TABLE,), len(figures.DRAWN) * len(Z0), _table, by_digits=True),
@@ -317,58 +283,9 @@ def _stages() -> list[Stage]:
         Stage(
             _DERIVATIONS,
             pages,
-            len(labels),
+            len(derived),
             _derive,
             sources=lambda: _folder_hash(sa, derivations),
             report=_derived,
-            took=_checked,
         ),
     ]
-
-
-# -- derivations beside the other stages ---------------------------------------------------------
-
-_PROGRAM = (
-    "import sys; from symasym.workshop.reproduce import fill_cache as fill; "
-    "fill(sys.argv[1], sys.argv[2:])"
-)
-
-
-def fill_cache(cache: str, labels: list[str]) -> None:
-    """Fill the cache, a line on standard output for each derivation."""
-    from derivations.runner import run
-
-    run(labels, Path(cache), lambda: print(flush=True))
-
-
-@contextmanager
-def ahead(cache: Path, labels: list[str]) -> Iterator[Callable[[Callable[[], object]], int]]:
-    """Begin with `labels`; what it gives waits for the end, calls its argument after each of
-    them, and tells how many there were. Leaving ends the process.
-    """
-    process = subprocess.Popen(
-        [sys.executable, "-c", _PROGRAM, str(cache), *labels],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)},
-        # Ctrl-C is for this process, which ends the other one.
-        start_new_session=True,
-    )
-    assert process.stdout is not None
-    lines = process.stdout
-
-    def wait(step: Callable[[], object]) -> int:
-        """The number of derivations, when the process has ended."""
-        count = 0
-        for _ in lines:
-            step()
-            count += 1
-        return count
-
-    try:
-        yield wait
-    finally:
-        process.kill()
-        process.wait()
-        lines.close()

@@ -138,13 +138,7 @@ def test_options_reach_the_verb(capsys: pytest.CaptureFixture[str]) -> None:
         (["verify", "--level", "fulll"], "full"),
         (["report", "--scene", "weka"], "weak"),
         ([*RELEASE, "--method", "marhc"], "march"),
-        (["show", "eq:Ttidle"], "eq:Ttilde"),
-        (["show", "ttilde"], "eq:Ttilde"),
-        (["show", "osc11"], "eq:osc1"),
-        (["show", "V"], "eq:V"),
-        (["emit", "fold", "--target", "c"], "folds"),
         (["emit", "folds", "--target", "c", "--set", "alfa=1"], "alpha"),
-        (["derive", "eq:Ttidle"], "eq:Ttilde"),
         (["report", "--scene", "modreate"], "moderate"),
         (["--verison"], "--version"),
         ([*ESCAPE, "--digits", "20"], "--dps"),
@@ -506,7 +500,6 @@ def test_a_terminal_without_unicode() -> None:
         ["show", "fr1"],
         ["show", "eq:Ttilde"],
         ["value", "occupation", "--help"],
-        ["derive", "--errata"],  # the one that prints more than ASCII elsewhere
     ):
         done = subprocess.run(
             [sys.executable, "-c", script, *arguments], capture_output=True, env=environment

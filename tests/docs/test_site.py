@@ -12,7 +12,6 @@ import re
 import shutil
 import subprocess
 import sys
-from dataclasses import replace
 from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
@@ -22,17 +21,14 @@ import numpy as np
 import pytest
 import sympy
 
-from derivations import report
-from derivations.registry import build, closure, entries
-from derivations.report import plain
-from derivations.runner import describe, slug
-from derivations.symbols import IN_WORDS, MEANINGS, QUANTITIES, quantities, symbols
-from symasym.formula import formula
+import derivations.sections  # noqa: F401
+from derivations.pages import display, slug, with_roots
+from symasym.derivation.derivation import LABELS, build
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "docs"))
 from website import api, calls, formulas, glossary, graph, stage  # noqa: E402
-from website.plotting import definitions, expansions, plots  # noqa: E402
+from website.plotting import expansions  # noqa: E402
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 # No connection is tried: neither the browser's own nor a page's.
@@ -52,91 +48,9 @@ WIDE, PHONE = (1280, 900), (390, 844)
 # What is made.
 
 
-def test_every_symbol_of_every_formula_is_explained() -> None:
-    used = {s.name for label in entries() for s in symbols(label)}
-    assert not set(MEANINGS) - used
-    assert {q for label in entries() for q in quantities(label)} == set(QUANTITIES)
-
-
 def test_every_call_is_of_a_formula() -> None:
-    assert set(calls.CALLS) <= set(entries())
+    assert set(calls.CALLS) <= set(LABELS)
     assert calls.session("folds").endswith("z0=(-0.7777777777777777, 2.7777777777777777))")
-
-
-#: Formulas that are exact, bounds (1 above, -1 below); the others are good at one end.
-EXACT = {
-    "eq:Vfric", "friction-well", "turning-points", "beta", "folds", "eq:V", "constant-panel",
-    "eq:C", "eq:P", "eq:P2", "eq:pss", "constant-drift", "eq:Ttilde",
-    "filippov", "noise-amplitude", "eq:phi", "eq:tildexykappa", "eq:tilder",
-    "eq:eekappar", "eq:TtildetoT", "eq:phifric0", "eq:forcePerturbed", "eq:forcePWC", "cubic",
-    "fr1", "eq:osc2", "fr2", "eq:odeR", "first-integral", "density-R", "eq:FPE", "backward",
-    "positive-form", "positive-density", "panel-step", "eq:V2", "eq:fourPieces", "tails",
-    "gaussian-step", "pair-products", "truncated-gaussian",
-    "endpoint-series", "regular-part", "pair-primitives", "saddle-recurrences", "two-sides",
-}  # fmt: skip
-BOUNDS = {"C-bound": 1, "L-bound": -1}
-
-
-@pytest.fixture(scope="module")
-def drawn() -> list[plots.Plot | plots.Picture]:
-    """All plots, with fewer points, and pictures."""
-    return [
-        replace(plot, x=plot.x[:: len(plot.x) // 5]) if isinstance(plot, plots.Plot) else plot
-        for plot in stage.all_plots()
-    ]
-
-
-@pytest.fixture(scope="module")
-def coarse(drawn: list[plots.Plot | plots.Picture]) -> dict[str, plots.Plot]:
-    """The plots alone."""
-    return {plot.label: plot for plot in drawn if isinstance(plot, plots.Plot)}
-
-
-def test_every_formula_is_plotted_or_it_is_said_why_not(
-    drawn: list[plots.Plot | plots.Picture],
-) -> None:
-    nothing = definitions.NOTHING
-    assert sorted([*(plot.label for plot in drawn), *nothing]) == sorted(entries())
-    assert len(nothing) < 4
-    for plot in drawn:
-        (line,) = [line for line in formulas.about(plot) if line.startswith("![")]
-        assert re.fullmatch(r"!\[[^\]]{15,}\]\([\w-]+\.svg\)", line)
-    for why in nothing.values():
-        assert "Nothing to plot: it " in formulas.nothing_of(why)[2]
-
-
-def test_a_picture_is_drawn_from_the_derivations() -> None:
-    drawn = {picture.label: plots.draw(picture) for picture in definitions.pictures()}
-    # Each region's name stands where the engines have it, and nowhere else.
-    text = drawn["regions"]
-    assert [text.count(f"<!-- {name} -->") for name in ("sliding", "crossing")] == [1, 2]
-    assert text.count("<!-- repelling sliding -->") == 1
-    assert len(drawn["eq:reducedSDEtilde"]) > 20_000
-    assert all(picture.count("<svg") == 1 for picture in drawn.values())
-
-
-def test_plotted_formulas_are_as_good_as_is_said(coarse: dict[str, plots.Plot]) -> None:
-    assert set(coarse) <= set(entries())
-    assert len(coarse) > 60
-    for label, plot in coarse.items():
-        error = plot.error()
-        assert np.all(np.isfinite(error)), label
-        if label in EXACT:
-            assert np.max(error) < 1e-9, label
-        elif label in BOUNDS:
-            assert np.all(BOUNDS[label] * (plot.formula(plot.x) - plot.exact(plot.x)) > 0), label
-        else:
-            assert np.max(error) > 1e-9, label
-            assert min(error[0], error[-1]) < 0.07, label
-
-
-def test_a_plot_shows_its_curves(coarse: dict[str, plots.Plot]) -> None:
-    for label in ("eq:Vfric", "eq:Tlarge"):
-        picture = plots.draw(coarse[label])
-        assert picture.count("<svg") == 1
-        # An error of rounding is stated, any other drawn.
-        assert ("both agree" in picture) == (label in EXACT)
-        assert ("relative error" in picture) == (label not in EXACT)
 
 
 def test_expansions_err_less_than_they_state() -> None:
@@ -151,151 +65,62 @@ def test_expansions_err_less_than_they_state() -> None:
     assert noise.true["uniform"][0] < noise.true["laplace"][0] < noise.true["paper"][0] < 1e-3
 
 
-@pytest.fixture(scope="module")
-def records() -> formulas.Records:
-    """What a run of the derivations records, but for what its checks found."""
-    return {
-        label: {
-            **describe(build(label)),
-            "steps": [{**step, "detail": ""} for step in formula(label).trace],
-        }
-        for label in closure(entries())
-    }
-
-
-@pytest.fixture(scope="module")
-def written(records: formulas.Records) -> dict[str, str]:
-    """The page of each formula."""
-    return {label: formulas.page(label, records) for label in records}
-
-
-_NOT_TYPESET = re.compile(
-    r"\b(?:kappa|lam|eps|mu|alpha|sqrt|exp|delta)\b|\^|[<>]=|<<|>>|\b[uV]\d\b|\b[aVOu]\("
-    r"|\w\\_|\\\|"
-)
-
-
-def test_no_formula_on_a_page_is_left_in_plain_characters(
-    records: formulas.Records, written: dict[str, str]
-) -> None:
-    for label in records:
-        text = written[label]
-        text = re.sub(r"```.*?```|\$\$.*?\$\$|\$[^$]*\$|`[^`]*`", "", text, flags=re.DOTALL)
-        # Titles, here and in links, are plain text.
-        text = re.sub(r"^# .*|\[[^\]]*\]\([^)]*\)|<[^>]*>", "", text)
-        assert not _NOT_TYPESET.findall(text), (label, text)
-    assert _NOT_TYPESET.search("relative O(kappa^2)")
-
-
-def test_a_page_says_what_where_and_under_which_conditions(
-    records: formulas.Records, written: dict[str, str]
-) -> None:
-    text = written["eq:Ttildesmall"]
-    head = text.splitlines()[0]
-    assert head == "# The mean escape time in weak noise"
+def test_a_page_says_what_where_and_under_which_conditions() -> None:
+    text = formulas.page("eq:Ttildesmall")
+    assert text.startswith("# The mean escape time in weak noise\n")
     assert "`eq:Ttildesmall`, equation (39) of [the paper](https://arxiv.org/abs/1310.8328)" in text
     order = [text.index(f"## {name}") for name in (
-        "Symbols", "Conditions", "Counterexamples", "Evaluate it", "Derivation", "Used by"
+        "Conditions", "Counterexamples", "Symbols", "Evaluate it", "Derivation", "Used by"
     )]  # fmt: skip
     assert order == sorted(order)
-    conditions = text[order[1] : order[2]]
-    assert conditions.count("\n- ") == 1
-    assert "false" not in conditions
-    false = text[order[2] : order[3]]
-    assert false.count("- It is false that the formula holds up to ") == 2
-    assert false.count(": friction, $\\mu = 3$") == 2
+    assert text.count("- It is false that the formula holds up to ") == 2
     several = text.count("{admonition} Erratum")
     assert several > 1
     assert f"<summary>{several} errata</summary>" in text
-    assert text.count("<details>") == 3
     assert 'data-copy="T = \\frac{r}{a^+} + ' in text
-    # Titles are words alone, in the sidebar as well.
-    for label in records:
-        title = written[label].splitlines()[0]
-        assert not re.search(r"eq:|\$|\bkappa\b", title), title
+    code = text.partition("<summary>As code")[2].partition("</details>")[0]
+    assert set(re.findall(r"^(.*)\n```(?!\n)\w+$", code, re.MULTILINE)) == {"{.no-search}"}
 
 
-def test_symbols_of_the_words_stand_in_them(written: dict[str, str]) -> None:
-    for label, signs in IN_WORDS.items():
-        page = written[label]
-        rows = [line for line in page.splitlines() if line.startswith("| $")]
-        said = "\n".join(line for line in page.splitlines() if line not in rows)
-        # A differential is of its letter: dt of t.
-        shown = re.sub(r"\bd(?=[A-Za-z]\b)", "", " ".join(re.findall(r"\$+(.*?)\$+", said)))
-        for sign in signs:
-            assert formulas._found(sign, shown), (label, sign)
-            assert sum(row.startswith(f"| ${sign}$ |") for row in rows) == 1, (label, sign)
-
-
-def test_the_index_follows_the_paper_and_names_each_formula(records: formulas.Records) -> None:
-    text = formulas.index(records)
-    order = [text.index(f"`{label}` ({n})") for label, n in (
+def test_indexes_name_and_show_each_formula_once() -> None:
+    listed = formulas.index().partition("## Definitions")[0]
+    order = [listed.index(f"`{label}` ({n})") for label, n in (
         ("eq:Ttildelarge", 36), ("eq:Ttildesmall", 39), ("eq:S", 40), ("fr1", 53)
     )]  # fmt: skip
     assert order == sorted(order)
+    sections = "\n".join(map(formulas.section, formulas.SECTIONS))
+    for label in LABELS:
+        assert listed.count(f"({slug(label)}.md)") == 1
+        assert len(re.findall(rf"^{slug(label)}$", sections, re.MULTILINE)) == 1
+        assert "\n".join(display(build(label).latex())) in sections
+        # Titles are words alone, in the sidebar as well.
+        assert not re.search(r"eq:|[$\\]", formulas.heading(build(label).title)), label
 
 
-def test_indexes_show_the_formulas(records: formulas.Records) -> None:
-    by_section = "\n".join(formulas.section(n, records) for n in report.SECTIONS)
-    for text in (by_section, formulas.by_quantity(records)):
-        for label, record in records.items():
-            assert f"`{label}`" in text
-            assert "\n".join(report.display(record["latex"])) in text
-    listed = formulas.index(records).partition("## Definitions")[0]
-    assert all(listed.count(f"({slug(label)}.md)") == 1 for label in records)
-    # Each formula has its place in the sidebar once, and no heading of a page stands twice.
-    for text in (listed, *(formulas.section(n, records) for n in report.SECTIONS)):
-        headings = re.findall(r"^## .*", text, re.MULTILINE)
-        assert len(headings) == len(set(headings)) > 0
-    for label in records:
-        assert len(re.findall(rf"^{slug(label)}$", by_section, re.MULTILINE)) == 1
-
-
-def test_one_file_holds_every_formula(records: formulas.Records) -> None:
-    data = json.loads(formulas.machine_readable(records))
+def test_one_file_holds_every_formula() -> None:
+    data = json.loads(formulas.machine_readable())
     found = {item["label"]: item for item in data["formulas"]}
-    assert set(found) == set(entries())
-    assert found["eq:Ttildesmall"]["equation"] == 39
-    assert found["folds"]["equation"] == 52
-    assert found["friction-well"]["equation"] is None
-    for label, item in found.items():
-        assert sympy.sympify(item["sympy"]) == formula(label).expression
-        assert item["latex"] == formula(label).latex()
-        assert sum(item["checks"].values()) == len(formula(label).trace) > 0
+    assert list(found) == list(LABELS)
+    assert [found[x]["equation"] for x in ("eq:Ttildesmall", "friction-well")] == [39, None]
+    assert sympy.sympify(found["eq:C"]["sympy"][0]) == build("eq:C").right()
 
 
-def test_what_a_page_links_in_the_graph_is_there(
-    records: formulas.Records, written: dict[str, str]
-) -> None:
-    drawn = formulas.graph_page(records)
-    linked = [
-        name for label in records for name in re.findall(r"graph\.html#([\w-]+)", written[label])
-    ]
-    assert len(linked) > 60
-    assert all(f'id="{name}"' in drawn for name in linked)
-    assert len(re.findall('<option value=.[^"]', drawn)) == drawn.count("data-node=") > 60
-
-
-def test_labels_on_the_errata_lead_to_their_formulas(records: formulas.Records) -> None:
-    text = formulas.linked("(39) `eq:Ttildesmall`, `eq:osc1`", records)
+def test_labels_on_the_errata_lead_to_their_formulas() -> None:
+    text = formulas.linked("(39) `eq:Ttildesmall`, `eq:osc1`")
     assert text == "(39) [`eq:Ttildesmall`](formulas/eq-Ttildesmall.md), `eq:osc1`"
 
 
-def test_each_number_of_an_erratum_leads_to_its_details(
-    records: formulas.Records, written: dict[str, str]
-) -> None:
-    page = (ROOT / "docs" / "errata.md").read_text("utf-8")
-    there = set(re.findall(r'<details id="(erratum-\d+)">', page))
-    assert len(there) == len(formulas.ERRATA) == page.count("\n### ")
-    assert set(re.findall(r'href="#(erratum-\d+)"', page)) == there
-    boxes = [written[label] for label in records]
-    linked = {name for box in boxes for name in re.findall(r"errata\.html#([\w-]+)", box)}
-    assert len(linked) > 20
-    assert linked <= there
+def test_an_erratum_on_a_page_leads_to_its_row() -> None:
+    rows = re.findall(r'<a id="(erratum-\d+)">', (ROOT / "docs" / "errata.md").read_text("utf-8"))
+    boxes = "\n".join("\n".join(formulas._errata(label)) for label in LABELS)
+    linked = set(re.findall(r"errata\.html#([\w-]+)", boxes))
+    assert len(rows) == 51
+    assert len(linked) > 15
+    assert linked <= set(rows)
 
 
 def test_arrows_of_the_graph_lead_down() -> None:
-    rests = {label: list(entry.rests_on) for label, entry in _ordered().items()}
+    rests = {label: build(label).rests_on for label in with_roots(LABELS)}
     at = graph.positions(rests)
     arrows = [(b, node) for node, below in rests.items() for b in below]
     assert all(at[b][1] < at[node][1] for b, node in arrows)
@@ -307,12 +132,6 @@ def test_arrows_of_the_graph_lead_down() -> None:
         assert below > row or after - x > graph.WIDTH
     assert len(set(at.values())) == len(at)
     assert graph.svg(rests, {name: name for name in rests}).count("<path") == len(arrows) > 60
-
-
-def _ordered() -> dict:
-    from derivations.registry import closure
-
-    return {label: entries()[label] for label in closure(entries())}
 
 
 def test_pages_take_the_place_of_their_link_and_new_ones_are_not_lost() -> None:
@@ -361,10 +180,6 @@ def test_links_of_the_changelog_lead_to_pages_beside_it(tmp_path: Path) -> None:
     assert all((tmp_path / "source" / name).is_file() for name in linked)
 
 
-def test_plain_text_stays_plain() -> None:
-    assert plain("a|b <= [c]* $x_1$") == r"a\|b \<= \[c\]\* \$x\_1\$"
-
-
 def test_every_public_name_is_in_the_reference() -> None:
     import symasym as sa
 
@@ -372,31 +187,6 @@ def test_every_public_name_is_in_the_reference() -> None:
     assert all(re.search(rf":: {name}(?:\(.*\))?$", text, re.MULTILINE) for name in sa.__all__)
     first = re.findall(r"auto\w+:: (\w+)", text)[:3]
     assert first == ["escape_time", "exit_probability", "occupation"]
-
-
-def test_formulas_of_docstrings_are_typeset() -> None:
-    import inspect
-
-    import symasym as sa
-
-    lines = [
-        "With e^(lam V) on [-1, 1] and ``order=2``, |T| <= 1e-3 (e.g. A. Erdelyi), f's a",
-        ">>> 2/kappa^2",
-        "",
-        ":type kappa: int",
-        ":param r: kappa^2/2 of a float64 array",
-    ]
-    assert api.typeset(lines) == [
-        r"With :math:`e^{\lambda V}` on :math:`[-1, 1]` and ``order=2``, "
-        r":math:`\lvert T\rvert \le 10^{-3}` (e.g. A. Erdelyi), :math:`f`'s a",
-        *lines[1:4],
-        r":param r: :math:`\kappa^{2}/2` of a float64 array",
-    ]
-    for value in map(sa.__dict__.get, sa.__all__):
-        text = "\n".join(api.typeset((inspect.getdoc(value) or "").splitlines()))
-        text = re.sub(r"^\s*>>>.*?(\n\s*\n|\Z)", "", text, flags=re.DOTALL | re.MULTILINE)
-        text = re.sub(r":\w+:`.*?`|``.*?``|`.*?`|^[\w, *]+ : .*", "", text, flags=re.MULTILINE)
-        assert not re.findall(r"\b(?:lam|sqrt|exp)\b|\^|<<|>>", text), (value, text)
 
 
 def test_hidden_members_are_members() -> None:
@@ -482,7 +272,7 @@ def test_no_link_is_broken_and_nothing_comes_from_elsewhere(site: Path) -> None:
                 broken.append(f"{path.relative_to(site)}: {target}")
     assert not broken
     assert followed > 1000
-    assert {f"formulas/{label.replace(':', '-')}.html" for label in entries()} <= {
+    assert {f"formulas/{label.replace(':', '-')}.html" for label in LABELS} <= {
         str(path.relative_to(site)) for path in pages
     }
 
@@ -598,13 +388,6 @@ def test_the_search_finds_the_guide_first(site: Path, browser, asked: str) -> No
     assert goal == FOUND[asked] or goal.startswith(f"{FOUND[asked]}#index-")
     assert "\\" not in "".join(links.all_inner_texts())
     tab.close()
-
-
-def test_no_emitted_code_is_searched(records: formulas.Records) -> None:
-    code = formulas.page("folds", records).partition("<summary>As code")[2].partition("</details>")
-    fences = re.findall(r"^(.*)\n```(?!\n)\w+$", code[0], re.MULTILINE)
-    assert len(fences) > 4
-    assert set(fences) == {"{.no-search}"}
 
 
 @pytest.mark.slow

@@ -164,7 +164,7 @@ ENTRIES: dict[str, Callable[[str], Any]] = {
     "target": lambda t: sa.emit("eq:T", t),
     "name": lambda t: sa.emit(U + 1, name=t),
     "symbol": lambda t: sa.Drift(sympy.Symbol(t) * U),
-    "emitted symbol": lambda t: sa.emit(sympy.Symbol(t) + 1, "python"),
+    "emitted symbol": lambda t: sa.emit(sympy.Symbol(t) + 1, "numpy"),
     "coordinate": lambda t: sa.reduce(
         ("1", "1"), ("-1", "1"), ("-s", "1"), ((0, 1), (0, 0)), ("y", t)
     ),
@@ -184,7 +184,7 @@ ENTRIES: dict[str, Callable[[str], Any]] = {
     "reduction, sliding": lambda t: _reduced().sliding_at({"z": t}),
     "reduction, drag": lambda t: _reduced().drag_time(1, {"z": t}),
     "system's point": lambda t: sa.System.of(_reduced(noise=((t,), (0,))), "z", "y"),
-    "emitted parameter": lambda t: sa.emit("fr1", "python", {"mu": t}),
+    "emitted parameter": lambda t: sa.emit("fr1", "numpy", {"mu": t}),
     "velocity of u": lambda t: sa.System(t, "-1"),
     "velocity of z": lambda t: sa.System("1 - z - u", t),
     "noise of u": lambda t: sa.System("1 - z - u", "-1", t),

@@ -174,11 +174,11 @@ _EMITTED = ("friction", "friction k=0.3", "friction k=1", "friction sliding", "l
 
 def _emitted() -> Iterator[Question]:
     methods: dict[str, tuple[str, dict[str, Any]]] = {
-        "exact": ("log_escape_time", {}),
+        "exact": ("log_Ttilde", {}),
     }
     for name in _EMITTED:
         p = BY_NAME[name]
-        for target in ("python", "c", "numpy"):
+        for target in ("c", "numpy"):
             for shown, (function, what) in methods.items():
 
                 def ask(p=p, target=target, function=function, what=what) -> Any:

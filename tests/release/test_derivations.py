@@ -1,32 +1,12 @@
-"""The chains behind `sa.release`: every changed step fails, and what they conclude is measured."""
+"""What the chains behind `sa.release` conclude, measured."""
 
 from __future__ import annotations
 
-import random
-
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import symasym as sa
-from derivations import registry
-from derivations.errata.evidence_text import _without_noise
-from symasym.derivation import mutants
-
-LABELS = ("release-time", "release-order", "release-adiabatic", "frozen-time", "fold-delay")
-
-
-@pytest.mark.parametrize("label", LABELS)
-def test_every_change_is_noticed(label):
-    survivors = []
-    for step in registry.build(label).steps:
-        for change, mutant in mutants(step.result):
-            try:
-                passed = step.check.run(mutant, random.Random(1)).passed
-            except (ArithmeticError, TypeError, ValueError, AttributeError):
-                passed = False
-            if passed:
-                survivors.append((step.name, change, mutant))
-    assert not survivors
 
 
 @pytest.mark.parametrize(("z", "flight"), [("-0.5", 0.01), ("-0.55", 0.04)])
@@ -37,19 +17,36 @@ def test_the_share_that_the_motion_of_z_takes_off(z, flight):
         sa.friction(mu=3, alpha=1, z0=z0 + h * np.array([-1.0, 0.0, 1.0])), kappa, 10
     )
     slope = (right - left) / (2 * h)
-    (stated, _), eps = sa.formula("frozen-time").expression, 1e-3 / slope
-    put = {"T_f": frozen, "Tf_z": slope, "epsilon": eps, "g": -1.0}
+    stated, eps = sa.formula("frozen-time").expression[0], 1e-3 / slope
+    put = {"T_f": frozen, "T_f'": slope, "epsilon": eps, "g": -1.0}
     share = float(stated.subs({s: put[s.name] for s in stated.free_symbols})) / frozen - 1
     block = sa.oscillator(mu=3, alpha=1)
     whole = sa.release(block, kappa, 10, eps=eps, start=(0, z), method="march", rtol="1e-7")
     assert share == pytest.approx(whole.mean / frozen - 1, rel=flight)
 
 
+def without_noise(eps: float, r: float, z: float) -> float:
+    """Scaled time until u = r from (0, z), mu = 3 and alpha = 1."""
+
+    def field(t: float, at: tuple[float, float]) -> tuple[float, float]:
+        inside = min(max(at[0], -1.0), 1.0)
+        force = 1 - at[1] - (inside + 3 * (inside - inside**3)) - eps * at[0]
+        return force, eps * (eps * at[0] - 1)
+
+    def at_end(t: float, at: tuple[float, float]) -> float:
+        return at[0] - r
+
+    at_end.terminal = True
+    return solve_ivp(field, (0, 1e7), (0, z), events=at_end, rtol=1e-9, method="LSODA").t_events[0][
+        0
+    ]
+
+
 def test_the_fold_is_passed_as_late_as_the_chain_says():
     """Without noise the delay past the fold, less the flight to r, grows as eps^(-1/3)."""
     block, late = sa.oscillator(mu=3, alpha=1), []
     for eps in (1e-3, 1e-4, 1e-5):
-        time = _without_noise(eps, 2.0, -0.72, 1 / 8)
+        time = without_noise(eps, 2.0, -0.72)
         late.append(time - block.drag_time("-0.72", str(eps)))
     # The flight is the same for each, so that differences scale.
     ratio = (late[2] - late[1]) / (late[1] - late[0])

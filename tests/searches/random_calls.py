@@ -130,7 +130,7 @@ _ENDS = _Place(["-1", "0", "1", "'oo'", "'-oo'", "'pi'", "'1/2'"])
 _FREE = ["sa.friction()", "sa.friction(mu=3, alpha=1)", "sa.Drift.general()", "sa.linear()",
          "sa.Drift('1/2 - u + b*u**3')", "sa.tanh()"]  # fmt: skip
 _QUANTITY = _Place(["'T'", "'C'", "'1 - C'", "'P'", "'1 - P'", "'density'"])
-_TARGET = _Place(["'python'", "'c'", "'numpy'", "'latex'", "'javascript'", "'mpmath'"], 0.8)
+_TARGET = _Place(["'c'", "'numpy'", "'latex'", "'javascript'", "'mpmath'"], 0.8)
 _NAME = _Place(["'f'", "'time'"], 0.2)
 
 #: The arguments of each verb that is called.
@@ -169,10 +169,9 @@ CALLS: dict[str, dict[str, _Place]] = {
     "formula": {"label": _Place(["'eq:Ttilde'", "'fr1'", "'folds'", "'eq:P'"])},
     "emit": {
         "what": _Place(["'eq:Ttilde'", "'fr1'", "sympy.Symbol('x')**2", "'eq:S'"]),
-        "target": _Place(["'python'", "'c'", "'numpy'", "'latex'"], 0.7),
+        "target": _Place(["'c'", "'numpy'", "'latex'"], 0.7),
         "parameters": _Place(["{'mu': 3}", "None"], 0.2), "drift": _Place(["DRIFT"], 0.2),
-        "name": _Place(["'f'"], 0.2), "method": _METHODS._replace(chance=0.2),
-        "order": _Place(["0", "1", "3"], 0.1),
+        "name": _Place(["'f'"], 0.2),
     },
     "reduce": {
         "f_minus": _Place(["('2 - z', '-z')"]), "f_plus": _Place(["('-1 - z', '-z')"]),
@@ -260,8 +259,7 @@ AFTER: dict[str, dict[str, dict[str, _Place] | None]] = {
         "coefficients": {"dps": _DPS}, "__str__": {},
     },
     "formula": {"latex": {}, "__str__": {}, "emit": {"target": _TARGET, "drift": _DRIFT},
-                "cases": None, "expression": None, "left": None, "limit": None,
-                "remainder": None, "names": None},
+                "expression": None, "left": None, "steps": None},
     "rescale": {"__str__": {}, "drag_time": {"distance": _KAPPA, "velocity": _KAPPA}},
     "reduce": {"__str__": {}, "drift": None, "amplitude": None,
                "drag_time": {"eps": _KAPPA, "values": _Place(["{'z': 0}", "None"])},
@@ -297,9 +295,9 @@ COMMANDS = [
     "show LABEL", "show LABEL --latex", "show LABEL --steps", "show --all",
     "show expansion:T DRIFT --order N", "show expansion:T --expr TEXT --noise WORD --latex",
     "show expansion:WORD DRIFT --start X --case WORD --patience X",
-    "emit LABEL --target WORD", "emit eq:Ttilde --target WORD DRIFT --method METHOD",
+    "emit LABEL --target WORD", "emit eq:Ttilde --target WORD DRIFT",
     "emit expansion:WORD --target WORD DRIFT --order N",
-    "emit LABEL --target WORD -o OUT --header --patience X",
+    "emit LABEL --target WORD -o OUT",
     "emit eq:V --target WORD --expr TEXT --set b=X",
     "figure", "figure FIGURE --set points=N -o OUT", "figure FIGURE --set mu=X -o OUT",
     "figure FIGURE --set kappa=X --set alpha=X -o OUT --patience X",
@@ -308,7 +306,7 @@ COMMANDS = [
     "release --phi TEXT --velocity TEXT --kappa X --r X --eps X --z X --method WORD --json",
     "release --set mu=X --set alpha=X --kappa X --r X --eps X --z X --start X --quantiles",
     "release --kappa X --r X --eps X --z X --method simulate --paths N --seed N --patience X",
-    "derive WORD -o OUT --fresh", "derive --errata", "verify --level WORD --seed N -o OUT",
+    "derive WORD -o OUT", "verify --level WORD --seed N -o OUT",
     "reproduce --only WORD --dps N -o OUT", "report --scene X --quick -o OUT",
     "report --scene X --stability", "value", "--version",
 ]  # fmt: skip

@@ -97,7 +97,7 @@ def test_every_public_name_argument_and_option_is_called() -> None:
         "sa.Drift(A='1e400').plot()",
         "sa.sine(a_minus=0.05, a_plus=1, b='-1e99999')._repr_latex_()",
         "sa.hill(a_minus=10**5000, a_plus=1, K=[0.1, 0.5])._repr_latex_()",
-        "sa.emit(what=[], patience=1.0)",
+        "sa.emit(what=[])",
         "sa.release(sa.oscillator(mu='1/2', alpha=2), 0.3, 2, eps='0.1', method='simulate', "
         "paths=100, step=0.01, tau=5e-324, patience=1.0).time",
         "sa.escape_time(sa.linear(1, 1), 0.3, 10, drag_time=Frame(), full=True)",
@@ -154,7 +154,6 @@ def test_every_public_name_argument_and_option_is_called() -> None:
         "sa.friction(mu=1, alpha=1e308, z0=1).beta()",
         "sa.laplace_integral('-x', '1/(1e30 + 1/3)**(0.5**(1/3))', 'x', 1, 'oo').error_kind",
         "sa.sensitivity(sa.polynomial(1e308, '3', '3', 1e-60), 2, 10, quantity='C')",
-        "sa.emit('eq:Ttilde', drift=sa.linear(1, 1), method=np.array([]))",
         "command('figure', 'stokes', '--set', 'kappa=1/3', '--set', 'alpha=abc')",
         "command('figure', 'fric2', '--set', 'points=1000000000')",
         "command('value', 'escape-time', '--drift', 'linear', '--kappa', '1e-99999')",

@@ -23,7 +23,6 @@ from symasym.exact import balls
 from symasym.exact import floats as double
 from symasym.expansions import answer as weak_noise
 from symasym.expansions import strong_noise
-from symasym.generated import formulas, mpmath_formulas, numpy_formulas
 from symasym.workshop.verify import Verification, verify
 from symasym.workshop.verify import run as tasks_module
 from symasym.workshop.verify.findings import Finding, random_scene, ratio
@@ -57,8 +56,6 @@ ALL = [
     ("weak limit", "friction, well"),
     ("far limit", "friction, well"),
     ("strong limit", "hill down"),
-    ("pieces", "potentials"),
-    ("pieces", "folds"),
 ]
 
 
@@ -86,32 +83,18 @@ def off_by_digits(function: Callable[..., Any]) -> Callable[..., Any]:
     [
         (balls, "enclosure", off_by_digits, MILD, ("digits", "quadrature")),
         (
-            formulas,
+            paper,
             "weak_noise_time",
             lambda f: times(2, f),
             ("orders", "friction, well"),
             ("paper", "order"),
         ),
         (
-            formulas,
+            paper,
             "strong_noise_occupation",
             lambda f: times(0.9, f),
             ("orders", "linear sliding, strong"),
             ("paper", "order"),
-        ),
-        (
-            numpy_formulas,
-            "friction_breakaway",
-            lambda f: times(1 + 1e-10, f),
-            ("pieces", "folds"),
-            ("friction_breakaway, float64", "quadrature"),
-        ),
-        (
-            mpmath_formulas,
-            "friction_potential_right",
-            lambda f: times(-1, f),
-            ("pieces", "potentials"),
-            ("friction_potential_right, digits", "quadrature"),
         ),
     ],
     ids=lambda x: x if isinstance(x, str) else "",

@@ -1,1 +1,1 @@
-"""Section 5: the steady state, the mean escape time, and both in positive terms."""
+"""Section 5: the mean escape time and the stationary density."""

@@ -1,328 +1,98 @@
-"""The exact integrals in positive terms: what the numeric engines evaluate."""
+"""The exact integrals in positive terms."""
 
-from __future__ import annotations
+from sympy import Function, Integral, Limit, Symbol, exp, expand, symbols
 
-from functools import partial
-from typing import Any
+from derivations.paper import C, N, T, V, lam, phi, r, t, u, v, x
+from derivations.sections.section5.escape import I0, I1, J0, J1, by_sides, f, g, interchange
+from symasym.derivation.derivation import derives
 
-import sympy
-from sympy import Function, Integral, Symbol
-
-from derivations.paper import V_1, N, V, a_minus, a_plus_sliding, lam, r, u, v, x
-from derivations.registry import derives
-from derivations.sections.section5.escape import I0, I1, J0, J1, C_in_halves, on_exponentials
-from symasym.derivation import Identity, Satisfies
-
-
-def _positive(names: str) -> Any:
-    return sympy.symbols(names, positive=True)
-
-
-# A symbol of its own for 2/kappa^2: the engines carry it, not kappa.
 rate = Symbol("lam", positive=True)
-sigma_left, sigma_right = _positive("sigma_left sigma_right")
-total = Symbol("w", positive=True)
+s, w, sigma, sigma_left, sigma_right = symbols("s w sigma sigma_left sigma_right", positive=True)
+fall, climb, E_s, F_s, D_s = symbols("f c E_s F_s D_s", positive=True)
+p_ss = Function("p_ss")
 
 
-@derives(
-    "positive-form",
-    "The escape time and the exit probability from both sides of the start, in positive terms",
-    ("backward", "eq:C"),
-)
-def positive_form(d: Any) -> None:
-    f, g = Function("f"), Function("g")
-    p, q = _positive("p q")
-    m, K_left, K_right, scale = _positive("m K_left K_right s")
-
-    transform = partial(on_exponentials, f=f, g=g, s=p, k=q)
-
-    def same(original: Any) -> Satisfies:
-        return Satisfies(
-            lambda stated: {"same domain": sympy.expand(transform(stated) - transform(original))}
-        )
-
-    def over(inner: tuple[Any, Any, Any], outer: tuple[Any, Any, Any]) -> Any:
-        return Integral(Integral(f(u) * g(v), inner), outer)
-
-    before = Integral(f(u), (u, -r, x))
-    left = d.step(
-        "left of the start",
-        "interchange",
-        before * Integral(g(v), (v, -r, x)) - over((v, -r, u), (u, -r, x)),
-        same(over((u, -r, v), (v, -r, x))),
-        "f = e^{-lam V}, g = e^{lam V}: J1 = m I1 - K_left, a square less a triangle",
-        left=r"\int_{-r}^{x} \int_{-r}^{v} f(u) g(v) \, du \, dv",
-    )
-    right = d.step(
-        "right of the start",
-        "interchange",
-        before * Integral(g(v), (v, x, r)) + over((v, u, r), (u, x, r)),
-        same(over((u, -r, v), (v, x, r))),
-        "J0 = m I0 + K_right, a rectangle and a triangle; eq:Ttilde has x = 0",
-        left=r"\int_{x}^{r} \int_{-r}^{v} f(u) g(v) \, du \, dv",
-    )
-    named = {
-        over((v, -r, u), (u, -r, x)): K_left,
-        over((v, u, r), (u, x, r)): K_right,
-        Integral(g(v), (v, -r, x)): I1,
-        Integral(g(v), (v, x, r)): I0,
-        before: m,
-    }
-    positive = d.step(
-        "nothing cancels",
-        "substitute",
-        lam * (I0 * K_left + I1 * K_right) / (I0 + I1),
-        Identity(
-            lambda: d.use("backward", "T").subs({J0: right.subs(named), J1: left.subs(named)})
-        ),
-        "m, the mass left of the start, drops out",
-        left="T",
-    )
-    # What the two sweeps carry: sigma = I/s and w = lam s K/I, s = e^{lam V} at the start.
-    carried = {
-        sigma_left: I1 / scale,
-        sigma_right: I0 / scale,
-        total: lam * scale * (K_left / I1 + K_right / I0),
-    }
-    found = d.step(
-        "from both sweeps",
-        "substitute",
-        total / (1 / sigma_left + 1 / sigma_right),
-        Satisfies(lambda T: {"the same T": T.subs(carried) - positive}),
-        "w = w_left + w_right",
-        left="T",
-    )
-    share = d.step(
-        "chance of leaving on the left",
-        "substitute",
-        1 / (1 + sigma_left / sigma_right),
-        Satisfies(lambda c: {"in sigma": c.subs(carried) - C_in_halves(d)}),
-        "eq:C",
-        left="C",
-    )
-    d.step(
-        "logarithm of C",
-        "substitute",
-        -sympy.log(1 + sigma_left / sigma_right),
-        Satisfies(lambda c: {"C": sympy.exp(c) - share}),
-        left=r"\log C",
-    )
-    d.conclude(
-        Symbol("T"),
-        found,
-        note="sigma = Sigma/s and w on either side of the start: s = e^{lam V}, Sigma its integral "
-        "from the end, w the time spent there per unit of rate; w = w_left + w_right",
-    )
+@derives("positive-form",
+         "The escape time and the exit probability from both sides of the start, in positive terms")
+def positive_form(d):
+    m, K_left, K_right = symbols("m K_left K_right", positive=True)
+    over = lambda inner, outer: Integral(f(u) * g(v), inner, outer)
+    before, behind, ahead = Integral(f(u), (u, -r, x)), Integral(g(v), (v, -r, x)), Integral(g(v), (v, x, r))
+    left = interchange(
+        d, "left of the start", over((u, -r, v), (v, -r, x)), before * behind - over((v, -r, u), (u, -r, x)),
+        r"$f = e^{-\lambda V}$, $g = e^{\lambda V}$, $x$ the start: $J_1 = m I_1 - K_l$, a square less a triangle")
+    right = interchange(
+        d, "right of the start", over((u, -r, v), (v, x, r)), before * ahead + over((v, u, r), (u, x, r)),
+        "$J_0 = m I_0 + K_r$, a rectangle and a triangle")
+    named = {over((v, -r, u), (u, -r, x)): K_left, over((v, u, r), (u, x, r)): K_right}
+    named |= {behind: I1, ahead: I0, before: m}
+    positive = d.eq("nothing cancels", T, lam * (I0 * K_left + I1 * K_right) / (I0 + I1), "the mass $m$ drops out",
+                    by=d["backward"].subs({J0: right.subs(named), J1: left.subs(named)}))
+    carried = {sigma_left: I1 / s, sigma_right: I0 / s, w: lam * s * (K_left / I1 + K_right / I0)}
+    d.eq("from both sweeps", T, w / (1 / sigma_left + 1 / sigma_right), "$w = w_l + w_r$",
+         lambda T: [(T.subs(carried), positive)])
+    d.eq("chance of leaving on the left", C, 1 / (1 + sigma_left / sigma_right), "eq:C",
+         lambda C: [(C.subs(carried), by_sides(d["eq:C"]))])
+    d.conclude("from both sweeps", "chance of leaving on the left", note=(
+        r"on either side of the start, $\sigma = \Sigma/s$ (a scaled length), where $s = e^{2 V/\kappa^2}$ and "
+        r"$\Sigma$ is its integral from the end; $w$ is $2 s/(\kappa^2 \Sigma)$ times the integral of $\Sigma/s$ "
+        "from there (scaled time over length), both sides added"))
 
 
-@derives(
-    "positive-density",
-    "The stationary density and the occupation, in positive terms",
-    ("eq:pss", "eq:P", "tails"),
-)
-def positive_density(d: Any) -> None:
-    M_left, M_right, scale, outer = _positive("M_left M_right s M")
-    inside, outside = _positive("inside outside")
-    carried = {total: rate * scale * (M_left + M_right)}
-    K = Symbol("K", positive=True)
-
-    def steady() -> Any:
-        """eq:pss by s, its e^{lam V}."""
-        return d.use("eq:pss", "p_ss(u)").subs(sympy.exp(lam * V(u)), scale)
-
-    constant = d.step(
-        "mass 1",
-        "solve",
-        1 / (M_left + M_right),
-        Satisfies(lambda k: {"mass": (steady() * scale).subs(K, k) * (M_left + M_right) - 1}),
-        "M_left and M_right are the integrals of e^{-lam V} over both sides of u",
-        left="K",
-    )
-    normal = d.step(
-        "density of mass 1",
-        "substitute",
-        1 / (scale * (M_left + M_right)),
-        Identity(lambda: steady().subs(K, constant)),
-        "s = e^{lam V(u)}",
-        left=r"p_{\mathrm{ss}}(u)",
-    )
-    density = d.step(
-        "density",
-        "substitute",
-        rate / total,
-        Satisfies(lambda p: {"with w of both sweeps": p.subs(carried) - normal}),
-        "w = lam s (M_left + M_right)",
-        left=r"p_{\mathrm{ss}}(u)",
-    )
-    share = d.step(
-        "occupation",
-        "substitute",
-        1 / (1 + outside / inside),
-        Identity(lambda: d.use("eq:P", "P").subs({N: inside, outer: outside})),
-        left="P",
-    )
-    d.step(
-        "logarithm of the occupation",
-        "substitute",
-        -sympy.log(1 + outside / inside),
-        Satisfies(lambda p: {"P": sympy.exp(p) - share}),
-        left=r"\log P",
-    )
-    d.step(
-        "w beyond the layer",
-        "substitute",
-        (1 / a_minus, -1 / a_plus_sliding),
-        Identity(
-            lambda: [
-                lam * d.use("tails", "I_left"),
-                lam * sympy.exp(lam * V_1) * d.use("tails", "I_right"),
-            ]
-        ),
-        "lam e^{lam V} times the mass of each tail: V is 0 at -1 and V(1) at 1",
-        left=(
-            r"\lambda I_{\mathrm{left}}",
-            r"\lambda e^{\lambda V(1)} I_{\mathrm{right}}",
-        ),
-    )
-    d.conclude(
-        Function("p_ss")(u),
-        density,
-        note="w = lam e^{lam V(u)} times the integral of e^{-lam V} over all positions",
-    )
+@derives("positive-density", "The stationary density and the occupation, in positive terms")
+def positive_density(d):
+    M, M_left, M_right, K = symbols("M M_left M_right K", positive=True)
+    steady = d["eq:pss"].subs(exp(lam * V(u)), s)
+    constant = d.eq("mass 1", K, 1 / (M_left + M_right),
+                    r"$M_l$, $M_r$: integrals of $e^{-\lambda V}$ over both sides of $u$; $s = e^{\lambda V(u)}$",
+                    [(steady * s * (M_left + M_right), 1)])
+    normal = d.eq("density of mass 1", p_ss(u), 1 / (s * (M_left + M_right)), by=steady.subs(K, constant))
+    d.eq("density", p_ss(u), rate / w, r"$w = \lambda s (M_l + M_r)$; at an edge, a tail adds $1/|a^\pm|$",
+         lambda p: [(p.subs(w, rate * s * (M_left + M_right)), normal)])
+    d.eq("occupation", Symbol("P"), 1 / (1 + M / N), by=d["eq:P"])
+    d.conclude("density", "occupation", note=(
+        r"$w = \lambda e^{\lambda V(u)}$ times the integral of $e^{-\lambda V}$ over all positions (scaled time "
+        r"over length), $\lambda = 2/\kappa^2$; $N$, $M$: those of $e^{-\lambda V}$ inside and outside the layer"))
 
 
-@derives("constant-panel", "Integrals over a panel of constant drift", ("eq:V",))
-def constant_panel(d: Any) -> None:
+@derives("constant-panel", "Integrals over a panel of constant drift")
+def constant_panel(d):
     size = Symbol("x", positive=True)
-    t = Symbol("t", positive=True)
-
-    def e(direction: int, at: Any) -> Any:
-        """exp(lam (V - V at the left end)), V falling (1) or rising (-1), widths of 1."""
-        V = d.use("eq:V", "V(u)").replace(Function("phi"), lambda _: direction * size).doit()
-        return sympy.exp((V - V.subs(u, -1)).subs(u, at - 1))
-
-    def single(direction: int) -> Any:
-        whole = sympy.integrate(e(direction, t), (t, 0, 1))
-        return sympy.expand(whole * (1 if direction > 0 else 1 / e(direction, 1)))
-
-    def double(direction: int) -> Any:
-        inner = sympy.integrate(e(direction, v), (v, 0, t))
-        whole = sympy.integrate(sympy.expand(inner / e(direction, t)), (t, 0, 1))
-        return sympy.expand(whole * (e(direction, 1) if direction > 0 else 1))
-
-    first = d.step(
-        "V falls: single",
-        "integrate",
-        (1 - sympy.exp(-size)) / size,
-        Identity(lambda: single(1)),
-        left=r"I = \int_{0}^{1} e^{-x t} \, dt",
-    )
-    d.step(
-        "V rises: single",
-        "integrate",
-        first,
-        Identity(lambda: single(-1)),
-        left=r"I = e^{-x} \int_{0}^{1} e^{x t} \, dt",
-    )
-    # From the single integral: no square of x, which may be as large as float64 allows.
-    int_e = Symbol("int_e", positive=True)
-    down = d.step(
-        "V falls: double",
-        "integrate",
-        (int_e - sympy.exp(-size)) / size,
-        Satisfies(lambda e: {"integral": e.subs(int_e, first) - double(1)}),
-        left=r"N_{-} = e^{-x} \int_{0}^{1} \int_{0}^{t} e^{x (t - v)} \, dv \, dt",
-    )
-    up = d.step(
-        "V rises: double",
-        "integrate",
-        (1 - int_e) / size,
-        Satisfies(lambda e: {"integral": e.subs(int_e, first) - double(-1)}),
-        left=r"N_{+} = \int_{0}^{1} \int_{0}^{t} e^{-x (t - v)} \, dv \, dt",
-    )
-    d.conclude(
-        sympy.symbols("int_e nested_down nested_up"),
-        (first, down, up),
-        note="x = lam |a| h; I, the integral of e^{+-lam V}, in units of the width h, N_- "
-        "and N_+, the "
-        "double integrals of e^{lam (V(u) - V(v))} over v < u where V falls and where it rises, in "
-        "units of h^2, each integrand divided by its largest value",
-    )
+    e = lambda drift, at: exp(expand(d["eq:V"].replace(phi, lambda _: drift).doit().subs(u, at - 1)))
+    down, up = Integral(e(size, t), (t, 0, 1)), Integral(e(-size, t), (t, 0, 1)) / e(-size, 1)
+    single = d.eq("single", E_s, (1 - exp(-size)) / size, "the same where $V$ falls and where it rises",
+                  [(E_s, down), (E_s, up)])
+    double = lambda drift: Integral(e(drift, v) / e(drift, t), (v, 0, t), (t, 0, 1))
+    why = "by the single one: no $x^2$, which may be as large as float64 allows"
+    d.eq("double, V falls", Symbol("D_-"), (E_s - exp(-size)) / size, why,
+         lambda D: [(e(size, 1) * double(size), D.subs(E_s, single))])
+    d.eq("double, V rises", Symbol("D_+"), (1 - E_s) / size, why, lambda D: [(double(-size), D.subs(E_s, single))])
+    d.conclude("single", "double, V falls", "double, V rises", note=(
+        r"$x = \lambda |a| h$ for a panel of width $h$ and drift $a$; $E_s$, in units of $h$, is the integral of "
+        r"$e^{\lambda V}$; $D_-$ and $D_+$, of $h^2$, those of $e^{\lambda (V(v) - V(u))}$ over $v < u$ where $V$ "
+        "falls and rises; each integrand over its largest value"))
 
 
-@derives("panel-step", "One step of the sweep: sigma and w across a panel", ("positive-form",))
-def panel_step(d: Any) -> None:
-    sigma, work, E, F, D, end = _positive("sigma w E F D e")
-    int_e, int_inverse, nested = _positive("int_e int_inverse nested")
-    fall, climb = _positive("fall climb")
-    S, scale = _positive("S s")
-    after = d.step(
-        "sigma",
-        "split",
-        (sigma + E) / end,
-        # S grows by s(a) E, and s by the factor e.
-        Identity(lambda: ((S + scale * E) / (scale * end)).subs(S, sigma * scale)),
-        "sigma = Sigma/s, Sigma the integral of s; E is the panel's integral of e",
-        left=r"\sigma_b",
-    )
-
-    def spent() -> Any:
-        # w S/s at b: the earlier part times e(b), and lam e(b) int S(u)/(s(a) e(u)) du.
-        carried = end * work * S + rate * end * (S * F + scale * D)
-        return (carried / (S + scale * E)).subs(S, sigma * scale)
-
-    later = d.step(
-        "w",
-        "split",
-        end * (sigma * (work + rate * F) + rate * D) / (sigma + E),
-        Identity(spent),
-        "F, D: integrals of 1/e and of e(v)/e(u) over v < u",
-        left="w_b",
-    )
-    # One of both scales is 1, so that no number grows with lam.
-    scaled = {E: int_e / climb, F: int_inverse / fall, D: nested / fall, end: fall / climb}
-    grown = int_e + climb * sigma
-    found = d.step(
-        "scaled",
-        "scale",
-        (
-            grown / fall,
-            # A logarithm of sigma, however large, does not enter w where int_e is nothing beside.
-            (fall * work + rate * int_inverse) / (climb + int_e / sigma) + rate * nested / grown,
-        ),
-        Identity(lambda: [after.subs(scaled), later.subs(scaled)]),
-        "e(b) = f/c, I = c E, J = f F and N = f D",
-        left=(
-            r"\sigma_b",
-            "w_b",
-        ),
-    )
-    begun = d.step(
-        "from an absorbing end",
-        "take limit",
-        (int_e / fall, rate * nested / int_e),
-        Identity(lambda: [sympy.limit(e, sigma, 0) for e in found]),
-        left=(
-            r"\lim_{\sigma \to 0} \sigma_b",
-            r"\lim_{\sigma \to 0} w_b",
-        ),
-    )
-    d.step(
-        "the same panel on either side of the start",
-        "substitute",
-        rate * nested / fall,
-        Identity(
-            lambda: d.use("positive-form", "T").subs(
-                {sigma_left: begun[0], sigma_right: begun[0], total: 2 * begun[1]}
-            )
-        ),
-        "lam D, D the double integral over one panel: positive-form with K_left = K_right = D",
-        left="T",
-    )
-    d.conclude(
-        sympy.symbols("sigma_b w_b"),
-        found,
-        note="from u = a to u = b; f = e^{-lam |V(b) - V(a)|} where V falls, c where it rises, the "
-        "other is 1; I, J and N are the panel's integrals of e = e^{lam (V - V(a))}, of 1/e and of "
-        "e(v)/e(u), v < u, each integrand divided by its largest value",
-    )
+@derives("panel-step", "One step of the sweep: $\\sigma$ and $w$ across a panel")
+def panel_step(d):
+    E, F, D, end, Sigma = symbols("E F D e Sigma", positive=True)
+    after = d.eq("sigma", r"\sigma_b", (sigma + E) / end, r"$\Sigma$ grows by $s E$, $s$ by the factor $e$",
+                 by=((Sigma + s * E) / (s * end)).subs(Sigma, sigma * s))
+    later = d.eq("w", "w_b", end * (sigma * (w + rate * F) + rate * D) / (sigma + E),
+                 "$F$, $D$: integrals of $1/e$ and of $e(v)/e(u)$ over $v < u$",
+                 by=(end * (w * Sigma + rate * (Sigma * F + s * D)) / (Sigma + s * E)).subs(Sigma, sigma * s))
+    scaled, grown = {E: E_s / climb, F: F_s / fall, D: D_s / fall, end: fall / climb}, E_s + climb * sigma
+    first = d.eq("sigma, scaled", r"\sigma_b", grown / fall, "$e(b) = f/c$, $E_s = c E$, $F_s = f F$, $D_s = f D$",
+                 by=after.subs(scaled))
+    second = d.eq("w, scaled", "w_b", (fall * w + rate * F_s) / (climb + E_s / sigma) + rate * D_s / grown,
+                  r"no number grows with $\lambda$", by=later.subs(scaled))
+    begun = d.eq("sigma from an absorbing end", r"\lim_{\sigma \to 0} \sigma_b", E_s / fall,
+                 by=Limit(first, sigma, 0))
+    d.eq("w from an absorbing end", r"\lim_{\sigma \to 0} w_b", rate * D_s / E_s,
+         r"the same panel on either side of the start: $T = \lambda D$ by positive-form, with $K_l = K_r = D$",
+         lambda e: [(Limit(second, sigma, 0), e), (d["positive-form", "from both sweeps"].subs(
+             {sigma_left: begun, sigma_right: begun, w: 2 * e}), rate * D_s / fall)])
+    d.conclude("sigma, scaled", "w, scaled", "sigma from an absorbing end", "w from an absorbing end", note=(
+        r"from $u = a$ to $u = b$; $f$ where $V$ falls, $c$ where it rises, is $e^{-\lambda |V(b) - V(a)|}$, the "
+        r"other 1; $E_s$, $F_s$, $D_s$ are the integrals of $e = e^{\lambda (V - V(a))}$, of $1/e$ and of "
+        r"$e(v)/e(u)$, $v < u$, each integrand over its largest value; $\sigma$ and $w$ as in positive-form"))

@@ -1,1 +1,1 @@
-"""Section 6: sliding, crossing with strong and with weak noise, and the expansions evaluated."""
+"""Section 6: expansions for small and for large noise."""

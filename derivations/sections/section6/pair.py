@@ -1,326 +1,153 @@
-"""Section 6.2, weak noise: a well and a barrier that may coalesce.
+"""Section 6.2, weak noise: a well and a barrier that may coalesce, in Airy functions, and of a cubic drift.
 
-The double integral over both, and the integrals of the slow manifold beside them: what
-`symasym.expansions.canonical` (by numbers) and `symasym.series.local`
-evaluate.
+Order 0 of canonical-form with two zeros, over all s; what `symasym.formulas.uniform` writes out.
 """
 
-from __future__ import annotations
-
-from typing import Any
+from fractions import Fraction
+from functools import cache
 
 import sympy
-from sympy import Function, Symbol
+from sympy import Derivative, Function, Integral, Rational, S, Symbol, exp, gamma, pi, sqrt, symbols
 
-from derivations.registry import derives
-from symasym.derivation import Identity, Satisfies
+from derivations.numerics import Scene, split_pieces
+from derivations.paper import T, a_plus, alpha, kappa, mu, r, u, z0
+from derivations.sections.section7_friction import BETA, PEAK
+from symasym.derivation.derivation import derives
 
-t = Symbol("t", positive=True)
-m = Symbol("m", real=True)
-Z = Symbol("Z", real=True)
-ai, bi = sympy.airyai(Z), sympy.airybi(Z)
-
-
-@derives("pair-products", "Double integrals over a well and a barrier that may coalesce")
-def pair_products(d: Any) -> None:
-    d.suppose("lam (V(v) - V(u)) = (s^3/3 - Z s) at u less the same at v, the well first")
-    exponent = d.step(
-        "distance and middle",
-        "substitute",
-        Z * t - t**3 / 12 - m**2 * t,
-        Identity(_exponent),
-        "t = s(v) - s(u) > 0, m half-way between",
-        left=r"\lambda (V(v) - V(u))",
-    )
-    inner = d.step(
-        "over the middle",
-        "integrate",
-        sympy.sqrt(sympy.pi / t) * sympy.exp(Z * t - t**3 / 12),
-        Identity(lambda: _over_middle(exponent)),
-        left=r"\int_{-\infty}^{\infty} e^{t Z - t^3/12 - m^2 t} \, dm",
-    )
-    d.step(
-        "the integrand is a derivative",
-        "integrate",
-        -4 * sympy.sqrt(sympy.pi * t) * sympy.exp(Z * t - t**3 / 12),
-        Satisfies(
-            lambda found: {
-                "J''' - 4 Z J' - 2 J under the integral": sympy.simplify(
-                    sympy.diff(found, t) / inner - (t**3 - 4 * Z * t - 2)
-                )
-            }
-        ),
-        "it vanishes at t = 0 and oo, so that J''' - 4 Z J' - 2 J = 0",
-        left=r"\int (t^3 - 4 Z t - 2) \sqrt{\frac{\pi}{t}} e^{t Z - t^3/12} \, dt",
-    )
-    start = d.step(
-        "at Z = 0",
-        "evaluate",
-        tuple(_moment(n) for n in range(3)),
-        Identity(lambda: [_integral(inner, n) for n in range(3)]),
-        "J, J' and J''",
-        left=(
-            "J(0)",
-            "J'(0)",
-            "J''(0)",
-        ),
-    )
-    both = d.step(
-        "J",
-        "solve",
-        sympy.pi**2 * (ai**2 + bi**2),
-        Satisfies(lambda found: _solves(found, start)),
-        "DLMF 9.11.4",
-        left="J(Z)",
-    )
-    three = d.step(
-        "with s(v), and with s(u) s(v)",
-        "differentiate",
-        (
-            both,
-            sympy.pi**2 * (ai * sympy.diff(ai, Z) + bi * sympy.diff(bi, Z)),
-            -(sympy.pi**2) * (sympy.diff(ai, Z) ** 2 + sympy.diff(bi, Z) ** 2),
-        ),
-        Identity(lambda: _weighted(both)),
-        "J' has s(v) - s(u), whose parts are opposite by symmetry; J'' has its square, of which "
-        "s^2 is Z up to the regular part",
-        left=(
-            "J",
-            "J_1",
-            "J_2",
-        ),
-    )
-    d.conclude(
-        (Symbol("J"), Symbol("J_1"), Symbol("J_2")),
-        three,
-        "exact",
-        note="weights 1, s(v) and s(u) s(v), in units of lam^(-2/3), lam^(-1) and lam^(-4/3); "
-        "Z = lam^(2/3) zeta, phi du = (s^2 - zeta) ds",
-    )
+y, s, m, Z, q, w, b, psi1 = symbols(r"y s m Z q w b \psi_1", real=True)
+t, zeta, sigma, R, D, delta, p, x, psi0 = symbols(r"t zeta \sigma R \Delta delta p x \psi_0", positive=True)
+plus, minus, N, k, c3, lam = symbols(r"\psi_+ \psi_- \nu k c_3 lam", positive=True)
+n = Symbol("n", integer=True, nonnegative=True)
+J, A, third, R0 = Function("J"), Function("A"), Rational(1, 3), Symbol("R_0", real=True)
+ai, bi, ai1, bi1 = (f(Z) for f in (sympy.airyai, sympy.airybi, sympy.airyaiprime, sympy.airybiprime))
+canonical = s**3 / 3 - Z * s
 
 
-def _weighted(both: Any) -> list[Any]:
-    slope = sympy.diff(both, Z) / 2
-    return [both, sympy.expand(slope), sympy.expand(Z * both - sympy.diff(slope, Z))]
-
-
-def _exponent() -> Any:
-    def cubic(s: Any) -> Any:
-        return s**3 / 3 - Z * s
-
-    return sympy.expand(cubic(m - t / 2) - cubic(m + t / 2))
-
-
-def _over_middle(exponent: Any) -> Any:
-    """The integral of exp(exponent) over m, a Gaussian or an error: SymPy may search for ever."""
-    rest, square = exponent.as_independent(m, as_Add=True)
-    if sympy.degree(square, m) != 2:
-        raise ValueError(f"exp({exponent}) is no Gaussian in m.")
-    return sympy.exp(rest) * sympy.integrate(sympy.exp(square), (m, -sympy.oo, sympy.oo))
-
-
-def _moment(n: int) -> Any:
-    power = sympy.Rational(2 * n + 1, 6)
-    return sympy.sqrt(sympy.pi) * sympy.Integer(12) ** power * sympy.gamma(power) / 3
-
-
-def _integral(inner: Any, n: int) -> Any:
-    """int t^n of the integrand at Z = 0, by w = t^3/12."""
-    w = Symbol("w", positive=True)
-    old = sympy.cbrt(12 * w)
-    integrand = (t**n * inner).subs(Z, 0).subs(t, old) * sympy.diff(old, w)
-    powers = sympy.powsimp(sympy.expand(integrand * sympy.exp(w)))
-    if powers.has(sympy.exp):
-        raise ValueError(f"{inner} has no factor exp(-t^3/12) at Z = 0.")
-    return sympy.integrate(powers * sympy.exp(-w), (w, 0, sympy.oo))
-
-
-def _solves(found: Any, start: Any) -> dict[str, Any]:
-    rest = sympy.diff(found, Z, 3) - 4 * Z * sympy.diff(found, Z) - 2 * found
-    equations = {"the differential equation": sympy.expand(rest)}
-    for n, value in enumerate(start):
-        here = sympy.diff(found, Z, n).subs(Z, 0)
-        equations[f"derivative {n} at 0"] = _in_thirds(here) - _in_thirds(value)
-    return equations
-
-
-def _in_thirds(value: Any) -> Any:
+def in_thirds(e):
     """gamma(1/6), gamma(5/6) and gamma(2/3) by gamma(1/3): duplication and reflection."""
-    third = sympy.gamma(sympy.Rational(1, 3))
-    sixth = sympy.sqrt(3 / sympy.pi) * third**2 / sympy.cbrt(2)
-    swap = {
-        sympy.gamma(sympy.Rational(2, 3)): 2 * sympy.pi / (sympy.sqrt(3) * third),
-        sympy.gamma(sympy.Rational(1, 6)): sixth,
-        sympy.gamma(sympy.Rational(5, 6)): 2 * sympy.pi / sixth,
-    }
-    return sympy.simplify(sympy.sympify(value).subs(swap))
+    one, sixth = gamma(third), sqrt(3 / pi) * gamma(third)**2 / sympy.cbrt(2)
+    put = {gamma(2 * third): 2 * pi / (sqrt(3) * one), gamma(S(1) / 6): sixth, gamma(S(5) / 6): 2 * pi / sixth}
+    return sympy.simplify(sympy.sympify(e).subs(put))
 
 
-# -- the regular part beside both ------------------------------------------------------------------
-
-R = Symbol("R", positive=True)
-y, alpha, beta = (Symbol(name, real=True) for name in ("y", "alpha", "beta"))
-gap, square = Symbol("gap", real=True), Symbol("square", real=True)
-product, x = Symbol("product", positive=True), Symbol("x", positive=True)
-i, index = Symbol("i", integer=True, nonnegative=True), Symbol("index", integer=True)
-n, power = (Symbol(name, integer=True, positive=True) for name in ("n", "power"))
-share, term, lower, same, before, after = (
-    Symbol(name, real=True) for name in ("share", "term", "lower", "same", "before", "after")
-)
-W = y**2 - square
+def by_power(e, power):
+    """The integral of e over (0, sympy.oo), by the variable w = power of it."""
+    (z,), new = power.free_symbols, Symbol("w", positive=True)
+    (old,) = (root for root in sympy.solve(power - new, z) if root.is_positive)
+    inside = sympy.powsimp(sympy.expand_power_base(e.subs(z, old) * old.diff(new)))
+    return sympy.integrate(inside, (new, 0, sympy.oo))
 
 
-@derives(
-    "pair-primitives",
-    "The regular part beside a pair of zeros: primitives and their recurrences",
-    ("endpoint-series", "regular-part"),
-)
-def pair_primitives(d: Any) -> None:
-    d.suppose("phi = (y^2 - D) psi(y), psi > 0; y from half-way between the zeros, D = +-R^2")
-    d.suppose("past a real zero the mean of both complex paths is taken: Hadamard's finite part")
-    real = d.step(
-        "beside real zeros",
-        "integrate",
-        -alpha * sympy.log(1 + 4 * R * y / gap**2) / (4 * R),
-        Satisfies(lambda found: _even_share(found.subs(gap, y - R), R**2)),
-        "y > 0, g = y - R; the logarithm of |y + R|/|y - R|, in which nothing cancels as R -> 0",
-        left=r"\int \frac{\alpha \, dy}{y^2 - R^2}",
-    )
-    line = d.step(
-        "beside complex zeros",
-        "integrate",
-        -alpha * sympy.atan2(R, y) / R,
-        Satisfies(_along_the_line),
-        "along the real line",
-        left=r"\int \frac{\alpha \, dy}{y^2 + R^2}",
-    )
-    logarithm = d.step(
-        "odd part",
-        "integrate",
-        beta * sympy.log(product) / 2,
-        Satisfies(lambda found: _odd_share(found.subs(product, x**2 - square))),
-        "Pi is |y^2 - D|",
-        left=r"\int \frac{\beta y \, dy}{y^2 - D}",
-    )
-    whole = d.step(
-        "over the real line",
-        "evaluate",
-        sympy.pi / R,
-        Identity(lambda: _over_the_line(line)),
-        "D = -R^2: what the real line has more than a path above both zeros, n = 1",
-        left=r"s_1 = \int_{-\infty}^{\infty} \frac{dy}{y^2 + R^2}",
-    )
-    following = d.step(
-        "over the real line, next power",
-        "integrate",
-        (1 - 2 * n) * share / (2 * n * square),
-        Satisfies(_next_power),
-        "by parts: y (y^2 - D)^(-n) vanishes at both ends",
-        left="s_{n+1}",
-    )
-    binomial = d.step(
-        "coefficient of the series in D/y^2",
-        "expand",
-        term * (n + i) / (i + 1),
-        Satisfies(_binomial),
-        "b_0 = 1, and (y^2 - D)^(-n) is the sum of b_i D^i y^(-2n - 2i)",
-        left="b_{i+1}",
-    )
-    d.step(
-        "a term's primitive",
-        "integrate",
-        term / (1 - 2 * n - 2 * i),
-        Identity(lambda: d.use("regular-part", "H").subs({power: 2 * n + 2 * i})),
-        left=r"y^{2 n + 2 i - 1} \int b_i y^{-2 n - 2 i} \, dy",
-    )
-    reduced = d.step(
-        "from y^j to y^(j + 2)",
-        "split",
-        lower + square * same,
-        Satisfies(_two_powers_more),
-        "I_(n,j) is the integral of y^j (y^2 - D)^(-n); by y^2 = (y^2 - D) + D",
-        left="I_{n,j+2}",
-    )
-    fall = d.step(
-        "-h' by powers",
-        "differentiate",
-        (2 * power + 1 - index) * before + (index + 1) * square * after,
-        Satisfies(lambda found: {"-h'": sympy.expand(found - _fall_of_pair(d))}),
-        "h = (y^2 - D)^(-p) times the sum of c_j y^j; of phi h_(k+1) the power of the pole is "
-        "p + 1, and p + 2 of h_(k+1) itself",
-        left="c'_j",
-    )
-    d.conclude(
-        tuple(map(Symbol, ("H_even", "H_line", "H_odd", "s_1", "s_next", "b_next", "I", "h_next"))),
-        (real, line, logarithm, whole, following, binomial, reduced, fall),
-        note="the pole part of 1/phi beside two close zeros, (alpha + beta y)/(y^2 - D), is "
-        "integrated, and its powers by recurrence. The first three are primitives of "
-        "alpha/(y^2 - R^2), alpha/(y^2 + R^2) and beta y/(y^2 - D), of which the first two vanish "
-        "at oo; arccot lies between 0 and pi; s_n is the integral of (y^2 + R^2)^(-n) over the "
-        "line",
-    )
+@derives("airy-form", "A well and a barrier that may coalesce, to leading order")
+def airy_form(d):
+    d.suppose(r"$\phi = (y^2 - \Delta) \, \psi(y)$, $\psi > 0$, $y$ from half-way between the zeros; order 0 of "
+              "canonical-form")
+    d.suppose("each single integral is the mean of those along both complex paths past the other zero")
+    d.eq("height of the barrier", Symbol("D", positive=True), 4 * zeta**Rational(3, 2) / 3,
+         r"$V(u_2) - V(u_1)$: this determines $\zeta$", by=-Integral(s**2 - zeta, (s, -sqrt(zeta), sqrt(zeta))))
+    mean = (plus + minus) / 2
+    rate = ((y**2 - R**2) * (mean + (plus - minus) * y / (2 * R))).diff(y)
+    up, down = (d.eq(f"du/ds at the {name}", f"u'({at}) =", sqrt(sigma / (R * value)), r"from $\phi \, u' = s^2 - "
+                     r"\sigma^2$, $\zeta = \sigma^2$, $\Delta = R^2$, $\psi_\pm = \psi(\pm R)$",
+                     lambda e, side=side: [(e**2 * rate.subs(y, side * R), 2 * side * sigma), (sqrt(e**2), e)])
+                for name, at, value, side in (("barrier", r"\sigma", plus, 1), ("well", r"-\sigma", minus, -1)))
+    values, root = lambda at: up if at == sigma else down, {N: sqrt(plus * minus)}
+    line = d["canonical-form", "remainder of two zeros"].replace(Function("b"), values).expand()
+    for name, value, j in (("p^2", sigma * (mean + N) / (2 * R * N**2), 0),
+                           ("q^2", (plus - minus)**2 / (8 * R * sigma * N**2 * (mean + N)), 1)):
+        d.eq(name, f"{name} =", value, r"$u' = p + q s$ at both zeros, $\nu^2 = \psi_+ \psi_-$; $\Delta$ may have "
+             "either sign", lambda e, j=j: [(e.subs(root), line.coeff(s, j)**2)])
+    exponent = d.eq("distance and middle", r"\lambda (V(v) - V(u)) =", Z * t - t**3 / 12 - m**2 * t, "$t = s(v) - "
+                    r"s(u)$, $m$ half-way; $s$ in units of $\delta = \lambda^{-1/3}$, $Z = \lambda^{2/3} \zeta$",
+                    by=canonical.subs(s, m - t / 2) - canonical.subs(s, m + t / 2))
+    bare = exponent.subs(m, 0)
+    inner = d.eq("over the middle", Integral(exp(Z * t - t**3 / 12 - m**2 * t), (m, -sympy.oo, sympy.oo)),
+                 sqrt(pi / t) * exp(Z * t - t**3 / 12),
+                 by=exp(bare) * Integral(exp(exponent - bare), (m, -sympy.oo, sympy.oo)))
+    power = d.eq("the integrand is a derivative", Derivative(-4 * t * inner, t), (t**3 - 4 * Z * t - 2) * inner,
+                  "0 at both ends, so that $J''' - 4 Z J' - 2 J = 0$ for $J(Z)$, the integral over $t$")
+    weight = (power / inner).expand()
+    moment = d.eq("moments at Z = 0", Integral(t**n * sqrt(pi / t) * exp(-t**3 / 12), (t, 0, sympy.oo)),
+                  sqrt(pi) * 12**((2 * n + 1) / S(6)) * gamma((2 * n + 1) / S(6)) / 3, "$J$, $J'$ and $J''$ for "
+                  "$n = 0, 1, 2$", by=by_power(t**n * inner.subs(Z, 0), t**3 / 12))
+    both = d.eq("J", J(Z), pi**2 * (ai**2 + bi**2), "DLMF 9.11.4", lambda f: [
+        (sum(weight.coeff(t, j) * f.diff(Z, j) for j in range(4)), 0), (weight.coeff(t, 3), 1),
+        *((in_thirds(f.diff(Z, j).subs(Z, 0)), in_thirds(moment.subs(n, j))) for j in range(3))])
+    first = d.eq("J with s(v)", "J_1 =", pi**2 * (ai * ai1 + bi * bi1), "$J'$ has $s(v) - s(u)$, whose parts are "
+                 "opposite by symmetry", by=Derivative(both, Z) / 2)
+    second = d.eq("J with s(u) s(v)", "J_2 =", -pi**2 * (ai1**2 + bi1**2), "$J''$ has $(s(v) - s(u))^2$, of which "
+                  "$s^2$ is $Z$ up to the regular part", by=Z * both - Derivative(first, Z))
+    slope = d.eq("one integrand is a derivative", Derivative(exp(canonical), s), (s**2 - Z) * exp(canonical),
+               "0 at the ends of both paths, so that $I'' = Z I$")
+    one = sympy.powsimp(slope / exp(canonical))
+    length = d.eq("a ray at Z = 0", Integral(x**n * exp(-x**3 / 3), (x, 0, sympy.oo)),
+                  3**((n - 2) / S(3)) * gamma((n + 1) / S(3)), r"$s = -x$, and $s = x e^{\pm i\pi/3}$",
+                  by=by_power(x**n * exp(canonical).subs({Z: 0, s: -x}), x**3 / 3))
+    rays = lambda j: length.subs(n, j) * (1 + (-1)**j * sympy.cos(pi * (j + 1) / 3))
+    single = d.eq("I", Function("I")(Z), pi * bi, "DLMF 9.5.5", lambda f: [
+        (sum(one.coeff(s, j) * (-1)**j * f.diff(Z, j) for j in range(3)), 0), (one.coeff(s, 2), 1),
+        *((in_thirds(f.diff(Z, j).subs(Z, 0)), in_thirds(rays(j))) for j in range(2))])
+    for name, sign in (("scale integral", 1), ("speed integral", -1)):
+        d.eq(name, f"I_{'+' if sign > 0 else '-'} =", pi * delta * (p * bi + sign * q * delta * bi1), "the weight "
+             "$p + q s$, $s$ by $-d/dZ$", by=delta * p * single + sign * delta**2 * q * Derivative(single, Z))
+    d.eq("double integral", "I_{+-} =",
+         pi**2 * delta**2 * (p**2 * (ai**2 + bi**2) - q**2 * delta**2 * (ai1**2 + bi1**2)),
+         "$u < v$; the shares of $s(u)$ and $s(v)$ cancel",
+         by=delta**2 * (p**2 * both + p * q * delta * (first - first) + q**2 * delta**2 * second))
+    d.conclude("scale integral", "speed integral", "double integral", note=r"integrals over both zeros of "
+               r"$e^{\lambda V}$, of $e^{-\lambda V}$ and of $e^{\lambda(V(v) - V(u))}$, $u < v$, $V$ less the "
+               r"mean of its heights there; $\delta = \lambda^{-1/3}$, $Z = \lambda^{2/3} \zeta$, $u' = p + q s$ "
+               r"at both zeros of $s^2 - \zeta$", error=r"relative $O(1/\lambda)$")
 
 
-def _even_share(found: Any, at: Any) -> dict[str, Any]:
-    """Of alpha/(y^2 - at), 0 at infinity."""
-    return {
-        "derivative": sympy.simplify(sympy.diff(found, y) - alpha / (y**2 - at)),
-        "at oo": sympy.limit(found.subs(y, x), x, sympy.oo),
-    }
+@derives("cubic-pair", "The escape time through the fold of a cubic drift, in Airy functions")
+def cubic_pair(d):
+    d.suppose(r"the start and the layer's end are several widths of the pair away from it; $\psi_0 > 0$")
+    cubic = c3 * ((u - b)**3 - 3 * k**2 * (u - b) + 2 * k**3 * w)
+    friction = d.eq("friction", A(u), cubic.subs({b: 0, k: PEAK, c3: alpha * mu, w: (1 - z0) / BETA}),
+                    r"$b = 0$, $k = u_s$, $w = (1 - z_0)/\beta$, $c_3 = \alpha\mu$", by=d["cubic"])
+    turn = lambda e: 4 * ((e - b) / k)**3 - 3 * (e - b) / k
+    middle = d.eq("the middle", m, b + k * sympy.cos(sympy.acos(w) / 3), r"$T_{1/3}(w)$, analytic through "
+                  r"the fold $w = 1$; $b \pm k$ are the turning points", lambda e: [(turn(e), w)])
+    about = d.eq("the cubic about the middle", A(m + y), (y**2 - 3 * (k**2 - (m - b)**2)) * c3 * (3 * (m - b) + y),
+                 r"$y^2 - \Delta$ times $\psi_0 + \psi_1 y$", by=cubic.subs({u: m + y, w: turn(m)}))
+    drift, height = (y**2 - R**2) * (psi0 + psi1 * y), d["airy-form", "height of the barrier"]
+    scale = d.eq("zeta", zeta, psi0**(2 * third) * D, r"the barrier's height is $4 \zeta^{3/2}/3$", lambda e: [
+        (height.subs(zeta, e.subs(D, R**2)), -Integral(drift, (y, -R, R)).doit())])
+    pair = {plus: psi0 + psi1 * R, minus: psi0 - psi1 * R, sigma: sqrt(scale.subs(D, R**2))}
+    p2 = d.eq("p^2", p**2, psi0**third * (psi0 + N) / (2 * N**2), r"$\nu^2 = \psi_0^2 - \psi_1^2 \Delta$",
+              by=d["airy-form", "p^2"].subs(pair))
+    q2 = d.eq("q^2", q**2, psi1**2 / (2 * N**2 * (psi0 + N) * psi0**third), by=d["airy-form", "q^2"].subs(pair))
+    part = -psi0 * sympy.atanh(R / y) / R - psi1 * sympy.log(y**2 - R**2) / 2 + psi1 * sympy.log(psi0 + psi1 * y)
+    regular = d.eq("regular part", Derivative(part / (psi0**2 - psi1**2 * R**2), y), 1 / drift, "$R_0$ is the "
+                   r"change of its finite part, the logarithm that of $|y^2 - \Delta|$; "
+                   r"$\mathrm{artanh}(\sqrt{x})/\sqrt{x}$ is analytic at 0")
+    squares = p**2 * lam**third * (ai**2 + bi**2) - q**2 * lam**-third * (ai1**2 + bi1**2)
+    formula = d.eq("escape time", T, pi**2 * squares + R0 + (r - 1) / a_plus,
+                   by=lam * d["airy-form", "double integral"].subs(delta, lam**-third) + R0 + d["eq:fourthTerm2"])
+    # Friction past its fold, where no part of T is exponentially larger than another.
+    at = {mu: 3, alpha: 1, z0: -Rational(9, 10)}
+    here = {b: 0, k: PEAK.subs(at), c3: 3, w: ((1 - z0) / BETA).subs(at)}
+    here[m] = middle.subs(here)
+    psi_1, psi_0, linear, _ = sympy.Poly(about.subs(here), y).all_coeffs()
+    known = {psi0: psi_0, psi1: psi_1, D: -linear / psi_1, R: sqrt(-linear / psi_1)}
+    known[N] = sqrt(psi_0**2 + psi_1 * linear)
+    of = lambda e: str(sympy.re(e.subs(known).evalf(40)))
+    scene = Scene(tuple(Fraction(str(x)) for x in sympy.Poly(friction.subs(at), u).all_coeffs()[::-1]))
 
+    @cache
+    def finite_part(_, ctx):
+        """From the start to 1, the mean of the paths on either side of both zeros."""
+        start, end = (ctx.mpf(of(edge - here[m])) for edge in (0, 1))
+        slope = sympy.lambdify(y, regular.subs(known).evalf(40), "mpmath")
+        return ctx.re(ctx.quad(slope, [start, start + ctx.j, end + ctx.j, end]))
 
-def _along_the_line(found: Any) -> dict[str, Any]:
-    right, left = found.subs(y, x), found.subs(y, -x)
-    return _even_share(found, -(R**2)) | {
-        "no jump at y = 0": sympy.limit(right, x, 0) - sympy.limit(left, x, 0)
-    }
-
-
-def _odd_share(found: Any) -> dict[str, Any]:
-    slope = sympy.diff(found, x) - beta * x / (x**2 - square)
-    return {
-        "derivative": sympy.simplify(slope),
-        "as beta log y": sympy.limit(found.subs(square, 1) - beta * sympy.log(x), x, sympy.oo),
-    }
-
-
-def _over_the_line(line: Any) -> Any:
-    one = line.subs(alpha, 1)
-    ends = one.subs(y, x), one.subs(y, -x)
-    return sympy.limit(ends[0], x, sympy.oo) - sympy.limit(ends[1], x, sympy.oo)
-
-
-def _next_power(found: Any) -> dict[str, Any]:
-    """The derivative of y W^-n has W^-n and W^(-n - 1), whose integrals are those two."""
-    slope = sympy.diff(y * W**-n, y)
-    both = (1 - 2 * n) * share - 2 * n * square * found
-    parts = (1 - 2 * n) * W**-n - 2 * n * square * W ** (-n - 1)
-    return {"by parts": sympy.simplify((slope - parts) * W ** (n + 1)), "sum": sympy.expand(both)}
-
-
-def _binomial(found: Any) -> dict[str, Any]:
-    """(1 - x) f' = n f for f = (1 - x)^-n, whose coefficient of x^i is b_i."""
-    f = (1 - x) ** -n
-    return {
-        "the differential equation": sympy.simplify(((1 - x) * sympy.diff(f, x) - n * f) / f),
-        "coefficient of x^i": sympy.expand((i + 1) * found - i * term - n * term),
-    }
-
-
-def _two_powers_more(found: Any) -> dict[str, Any]:
-    powers = {lower: W ** (1 - n), same: W**-n}
-    return {"y^(j + 2)": sympy.simplify((found.subs(powers) - y**2 * W**-n) * W**n)}
-
-
-def _fall_of_pair(d: Any) -> Any:
-    """Coefficient of y^index in phi h_(k+1), times W^(p + 1), of two terms of h_k."""
-    following, psi = d.use("endpoint-series", step="next term"), Function("psi")(y)
-    source, drift = Symbol("source", real=True), Symbol("drift", real=True)
-    # W^-p, and W itself, so that it cancels.
-    pole, w = Function("E")(y), Symbol("w", positive=True)
-    slope = sympy.diff(pole * (before * y ** (index - 1) + after * y ** (index + 1)), y)
-    slope = slope.subs(sympy.diff(pole, y), -2 * power * y * pole / w)
-    stated = following.subs({source: -slope, drift: w * psi}) * w * psi
-    terms = sympy.expand(stated * w / pole / y**index).subs(w, W)
-    terms = sympy.expand(sympy.powsimp(sympy.expand(terms)))
-    return terms.as_independent(y, as_Add=True)[0]
+    values = {p: of(sqrt(p2)), q: of(sqrt(q2)), R0: finite_part, r: "3", a_plus: "9/10",
+              Z: lambda kappa, ctx: ctx.cbrt(4 / kappa**4) * ctx.mpf(of(scale))}
+    d.order("order", T, formula.subs(lam, 2 / kappa**2), kappa**2, lambda kappa, ctx: sum(split_pieces(
+        ctx, scene, kappa, ctx.mpf(3))), ("1e-1", "5e-2"), values, r"friction, $\mu = 3$, $\alpha = 1$, $z_0 = "
+            "-9/10$, past its fold; relative to $T$ on both sides of it", digits=30)
+    d.conclude("order", note=r"$A = c_3((u - b)^3 - 3 k^2 (u - b) + 2 k^3 w)$ is $(y^2 - \Delta)(\psi_0 + \psi_1 "
+               r"y)$, $y = u - m$; $\nu^2 = \psi_0^2 - \psi_1^2 \Delta$, $\zeta = \psi_0^{2/3} \Delta$, $p$ and "
+               r"$q$ those of airy-form, $Z = \lambda^{2/3} \zeta$; $R_0$ is the finite part of $\int du/A$ from "
+               r"the start to 1; all of it is analytic in $\Delta$, the same on both sides of the fold")

@@ -1,442 +1,168 @@
-"""Section 6.2 and appendix A.3, weak noise: the well's term, the Stokes multiplier."""
+r"""Section 6.2 and appendix A.3, weak noise: the well's term of the escape time."""
 
-from __future__ import annotations
-
-from typing import Any
-
+import mpmath
 import sympy
-from sympy import Symbol
+from sympy import Derivative, Integral, Limit, Matrix, Symbol, exp, oo, pi, sqrt
 
 from derivations.numerics import WELL as SCENE
-from derivations.numerics import Scene, around, integral, well_integral
-from derivations.paper import V, a_minus, a_plus, kappa, lam, phi, r, u, u1, u2, v
-from derivations.registry import derives
-from derivations.sections.section6.crossing import ranges
-from symasym.derivation import Expansion, Identity, Leading, Order, Satisfies, Together
+from derivations.numerics import around, integral, well_integral
+from derivations.paper import T, V, a_minus, a_plus, kappa, lam, phi, r, u, u1, u2
+from derivations.sections.section6.crossing import beside, piece
+from symasym.derivation.derivation import derives
 
-D = Symbol("D", positive=True)
+a, b, h, V_top, V_1, V_2, c3, c4 = sympy.symbols(r"\hat{u} \hat{v} h V_top V_u1 V_u2 c_3 c_4", real=True)
+D, S1, S2, c2, depth, height = sympy.symbols("D s_1 s_2 c_2 d g", positive=True)
 A1, A2 = Symbol("A_1", negative=True), Symbol("A_2", positive=True)
-V_1, V_2 = Symbol("V_u1", real=True), Symbol("V_u2", real=True)
-S1, S2 = Symbol("s_1", positive=True), Symbol("s_2", positive=True)
-WEAK = ("1e-1", "1e-2", "1e-3", "1e-4")
-prefactor = 2 * sympy.pi / sympy.sqrt(-A1 * A2)
+G, T1, T2, T3, T4 = sympy.symbols("G T_1:5", positive=True)
+WEAK = ("1e-3", "1e-4")
 
 
-def at_scene(scene: Scene) -> dict[Any, Any]:
-    """Values of the symbols on a scene with one well and one barrier."""
+def at_scene(scene):
+    """The numbers of a drift with a well and a barrier."""
+    of = lambda f: lambda k, ctx: f(ctx, *scene.roots(ctx))
     return {
-        D: lambda k, ctx: scene.V(ctx, scene.roots(ctx)[1]) - scene.V(ctx, scene.roots(ctx)[0]),
-        A1: lambda k, ctx: scene.phi(ctx, scene.roots(ctx)[0], 1),
-        A2: lambda k, ctx: scene.phi(ctx, scene.roots(ctx)[1], 1),
-        V_1: lambda k, ctx: scene.V(ctx, scene.roots(ctx)[0]),
-        V_2: lambda k, ctx: scene.V(ctx, scene.roots(ctx)[1]),
-        a_minus: lambda k, ctx: scene.end(ctx, -1),
-        a_plus: lambda k, ctx: scene.end(ctx, 1),
+        D: of(lambda ctx, x, y: scene.V(ctx, y) - scene.V(ctx, x)),
+        A1: of(lambda ctx, x, y: scene.phi(ctx, x, 1)), A2: of(lambda ctx, x, y: scene.phi(ctx, y, 1)),
+        V_1: of(lambda ctx, x, y: scene.V(ctx, x)), V_2: of(lambda ctx, x, y: scene.V(ctx, y)),
+        a_minus: lambda k, ctx: scene.end(ctx, -1), a_plus: lambda k, ctx: scene.end(ctx, 1),
+        V_top: lambda k, ctx: scene.V(ctx, ctx.mpf(1)),
     }
 
 
-@derives("laplace-substitution", "The substitution at the saddle", ("eq:fourPieces",))
-def substitution(d: Any) -> None:
-    a, b = Symbol("uhat", real=True), Symbol("vhat", real=True)
-
-    def transformed() -> list[Any]:
-        u_of, v_of = u1 + kappa * a, u2 + kappa * b
-        jacobian = sympy.Matrix([u_of, v_of]).jacobian([a, b]).det()
-        inner, outer = ranges(d.use("eq:fourPieces", "T_2"))
-        return [
-            jacobian,
-            *(sympy.solve(v_of - end, b)[0] for end in outer),
-            *(sympy.solve(u_of - end.subs(v, v_of), a)[0] for end in inner),
-        ]
-
-    d.step(
-        "Jacobian and limits",
-        "substitute",
-        (kappa**2, -u2 / kappa, (1 - u2) / kappa, (-1 - u1) / kappa, b + (u2 - u1) / kappa),
-        Identity(transformed),
-        left=(
-            r"\frac{\partial(u, v)}{\partial(\hat u, \hat v)}",
-            r"\hat v \big|_{v = 0}",
-            r"\hat v \big|_{v = 1}",
-            r"\hat u \big|_{u = -1}",
-            r"\hat u \big|_{u = v}",
-        ),
-    )
-    c = sympy.symbols("c2:6", real=True)
-    h = Symbol("h", real=True)
-
-    def taylor() -> Any:
-        local = V_1 + c[0] * h**2 / 2 + c[1] * h**3 / 6 + c[2] * h**4 / 24
-        return sympy.series(local.subs(h, kappa * a), kappa, 0, 3).removeO()
-
-    found = d.step(
-        "V at the saddle",
-        "expand",
-        V_1 + c[0] * kappa**2 * a**2 / 2,
-        Identity(taylor),
-        "V'(u1) = 0; the rest is O(kappa^3), odd at that order",
-        left=r"V(u) \sim",
-    )
-    d.conclude(V(u), found, "O(kappa^3)", note="u = u1 + kappa uhat, c_2 = V''(u1)")
+AT = at_scene(SCENE)
 
 
-@derives(
-    "gaussian-step",
-    "Both Gaussian integrals over the whole line",
-    ("laplace-substitution", "eq:V"),
-)
-def gaussian(d: Any) -> None:
-    a, b = Symbol("uhat", real=True), Symbol("vhat", real=True)
-
-    def one_side() -> Any:
-        """The well's integral over e^{-lam V(u1)}, its V as in laplace-substitution."""
-        bend = d.use("laplace-substitution", "V(u)") - V_1
-        bend = bend.subs(Symbol("c2", real=True), S1)
-        return kappa * sympy.integrate(sympy.exp(-lam * bend), (a, -sympy.oo, sympy.oo))
-
-    one = d.step(
-        "one Gaussian",
-        "integrate",
-        kappa * sympy.sqrt(sympy.pi / S1),
-        Identity(one_side),
-        "s1 = V''(u1), lam kappa^2 = 2",
-        left=r"\kappa \int_{-\infty}^{\infty} e^{-s_1 \hat u^2} \, d\hat u",
-    )
-
-    def both() -> Any:
-        jacobian = d.use("laplace-substitution", step="Jacobian and limits")[0]
-        weight = sympy.exp(-S1 * a**2) * sympy.exp(-S2 * b**2)
-        line = (-sympy.oo, sympy.oo)
-        return lam * jacobian * sympy.integrate(weight, (a, *line), (b, *line))
-
-    whole = d.step(
-        "Gaussians",
-        "integrate",
-        2 * sympy.pi / sympy.sqrt(S1 * S2),
-        Satisfies(
-            lambda found: {
-                "in the substituted variables": found - both(),
-                "a product of two": found - lam * one * one.subs(S1, S2),
-            }
-        ),
-        "s2 = -V''(u2); what the finite limits cut off is exponentially small",
-        left="G",
-    )
-    bend = d.step(
-        "V'' = -A'",
-        "differentiate",
-        -sympy.Derivative(phi(u), u),
-        Identity(lambda: sympy.diff(d.use("eq:V", "V(u)"), u, 2)),
-        left="V''(u)",
-    )
-
-    def in_slopes() -> Any:
-        curvatures = [bend.replace(sympy.Derivative, lambda *_, A=A: A) for A in (A1, A2)]
-        return whole.subs({S1: curvatures[0], S2: -curvatures[1]})
-
-    found = d.step("in terms of A'", "substitute", prefactor, Identity(in_slopes), left="G")
-    d.conclude(
-        Symbol("G"),
-        found,
-        note="G is lam times the integral of e^{-(V''(u1) (u - u1)^2 - V''(u2) (v - "
-        "u2)^2)/kappa^2}",
-    )
+def about(scene, zero, low, high, k, ctx):
+    """The integral of e^{+-lam V} about a zero of the drift (0 the well, 1 the barrier), by quadrature."""
+    rate, at = (-2, 2)[zero] / k**2, scene.roots(ctx)[zero]
+    ends = around(ctx, at, 1 / ctx.sqrt(rate * scene.phi(ctx, at, 1)), low, high)
+    value = integral(ctx, lambda x: ctx.exp(rate * (scene.V(ctx, x) - scene.V(ctx, at))), ends)
+    return value * ctx.exp(rate * scene.V(ctx, at))
 
 
-@derives(
-    "eq:secondTerm",
-    "The second piece: Kramers' time and its first correction",
-    ("gaussian-step", "saddle-series"),
-)
-def second(d: Any) -> None:
-    d.suppose("two simple roots -1 < u1 < u2 < 1 of A, and u2 > 0")
-    leading = d.step(
-        "leading term",
-        "substitute",
-        prefactor * sympy.exp(2 * D / kappa**2),
-        Identity(lambda: d.use("gaussian-step", "G") * sympy.exp(lam * D)),
-        left=r"T_2 \sim",
-    )
-    depth = Symbol("s", positive=True)
-    d.step(
-        "logarithm",
-        "evaluate",
-        sympy.log(2 * sympy.pi) + 2 * D / kappa**2 - sympy.log(-A1 * A2) / 2,
-        Identity(
-            lambda: sympy.expand_log(sympy.log(leading.subs(A1, -depth)), force=True).subs(
-                depth, -A1
-            )
-        ),
-        "finite where the term itself overflows",
-        left=r"\log T_2 \sim",
-    )
-    found = d.step(
-        "sharp order",
-        "expand",
-        Expansion(leading, leading * kappa**2, kappa),
-        Order(lambda k, ctx: well_integral(ctx, SCENE, k), WEAK, at_scene(SCENE), digits=60),
-        "the odd order cancels: O(kappa^2), where the paper has O(kappa)",
-        left="T_2",
-    )
-    c2, c3, c4 = Symbol("c_2", positive=True), Symbol("c_3", real=True), Symbol("c_4", real=True)
-    q2, q3, q4 = Symbol("q_2", positive=True), Symbol("q_3", real=True), Symbol("q_4", real=True)
-    well = d.step(
-        "correction of one saddle",
-        "integrate",
-        kappa**2 / 2 * (5 * c3**2 / (24 * c2**3) - c4 / (8 * c2**2)),
-        Identity(lambda: d.use("saddle-series", step="first correction") / lam),
-        "c_j = V^(j)(u1), and q_j = -V^(j)(u2) at the barrier",
-        left=r"\frac{Q_1}{\lambda}",
-    )
-    barrier = well.subs({c2: q2, c3: q3, c4: q4})
-    values: dict[Any, Any] = at_scene(SCENE)
-    for j, (c, q) in enumerate(((c2, q2), (c3, q3), (c4, q4)), start=1):
-        values[c] = lambda k, ctx, j=j: -SCENE.phi(ctx, SCENE.roots(ctx)[0], j)
-        values[q] = lambda k, ctx, j=j: SCENE.phi(ctx, SCENE.roots(ctx)[1], j)
-    d.step(
-        "next order",
-        "expand",
-        Expansion(leading * (1 + well + barrier), leading * kappa**4, kappa),
-        Order(lambda k, ctx: well_integral(ctx, SCENE, k), WEAK, values, digits=60),
-        left="T_2",
-    )
-    d.conclude(
-        Symbol("T_2"),
-        found,
-        "relative O(kappa^2)",
-        note="D = V(u2) - V(u1), the height of the barrier. With its first correction, the factor "
-        "1 + (kappa^2/2) (Q(u1) + Q(u2)), the error is relative O(kappa^4): "
-        "Q = 5 c_3^2/(24 c_2^3) - c_4/(8 c_2^2), with c_j the derivatives of V at the well and of "
-        "-V at the barrier ('saddle-series')",
-    )
+def exact_well(k, ctx):
+    return well_integral(ctx, SCENE, k)
 
 
-@derives("eq:fourthTerm2", "The fourth piece in weak noise", ("eq:fourthTerm",))
-def fourth_weak(d: Any) -> None:
-    def limit() -> Any:
-        width = Symbol("width", positive=True)
-        closed = d.use("eq:fourthTerm", step="closed form").subs(r, 1 + width)
-        return sympy.limit(closed, kappa, 0).subs(width, r - 1)
-
-    width = r - 1
-    beyond = kappa**2 / (2 * a_plus**2) * (1 - sympy.exp(-2 * a_plus * width / kappa**2))
-    d.step(
-        "closed form",
-        "substitute",
-        width / a_plus - beyond,
-        Identity(lambda: d.use("eq:fourthTerm", step="closed form")),
-        "as it was integrated for eq:fourthTerm",
-        left="T_4",
-    )
-    found = d.step(
-        "as kappa -> 0",
-        "take limit",
-        r / a_plus - 1 / a_plus,
-        Identity(limit),
-        "the exponential in the closed form is below any power of kappa",
-        left=r"\lim_{\kappa \to 0} T_4",
-    )
-    d.conclude(Symbol("T_4"), found, "O(kappa^2)")
+def exact_first(k, ctx):
+    return about(SCENE, 1, 0, 1, k, ctx) / SCENE.end(ctx, -1)
 
 
-@derives(
-    "other-pieces",
-    "The first and the third piece in weak noise",
-    ("eq:fourPieces", "eq:V2", "gaussian-step", "eq:secondTerm"),
-)
-def others(d: Any) -> None:
-    values = at_scene(SCENE)
-    top = Symbol("V_top", real=True)
-    values[top] = lambda k, ctx: SCENE.V(ctx, ctx.mpf(1))
-
-    def beyond(sign: int, side: int, ends: tuple[Any, Any]) -> Any:
-        """e^{-lam V} (sign -1) or e^{lam V} over one side of the layer, as kappa -> 0."""
-        V_side = d.use("eq:V2", "V(u)")[1 + side]
-        V_side = sympy.expand(V_side - V_side.subs(u, side))
-        whole = sympy.integrate(sympy.expand(sympy.exp(sign * lam * V_side)), (u, *ends))
-        return sympy.expand(whole).replace(sympy.exp, lambda _: 0)
-
-    def first() -> Any:
-        inner, outer = ranges(d.use("eq:fourPieces", "T_1"))
-        if outer != (0, 1):  # which holds the barrier
-            raise ValueError(f"the first piece is over {outer}")
-        at_barrier = d.use("gaussian-step", step="one Gaussian").subs(S1, A2)
-        return lam * beyond(-1, -1, inner) * at_barrier * sympy.exp(lam * V_2)
-
-    def third() -> Any:
-        (low, high), outer = ranges(d.use("eq:fourPieces", "T_3"))
-        if (low, high) != (-r, 1):  # which holds the well
-            raise ValueError(f"the third piece is over {(low, high)}")
-        at_well = d.use("gaussian-step", step="one Gaussian").subs(S1, -A1)
-        return lam * at_well * beyond(1, 1, outer) * sympy.exp(lam * (top - V_1))
-
-    left = kappa * sympy.sqrt(sympy.pi / A2) / a_minus * sympy.exp(2 * V_2 / kappa**2)
-    right = kappa * sympy.sqrt(-sympy.pi / A1) / a_plus * sympy.exp(2 * (top - V_1) / kappa**2)
-    before = d.step(
-        "first piece",
-        "expand",
-        Expansion(left, left * kappa**2, kappa),
-        Together((Leading(first), Order(_first, WEAK, values, digits=60))),
-        "the integral of e^{-lam V} over (-r, -1), times a Gaussian at the barrier",
-        left="T_1",
-    )
-    after = d.step(
-        "third piece",
-        "expand",
-        Expansion(right, right * kappa**2, kappa),
-        Together((Leading(third), Order(_third, WEAK, values, digits=60))),
-        "a Gaussian at the well, times the integral of e^{lam V} over (1, r)",
-        left="T_3",
-    )
-    d.step(
-        "against the well's term",
-        "substitute",
-        (
-            kappa * sympy.sqrt(-A1) / (2 * a_minus * sympy.sqrt(sympy.pi)) * sympy.exp(lam * V_1),
-            kappa
-            * sympy.sqrt(A2)
-            / (2 * a_plus * sympy.sqrt(sympy.pi))
-            * sympy.exp(lam * (top - V_2)),
-        ),
-        Identity(
-            lambda: [
-                piece.leading / d.use("eq:secondTerm", "T_2").leading.subs(D, V_2 - V_1)
-                for piece in (before, after)
-            ]
-        ),
-        "exponentially small where V(u1) < 0 and V(1) < V(u2)",
-        left=(
-            r"\frac{T_1}{T_2} \sim",
-            r"\frac{T_3}{T_2} \sim",
-        ),
-    )
-    d.suppose(
-        "V(u1) < V(-1) = 0 and V(1) < V(u2)",
-        "checked",
-        "phi > 0 left of u1 and right of u2; so both are exponentially smaller than T_2",
-        _below,
-    )
-    d.suppose(
-        "V(u1) < V(1)",
-        where="the third piece; else what u = 1 itself contributes, O(kappa^2), is larger",
-    )
-    d.conclude(
-        Symbol("T_3"),
-        after,
-        "relative O(kappa^2)",
-        note="T_1 and T_3 are exponentially smaller than T_2, the well's term of eq:secondTerm",
-        display=("T_1 = ", before, r" ,\quad T_3 = ", after),
-    )
+def exact_third(k, ctx):
+    return about(SCENE, 0, -1, 1, k, ctx) * ctx.exp(2 / k**2 * SCENE.V(ctx, ctx.mpf(1))) / SCENE.end(ctx, 1)
 
 
-def _below() -> bool:
-    import mpmath
-
-    low, high = SCENE.roots(mpmath.mp)
-    V = [SCENE.V(mpmath.mp, x) for x in (low, high, mpmath.mpf(1))]
-    return bool(V[0] < 0 and V[2] < V[1])
+def one_size(k, ctx):
+    """r for which both terms of T are of one size."""
+    return ctx.exp(2 * AT[D](k, ctx) / k**2)
 
 
-def _first(k: Any, ctx: Any) -> Any:
-    lam = 2 / k**2
-    _, high = SCENE.roots(ctx)
-    top = SCENE.V(ctx, high)
-    width = 1 / ctx.sqrt(lam * SCENE.phi(ctx, high, 1))
-    outer = integral(
-        ctx, lambda x: ctx.exp(lam * (SCENE.V(ctx, x) - top)), around(ctx, high, width, 0, 1)
-    )
-    # The inner integral is 1/(lam a-) up to e^{-lam a- (r-1)}, which C-bound's scale drops.
-    return outer * ctx.exp(lam * top) / SCENE.end(ctx, -1)
+def exact_time(k, ctx):
+    fourth = (one_size(k, ctx) - 1) / SCENE.end(ctx, 1) - k**2 / (2 * SCENE.end(ctx, 1) ** 2)
+    return exact_well(k, ctx) + exact_first(k, ctx) + exact_third(k, ctx) + fourth
 
 
-def _third(k: Any, ctx: Any) -> Any:
-    lam = 2 / k**2
-    low, _ = SCENE.roots(ctx)
-    bottom = SCENE.V(ctx, low)
-    width = 1 / ctx.sqrt(-lam * SCENE.phi(ctx, low, 1))
-    inner = integral(
-        ctx, lambda x: ctx.exp(-lam * (SCENE.V(ctx, x) - bottom)), around(ctx, low, width, -1, 1)
-    )
-    return ctx.exp(lam * (SCENE.V(ctx, ctx.mpf(1)) - bottom)) * inner / SCENE.end(ctx, 1)
+@derives("laplace-substitution", "The substitution at the saddle")
+def substitution(d):
+    at = Matrix([u1 + kappa * a, u2 + kappa * b])
+    _, (_, start, _) = piece(d, 2).limits
+    d.eq("Jacobian", r"\partial(u, v)/\partial(\hat u, \hat v) =", kappa**2, by=at.jacobian([a, b]).det())
+    d.eq("v at its lower limit", r"\hat v|_{v = 0} =", -u2 / kappa, by=sympy.solve(at[1] - start, b)[0],
+         why=r"the other limits of eq:fourPieces are $(1 - u_2)/\kappa$, $(-1 - u_1)/\kappa$ and "
+             r"$\hat v + (u_2 - u_1)/\kappa$")
+    local = V_1 + c2 * h**2 / 2 + c3 * h**3 / 6 + c4 * h**4 / 24
+    d.eq("V at the saddle", r"V(u) \sim", V_1 + c2 * kappa**2 * a**2 / 2, "$V'(u_1) = 0$; the rest is odd "
+         r"at $O(\kappa^3)$", by=sympy.series(local.subs(h, kappa * a), kappa, 0, 3).removeO())
+    d.conclude(error=r"$O(\kappa^3)$",
+               note=r"$u = u_1 + \kappa \hat u$ and $v = u_2 + \kappa \hat v$, where $\hat u$ is in roots "
+               "of scaled time; $c_2 = V''(u_1)$, 1/scaled time")
 
 
-@derives(
-    "eq:Ttildesmall",
-    "The mean escape time in weak noise",
-    ("eq:secondTerm", "eq:fourthTerm2", "other-pieces", "C-bound"),
-)
-def small(d: Any) -> None:
-    d.suppose("u1 and u2 are simple zeros; u1, u2, 0 and 1 are several kappa apart")
-    d.suppose(
-        "the formula holds up to the fold",
-        "fails",
-        "friction, mu = 3, z0 = -777/1000, kappa = 1/10",
-        lambda: d.holds("near_fold"),
-    )
-    d.suppose(
-        "the formula holds up to u2 = 1",
-        "fails",
-        "friction, mu = 3, z0 = -1/10000, kappa = 1/10",
-        lambda: d.holds("near_edge"),
-    )
-    formula = d.step(
-        "sum",
-        "substitute",
-        prefactor * sympy.exp(2 * D / kappa**2) + r / a_plus,
-        Identity(
-            lambda: (
-                d.use("eq:secondTerm", "T_2").leading
-                + sympy.expand(d.use("eq:fourthTerm2", "T_4")).coeff(r) * r
-            )
-        ),
-        "the second and the fourth piece, the latter for large r",
-        left=r"T \sim",
-    )
-    deep, high = Symbol("depth", positive=True), Symbol("height", positive=True)
-    top = Symbol("V_top", real=True)
-
-    def smaller() -> list[Any]:
-        first, third = d.use("other-pieces", step="against the well's term")
-        small = [first.subs(V_1, -deep), third.subs(V_2, top + high), d.use("C-bound", "C_high")]
-        return [sympy.limit(sympy.powsimp(e) / kappa**8, kappa, 0) for e in small]
-
-    d.step(
-        "what is left out",
-        "take limit",
-        (sympy.S.Zero, sympy.S.Zero, sympy.S.Zero),
-        Identity(smaller),
-        "first and third piece over the well's term, and C by its bound: below any power of kappa",
-        left=(
-            r"\lim_{\kappa \to 0} \frac{T_1}{\kappa^8 T_2}",
-            r"\lim_{\kappa \to 0} \frac{T_3}{\kappa^8 T_2}",
-            r"\lim_{\kappa \to 0} \frac{C_{\mathrm{bound}}}{\kappa^8}",
-        ),
-    )
-    found = d.step(
-        "order, where both terms are of one size",
-        "expand",
-        Expansion(formula, kappa**2 * sympy.exp(2 * D / kappa**2), kappa),
-        Order(
-            _whole, ("1e-1", "3e-2", "1e-2", "3e-3"), {**at_scene(SCENE), r: _comparable}, digits=60
-        ),
-        "r = e^{2D/kappa^2}; relative O(kappa^2) for the exponential term, O(1) for the other",
-        left="T",
-    )
-    d.conclude(
-        Symbol("T"),
-        found,
-        "relative O(kappa^2) in the exponential term, O(1) in the other",
-        note="D = V(u2) - V(u1), the height of the barrier; the exponential term is that of a well "
-        "with 0 < u2 < 1; the paper has S of eq:S before it, 0 without such a well",
-    )
+@derives("gaussian-step", "Both Gaussian integrals over the whole line")
+def gaussian(d):
+    bend = (d["laplace-substitution"] - V_1).subs(c2, S1)
+    one = d.eq("one Gaussian", kappa * Integral(exp(-lam * bend), (a, -oo, oo)), kappa * sqrt(pi / S1),
+               "$s_1 = V''(u_1)$")
+    whole = lam * d["laplace-substitution", "Jacobian"] * Integral(
+        exp(-S1 * a**2) * exp(-S2 * b**2), (a, -oo, oo), (b, -oo, oo))
+    both = d.eq("Gaussians", whole, 2 * pi / sqrt(S1 * S2),
+                "$s_2 = -V''(u_2)$; what the finite limits cut off is exponentially small; a product of two",
+                lambda product: [(lam * one * one.subs(S1, S2), product)], whole)
+    bend = d.eq("V'' = -A'", Derivative(V(u), (u, 2)), -Derivative(phi(u), u), by=Derivative(d["eq:V"], (u, 2)))
+    d.eq("in terms of A'", G, 2 * pi / sqrt(-A1 * A2), by=both.subs(
+        {x: sign * bend.subs(Derivative(phi(u), u), A) for x, sign, A in ((S1, 1, A1), (S2, -1, A2))}))
+    d.conclude(note=r"$G$, a scaled time, is $\lambda$ times the integral of "
+                    r"$e^{-(V''(u_1) (u - u_1)^2 - V''(u_2) (v - u_2)^2)/\kappa^2}$ over $u$ and $v$")
 
 
-def _comparable(k: Any, ctx: Any) -> Any:
-    low, high = SCENE.roots(ctx)
-    return ctx.exp(2 * (SCENE.V(ctx, high) - SCENE.V(ctx, low)) / k**2)
+@derives("eq:secondTerm", "The second piece: Kramers' time and its first correction")
+def second(d):
+    d.suppose("two simple roots $-1 < u_1 < u_2 < 1$ of $A$, and $u_2 > 0$")
+    lead = d.eq("leading term", r"T_2 \sim", 2 * pi / sqrt(-A1 * A2) * exp(2 * D / kappa**2),
+                by=d["gaussian-step"] * exp(lam * D))
+    c, q = (c2, c3, c4), sympy.symbols("q_2:5", real=True)
+    well = d.eq("correction of one saddle", r"Q_1/\lambda =",
+                kappa**2 / 2 * (5 * c3**2 / (24 * c2**3) - c4 / (8 * c2**2)),
+                "$c_j = V^{(j)}(u_1)$, and $q_j = -V^{(j)}(u_2)$ at the barrier",
+                by=d["saddle-series", "first correction"] / lam)
+    bends = {x: lambda k, ctx, j=j, n=n: (-1, 1)[n] * SCENE.phi(ctx, SCENE.roots(ctx)[n], j)
+             for n, row in enumerate((c, q)) for j, x in enumerate(row, 1)}
+    both = d.order("next order", T2, lead * (1 + well + well.subs(dict(zip(c, q, strict=True)))), lead * kappa**4,
+                   exact_well, WEAK, AT | bends)
+    d.eq("sharp order", T2, 2 * pi / sqrt(-A1 * A2) * exp(2 * D / kappa**2), "the odd order cancels: relative "
+         r"$O(\kappa^2)$, where the paper has $O(\kappa)$", by=both.subs(dict.fromkeys((c3, c4, *q[1:]), 0)))
+    d.conclude(error=lead * kappa**2,
+               note=r"$D$ is the barrier's height. With its correction, $1 + (\kappa^2/2) (Q(u_1) + Q(u_2))$, "
+                    r"the error is relative $O(\kappa^4)$: $Q = 5 c_3^2/(24 c_2^3) - c_4/(8 c_2^2)$, $c_j$ the "
+                    r"derivatives of $V$ at the well and of $-V$ at the barrier (saddle-series)")
 
 
-def _whole(k: Any, ctx: Any) -> Any:
-    r, ap = _comparable(k, ctx), SCENE.end(ctx, 1)
-    fourth = (r - 1) / ap - k**2 / (2 * ap**2)
-    return well_integral(ctx, SCENE, k) + _first(k, ctx) + _third(k, ctx) + fourth
+@derives("eq:fourthTerm2", "The fourth piece in weak noise")
+def fourth_weak(d):
+    beyond = d["eq:fourthTerm", "closed form"].subs(r, 1 + height)
+    d.eq("as kappa -> 0", r"T_4 \sim", r / a_plus - 1 / a_plus, "the exponential in the closed form is "
+         r"below any power of $\kappa$", by=Limit(beyond, kappa, 0).doit().subs(height, r - 1))
+    d.conclude(error=r"$O(\kappa^2)$")
+
+
+@derives("other-pieces", "The first and the third piece in weak noise")
+def others(d):
+    gauss = d["gaussian-step", "one Gaussian"]
+    (_, *left), _ = piece(d, 1).limits
+    _, (_, *right) = piece(d, 3).limits
+    for name, side, leading, by, exact, why in (
+        ("first", T1, kappa * sqrt(pi / A2) / a_minus * exp(2 * V_2 / kappa**2),
+         lam * beside(d, -1, -1, *left) * gauss.subs(S1, A2) * exp(lam * V_2), exact_first,
+         r"the integral of $e^{-\lambda V}$ over $(-r, -1)$, times a Gaussian at the barrier"),
+        ("third", T3, kappa * sqrt(-pi / A1) / a_plus * exp(2 * (V_top - V_1) / kappa**2),
+         lam * gauss.subs(S1, -A1) * beside(d, 1, 1, *right) * exp(lam * (V_top - V_1)), exact_third,
+         r"a Gaussian at the well, times the integral of $e^{\lambda V}$ over $(1, r)$"),
+    ):
+        found = d.eq(f"leading part of the {name}", side, leading, why, by=by)
+        d.order(f"{name} piece", side, found, leading * kappa**2, exact, WEAK, AT)
+    low, high, edge = (lambda x=x: AT[x](0, mpmath.mp) for x in (V_1, V_2, V_top))
+    d.suppose("$V(u_1) < V(-1) = 0$ and $V(1) < V(u_2)$: $\\phi > 0$ left of $u_1$ and right of $u_2$; so both "
+              "are exponentially smaller than $T_2$", lambda: bool(low() < 0 and edge() < high()))
+    d.suppose(r"$V(u_1) < V(1)$ (the third piece; else what $u = 1$ contributes, $O(\kappa^2)$, is larger)")
+    d.conclude("first piece", "third piece", note="both are exponentially smaller than $T_2$ of eq:secondTerm")
+
+
+@derives("eq:Ttildesmall", "The mean escape time in weak noise")
+def small(d):
+    d.suppose(r"$u_1$ and $u_2$ are simple zeros; $u_1$, $u_2$, 0 and 1 are several $\kappa$ apart")
+    d.suppose("the formula holds up to the fold", fails=r"friction, $\mu = 3$, $z_0 = -777/1000$, $\kappa = 1/10$")
+    d.suppose("the formula holds up to $u_2 = 1$", fails=r"friction, $\mu = 3$, $z_0 = -1/10000$, $\kappa = 1/10$")
+    second = d["eq:secondTerm"]
+    first, third = (x / second.subs(D, V_2 - V_1) for x in d["other-pieces"])
+    adds = [d.eq(f"what {name} adds", Limit(sympy.powsimp(sympy.expand(e)) / kappa**8, kappa, 0), 0,
+                 rf"${left}$ is below any power of $\kappa$") for name, left, e in (
+        ("the first piece", "T_1/T_2", first.subs(V_1, -depth)), ("C", "C", d["C-bound"]),
+        ("the third piece", "T_3/T_2", third.subs(V_2, V_top + height)))]
+    formula = d.eq("sum", r"T \sim", 2 * pi / sqrt(-A1 * A2) * exp(2 * D / kappa**2) + r / a_plus,
+                   "the second and the fourth piece, the latter for large $r$",
+                   by=second * (1 + sum(adds)) + sympy.expand(d["eq:fourthTerm2"]).coeff(r) * r)
+    d.order("order, where both terms are of one size", T, formula, kappa**2 * exp(2 * D / kappa**2), exact_time,
+            ("1e-2", "3e-3"), AT | {r: one_size},
+            r"$r = e^{2 D/\kappa^2}$; relative $O(\kappa^2)$ for the exponential term, $O(1)$ for the other")
+    d.conclude(note="$D$ is the height of the barrier, $0 < u_2 < 1$; the paper has $S$ of eq:S before the "
+                    "exponential term, 0 without such a well")

@@ -11,7 +11,6 @@ from symasym.base.errors import InputError
 from symasym.base.inputs import Floats, Numbers, floats
 from symasym.drift import models
 from symasym.drift.drift import Drift
-from symasym.generated import numpy_formulas as formulas
 
 __all__ = ["Friction", "Folds", "friction"]
 
@@ -48,7 +47,7 @@ class Friction(Drift):
         """
         mu, _ = self._mu_alpha()
         with np.errstate(divide="ignore", invalid="ignore"):
-            return _plain(np.where(mu > 0.5, formulas.friction_turning_point(mu), np.nan))
+            return _plain(np.where(mu > 0.5, turning_point(mu), np.nan))
 
     def folds(self) -> Folds:
         """The fold points u^(±) and z0^(±); nan where mu <= 1/2 (no turning point inside).
@@ -62,7 +61,8 @@ class Friction(Drift):
         u = self.turning_points()
         mu, alpha = self._mu_alpha()
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            z0 = [np.where(np.isnan(u), np.nan, z) for z in formulas.friction_folds(mu, alpha)]
+            force = breakaway(mu, alpha)
+            z0 = [np.where(np.isnan(u), np.nan, z) for z in (1 - force, 1 + force)]
         _require_finite("z0 of a fold", z0)
         return Folds((_plain(u), _plain(-np.asarray(u))), (_plain(z0[0]), _plain(z0[1])))
 
@@ -79,9 +79,19 @@ class Friction(Drift):
         """
         mu, alpha = self._mu_alpha()
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            force = np.where(mu > 0.5, formulas.friction_breakaway(mu, alpha), alpha)
+            force = np.where(mu > 0.5, breakaway(mu, alpha), alpha)
         _require_finite("the breakaway force", force)
         return _plain(force)
+
+
+def turning_point(mu: Any) -> Any:
+    """u at which the force turns, for mu > 1/2 (turning-points)."""
+    return np.sqrt((1 + mu) / mu / 3)
+
+
+def breakaway(mu: Any, alpha: Any) -> Any:
+    """The largest force, for mu >= 1/2 (beta); folds are at z0 = 1 -+ it (folds)."""
+    return 2 / 3 * alpha * (1 + mu) * turning_point(mu)
 
 
 def _require_finite(name: str, values: Any) -> None:

@@ -21,7 +21,7 @@ from symasym.base.errors import InputError
 from symasym.base.files import versions
 from symasym.base.inputs import choice, shown
 from symasym.workshop.problems import PROBLEMS, Problem
-from symasym.workshop.verify import claims, exact_checks, findings, formulas, orders
+from symasym.workshop.verify import claims, exact_checks, findings, orders
 from symasym.workshop.verify.findings import Finding, Key, scene
 
 #: Random scenes of each level.
@@ -62,8 +62,6 @@ _OF_FAMILIES: dict[str, tuple[Callable[[str, bool], Iterator[Finding]], tuple[st
     "strong limit": (orders.strong, tuple(orders.DRIFTS)),
     "weak limit": (orders.weak, tuple(orders.DRIFTS)),
     "far limit": (orders.far, tuple(orders.DRIFTS)),
-    "pieces": (formulas.pieces, formulas.EXACT),
-    "leading": (formulas.leading, formulas.LEADING),
 }
 
 
@@ -90,7 +88,7 @@ def tasks(level: str, seed: int) -> list[Task]:
 _LONG = {"slow", "may refuse", "narrow"}
 # Differences and exponents take digits without end there.
 # Families that take seconds each, of what quick tests on others too.
-_DEAR = {"well", "behind the barrier", "tanh sliding"}
+_DEAR = {"tanh sliding"}
 _POLYNOMIAL = {"friction", "linear", "polynomial"}
 _STIFF = {"stiff", "extreme", "narrow", "refused", "slow", "may refuse"}
 

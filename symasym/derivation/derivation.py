@@ -1,0 +1,302 @@
+r"""Derivations: a step is an equation whose left side SymPy works out; its right side is stated.
+
+``d.eq(name, left, right)`` states ``left = right``. `left` is not evaluated: it is printed as it
+stands, and its value, ``left.doit()``, has to be `right`. Where it is a symbol, a function without
+a value of its own, or LaTeX, `given` are the equations that determine it, or `by` is what is worked
+out. ``d["eq:C"]`` is what another label concluded; what a label rests on is what it took. There are
+three checks (`symasym.derivation.proof`): exact equality (`eq`), a sign that is seen (`bound`), the
+slope of a remainder (`order`).
+
+>>> from sympy import Integral, Symbol
+>>> x, a = Symbol("x"), Symbol("a")
+>>> d = Derivation("square", "The area under a line")
+>>> d.eq("area", Integral(x, (x, 0, a)), a**2 / 2)
+a**2/2
+>>> d.verify()
+[]
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import sympy
+from sympy.core.function import AppliedUndef
+
+from symasym.derivation.proof import equal, not_negative, slope
+from symasym.derivation.tex import tex
+
+#: Label -> title, the function that fills its derivation in, the order of a series.
+LABELS: dict[str, tuple[str, Callable[[Derivation], None], int]] = {}
+BUILT: dict[str, Derivation] = {}
+#: (label, step) -> a right side in the place of the step's own (`symasym.derivation.mistakes`).
+CHANGED: dict[tuple[str, str], Any] = {}
+
+
+def derives(label: str, title: str, n: int = 0) -> Any:
+    """Mark the function that fills in the derivation of `label`.
+
+    Of a series, `n` is the order it is derived to; ``build("LABEL-5")`` derives it to order 5, and
+    with it the series it rests on. The function finds the order as ``d.n``.
+    """
+
+    def mark(function: Any) -> Any:
+        LABELS[label] = title, function, n
+        return function
+
+    return mark
+
+
+def build(label: str) -> Derivation:
+    """The derivation of a label, its steps stated and not checked; KeyError for no label."""
+    if label not in BUILT:
+        BUILT[label] = _made(label)
+    return BUILT[label]
+
+
+def _made(label: str) -> Derivation:
+    head, _, order = str(label).rpartition("-")
+    if order in "12345678" and head in LABELS and LABELS[head][2]:
+        title, function, _ = LABELS[head]
+        d = Derivation(label, f"{title}, to order {order}", int(order))
+    elif label in LABELS:
+        title, function, n = LABELS[label]
+        d = Derivation(label, title, n)
+    else:
+        raise KeyError(label)
+    function(d)
+    return d
+
+
+@dataclass
+class Step:
+    """left relation right; `check` takes a right side and tells whether it holds.
+
+    `error` is the order of what is left out, as `variable` goes to its limit; None if exact.
+    """
+
+    name: str
+    left: Any
+    right: Any
+    check: Callable[..., bool]
+    why: str = ""
+    relation: str = "="
+    error: Any = None
+    variable: Any = None
+
+    @property
+    def check_kind(self) -> str:
+        """How it was checked, in a word or two."""
+        exact = "symbolically" if self.relation == "=" else "by a sign that is seen"
+        return exact if self.variable is None else "by the slope of the remainder"
+
+    def latex(self) -> str:
+        """``left = right + O(error)``, or ``right (1 + O(...))``; of tuples, piece by piece."""
+        if isinstance(self.right, sympy.Tuple):
+            pairs = zip(self.left, self.right, strict=True)
+            return r" ,\quad ".join(f"{tex(a)} = {tex(b)}" for a, b in pairs)
+        sign = {"<=": r"\le", ">=": r"\ge"}.get(self.relation, self.relation)
+        left = self.left if isinstance(self.left, str) else tex(self.left)
+        stated = isinstance(self.left, str) and re.search(r"([=<>]|\\(sim|le|ge))$", left)
+        return f"{left} {self._right()}" if stated else f"{left} {sign} {self._right()}"
+
+    def _right(self) -> str:
+        if self.error is None:
+            return tex(self.right)
+        free = {self.variable} if self.variable is not None else self.error.free_symbols
+        sums = [f for f in sympy.Mul.make_args(self.right) if f.is_Add and f != self.right]
+        for whole in [sympy.S.One] * (not self.right.is_Add) + sums[:1]:
+            front = self.right / whole
+            rest = (self.error / front).as_coeff_Mul()[1]
+            if rest.free_symbols <= free <= self.right.free_symbols:
+                return rf"{tex(front)} \left({tex(whole)} + {_order(rest)}\right)"
+        return f"{tex(self.right)} + {_order(self.error)}"
+
+
+def _order(e: Any) -> str:
+    shown = tex(e.as_coeff_Mul()[1])
+    return rf"O\left({shown}\right)" if r"\frac" in shown else f"O({shown})"
+
+
+@dataclass
+class Derivation:
+    """Steps to a conclusion.
+
+    Attributes
+    ----------
+    n : int
+        The order of a series; 0 for anything else.
+    rests_on : list of str
+        The labels whose conclusions it took.
+    supposed : list of tuple
+        Conditions: TeX, the check or None, and for one that is false as printed what shows it.
+    concluded : tuple of Step
+        What it concludes.
+    note, left_out : str
+        TeX: what its own symbols mean; what it leaves out, where no step's `error` says so.
+    cases : tuple of str
+        TeX: the conditions of the pieces of one function, where those are what it concludes.
+    """
+
+    label: str
+    title: str
+    n: int = 0
+    steps: list[Step] = field(default_factory=list)
+    rests_on: list[str] = field(default_factory=list)
+    supposed: list[tuple[str, Callable[[], bool] | None, str]] = field(default_factory=list)
+    concluded: tuple[Step, ...] = ()
+    note: str = ""
+    left_out: str = ""
+    cases: tuple[str, ...] = ()
+
+    def __getitem__(self, key: str | tuple[str, str]) -> Any:
+        """What another label concluded, ``d["eq:C"]``, or its step: ``d["eq:C", "name"]``."""
+        label, name = key if isinstance(key, tuple) else (key, None)
+        return self._take(label).right(name)
+
+    def _take(self, label: str) -> Derivation:
+        if label in LABELS and LABELS[label][2] and self.label.endswith(f"-{self.n}"):
+            label = f"{label}-{self.n}"
+        if label not in self.rests_on:
+            self.rests_on.append(label)
+        return build(label)
+
+    def error(self, label: str) -> Any:
+        """The order of what another label's conclusion leaves out."""
+        return self._take(label).concluded[0].error
+
+    def right(self, name: str | None = None) -> Any:
+        """The right side of a step, or of the conclusion: a tuple where that is several."""
+        if name is not None:
+            return self._step(name).right
+        sides = tuple(s.right for s in self.concluded)
+        return sides[0] if len(sides) == 1 else sides
+
+    def _step(self, name: str) -> Step:
+        for step in self.steps:
+            if step.name == name:
+                return step
+        raise KeyError(f"{self.label} has no step {name!r}")
+
+    def suppose(
+        self, statement: str, check: Callable[[], bool] | None = None, fails: str = ""
+    ) -> None:
+        """A condition; with `fails`, one that does not hold as printed, and what shows it."""
+        self.supposed.append((statement, check, fails))
+
+    def _add(self, step: Step) -> Any:
+        if (self.label, step.name) in CHANGED:
+            step.right, step.check = CHANGED[self.label, step.name], lambda *_: True
+        self.steps.append(step)
+        self.concluded = (step,)
+        return step.right
+
+    def eq(
+        self, name: str, left: Any, right: Any, why: str = "", given: Any = None, by: Any = None
+    ) -> Any:
+        """left = right, by working out `left`, or `by`; or since the equations of `given` hold.
+
+        `given` are pairs in which `left` stands, or a function of a right side that gives such.
+        """
+        rows = given if given is None or callable(given) else list(given)
+
+        def check(stated: Any) -> bool:
+            if (rows is None or by is not None) and not equal(left if by is None else by, stated):
+                return False
+            if callable(rows):
+                pairs = list(rows(stated))
+            else:
+                put = _putting(left, stated)
+                pairs = [(put(x), put(y)) for x, y in rows or ()]
+            return all(equal(x, y) for x, y in pairs)
+
+        return self._add(Step(name, left, sympy.sympify(right), check, why))
+
+    def bound(
+        self, name: str, left: Any, relation: str, right: Any, why: str = "",
+        certificate: Any = None, on: Any = None,
+    ) -> Any:  # fmt: skip
+        """An inequality: the larger side less the smaller, or a `certificate` of it, is >= 0.
+
+        `on` puts a range into the assumptions on symbols: ``{mu: 1 + Symbol("m", positive=True)}``.
+        """
+
+        def check(stated: Any) -> bool:
+            gap = ((left - stated) * (1 if ">" in relation else -1)).subs(on or {})
+            form = gap if certificate is None else sympy.sympify(certificate)
+            return equal(gap, form.subs(on or {})) and not_negative(form)
+
+        return self._add(Step(name, left, sympy.sympify(right), check, why, relation))
+
+    def order(
+        self, name: str, left: Any, right: Any, error: Any, exact: Callable[[Any, Any], Any],
+        at: Iterable[str], values: Mapping[Any, Any], why: str = "", digits: int = 40,
+    ) -> Any:  # fmt: skip
+        """left = right + O(error): |exact - right|/error settles as the variable runs through `at`.
+
+        ``exact(x, ctx)`` is the left side in an mpmath context; `values` are the numbers of the
+        other symbols, or functions that give them.
+        """
+        right, error, at = sympy.sympify(right), sympy.sympify(error), tuple(at)
+        free = (right.free_symbols | error.free_symbols) - values.keys()
+        free = sorted(free, key=lambda s: (s.name != "kappa", s.name))
+
+        def check(stated: Any, gauge: Any = error) -> bool:
+            return bool(abs(slope(stated, gauge, free[0], exact, at, values, digits)) < 0.2)
+
+        return self._add(Step(name, left, right, check, why, "=", error, free[0]))
+
+    def conclude(
+        self, *names: str, note: str = "", error: Any = "", cases: Iterable[str] = ()
+    ) -> None:
+        """State which steps are the conclusion: the last one, if none is named.
+
+        `error` is what it leaves out, as TeX or as an order, where no `order` has measured that.
+        """
+        if names:
+            self.concluded = tuple(map(self._step, names))
+        self.note, self.cases = note, tuple(cases)
+        if isinstance(error, str):
+            self.left_out = error
+        else:
+            self.concluded[0].error = error
+
+    def leaves_out(self) -> str:
+        """What the conclusion leaves out, in TeX."""
+        orders = [f"${_order(s.error)}$" for s in self.concluded if s.error is not None]
+        bounds = {"a bound" for s in self.concluded if s.relation != "="}
+        return self.left_out or ", ".join(orders or bounds) or "exact"
+
+    def latex(self) -> str:
+        """What it concludes, in LaTeX."""
+        if not self.cases:
+            shown = r" ,\quad ".join(step.latex() for step in self.concluded)
+            ordered = re.match(r"(relative |next term )?\$?O\(", self.left_out)
+            return shown.replace(" = ", r" \sim ") if ordered else shown
+        left = self.concluded[0].left
+        rows = [
+            f"{tex(s.right)} , & {when}" for s, when in zip(self.concluded, self.cases, strict=True)
+        ]
+        tall = any(r"\frac" in row for row in rows)
+        body = (r" \\[1ex] " if tall else r" \\ ").join(
+            r"\displaystyle " * tall + row for row in rows
+        )
+        shown = left if isinstance(left, str) else tex(left)
+        return rf"{shown.removesuffix(' =')} = \begin{{cases}} {body} \end{{cases}}"
+
+    def verify(self) -> list[str]:
+        """The steps and conditions that do not hold."""
+        wrong = [s.name for s in self.steps if not s.check(s.right)]
+        return wrong + [text for text, check, _ in self.supposed if check and check() is not True]
+
+
+def _putting(left: Any, stated: Any) -> Callable[[Any], Any]:
+    """What puts `stated` in the place of `left`: of a function at every argument, of a symbol."""
+    if isinstance(left, AppliedUndef):
+        return lambda e: sympy.sympify(e).replace(
+            left.func, lambda *at: stated.subs(dict(zip(left.args, at, strict=True)))
+        )
+    return lambda e: sympy.sympify(e).subs(left, stated)

@@ -1,0 +1,98 @@
+"""Mistakes made on purpose: a check that lets one pass proves nothing, a step that no later one
+notices says nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import sympy
+from sympy import Integral, S
+from sympy.core.function import AppliedUndef
+
+from symasym.derivation.derivation import BUILT, CHANGED, Step, build
+
+
+def mutants(e: Any) -> Iterator[Any]:
+    """Every change of one coefficient, sign, exponent or limit of an expression."""
+    if isinstance(e, sympy.Tuple):
+        for i, part in enumerate(e):
+            yield from (sympy.Tuple(*e[:i], m, *e[i + 1 :]) for m in mutants(part))
+        return
+    seen = {e}
+    for m in [S.One] if e == 0 else [2 * e, -e, *_everywhere(e)]:
+        if m not in seen and sympy.expand(m - e) != 0:
+            seen.add(m)
+            yield m
+
+
+def _everywhere(node: Any) -> Iterator[Any]:
+    yield from _local(node)
+    if isinstance(node, (sympy.Derivative, AppliedUndef)):
+        return
+    for i, a in enumerate(node.args):
+        for b in _everywhere(a) if isinstance(a, sympy.Expr) else ():
+            yield node.func(*node.args[:i], b, *node.args[i + 1 :])
+
+
+def _local(node: Any) -> Iterator[Any]:
+    if node.is_Add:
+        yield from (node + t for t in node.args)
+        yield from (node - 2 * t for t in node.args)
+    elif node.is_Pow and node.base is not S.Exp1:
+        yield from (node.base ** (node.exp + 1), node.base**-node.exp)
+    elif isinstance(node, (sympy.exp, sympy.log, sympy.tanh)):
+        yield node.func(2 * node.args[0])
+        yield node.func(-node.args[0])
+    elif isinstance(node, Integral):
+        for i, (s, *ends) in enumerate(node.limits):
+            for j, end in enumerate(ends):
+                if not end.is_infinite:
+                    moved = [x + int(j == n) for n, x in enumerate(ends)]
+                    limits = (*node.limits[:i], (s, *moved), *node.limits[i + 1 :])
+                    yield Integral(node.function, *limits)
+
+
+def survivors(step: Step) -> tuple[list[Any], int]:
+    """The changes of a step's right side, or order, that its check lets pass; how many it has."""
+    changed = list(mutants(step.right))
+    alive = [m for m in changed if passes(step, m)]
+    if step.variable is not None:
+        orders = [step.error * step.variable, step.error / step.variable]
+        alive += [e for e in orders if step.check(step.right, e)]
+        changed += orders
+    return alive, len(changed)
+
+
+def passes(step: Step, stated: Any) -> bool:
+    """Whether the step's check lets a right side pass; one that breaks down has decided nothing."""
+    try:
+        return bool(step.check(stated))
+    except Exception:
+        return False
+
+
+def notices(label: str, name: str, users: Iterable[str]) -> str:
+    """The step, or a label, that fails when a step's right side is changed, its own check left out.
+
+    `users` are the labels that rest on this one. Empty where nothing notices.
+    """
+    step = next(s for s in build(label).steps if s.name == name)
+    again = (label, *users)
+    kept = {x: BUILT.pop(x) for x in again if x in BUILT}
+    CHANGED[label, name] = next(mutants(step.right))
+    try:
+        for other in again:
+            try:
+                steps = build(other).steps
+            except Exception:  # the changed expression does not even fit
+                return other
+            for s in steps:
+                if (other, s.name) != (label, name) and not passes(s, s.right):
+                    return f"{other}: {s.name}"
+        return ""
+    finally:
+        CHANGED.clear()
+        for x in again:
+            BUILT.pop(x, None)
+        BUILT.update(kept)

@@ -1,0 +1,101 @@
+"""The verb `emit`: a label, a formula or an expression as functions, and these in a language."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import sympy
+from sympy import Expr, Rational
+from sympy.printing.codeprinter import CodePrinter
+
+from symasym.base.errors import InputError
+from symasym.base.inputs import choice, exact, is_name, shown
+from symasym.drift.expressions import sympified
+from symasym.emit import drifts
+from symasym.emit.printing import SHAPES, TARGETS, Function, Source, by_printer, written
+
+if TYPE_CHECKING:
+    from symasym.drift.drift import Drift
+
+
+def emit(
+    what: Any,
+    target: str | CodePrinter = "numpy",
+    parameters: Mapping[str, Any] | None = None,
+    *,
+    drift: Drift | None = None,
+    name: str = "f",
+) -> Source:
+    """Source code of a formula or an expression, as functions of scaled variables.
+
+    Parameters
+    ----------
+    what : label, Formula, Expansion, or SymPy expression
+        Or a tuple of expressions, or a list of `Function`, which is one file.
+    target : {"numpy", "mpmath", "c", "javascript", "latex"} or a CodePrinter of SymPy
+    parameters : mapping of str to number, optional
+        Put into the formula exactly: ``"-0.4"`` is -2/5.
+    drift : Drift, optional
+        Put into a formula of V, phi or A. T (``"eq:Ttilde"``), C (``"eq:C"``), P (``"eq:P"``) and
+        the stationary density (``"eq:pss"``) are exact. Its free parameters are arguments.
+    name : str
+        The name of the function of an expression.
+
+    Notes
+    -----
+    Where an exponential could overflow, the logarithm is a function, too: ``log_NAME``. Where a
+    formula has no value it is nan.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> sa.emit("constant-drift", "c", {"a": 2}).functions[0]
+    'constant_drift_from_0'
+    """
+    kind = "" if isinstance(target, CodePrinter) else choice("target", target, TARGETS)
+    values = {n: exact(n, x) for n, x in (parameters or {}).items()}
+    if isinstance(what, str):  # by name: a formula is printed here
+        what = import_module("symasym.formula").formula(what)
+    if kind == "latex" and hasattr(what, "latex") and drift is None and not values:
+        return Source(f"{what.latex()}\n", kind, {})
+    label, functions = _functions(what, name)
+    more: dict[str, str] = {}
+    if drift is not None:
+        drift = drift.bind(**{n: values.pop(n) for n in drift.free if n in values})
+        functions = drifts.put_in(functions, label, drift)
+        more = drifts.helpers_of(drift, kind) if kind in SHAPES else {}
+    put = {s: Rational(*values[s.name].as_integer_ratio())
+           for f in functions for s in f.arguments if s.name in values}  # fmt: skip
+    if unknown := values.keys() - {s.name for s in put}:
+        raise InputError(f"{min(unknown)} is no parameter of {label or name}; leave it out.")
+    left = [tuple(s for s in f.arguments if s not in put) for f in functions]
+    functions = [replace(f, arguments=a).each(lambda e: e.subs(put))
+                 for f, a in zip(functions, left, strict=True)]  # fmt: skip
+    if isinstance(target, CodePrinter):
+        return by_printer(functions, target)
+    if kind in SHAPES:
+        return written(functions, kind, more)
+    rows = (rf"\mathrm{{{f.name}}} &= {sympy.latex(v)}" for f in functions for v in f.values)
+    return Source("\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}\n", kind, {})
+
+
+def _functions(what: Any, name: str) -> tuple[str, list[Function]]:
+    """The label, and the functions of a formula or an expression."""
+    label, values = getattr(what, "label", ""), ()
+    several = list(what) if isinstance(what, (tuple, list)) else [what]
+    if several and all(isinstance(f, Function) for f in several):
+        return "", several
+    if callable(getattr(what, "functions", None)):  # a Formula, an Expansion
+        return label, [*(what.functions() if label else what.functions(name))]
+    with suppress(sympy.SympifyError, TypeError, ValueError, AttributeError):
+        values = tuple(map(sympified, several))
+    if not values or not all(isinstance(v, Expr) for v in values):
+        raise InputError(f"{shown(what)} is no formula, label or expression; give one of these.")
+    symbols = sorted(set().union(*(v.free_symbols for v in values)), key=str)
+    if odd := [n for n in (name, *(s.name for s in symbols)) if not is_name(n)]:
+        raise InputError(f"{shown(odd[0])} is no name of letters, digits and _; rename it.")
+    return label, [Function(name, tuple(symbols), values)]

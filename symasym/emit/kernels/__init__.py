@@ -1,1 +1,0 @@
-"""Helper functions that are written into emitted files."""

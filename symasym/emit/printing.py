@@ -1,0 +1,440 @@
+"""Source code of formulas: SymPy's printers and its cse, and what they lack.
+
+A `Function` has a name, arguments and values. Where a value has exponentials that may overflow, its
+logarithm is a function, too. What a language lacks stands in ``runtime.c`` and ``runtime.py``, and
+a file has a copy of what it calls; JavaScript is the C without its types.
+"""
+
+from __future__ import annotations
+
+import builtins
+import ctypes
+import keyword
+import math
+import re
+import subprocess
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, reduce
+from os import PathLike
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import sympy
+from sympy import Expr, Rational, S, Symbol
+from sympy.codegen.cfunctions import expm1, log1p
+from sympy.printing.c import C99CodePrinter
+from sympy.printing.codeprinter import CodePrinter, PrintMethodNotImplementedError
+from sympy.printing.jscode import JavascriptCodePrinter
+from sympy.printing.latex import LatexPrinter
+from sympy.printing.numpy import SciPyPrinter
+from sympy.printing.pycode import MpmathPrinter
+
+from symasym.base.errors import InputError
+from symasym.base.files import write_bytes
+
+LAM = Symbol("lam", positive=True)
+
+
+def own(name: str) -> Any:
+    """A real function of that name, which SymPy leaves as it is."""
+    return type(name, (sympy.Function,), {"is_real": True})
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function of `arguments`: its values, in the symbols of `shared`, which are named first."""
+
+    name: str
+    arguments: tuple[Symbol, ...]
+    values: tuple[Expr, ...]
+    doc: str = ""
+    shared: tuple[tuple[Symbol, Expr], ...] = ()
+
+    def each(self, change: Callable[[Expr], Expr]) -> Function:
+        """The function with a change made to each of its expressions."""
+        shared = tuple((s, change(v)) for s, v in self.shared)
+        return replace(self, values=tuple(map(change, self.values)), shared=shared)
+
+
+# -- one printer a language ------------------------------------------------------------------------
+
+
+class _NumPy(SciPyPrinter):  # type: ignore[misc]
+    def _of_two(self, e: Any, name: str) -> str:
+        return str(reduce(f"numpy.{name}({{}}, {{}})".format, map(self._print, e.args)))
+
+    def _print_Max(self, e: Any) -> str:
+        return self._of_two(e, "maximum")
+
+    def _print_Min(self, e: Any) -> str:
+        return self._of_two(e, "minimum")
+
+    def _print_And(self, e: Any) -> str:
+        return self._of_two(e, "logical_and")
+
+    def _print_Or(self, e: Any) -> str:
+        return self._of_two(e, "logical_or")
+
+    def _print_Piecewise(self, e: Any) -> str:
+        (value, condition), *others = e.args
+        rest = self._print(sympy.Piecewise(*others) if others else S.NaN)
+        return f"numpy.where({self._print(condition)}, {self._print(value)}, {rest})[()]"
+
+    def _print_Pi(self, e: Any) -> str:
+        return "numpy.pi"
+
+    def _print_Function(self, e: Any) -> str:
+        text = str(super()._print_Function(e))  # a sweep is vectorised over kappa alone
+        return f"each({text.replace('(', ', ', 1)}" if isinstance(e.args[-1], sympy.Tuple) else text
+
+    def _print_hyper(self, e: Any) -> str:
+        return f"scipy.special.hyp2f1({', '.join(map(self._print, (*e.ap, *e.bq, e.argument)))})"
+
+
+class _Mpmath(MpmathPrinter):  # type: ignore[misc]
+    def _print_Float(self, e: Any) -> str:
+        return f"mpmath.mpf('{e}')"
+
+    def _print_Integral(self, e: Any) -> str:
+        text = self._print(e.function)
+        for variable, low, high in e.limits:
+            ends = f"{self._print(low)}, {self._print(high)}"
+            text = f"quad(lambda {self._print(variable)}: {text}, {ends})"
+        return str(text)
+
+
+class _Braces:
+    """Constants as numbers, and x*x for x^2, where a language has no operator for powers."""
+
+    def _print_NumberSymbol(self, e: Any) -> str:
+        return repr(float(e))
+
+    _print_Pi = _print_Exp1 = _print_EulerGamma = _print_NumberSymbol
+
+    def _print_Integer(self, e: Any) -> str:
+        return f"{e.p}.0" if abs(e.p) > 2**31 else str(e.p)
+
+    def _print_Pow(self, e: Any) -> str:
+        if not (e.exp.is_Integer and 2 <= abs(e.exp) <= 4):
+            return str(super()._print_Pow(e))  # type: ignore[misc]
+        product = "*".join([self.parenthesize(e.base, 60)] * abs(int(e.exp)))  # type: ignore[attr-defined]
+        return f"({product})" if e.exp > 0 else f"(1.0/({product}))"
+
+    def _print_hyper(self, e: Any) -> str:
+        """The two of the uniform formula."""
+        if (*e.ap, *e.bq) == (S.Half, 1, S.Half * 3):
+            return f"artanhc({self._print(e.argument)})"  # type: ignore[attr-defined]
+        if {*e.ap} == {S.One / 3, -S.One / 3} and [*e.bq] == [S.Half]:
+            return f"third({self._print(1 - 2 * e.argument)})"  # type: ignore[attr-defined]
+        raise PrintMethodNotImplementedError("hyper")
+
+
+class _C(_Braces, C99CodePrinter):  # type: ignore[misc]
+    def _print_Tuple(self, e: Any) -> str:
+        return f"(const double[]){{{', '.join(map(self._print, e)) or 0}}}"
+
+
+class _JavaScript(_Braces, JavascriptCodePrinter):  # type: ignore[misc]
+    def _print_Tuple(self, e: Any) -> str:
+        return f"[{', '.join(map(self._print, e))}]"
+
+    def _print_NaN(self, e: Any) -> str:
+        return "NaN"
+
+
+#: Target -> its printer.
+PRINTERS: dict[str, Any] = {
+    "numpy": _NumPy, "mpmath": _Mpmath, "c": _C, "javascript": _JavaScript, "latex": LatexPrinter,
+}  # fmt: skip
+TARGETS = tuple(PRINTERS)
+_OWN = ("logaddexp", "erfcx", "dawsn", "airye", "drift", "end", "rate", "log")
+_NAMED: dict[str, dict[str, Any]] = {
+    "numpy": {"logaddexp": "numpy.logaddexp", "erfcx": "scipy.special.erfcx",
+              "dawsn": "scipy.special.dawsn", "log": "numpy.log"},
+    "mpmath": {
+        **{f: f"mpmath.{f}" for f in ("expm1", "log1p", "erfi")},
+        "erfcx": [(lambda x: True, "(mpmath.exp(({0})**2)*mpmath.erfc({0}))".format)],
+        "dawsn": [(lambda x: True,
+                   "(mpmath.exp(-({0})**2)*mpmath.erfi({0})*mpmath.sqrt(mpmath.pi)/2)".format)],
+    },
+    "c": {},
+    "javascript": {"expm1": "Math.expm1", "log1p": "Math.log1p", "erf": "erf_", "log": "Math.log"},
+}  # fmt: skip
+# Words that no argument may have as its name.
+_WORDS = """numpy scipy mpmath Math out y0 y1 j0 j1 jn yn const double exp fabs float fmax fmin int
+    log long pow sqrt char void short signed static struct switch typedef union unsigned extern enum
+    sin cos tan tanh sinh cosh default case do goto export function let new null this throw var
+    catch delete eval arguments class extends super typeof instanceof yield""".split()  # noqa: SIM905
+
+
+def printer_of(target: str, functions: Sequence[Function]) -> Any:
+    """The printer, which knows the functions of the file and the helpers."""
+    names = [*_OWN, *helpers(target), *(f.name for f in functions)]
+    settings: dict[str, Any] = {"user_functions": {n: n for n in names} | _NAMED[target]}
+    settings |= {"math_macros": {}} if target == "c" else {}
+    if any(v.has(sympy.Integral) for f in functions for v in f.values):
+        settings["order"] = "none"  # ordering terms evaluates them
+    printer = PRINTERS[target](settings)
+    printer.reserved_words = {*_WORDS, *names, *keyword.kwlist, *vars(builtins)}
+    return printer
+
+
+# -- forms that keep digits ------------------------------------------------------------------------
+
+
+def log_form(e: Expr) -> Expr | None:
+    """log(e) of a positive sum or product with exponentials; None where no sign is seen."""
+    if isinstance(e, sympy.exp):
+        return e.args[0]
+    if not e.has(sympy.exp):
+        return sympy.log(e) if e.is_positive else None
+    if e.is_Pow and (base := log_form(e.base)) is not None:
+        return e.exp * base
+    logs = [log_form(a) for a in e.args] if e.is_Mul or e.is_Add else [None]
+    if e.is_Mul and None in logs:
+        turned = [a for a, log in zip(e.args, logs, strict=True) if log is None]
+        if len(turned) % 2 == 0 and all(a.is_Add or a.is_Number for a in turned):
+            logs = [log_form(-a) if a in turned else log_form(a) for a in e.args]
+    if None in logs:
+        return None
+    return sympy.Add(*logs) if e.is_Mul else reduce(own("logaddexp"), logs)
+
+
+def stable(e: Expr) -> Expr:
+    """`e` with expm1, log1p and logaddexp where digits would be lost.
+
+    SymPy's own rewriting factors the expression, which takes minutes.
+    """
+
+    def of_sum(e: Expr) -> Expr:
+        constant = sum((a for a in e.args if a.is_Rational), S.Zero)
+        for a in e.args:
+            factor, power = a.as_coeff_Mul()
+            if isinstance(power, sympy.exp) and constant and constant == -factor:
+                rest = (b for b in e.args if b is not a and not b.is_Rational)
+                return sympy.Add(*rest, factor * expm1(power.args[0]))
+        return e
+
+    def of_log(x: Expr) -> Expr:
+        if x.has(sympy.exp) and (log := log_form(x)) is not None:
+            return log
+        return log1p(x - 1) if x.is_Add and len(x.args) == 2 and 1 in x.args else sympy.log(x)
+
+    return e.replace(sympy.log, of_log).replace(lambda x: x.is_Add, of_sum)
+
+
+def plain(e: Expr) -> Expr:
+    """`e` in functions that every target has and that do not overflow, beside exponentials.
+
+    airye(z, k) is Ai, Ai', Bi, Bi' for k = 0 to 3, where z > 0 times e^(+-(2/3) z^(3/2)).
+    """
+
+    def airy(part: int) -> Any:
+        sign = Rational(2 if part > 1 else -2, 3)
+        return lambda z: own("airye")(z, part) * sympy.exp(sign * sympy.Max(z, 0) ** Rational(3, 2))
+
+    def of_exprel(e: Expr) -> Expr:
+        x, name = e.args[0], type(e).__name__
+        return own(f"{name}_")(x) * sympy.exp(LAM * sympy.Max(sympy.expand(x / LAM), 0))
+
+    def as_one(e: Expr) -> Expr:
+        powers = [a.args[0] for a in e.args if isinstance(a, sympy.exp)]
+        rest = (a for a in e.args if not isinstance(a, sympy.exp))
+        return e if len(powers) < 2 else sympy.Mul(*rest, sympy.exp(sympy.Add(*powers)))
+
+    kinds = (sympy.airyai, sympy.airyaiprime, sympy.airybi, sympy.airybiprime)
+    for part, kind in enumerate(kinds):
+        e = e.replace(kind, airy(part))
+    e = e.replace(
+        sympy.erfi, lambda x: 2 / sympy.sqrt(sympy.pi) * sympy.exp(x**2) * own("dawsn")(x)
+    )
+    e = e.replace(lambda x: type(x).__name__ in ("exprel", "exprel2"), of_exprel)
+    return e.replace(lambda x: x.is_Mul, as_one)
+
+
+def _with_logarithm(f: Function) -> Iterator[Function]:
+    """The function, behind its logarithm where that can be finite and the value not."""
+    log = log_form(f.values[0]) if len(f.values) == 1 and f.values[0].has(sympy.exp) else None
+    if log is not None:
+        yield replace(f, name=f"log_{f.name}", values=(log,), doc=f"Logarithm of: {f.doc}")
+        f = replace(f, values=(sympy.exp(own(f"log_{f.name}")(*f.arguments)),), shared=())
+    yield f
+
+
+# -- files -----------------------------------------------------------------------------------------
+
+# Head of the file; head of a function; reading of an argument; an assignment; return of one value,
+# of several; end; between functions.
+_DEF = 'def {0}({1}):\n    {4}"""{3}"""'
+SHAPES = {
+    "numpy": ("import numpy\n", f'@numpy.errstate(all="ignore")\n{_DEF}',
+              "{0} = numpy.float64({0})", "{} = {}", "return {}", "return ({})", "", "\n\n"),
+    "mpmath": ("import mpmath\n", f"@mpmath.extradps(10, normalize_output=True)\n{_DEF}",
+               "{0} = mpmath.mpmathify({0})", "{} = {}", "return {}", "return ({})", "", "\n\n"),
+    "c": ("#include <math.h>\n", "// {3}\ndouble {0}({2})\n{{", "", "const double {} = {};",
+          "return {};", "", "}\n", "\n"),
+    "javascript": ("", "// {3}\nexport function {0}({1}) {{", "", "const {} = {};", "return {};",
+                   "return [{}];", "}\n", "\n"),
+}  # fmt: skip
+
+
+def written(functions: Sequence[Function], target: str, more: Mapping[str, str]) -> Source:
+    """The file of some functions; `more` helpers beside those of the runtime."""
+    functions = [g for f in functions for g in _with_logarithm(f.each(plain))]
+    head, *_, gap = SHAPES[target]
+    printer = printer_of(target, functions)
+    body = gap.join(_function(f, target, printer) for f in functions)
+    known, needed, text = {**more, **helpers(target)}, set[str](), body
+    while text:
+        text = re.sub(r'(?m)//.*$|/\*[^*]*\*/|"""[^"]*"""', "", text)  # but what is said of them
+        found = {n for n in known if n not in needed and re.search(rf"(?<![.\w]){n}\b", text)}
+        needed |= found
+        text = "".join(known[n] for n in found)
+    copied = f"\n{gap}".join(known[n].strip() for n in known if n in needed)
+    for module in ("numpy", "scipy.special"):
+        if f"{module}." in copied + body and module not in head and target in ("numpy", "mpmath"):
+            head += f"import {module}\n"
+    whole = gap.join(f"{part.strip()}\n" for part in (head, copied, body) if part)
+    return Source(whole, target, {f.name: len(f.values) for f in functions})
+
+
+def _function(f: Function, target: str, printer: Any) -> str:
+    """One function: shared parts, then its values."""
+    _, start, numbers, given, one, several, end, _ = SHAPES[target]
+    f = f.each(stable)
+    held = any(v.has(sympy.Integral) for v in f.values)  # whose variable no shared part may have
+    taken = {s.name for s in (*f.arguments, *(s for s, _ in f.shared))}
+    fresh = (s for s in sympy.numbered_symbols("t") if s.name not in taken)
+    shared, values = ((), f.values) if held else sympy.cse(f.values, fresh, order="none")
+    try:
+        names = [printer.doprint(a) for a in f.arguments]
+        rows = [(printer.doprint(s), printer.doprint(v)) for s, v in (*f.shared, *shared)]
+        texts = [printer.doprint(v) for v in values]
+    except (PrintMethodNotImplementedError, KeyError) as error:
+        what = re.findall(r"\w+", str(error).splitlines()[0])[-1]
+        raise InputError(
+            f"{f.name} holds {what}, which {target} does not have; put a drift in with drift=…, or "
+            "emit 'mpmath', which has integrals, or 'latex'."
+        ) from None
+    lines = [numbers.format(n) for n in names if numbers] + [given.format(*row) for row in rows]
+    typed = [f"double {n}" for n in names]
+    if target == "c" and len(texts) > 1:
+        start = start.replace("double", "void", 1)
+        typed.append(f"double out[{len(texts)}]")
+        lines += [f"out[{k}] = {text};" for k, text in enumerate(texts)]
+    else:
+        lines.append((one if len(texts) == 1 else several).format(", ".join(texts)))
+    doc = f.doc or f.name
+    raw = "r" * ("\\" in doc)
+    head = start.format(f.name, ", ".join(names), ", ".join(typed) or "void", doc, raw)
+    lines = [re.sub(r"\s*\n\s*", " ", line) for line in lines]
+    return f"{head}\n" + "".join(f"    {line}\n" for line in lines) + end
+
+
+def by_printer(functions: Sequence[Function], printer: CodePrinter) -> Source:
+    """Assignments in the language of a printer of one's own."""
+    lines = []
+    for f in functions:
+        shared, values = sympy.cse(f.values, sympy.numbered_symbols("t"), order="none")
+        names = [f"{f.name}_{k}" for k in range(len(values))] if values[1:] else [f.name]
+        rows = (*f.shared, *shared, *zip(map(Symbol, names), values, strict=True))
+        lines += [printer.doprint(v, assign_to=s) for s, v in rows]
+    return Source("\n".join(lines) + "\n", type(printer).__name__, {})
+
+
+@cache
+def helpers(target: str) -> dict[str, str]:
+    """The functions of the target's runtime by their names."""
+    folder = Path(__file__).parent
+    if target in ("numpy", "mpmath"):
+        text, pattern = (folder / "runtime.py").read_text("utf-8"), r"def (\w+)\(.*?(?=\n\n\n|\Z)"
+        found = {m[1]: m[0] for m in re.finditer(pattern, text, re.S)}
+        if target == "numpy":
+            return found
+        for old, new in (
+            (r"numpy\.(exp|log|logaddexp)\b", r"\1"), (r"scipy\.special\.", ""),
+            (r"numpy\.finfo\(float\)", "mpmath"),
+        ):  # fmt: skip
+            found = {n: re.sub(old, new, text) for n, text in found.items()}
+        text = (folder / "runtime_mpmath.py").read_text("utf-8")
+        return found | {m[1]: m[0] for m in re.finditer(pattern, text, re.S)}
+    from symasym.emit.runtime import rule
+
+    text = (folder / "runtime.c").read_text("utf-8")
+    found = {m[1]: m[0] for m in re.finditer(r"/\* (\w+): .*?^}\n", text, re.S | re.M)}
+    tables = zip(("NODES", "WEIGHTS", "WITHIN", "LAST"), rule(), strict=True)  # type: ignore[no-untyped-call]
+    rows = ((n, x.size, ", ".join(map(repr, x.ravel().tolist()))) for n, x in tables)
+    texts = (f"static const double {n}[{size}] = {{{row}}};\n" for n, size, row in rows)
+    found["panel"] = "".join(texts) + found["panel"]
+    found = {n: re.sub(r"\bPI\b", repr(math.pi), text) for n, text in found.items()}
+    return {n: javascript(x) for n, x in found.items()} if target == "javascript" else found
+
+
+def javascript(c: str) -> str:
+    """JavaScript of the C of runtime.c, which has the same statements."""
+    for old, new in (
+        (r"static (?:double|void) (\w+)\(", r"function \1("),
+        (r"(const )?\b(double|int) (\*?)(\w+)(\[\d+\])?(?=[,)])", r"\4"),
+        (r"\b(static )?(const )?(double|int) (\w+)(\[\d+\])? = ", r"let \4 = "),
+        (r"= \{([^}]*)\}", r"= [\1]"), (r"\bf(abs|max|min)\(", r"\1("),
+        (r"\b(abs|a?cosh?|a?tanh?|max|min|exp|expm1|log1p|log|sqrt|sin|ceil|floor)\(", r"Math.\1("),
+        ("INFINITY", "Infinity"), (r"\bNAN\b", "NaN"),
+    ):  # fmt: skip
+        c = re.sub(old, new, c)
+    return c
+
+
+class Source(str):
+    """Emitted source code: a str that knows its target and the names of its functions."""
+
+    target: str
+    functions: tuple[str, ...]
+    _counts: Mapping[str, int]
+
+    def __new__(cls, text: str, target: str, counts: Mapping[str, int]) -> Source:
+        self = super().__new__(cls, text)
+        self.target, self.functions, self._counts = target, tuple(counts), counts
+        return self
+
+    def write(self, path: str | PathLike[str]) -> Path:
+        """Write the file; OutputError if it cannot be written."""
+        write_bytes(path, self.encode())
+        return Path(path)
+
+    def load(self) -> SimpleNamespace:
+        """The functions as callables: Python run as it is, C compiled by ``cc``.
+
+        Functions in C take floats and give a float, or a tuple of them.
+        """
+        if self.target not in ("numpy", "mpmath", "c"):
+            raise InputError(f"{self.target} cannot be loaded into Python; write it to a file.")
+        if self.target == "c":
+            return SimpleNamespace(**_compiled(self, self._counts))
+        space: dict[str, Any] = {"__name__": "emitted"}
+        exec(compile(str(self), "<emitted>", "exec"), space)
+        return SimpleNamespace(**{name: space[name] for name in self.functions})
+
+
+def _compiled(text: str, counts: Mapping[str, int]) -> dict[str, Callable[..., Any]]:
+    """The functions of a file in C, which have so many values."""
+    with tempfile.TemporaryDirectory() as folder:
+        source, library = Path(folder, "emitted.c"), Path(folder, "emitted.so")
+        source.write_text(text, "utf-8")
+        command = ["cc", "-std=c99", "-O2", "-fPIC", "-shared", "-o", str(library), str(source)]
+        subprocess.run([*command, "-lm"], check=True, capture_output=True)
+        loaded = ctypes.CDLL(str(library))
+
+    def called(of: Any, many: int) -> Callable[..., Any]:
+        of.restype = ctypes.c_double if many == 1 else None
+
+        def call(*x: float) -> Any:
+            out = (ctypes.c_double * many)()
+            value = of(*map(ctypes.c_double, x), *([out] if many > 1 else []))
+            return value if many == 1 else tuple(out)
+
+        return call
+
+    return {name: called(loaded[name], many) for name, many in counts.items()}

@@ -1,0 +1,133 @@
+"""What NumPy lacks: an emitted file has a copy of the functions that it calls.
+
+In ``emit.MPMATH`` the functions of NumPy and SciPy become those of mpmath, number by number.
+"""
+
+# ruff: noqa: F821
+# mypy: ignore-errors
+
+import numpy
+
+
+def airye(z, part):
+    """Ai, Ai', Bi or Bi', where z > 0 times e^(+-(2/3) z^(3/2))."""
+    low, high = numpy.minimum(z, 0), numpy.maximum(z, 0)
+    y = numpy.where(numpy.less(z, 0), scipy.special.airy(low), scipy.special.airye(high))
+    return y[part]
+
+
+def exprel_(x):
+    """(e^x - 1)/x times e^(-max(x, 0))."""
+    return scipy.special.hyp1f1(1, 2, -abs(x))
+
+
+def exprel2_(x):
+    """(e^x - 1 - x)/x^2 times e^(-max(x, 0))."""
+    return scipy.special.hyp1f1(numpy.where(x < 0, 1, 2), 3, -abs(x)) / 2
+
+
+def each(function, kappa, *others):
+    """The function of numbers or arrays, at once where only kappa is an array."""
+    (*first, p) = others
+    if not any(numpy.ndim(x) for x in (*first, *p)):
+        return function(kappa, *first, p)
+    rows = numpy.broadcast(kappa, *first, *p)
+    values = [function(k, *x[: len(first)], x[len(first) :]) for k, *x in rows]
+    return numpy.reshape(values, rows.shape)
+
+
+def nodes():
+    """Gauss's nodes and weights on (-1, 1)."""
+    return numpy.polynomial.legendre.leggauss(12)
+
+
+def rule():
+    """Nodes, weights on (0, 1); integrals to each node, last Legendre terms."""
+    x, w = nodes()
+    P, n = [0 * x - 1, 0 * x + 1, x], len(x)  # P_(-1) for integrals from -1 on
+    for k in range(2, n + 1):
+        P.append(((2 * k - 1) * x * P[k] - (k - 1) * P[k - 1]) / k)
+    up, down = numpy.array(P[2:]) - numpy.array(P[:-2]), numpy.array(P[1:-1]) * w / 4
+    return (x + 1) / 2, w / 2, up.T @ down, (4 * n - 2) * down[-2:]
+
+
+def march(u, to, lam, p, s=-numpy.inf, w=-numpy.inf):
+    """From u to `to`: lam V's rise, log sigma and log w (panel-step), log of int e^(-lam V)."""
+    X, W, WITHIN, LAST = rule()
+    V, inside, h, add = 0 * lam, 0 * lam - numpy.inf, (to - u) / 4, numpy.logaddexp
+    for _ in range(20000):
+        if u == to:
+            return V, s, w, inside
+        last = abs(h) > abs(to - u) * 0.999
+        h = to - u if last else h
+        x = -h * drift(u + h * X, p)
+        size = lam.max() * abs(x).max()
+        most = max(size, abs(h) * numpy.max(rate(u + h * X, p)))
+        error = lam.max() * abs(LAST @ x).sum()
+        if most <= 5 and error > 500 * numpy.finfo(float).eps * (size + 0.1):
+            most = 8
+        if most > 5:
+            h *= 4 / most
+            continue
+        rise = numpy.exp(numpy.multiply.outer(lam, WITHIN @ x))
+        sums = (
+            abs(h) * (rise @ W),
+            abs(h) * ((1 / rise) @ W),
+            h * h * ((rise @ WITHIN.T / rise) @ W),
+        )
+        x, (up, down, both) = lam * (W @ x), map(numpy.log, sums)
+        total, kept = add(s, up), -add(0, up - s)
+        w = add(w + kept, numpy.log(lam) + add(down + kept, both - total)) + x
+        s, inside, V = total - x, add(inside, down - V), V + x
+        u = to if last else u + h
+        h *= min(4.5 / most, 4) if most else 4
+    raise ValueError("kappa is too small for the exact value; take that of sa.expand(drift).emit()")
+
+
+def sides(kappa, r, p):
+    """Log sigma and log w at 0 from both ends; beyond the layer lam V changes by x, a line."""
+    lam, h = 2 / numpy.atleast_1d(kappa) ** 2, max(r - 1, 0)
+    for sign in (-1, 1):
+        x = lam * end(sign, p) * sign * h
+        s = numpy.log(h * exprel_(x)) - numpy.minimum(x, 0)
+        w = numpy.log(lam * h * exprel2_(-x) / exprel_(x))
+        yield march(sign * min(r, 1), 0, lam, p, s, w)[1:3]
+
+
+def log_time(kappa, r, p):
+    """Log T from 0 (positive-form)."""
+    (s, w), (t, v) = sides(kappa, r, p)
+    value = numpy.logaddexp(w, v) - numpy.logaddexp(-s, -t)
+    return value.reshape(numpy.shape(kappa))[()]
+
+
+def log_exit(kappa, r, sign, p):
+    """Log C, the exit through -r, or of 1 - C through r."""
+    (s, _), (t, _) = sides(kappa, r, p)
+    return -numpy.logaddexp(0, sign * (s - t)).reshape(numpy.shape(kappa))[()]
+
+
+def potential(lam, u, p):
+    """V(u) times lam, by the panels."""
+    inside, sign = max(min(u, 1), -1), 1 if u > 0 else -1
+    V, *_ = march(-1, inside, numpy.atleast_1d(lam), p)
+    return V.reshape(numpy.shape(lam))[()] - lam * end(sign, p) * (u - inside)
+
+
+def layers(kappa, p):
+    """Log of int e^(-lam V) over the layer, and beyond it."""
+    lam = 2 / numpy.atleast_1d(kappa) ** 2
+    V, _, _, inside = march(-1, 1, lam, p)
+    beyond = numpy.logaddexp(-numpy.log(lam * end(-1, p)), -V - numpy.log(-lam * end(1, p)))
+    return (x.reshape(numpy.shape(kappa))[()] for x in (inside, beyond))
+
+
+def log_share(kappa, sign, p):
+    """Log P, or of 1 - P."""
+    inside, beyond = layers(kappa, p)
+    return -numpy.logaddexp(0, sign * (beyond - inside))
+
+
+def log_density(kappa, u, p):
+    """Log p_ss(u)."""
+    return -potential(2 / kappa**2, u, p) - numpy.logaddexp(*layers(kappa, p))

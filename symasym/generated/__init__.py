@@ -1,1 +1,0 @@
-"""Code and data emitted by the derivations; do not edit."""
