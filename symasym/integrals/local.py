@@ -113,7 +113,7 @@ class Exact:
             raise NotAnalytic(f"{function.__name__} is singular or complex")
         if function(_W).diff(_W).is_algebraic_expr(_W):
             slope = Point(_W, first, 1, len(a), self).taylor(function(_W).diff(_W))
-            taylor = slope.primitive(self.of(value)).c
+            taylor = [self.of(value), *(c / (k + 1) for k, c in enumerate(slope.c))]
         else:
             for k in range(1, len(a)):
                 slopes.append(sympy.expand(slopes[-1].diff(_W) / k))
