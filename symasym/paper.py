@@ -14,7 +14,6 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-import numpy as np
 from flint import arb
 
 from symasym.base.errors import AccuracyError, InputError, RegionError
@@ -26,13 +25,9 @@ from symasym.generated import formulas
 from symasym.numbers.balls import BallContext, exact_ball, precision, to_mpf
 from symasym.scenes import (
     Answer,
-    Answers,
     Request,
     Scene,
-    Scenes,
-    by_drift,
     exponent_bits,
-    scene_at,
 )
 
 _EXIT_TERMS = ("eq:C, C-bound",)
@@ -59,21 +54,6 @@ def of_scene(scene: Scene, request: Request) -> Answer:
         return Answer(
             shown, error + (1 + abs(shown)) * error.context.mpf(10) ** -(request.digits + 5), kind
         )
-
-
-def of_scenes(scenes: Scenes, request: Request) -> Answers:
-    """The same for many, scene by scene, without errors but for C."""
-    logs = np.empty(len(scenes.lam))
-    for drift, rows in by_drift(scenes):
-        for row in rows:
-            value = _value(scene_at(scenes, row)._replace(drift=drift), request)[0]
-            with precision(128):
-                rest = request.complement and request.name[-1] == "P"
-                logs[row] = float((1 - value if rest else value).log().mid())
-    if request.name[-1] != "C" or request.log:
-        return Answers(logs, None, "none", _EXIT_TERMS if request.name[-1] == "C" else ())
-    # From 0 to twice the value, which is more than what rounding changes in the logarithm.
-    return Answers(logs, np.log(2.0) + 4e-15 * (1 + np.abs(logs)), "bound", _EXIT_TERMS, _EXIT_NOTE)
 
 
 class _Formulas(BallContext):

@@ -23,14 +23,13 @@ from symasym.base.inputs import FloatArray, Number, exact, float_text, is_array,
 from symasym.drift.drift import Drift
 from symasym.expansions import weak
 from symasym.expansions.balls import AtLam, resolved
-from symasym.methods import METHODS, answer
+from symasym.methods import answer, as_floats, of_scenes
 from symasym.numbers.balls import exact_ball, precision, to_mpf
 from symasym.scenes import (
     Answers,
     Request,
     Scene,
     Scenes,
-    as_floats,
     exponent_bits,
     float_scenes,
     one_scene,
@@ -113,7 +112,7 @@ def plan(
     allowed = read_rtol(rtol)
     digits = max(20, len(str(int(1 / allowed))) + 8)
     asked, refused = Request("T", "exact", None, digits, False, True), dict[str, str]()
-    true, scene = answer(drift, numbers, asked), read_scene(drift, numbers, digits)
+    true, scene = answer(drift, numbers, asked), read_scene(drift, numbers)
     with own_context(digits + 10) as context:
 
         def own(x: Any) -> Any:
@@ -237,10 +236,7 @@ def _of_many(scenes: Scenes, allowed: Fraction, request: Request) -> Any:
 
     def logs_of(rows: Any, method: str, order: int | None = None) -> FloatArray:
         asked = request._replace(method=method, order=order, full=False, log=True)
-        try:
-            return METHODS[method].of_scenes(rows_of(scenes, rows), asked).logs
-        except AccuracyError:
-            return np.full(len(rows), np.nan)
+        return of_scenes(rows_of(scenes, rows), asked).logs
 
     def allowed_at(row: Any, order: int) -> bool:
         rows = np.array([row])
@@ -258,7 +254,7 @@ def _of_many(scenes: Scenes, allowed: Fraction, request: Request) -> Any:
         used.append(f"laplace, order {order}")
     if left.size:
         asked = request._replace(method="exact", full=True, log=True)
-        found = METHODS["exact"].of_scenes(rows_of(scenes, left), asked)
+        found = of_scenes(rows_of(scenes, left), asked)
         logs[left], errors[left] = found.logs, 0.0 if found.errors is None else found.errors
         used.append("exact")
     return as_floats(request, scenes.shape, Answers(logs, errors, "estimate", tuple(used)))

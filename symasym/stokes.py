@@ -91,7 +91,7 @@ def stokes_multiplier(
         each = (scene_at(scenes, row) for row in range(len(scenes.lam)))
         values = np.array([float(_multiplier(s, method, FLOAT_DIGITS).mid()) for s in each])
         return values.reshape(scenes.shape)
-    value = _multiplier(read_scene(drift, numbers, dps), method, dps or FLOAT_DIGITS)
+    value = _multiplier(read_scene(drift, numbers), method, dps or FLOAT_DIGITS)
     return float(value.mid()) if dps is None else to_mpf(value, dps)[0]
 
 

@@ -180,7 +180,7 @@ def _methods_and_drifts(verb: str) -> str:
     from symasym.scenes import QUANTITIES
 
     names = {name for name, quantity in QUANTITIES.items() if quantity.verb == verb}
-    methods = {m.name: m.about for m in METHODS.values() if names & set(m.quantities)}
+    methods = {name: m.about for name, m in METHODS.items() if names & set(m.quantities)}
     known = {**methods, "auto": "the cheapest whose relative error is at most --rtol"}
     return "\n\n".join(
         ([listed("methods", known)] if names else [])

@@ -80,9 +80,9 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
 
         return Expanded(in_floats, in_balls)
 
-    logs, errors = of_drifts(scenes, request, expanded, too_strong)
+    logs, errors, why = of_drifts(scenes, request, expanded, too_strong)
     terms = "wells and kinks" if sliding else f"wells, barriers, {_TIME}"
-    return Answers(logs, errors, "estimate", (terms,), DROPPED)
+    return Answers(logs, errors, "estimate", (terms,), DROPPED, why)
 
 
 def _differences(values: Sequence[Any]) -> Any:

@@ -139,8 +139,9 @@ def orders_of(request: Request) -> Sequence[int]:
 
 def of_drifts(
     scenes: Scenes, request: Request, expand: Expand, refuse: Refuse
-) -> tuple[FloatArray, FloatArray]:
-    """Logarithms and their errors, drift by drift; what has no value is refused, or nan."""
+) -> tuple[FloatArray, FloatArray, str]:
+    """Logarithms and their errors, drift by drift; nan where there is none, and why."""
+    why = ""
     numbers, given = scenes.numbers, scenes.given
     logs, errors = (np.full(len(scenes.lam), np.nan) for _ in range(2))
     apart = [numbers[name] for name in ("r", "start") if is_array(given.get(name))]
@@ -162,14 +163,13 @@ def of_drifts(
                 logs[rows], errors[rows] = _of_drift(
                     some, request, partial(expand, drift, r, start)
                 )
-        except AccuracyError:
-            if request.errors == "raise":
-                raise
+        except AccuracyError as error:
+            why = why or str(error)
     lost = ~counted(logs, errors, request.log)
-    if request.errors == "raise" and lost.any():
-        raise refuse(scenes.noise(np.argmax(lost)), orders_of(request))
+    if lost.any():
+        why = why or str(refuse(scenes.noise(np.argmax(lost)), orders_of(request)))
     logs[lost] = np.nan
-    return logs, errors
+    return logs, errors, why
 
 
 def _of_drift(
@@ -274,7 +274,7 @@ def _compared(scenes: Scenes, request: Request, logs: FloatArray, errors: FloatA
         rows = np.concatenate([rows, sure])
     if not rows.size:
         return errors
-    asked = request._replace(method="exact", order=None, full=True, errors="nan")
+    asked = request._replace(method="exact", order=None, full=True)
     true = floats.of_scenes(rows_of(scenes, rows), asked)
     missed = 0.0 if true.errors is None else true.errors
     apart = np.abs(true.logs - logs[rows])

@@ -309,7 +309,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
 
         return Expanded(in_floats, in_balls)
 
-    logs, errors = of_drifts(scenes, request, expanded, too_weak)
+    logs, errors, why = of_drifts(scenes, request, expanded, too_weak)
     return Answers(logs, errors, "estimate", _terms(order), _dropped(order))
 
 
