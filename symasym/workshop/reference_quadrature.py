@@ -31,7 +31,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.base.call_context import to_mpf
 from symasym.base.errors import AccuracyError, RegionError
-from symasym.numbers.trees import MpmathOps
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -207,10 +206,22 @@ def _context(dps: int) -> Any:
     return mp
 
 
+def in_mpmath(drift: Drift, context: Any) -> Any:
+    """A(u) as a function in an mpmath context, by SymPy's printer."""
+    import sympy
+    from sympy.printing.pycode import MpmathPrinter
+
+    names = "mpf pi e exp log sqrt erf sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh"
+    known = {name: getattr(context, name) for name in names.split()}
+    printer = MpmathPrinter({"fully_qualified_modules": False})
+    u = sympy.Symbol("u", real=True)
+    return sympy.lambdify(u, drift.expression(), [known], printer=printer)
+
+
 def _where_tails_end(drift: Drift, kappa: Fraction, work: int) -> tuple[Fraction, Fraction]:
     """Points beyond which the tails of e^{-lam V} hold less than 10^-work of themselves."""
-    ops = MpmathOps(_context(work))
-    a_minus, a_plus = (drift.evaluate(ops.rational(Fraction(x)), ops) for x in (-1, 1))
+    mp = _context(work)
+    a_minus, a_plus = map(in_mpmath(drift, mp), (mp.mpf(-1), mp.mpf(1)))
     if not (a_minus > 0 > a_plus):
         raise RegionError(
             f"a- is {float(a_minus):.6g} and a+ is {float(a_plus):.6g}, so that no stationary "
@@ -239,9 +250,8 @@ class _Grid:
     ) -> None:
         """Cut the interval at `marks` and the kinks, and make the rule of this level."""
         self.mp = _context(work)
-        self.ops = MpmathOps(self.mp)
-        self.drift = drift
-        self.lam = self.ops.rational(2 / kappa**2)
+        self.A = in_mpmath(drift, self.mp)
+        self.lam = 2 * self.mp.mpf(kappa.denominator) ** 2 / self.mp.mpf(kappa.numerator) ** 2
         self.kinks = {Fraction(x): self._evaluate(self.mp.mpf(x)) for x in (-1, 1)}
         self.most_growth = self.mp.mpf(4) / 2**level
         self.widest = Fraction(1, 4 * 2**level)
@@ -256,9 +266,12 @@ class _Grid:
             )
         self.nodes, self.weights, self.primitive = _rule(work, nodes)
 
+    def _mpf(self, x: Fraction) -> Any:
+        return self.mp.mpf(x.numerator) / x.denominator
+
     def _evaluate(self, u: mpf) -> Any:
         """A(u)."""
-        return self.mp.mpf(self.drift.evaluate(u, self.ops))
+        return self.mp.mpf(self.A(u))
 
     def phi(self, u: mpf) -> Any:
         """eq:phi."""
@@ -273,8 +286,8 @@ class _Grid:
         edges = [marks[0]]
         for left, right in pairwise(marks):
             if left >= 1 or right <= -1:
-                middle = self.ops.rational((left + right) / 2)
-                growth = self.lam * abs(self.phi(middle)) * self.ops.rational(right - left)
+                middle = self._mpf((left + right) / 2)
+                growth = self.lam * abs(self.phi(middle)) * self._mpf(right - left)
                 pieces = max(1, ceil(growth / self.most_growth))
                 self._refuse(pieces)
                 edges += [left + (right - left) * Fraction(k, pieces) for k in range(1, pieces)]
@@ -288,9 +301,9 @@ class _Grid:
         waiting, edges = [(left, right)], []
         while waiting:
             a, b = waiting.pop()
-            samples = [self.ops.rational(a + (b - a) * Fraction(k, 6)) for k in range(7)]
+            samples = [self._mpf(a + (b - a) * Fraction(k, 6)) for k in range(7)]
             steepest = max(abs(self.phi(u)) for u in samples)
-            growth = self.lam * steepest * self.ops.rational(b - a)
+            growth = self.lam * steepest * self._mpf(b - a)
             if growth <= self.most_growth and b - a <= self.widest:
                 edges.append(a)
             else:
@@ -314,7 +327,7 @@ class _Grid:
         mp = self.mp
         exponent = before = mp.zero
         for a, b in pairwise(self.edges):
-            half, center = (self.ops.rational(x / 2) for x in (b - a, b + a))
+            half, center = (self._mpf(x / 2) for x in (b - a, b + a))
             if a >= 1 or b <= -1:
                 slopes = [-self.lam * self.phi(center)] * len(self.nodes)
             else:

@@ -127,7 +127,7 @@ def test_errors_of_arrays_cover_the_true_ones(name: str) -> None:
         asked: list[tuple[str, Any]] = [("laplace", n) for n in (0, 1, 3, 6, "optimal")]
         for method, order in [*asked, ("strong_noise", 2), ("strong_noise", 9)]:
             options = {"method": method, "order": order, "log": True, "full": True}
-            found = ask(quantity, drift, kappa, float(r), start, errors="nan", **options)
+            found = ask(quantity, drift, kappa, float(r), start, **options)
             known = np.isfinite(found.value)
             wrong = np.abs(found.value - exact.value) > found.error + exact.error
             assert not (known & wrong).any(), (quantity, method, order, kappa[known & wrong])

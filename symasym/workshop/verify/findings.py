@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import mpmath
 
 import symasym as sa
-from symasym.numbers.trees import MpmathOps
+from symasym.workshop.reference_quadrature import in_mpmath
 from symasym.workshop.problems import BY_NAME, Problem
 
 if TYPE_CHECKING:
@@ -118,13 +118,13 @@ class Field:
     """phi and V of one drift at the precision of `mp`."""
 
     def __init__(self, drift: sa.Drift, mp: MPContext) -> None:
-        self.drift, self.mp, self.ops = drift, mp, MpmathOps(mp)
+        self.drift, self.mp, self._A = drift, mp, in_mpmath(drift, mp)
         a_minus, a_plus = (mp.convert(Fraction(x)) for x in drift.ends)
         self.ends = (a_minus, a_plus)
 
     def A(self, u: mpf | Fraction | float) -> Any:
         """The drift's formula at `u`, inside the layer or not."""
-        return self.drift.evaluate(u, self.ops)
+        return self._A(self.mp.convert(u))
 
     def phi(self, u: mpf | Fraction | float) -> Any:
         """eq:phi."""
