@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import InputError
-from symasym.commands.settings import Commands, document, settings, takes_patience
+from symasym.commands.settings import Commands, document, settings
 from symasym.drift.ready_made.named import DRIFTS
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def add_parser(subparsers: Commands) -> None:
     expansion.add_argument("--order", type=int, metavar="N", help="of the expansion (2; uniform 0)")
     expansion.add_argument("--start", metavar="X", help="starting point (0)")
     expansion.add_argument("--case", metavar="WORDS", help='such as "start well barrier"')
-    takes_patience(parser)
+    
     document(
         parser,
         (
