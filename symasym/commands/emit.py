@@ -10,7 +10,6 @@ from symasym.commands.settings import (
     Commands,
     command,
     settings,
-
     takes_place,
     takes_settings,
 )
@@ -37,7 +36,6 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument("--method", metavar="M", help="of eq:Ttilde: exact or uniform")
     parser.add_argument("--order", type=int, metavar="N", help="of an expansion, 0 to 8")
     takes_settings(parser, "fold a parameter in")
-    
 
 
 def _run(arguments: argparse.Namespace) -> None:

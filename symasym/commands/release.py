@@ -13,7 +13,6 @@ from symasym.commands.settings import (
     document,
     listed,
     settings,
-
     takes_settings,
 )
 
@@ -44,7 +43,7 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument("--rtol", default="1e-6", metavar="X", help="relative error (1e-6)")
     parser.add_argument("--paths", default="10000", metavar="N", help="of --method simulate")
     parser.add_argument("--seed", default="0", metavar="N", help="of --method simulate")
-    
+
     parser.add_argument("--workers", default="1", metavar="N", help="of --method simulate")
     parser.add_argument("--quantiles", action="store_true", help="of the time and of z, too")
     parser.add_argument("--json", action="store_true", help="all of it as a record")

@@ -40,7 +40,7 @@ def add_parser(subparsers: Commands) -> None:
     expansion.add_argument("--order", type=int, metavar="N", help="of the expansion (2; uniform 0)")
     expansion.add_argument("--start", metavar="X", help="starting point (0)")
     expansion.add_argument("--case", metavar="WORDS", help='such as "start well barrier"')
-    
+
     document(
         parser,
         (

@@ -15,7 +15,6 @@ from symasym.commands.settings import (
     Commands,
     command,
     settings,
-
     takes_place,
     takes_settings,
 )
@@ -73,7 +72,7 @@ def add_figure(commands: Commands) -> None:
     )  # fmt: skip
     parser.add_argument("name", nargs="?", metavar="NAME", help="such as phase or fric1")
     takes_settings(parser, "set a parameter; several values are separated by commas")
-    
+
     files = "a .png, .svg or .pdf file; may be repeated (NAME.png and NAME.svg)"
     takes_place(parser, files, action="append")
 

@@ -12,9 +12,8 @@ import numpy as np
 
 from symasym.base.call_context import patient
 from symasym.base.errors import AccuracyError, InputError
-from symasym.base.estimate import ErrorKind
+from symasym.base.estimate import ErrorKind, with_error
 from symasym.base.inputs import Number, choice, exact, flag, float_text, positive, shown, to_float
-from symasym.base.texts import with_error
 from symasym.quantities import escape_time
 from symasym.release.expansions import adiabatic, expanded
 from symasym.release.march import Law, Marched, Scene, forward, laws, march, mesh
@@ -74,7 +73,7 @@ class Release:
     def __str__(self) -> str:
         if self.error is None:
             return f"{self.mean:.6g} (no error claimed, {self.method})"
-        text = " ± ".join(with_error(self.mean, self.error))
+        text = with_error(self.mean, self.error)
         return f"{text} ({self.error_kind}, {self.method})"
 
     @cached_property
