@@ -18,16 +18,15 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-import numpy as np
 from flint import arb
 
+from symasym.base.balls import exact_ball, precision, to_mpf
 from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import float_text
 from symasym.drift.drift import Drift
 from symasym.expansions.balls import LINE, Field, doubled
-from symasym.numbers.balls import exact_ball, precision, to_mpf
-from symasym.scenes import Answer, Answers, Request, Scene, Scenes, exponent_bits, scene_at
+from symasym.scenes import Answer, Request, Scene, exponent_bits
 
 _EXIT = ("eq:C, C-bound",), ("C lies between 0 and the value",)
 
@@ -47,17 +46,6 @@ def of_scene(scene: Scene, request: Request) -> Answer:
         error += abs(value) / arb(10) ** (digits + 5) + arb(10) ** -(digits + 5)
         shown, error = (to_mpf(x, digits + 10)[0] for x in (value, error.upper()))
     return Answer(shown, None if kind == "none" else error, kind, *(_EXIT if name == "C" else ()))
-
-
-def of_scenes(scenes: Scenes, request: Request) -> Answers:
-    """The same for many, scene by scene, without errors."""
-    asked = request._replace(log=True)
-    found = (of_scene(scene_at(scenes, row), asked).value for row in range(len(scenes.lam)))
-    logs = np.array([float(x) for x in found])
-    if request.name[-1] != "C" or request.log:
-        return Answers(logs, None, "none", *(_EXIT if request.name[-1] == "C" else ()))
-    # From 0 to twice the value, which is more than what rounding changes in the logarithm.
-    return Answers(logs, np.log(2.0) + 4e-15 * (1 + np.abs(logs)), "bound", *_EXIT)
 
 
 class _Seen(NamedTuple):

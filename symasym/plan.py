@@ -16,19 +16,18 @@ import numpy as np
 from flint import arb
 from mpmath import mpf, nstr
 
+from symasym.base.balls import exact_ball, precision, to_mpf
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import FloatArray, Number, exact, float_text, is_array, shown
 from symasym.drift.drift import Drift
 from symasym.expansions import weak
 from symasym.expansions.balls import AtLam, doubled, local
-from symasym.methods import METHODS, answer
-from symasym.numbers.balls import exact_ball, precision, to_mpf
+from symasym.methods import answer, as_floats, of_scenes
 from symasym.scenes import (
     Answers,
     Request,
     Scene,
     Scenes,
-    as_floats,
     exponent_bits,
     float_scenes,
     one_scene,
@@ -100,7 +99,7 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
     require_drift(drift)
     numbers, allowed = {"kappa": kappa, "r": r, "start": start}, read_rtol(rtol)
     digits = max(20, len(str(int(1 / allowed))) + 8)
-    scene = read_scene(drift, numbers, digits)
+    scene = read_scene(drift, numbers)
     true = answer(drift, numbers, Request("T", "exact", None, digits, False, True))
     with precision(int(3.4 * digits) + 64):
         known, room, plans = arb(true.value), exact_ball(allowed), list[Plan]()
@@ -180,8 +179,8 @@ def _of_many(scenes: Scenes, most: float, request: Request) -> Any:
     logs, errors = np.empty(len(left)), np.full(len(left), most * (1 - 1e-12))
 
     def logs_of(rows: Any, method: str, order: int | None = None) -> FloatArray:
-        asked = request._replace(method=method, order=order, full=False, log=True, errors="nan")
-        return METHODS[method].of_scenes(rows_of(scenes, rows), asked).logs
+        asked = request._replace(method=method, order=order, full=False, log=True)
+        return of_scenes(rows_of(scenes, rows), asked).logs
 
     def allowed_at(k: int, order: int) -> bool:
         row = left[k : k + 1]
@@ -199,6 +198,6 @@ def _of_many(scenes: Scenes, most: float, request: Request) -> Any:
         used.append(f"laplace, order {order}")
     if left.size:
         asked = request._replace(method="exact", full=True, log=True)
-        logs[left], errors[left] = METHODS["exact"].of_scenes(rows_of(scenes, left), asked)[:2]
+        logs[left], errors[left] = of_scenes(rows_of(scenes, left), asked)[:2]
         used.append("exact")
     return as_floats(request, scenes.shape, Answers(logs, errors, "estimate", tuple(used)))

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from symasym.base.call_context import patient
 from symasym.base.errors import InputError
-from symasym.base.estimate import Estimate
 from symasym.base.inputs import (
     FloatArray,
     Numbers,
@@ -18,7 +14,6 @@ from symasym.base.inputs import (
     choice,
     floats,
     is_array,
-    meant,
 )
 from symasym.drift.drift import Drift
 from symasym.quantities import call_named, stationary_density
@@ -42,10 +37,8 @@ _NUMBERS = {"kappa": "κ", "r": "r", "start": "start", "y": "u"}
 _MOST = 600.0
 # Ratio of the largest to the smallest value from which on the axis is logarithmic.
 _MANY = 100.0
-_OF_METHODS = ("method", "order", "rtol")
 
 
-@patient
 def plot(
     quantity: Literal["T", "C", "1 - C", "P", "1 - P", "p_ss"],
     drift: Drift,
@@ -56,7 +49,6 @@ def plot(
     y: Numbers | None = None,
     ax: Axes | None = None,
     label: str | None = None,
-    patience: float | None = None,
     **options: Any,
 ) -> Axes:
     """Draw a quantity against the one argument or parameter that is an array.
@@ -78,16 +70,14 @@ def plot(
         Where to draw; a new figure's when left out.
     label : str, optional
         In the legend; the method when left out.
-    patience : float, optional
-        Seconds of processor time that it may take, 10 if left out.
     **options
-        Of the function: `method`, `order`, `rtol`, `dps`, `errors`, `workers`.
+        Of the function: `method`, `order`, `rtol`.
 
     Returns
     -------
     matplotlib Axes
-        With a line and, where an error is stated, the band of it; elements that are refused
-        leave a gap, unless all are.
+        With a line, a legend and, where an error is stated, the band of it; an element without a
+        value leaves a gap. Axes are logarithmic for an array that is spaced so.
 
     Raises
     ------
@@ -106,70 +96,39 @@ def plot(
     >>> ax.get_xlabel(), ax.get_ylabel(), len(ax.lines)
     ('κ', 'mean escape time T', 2)
     """
-    quantity = choice("quantity", quantity, _LABELS)
+    choice("quantity", quantity, _LABELS)
     require_drift(drift)
-    if ax is not None:
-        (ax,) = axes("ax", ax)
+    takes = ("kappa", "y") if quantity == "p_ss" else QUANTITIES[quantity].numbers
     given: dict[str, Any] = {"kappa": kappa, "r": r, "start": start, "y": y}
-    numbers = {name: x for name, x in given.items() if x is not None and name in _takes(quantity)}
-    for unused in ("r", "y"):
-        if unused not in numbers and given[unused] is not None:
-            raise InputError(
-                f"{unused} is given, but {quantity} does not depend on it; leave it out."
-            )
-    missing = [n for n in _takes(quantity) if n not in numbers]
-    if missing:
-        takes = ", ".join(_takes(quantity))
-        raise InputError(f"{missing[0]} is missing; {quantity} depends on {takes}.")
-    known = ("dps", "errors", "workers", *(() if quantity == "p_ss" else _OF_METHODS))
-    if unknown := [n for n in options if n not in known]:
+    numbers = {name: x for name, x in given.items() if x is not None and name in takes}
+    if wrong := [n for n in ("r", "y") if (n in takes) != (given[n] is not None)]:
         raise InputError(
-            f"{unknown[0]} is no option of {quantity}; the options are {', '.join(known)}"
-            f"{meant(unknown[0], known)}."
+            f"{quantity} depends on {', '.join(takes)}; give these, and no {wrong[0]}."
         )
-    name, abscissa = _abscissa(drift, numbers)
-    options = {"errors": "nan", **options, "log": True, "full": True}
-    ask: Callable[..., Estimate] = partial(call_named, quantity, drift, numbers)
+    arrays = {name: x for name, x in (drift.values | numbers).items() if is_array(x)}
+    x = floats(*next(iter(arrays.items()))) if len(arrays) == 1 else np.empty(0)
+    if x.ndim != 1 or not x.size:
+        raise InputError(
+            f"{', '.join(arrays) or 'none'} are arrays; give one argument or parameter, what to "
+            "plot against, as an array of one axis."
+        )
     if quantity == "p_ss":
-        ask = partial(stationary_density, drift, **numbers)
-    estimate = ask(**options)
-    if np.all(estimate.mask):
-        ask(**options | {"errors": "raise"})
+        estimate = stationary_density(drift, **numbers, log=True, full=True, **options)
+    else:
+        estimate = call_named(quantity, drift, numbers, log=True, full=True, **options)
     if ax is None:
         from matplotlib import pyplot
 
         ax = pyplot.subplots(layout="constrained")[1]
+    (ax,) = axes("ax", ax)
     shown = label if label is not None else estimate.method.replace("_", " ")
-    logs = np.asarray(estimate.value, dtype=float)
-    errors = None if estimate.error is None else np.asarray(estimate.error, dtype=float)
-    _draw(ax, abscissa, logs, errors, shown, _LABELS[quantity])
-    ax.set_xlabel(_NUMBERS.get(name, name))
+    _draw(ax, x, estimate.value, estimate.error, shown, _LABELS[quantity])
+    ax.set_xlabel(_NUMBERS.get(next(iter(arrays)), next(iter(arrays))))
+    ax.legend()
     return ax
 
 
-def _takes(quantity: str) -> tuple[str, ...]:
-    """The names of a quantity's numbers."""
-    return ("kappa", "y") if quantity == "p_ss" else QUANTITIES[quantity].numbers
-
-
-def _abscissa(drift: Drift, numbers: dict[str, Any]) -> tuple[str, FloatArray]:
-    """The name and the values of the one array."""
-    arrays = {name: x for name, x in (drift.values | numbers).items() if is_array(x)}
-    if len(arrays) != 1:
-        arrays_given = f"{', '.join(arrays)} are arrays" if arrays else "no argument is an array"
-        raise InputError(
-            f"{arrays_given}; give one argument or parameter, what to plot against, as an array."
-        )
-    ((name, given),) = arrays.items()
-    values = floats(name, given)
-    if values.ndim != 1:
-        raise InputError(f"{name} has shape {values.shape}; give an array of one axis.")
-    return name, values
-
-
-def _draw(
-    ax: Axes, x: FloatArray, logs: FloatArray, errors: FloatArray | None, label: str, about: str
-) -> None:
+def _draw(ax: Axes, x: FloatArray, logs: Any, errors: Any, label: str, about: str) -> None:
     """A line with its band, of the values or of their decimal logarithms."""
     # What is drawn into the same axes later has the same units.
     decimal = ax.get_ylabel().startswith("log₁₀") or np.nanmax(np.abs(logs), initial=0) > _MOST
@@ -180,6 +139,7 @@ def _draw(
         ax.fill_between(x, *band, color=drawn.get_color(), alpha=0.25, linewidth=0)
     if not decimal and np.nanmax(line, initial=0) > _MANY * np.nanmin(line, initial=np.inf):
         ax.set_yscale("log")
-    if x.min() > 0 and x.max() > _MANY / 2 * x.min():
+    ratios = x[1:] / x[:-1] if x.min() > 0 and len(x) > 2 else np.empty(0)
+    if ratios.size and np.ptp(ratios) < 0.01 * abs(ratios[0] - 1):
         ax.set_xscale("log")
     ax.set_ylabel(f"log₁₀ of {about}" if decimal else about)

@@ -14,15 +14,15 @@ from typing import Any, Literal
 import numpy as np
 from flint import acb, arb, fmpq
 
+from symasym.base.balls import precision, to_mpf
 from symasym.base.errors import AccuracyError, InputError, RangeError
-from symasym.base.estimate import IN_WORDS, ErrorKind, with_errors
+from symasym.base.estimate import IN_WORDS, ErrorKind, with_error
 from symasym.base.inputs import FloatArray, Numbers, choice, digits
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import Piece, pieces, rational, sampled
 from symasym.drift.models import Expression
 from symasym.exact import balls, floats
-from symasym.methods import require_drift_of
-from symasym.numbers.balls import precision, to_mpf
+from symasym.methods import require_sliding
 from symasym.scenes import (
     QUANTITIES,
     Scene,
@@ -76,7 +76,7 @@ class Sensitivity:
         """A line for each parameter: the derivative with its error, and the condition number."""
         rows = [f"d log({self.quantity})/d(parameter), {IN_WORDS[self.error_kind]}; condition"]
         for name, value in self.derivative.items():
-            shown = with_errors(value, self.error[name])
+            shown = with_error(value, self.error[name])
             condition = self.condition[name]
             if not isinstance(condition, np.ndarray):
                 condition = f"{float(condition):.3g}"
@@ -139,10 +139,12 @@ def sensitivity(
     quantity = choice("quantity", quantity, QUANTITIES)
     require_drift(drift)
     numbers = _numbers(quantity, kappa, r, start)
-    require_drift_of(quantity, drift)
+    require_drift(drift)
+    if QUANTITIES[quantity].sliding:
+        require_sliding(drift)
     if dps is not None:
         dps = digits(dps, _MOST_DIGITS)
-        return _in_digits(quantity, read_scene(drift, numbers, dps), dps)
+        return _in_digits(quantity, read_scene(drift, numbers), dps)
     return _in_floats(quantity, float_scenes(drift, numbers))
 
 
@@ -256,7 +258,8 @@ def _in_floats(quantity: str, scenes: Scenes) -> Sensitivity:
     at = {n: np.broadcast_to(np.float64(x), count) for n, x in scenes.parameters.items()}
     at |= scenes.numbers
     needle = isinstance(scenes.drift.model, Expression) and scenes.drift.model.powers is None
-    if needle or any(scenes.moved.get(n) for n in ("r", "start")):
+    given = [scenes.given.get(n, 0.0) for n in ("r", "start")]
+    if needle or any(not isinstance(x, (int, float, np.ndarray, list, tuple)) for x in given):
         # A needle of dA/dp may lie between the nodes that suffice for A; and beside an end a start
         # that is no float is another one.
         logs, doubt = np.empty(count), np.arange(count)

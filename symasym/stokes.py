@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from flint import arb, ctx, fmpq
 
+from symasym.base.balls import exact_ball, precision, to_mpf
 from symasym.base.errors import InputError
 from symasym.base.inputs import Floats, Numbers, choice
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
 from symasym.expansions.canonical import Field, central_map
-from symasym.numbers.balls import exact_ball, precision, to_mpf
 from symasym.scenes import (
     FLOAT_DIGITS,
     Scene,
@@ -91,7 +91,7 @@ def stokes_multiplier(
         each = (scene_at(scenes, row) for row in range(len(scenes.lam)))
         values = np.array([float(_multiplier(s, method, FLOAT_DIGITS).mid()) for s in each])
         return values.reshape(scenes.shape)
-    value = _multiplier(read_scene(drift, numbers, dps), method, dps or FLOAT_DIGITS)
+    value = _multiplier(read_scene(drift, numbers), method, dps or FLOAT_DIGITS)
     return float(value.mid()) if dps is None else to_mpf(value, dps)[0]
 
 

@@ -3,26 +3,17 @@
 from __future__ import annotations
 
 import operator
-import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
-from decimal import Decimal, InvalidOperation
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
 
-from symasym.base.errors import InputError, RangeError
-from symasym.base.texts import with_error
+from symasym.base.errors import InputError
 
 if TYPE_CHECKING:
-    import numpy as np
     from mpmath import mpf
 
-
 ErrorKind = Literal["bound", "estimate", "none"]
-#: A float, an array of them where an argument is one, with `dps` an mpf, or an array of them.
-Value: TypeAlias = "float | np.ndarray[Any, Any] | mpf"
-#: What a verb returns: with ``full=True`` an `Estimate`, else a `Value`.
-Answer: TypeAlias = "Value | Estimate"
-IN_WORDS = {"bound": "proved bound", "estimate": "estimate"}
+IN_WORDS = {"bound": "proved bound", "estimate": "estimate", "none": "no error claimed"}
 
 
 def _compared(name: str) -> Callable[[Any, Any], Any]:
@@ -40,8 +31,7 @@ class Estimate:
     """The result of a function with ``full=True``.
 
     It stands for its value where a number is expected: in ``float()``, ``mpmath.mpf()``,
-    comparisons and formats such as ``f"{estimate:.6g}"``, with all the digits it has.
-    ``value, error = estimate`` unpacks it.
+    comparisons and formats such as ``f"{estimate:.6g}"``. ``value, error = estimate`` unpacks it.
 
     Attributes
     ----------
@@ -58,15 +48,13 @@ class Estimate:
         What was added up.
     dropped : tuple of str
         What was left out, and why that is allowed.
-    mask : ndarray of bool or None
-        With ``errors="nan"``: True where there is no value.
     notes : tuple of str
         What else a reader should know; the text ends with them.
 
     Notes
     -----
-    As text the value goes on to the third digit of its error, and the error is rounded upwards,
-    the rounding of the value included.
+    As text the value has the digits that its error leaves, and the error is rounded upwards, what
+    is cut off the value included.
 
     Examples
     --------
@@ -74,7 +62,7 @@ class Estimate:
     >>> drift = sa.friction(mu=3, alpha=1, z0=-2)
     >>> estimate = sa.escape_time(drift, "0.3", 10, method="laplace", order=4, full=True)
     >>> print(estimate)
-    5.110421915 ± 2.75e-7 (proved bound, laplace)
+    5.110422 ± 3.60e-7 (proved bound, laplace)
     >>> value, error = estimate
     >>> estimate < 6, f"{estimate:.4f}"
     (True, '5.1104')
@@ -85,42 +73,22 @@ class Estimate:
     error_kind: ErrorKind
     method: str
     order: int | None = None
-    terms: tuple[str, ...] = field(default=())
-    dropped: tuple[str, ...] = field(default=())
-    mask: Any = None
+    terms: tuple[str, ...] = ()
+    dropped: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        kind = IN_WORDS.get(self.error_kind, "no error claimed")
-        if self.error_kind == "none":
-            shown = _without_error(self.value)
-        else:
-            shown = with_errors(self.value, self.error)
-        return "; ".join([f"{shown} ({kind}, {self.method})", *self.notes])
+        shown = with_error(self.value, self.error)
+        return "; ".join([f"{shown} ({IN_WORDS[self.error_kind]}, {self.method})", *self.notes])
 
     def __repr__(self) -> str:
         return f"Estimate({self})"
-
-    def _repr_latex_(self) -> str | None:
-        """Value and error for a notebook; None for arrays, which it shows as text."""
-        if hasattr(self.value, "shape"):
-            return None
-        if self.error_kind == "none":
-            return f"${_in_tex(_without_error(self.value))}$"
-        value, error = map(_in_tex, with_error(self.value, self.error))
-        return rf"${value} \pm {error}$"
 
     def __iter__(self) -> Iterator[Any]:
         return iter((self.value, self.error))
 
     def __float__(self) -> float:
-        number = float(self.value)
-        if abs(number) == float("inf") or (number == 0 and self.value != 0):
-            raise RangeError(
-                f"the value {_without_error(self.value)} is outside the range of float64; use its "
-                "attribute value, an mpf."
-            )
-        return number
+        return float(self.value)
 
     def _mpmath_(self, prec: int, rounding: str) -> mpf:
         """The value as mpmath's number, for ``mpmath.mpf(estimate)``."""
@@ -129,13 +97,9 @@ class Estimate:
         return mpmath.mp.convert(self.value)
 
     def __format__(self, spec: str) -> str:
-        if not spec:
-            return str(self)
-        if hasattr(self.value, "shape"):
+        if spec and hasattr(self.value, "shape"):
             raise InputError(f"the value is an array; format its elements with {spec!r}.")
-        if hasattr(self.value, "_mpf_"):
-            return _formatted(self.value, spec)
-        return format(self.value if isinstance(self.value, complex) else float(self), spec)
+        return format(self.value, spec) if spec else str(self)
 
     __eq__ = _compared("eq")
     __ne__ = _compared("ne")
@@ -148,54 +112,38 @@ class Estimate:
         return hash(self.value)
 
 
-def _formatted(value: mpf, spec: str) -> str:
-    """An mpf as Python formats a float, with all of its digits."""
-    from mpmath import libmp
+def with_error(value: Any, error: Any) -> str:
+    """``value ± error``, true as it stands; of an array each element, as NumPy lays them out.
 
-    head, point, tail = re.fullmatch(r"(.*?)(\.\d+)?([eEfFgGn%]?)", spec, re.DOTALL).groups()  # type: ignore[union-attr]
-    if point or tail:
-        point, tail = point or ".6", tail or "g"
-    # More than the digits that it has.
-    digits = int(0.302 * value._mpf_[3]) + 25 + int((point or ".0")[1:])
-    try:
-        return format(Decimal(libmp.to_str(value._mpf_, digits)), f"{head}{point or ''}{tail}")
-    except InvalidOperation:
-        raise RangeError(
-            f"the value {_without_error(value)} is outside the range that Python formats; print it "
-            "as it is."
-        ) from None
-
-
-def _without_error(value: Any) -> str:
-    """A value of which no error is known, to 15 digits; an array as NumPy shows it."""
-    from mpmath import libmp
-
-    if hasattr(value, "shape"):
-        return str(value)
-    exactly = value._mpf_ if hasattr(value, "_mpf_") else libmp.from_float(float(value))
-    return str(libmp.to_str(exactly, 15))
-
-
-def with_errors(value: Any, error: Any) -> str:
-    """``value ± error``; of an array each element, as NumPy lays them out."""
+    Examples
+    --------
+    >>> with_error(2 / 3, 1e-6), with_error(0.1, None)
+    ('0.66667 ± 4.34e-6', '0.1')
+    """
     import numpy as np
 
     if not hasattr(value, "shape"):
         return _element(value, error)
     pairs = np.arange(value.size).reshape(value.shape)
-    shown: Any = np.array2string(
-        pairs,
-        separator=", ",
-        formatter={"int": lambda i: _element(value.flat[i], error.flat[i])},
-    )
-    return str(shown)
+    errors = None if error is None else error.ravel()
+    each: Any = {"int": lambda i: _element(value.flat[i], None if errors is None else errors[i])}
+    text: Any = np.array2string(pairs, separator=", ", formatter=each)
+    return str(text)
 
 
 def _element(value: Any, error: Any) -> str:
-    return " ± ".join(with_error(value, error)) if value == value else "nan"
+    """By Arb, which rounds the radius upwards."""
+    from flint import arb
 
+    from symasym.base.balls import precision
 
-def _in_tex(text: str) -> str:
-    """A number as LaTeX."""
-    mantissa, _, power = text.partition("e")
-    return rf"{mantissa} \times 10^{{{int(power)}}}" if power else text
+    if error is None or value != value:
+        return f"{float(value):.15g}" if not hasattr(value, "_mpf_") else str(value)
+    if isinstance(value, complex) or hasattr(value, "_mpc_"):
+        re, im = (_element(part, error) for part in (value.real, value.imag))
+        return f"({re}) + ({im})i"
+    middle, radius = (x if hasattr(x, "_mpf_") else float(x) for x in (value, error))
+    with precision(60 + 4 * len(str(value))):
+        text = arb(middle, radius).str(10_000)
+    middle, _, radius = text.strip("[]").partition("+/- ")
+    return f"{middle.strip() or '0'} ± {radius or '0'}"

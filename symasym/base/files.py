@@ -12,7 +12,6 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from symasym.base.call_context import own_context
 from symasym.base.errors import OutputError
 from symasym.base.estimate import Estimate
 
@@ -100,12 +99,15 @@ def decimal_ball(value: mpf, error: mpf, dps: int) -> tuple[str, str]:
     ...     decimal_ball(mpf(2) / 3, mpf("1e-12"), 10)
     ('0.6666666667', '3.47e-11')
     """
+    from mpmath import MPContext
+
     mid = decimal_text(value, dps)
-    with own_context(dps + 20) as context:
-        rounding = abs(context.mpf(mid) - context.convert(value))
-        # Three digits are printed; the factor covers their rounding and that of this sum.
-        rad = (rounding + context.convert(error)) * context.mpf("1.01")
-        return mid, str(context.nstr(rad, 3))
+    context = MPContext()
+    context.dps = dps + 20
+    rounding = abs(context.mpf(mid) - context.convert(value))
+    # Three digits are printed; the factor covers their rounding and that of this sum.
+    rad = (rounding + context.convert(error)) * context.mpf("1.01")
+    return mid, str(context.nstr(rad, 3))
 
 
 def reference_value(x: Mapping[str, str], estimate: Estimate, dps: int) -> dict[str, Any]:

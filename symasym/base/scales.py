@@ -4,22 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from math import isqrt
 from typing import Any
 
 import numpy as np
 
-from symasym.base.call_context import mpf_of, own_context, to_mpf
-from symasym.base.inputs import (
-    Floats,
-    Number,
-    Numbers,
-    exact,
-    float_text,
-    floats,
-    is_array,
-    positive,
-    to_float,
-)
+from symasym.base.errors import InputError
+from symasym.base.inputs import Number, Numbers, exact, floats, is_array, positive
 from symasym.base.texts import number_text
 
 __all__ = ["Scales", "rescale"]
@@ -44,7 +35,7 @@ class Scales:
     r: Any
     time: Any
 
-    def drag_time(self, distance: Number, velocity: Number = 1) -> Floats:
+    def drag_time(self, distance: Number, velocity: Number = 1) -> Any:
         """Scaled time in which a slow variable goes a distance: the distance over eps velocity.
 
         With the distance that the drift can bear, such as that to a fold, a time T of the scaled
@@ -62,13 +53,11 @@ class Scales:
         >>> round(scales.drag_time("0.378"), 3)  # of friction, from z0 = -0.4 to the fold
         37.8
         """
-        way, speed = (
-            positive(name, exact(name, x))
-            for name, x in (("distance", distance), ("velocity", velocity))
-        )
+        given = {"distance": distance, "velocity": velocity}
+        way, speed = (positive(name, exact(name, x)) for name, x in given.items())
         if is_array(self.time):
-            return to_float("distance/velocity", way / speed) / floats("time", self.time)
-        return to_float("the drag time", way / speed / self.time)
+            return float(way / speed) / self.time
+        return float(way / speed / self.time)
 
     def __repr__(self) -> str:
         return f"Scales({', '.join(f'{name}={_shown(x)}' for name, x in vars(self).items())})"
@@ -78,14 +67,8 @@ def _shown(x: Any) -> str:
     """A number as a short decimal, or to 15 digits."""
     if not isinstance(x, Fraction):
         return str(x)
-    # A fraction of as many digits is shorter in float64.
-    exactly = number_text(x) if max(abs(x.numerator), x.denominator) < 10**20 else "/"
-    if len(exactly) < 20 and "/" not in exactly:
-        return exactly
-    try:
-        return f"{float(x):.15g}"
-    except OverflowError:
-        return float_text(x)
+    exactly = number_text(x)
+    return exactly if len(exactly) < 20 and "/" not in exactly else f"{float(x):.15g}"
 
 
 def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
@@ -102,7 +85,7 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
     kappa : number or array_like
         Physical noise amplitude, greater than 0.
     r : number or array_like
-        Physical escape radius, greater than 0.
+        Physical radius of escape, greater than 0.
 
     Returns
     -------
@@ -124,10 +107,9 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
     >>> s.kappa
     Fraction(3, 10)
     """
-    if any(map(is_array, (eps, kappa, r))):
-        from symasym.base.errors import InputError
-
-        arrays = {name: floats(name, x) for name, x in (("eps", eps), ("kappa", kappa), ("r", r))}
+    given = {"eps": eps, "kappa": kappa, "r": r}
+    if any(map(is_array, given.values())):
+        arrays = {name: floats(name, x) for name, x in given.items()}
         for name, x in arrays.items():
             if not (x > 0).all():
                 raise InputError(f"{name} has an entry {x.min():.6g}; it must be greater than 0.")
@@ -136,34 +118,17 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
         except ValueError:
             shapes = ", ".join(f"{n} {x.shape}" for n, x in arrays.items())
             raise InputError(
-                f"the shapes do not broadcast ({shapes}); "
-                "give arrays of shapes that NumPy broadcasts."
+                f"the shapes do not broadcast ({shapes}); give ones that do."
             ) from None
-        with np.errstate(over="ignore"):
-            scaled = Scales(noises / np.sqrt(widths), radii / widths, widths.copy())
-        if not (np.isfinite(scaled.kappa).all() and np.isfinite(scaled.r).all()):
-            raise InputError(
-                f"eps has an entry {widths.min():.6g}, for which the scaled numbers leave float64; "
-                "pass one value at a time, as a string."
-            )
-        return scaled
-    e, k, radius = (
-        positive(name, exact(name, x)) for name, x in (("eps", eps), ("kappa", kappa), ("r", r))
-    )
-    noise = k / root if (root := _root(e)) else _noise(k, e)
-    return Scales(noise, radius / e, e)
-
-
-def _root(x: Fraction) -> Fraction | None:
-    """The square root of a rational where it is rational, else None."""
-    from math import isqrt
-
-    root = Fraction(isqrt(x.numerator), isqrt(x.denominator))
-    return root if root * root == x else None
+        return Scales(noises / np.sqrt(widths), radii / widths, widths.copy())
+    e, k, radius = (positive(name, exact(name, x)) for name, x in given.items())
+    root = Fraction(isqrt(e.numerator), isqrt(e.denominator))
+    return Scales(k / root if root * root == e else _noise(k, e), radius / e, e)
 
 
 def _noise(k: Fraction, e: Fraction) -> Any:
     """k/sqrt(e) as an mpf, right to 60 digits (eq:tildexykappa)."""
-    with own_context(_DIGITS + 5) as context:
-        kappa, eps = (mpf_of(x, context) for x in (k, e))
-        return to_mpf(kappa / context.sqrt(eps), _DIGITS)
+    from symasym.base.balls import exact_ball, precision, to_mpf
+
+    with precision(4 * _DIGITS):
+        return to_mpf(exact_ball(k) / exact_ball(e).sqrt(), _DIGITS)[0]

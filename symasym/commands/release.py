@@ -6,14 +6,12 @@ import argparse
 import json
 from typing import Any
 
-from symasym.base.inputs import meant, whole
 from symasym.commands.settings import (
     Commands,
     command,
     document,
     listed,
     settings,
-    takes_patience,
     takes_settings,
 )
 
@@ -40,12 +38,11 @@ def add_parser(commands: Commands) -> None:
         parser.add_argument(f"--{name}", required=True, metavar="X", help=about)
     parser.add_argument("--start", default="0", metavar="X", help="u at the start (0)")
     parser.add_argument("--z", required=True, metavar="X", help="z at the start")
-    parser.add_argument("--method", default="auto", metavar="NAME", help="(auto)")
+    parser.add_argument("--method", default="march", metavar="NAME", help="(march)")
     parser.add_argument("--rtol", default="1e-6", metavar="X", help="relative error (1e-6)")
-    parser.add_argument("--paths", default="10000", metavar="N", help="of --method simulate")
-    parser.add_argument("--seed", default="0", metavar="N", help="of --method simulate")
-    takes_patience(parser)
-    parser.add_argument("--workers", default="1", metavar="N", help="of --method simulate")
+    for name, least in (("paths", 10000), ("seed", 0)):
+        about = f"of --method simulate ({least})"
+        parser.add_argument(f"--{name}", type=int, default=least, metavar="N", help=about)
     parser.add_argument("--quantiles", action="store_true", help="of the time and of z, too")
     parser.add_argument("--json", action="store_true", help="all of it as a record")
 
@@ -66,8 +63,7 @@ def run(arguments: argparse.Namespace) -> None:
     known = ("mu", "alpha")
     if unknown := min(set(given) - {*known}, default=""):
         raise InputError(
-            f"{unknown} is no parameter of the oscillator; its parameters are "
-            f"{', '.join(known)}{meant(unknown, known)}."
+            f"{unknown} is no parameter of the oscillator; its parameters are {', '.join(known)}."
         )
     if (arguments.phi is None) != (arguments.velocity is None):
         raise InputError("one of --phi and --velocity is missing; give both or neither.")
@@ -79,12 +75,11 @@ def run(arguments: argparse.Namespace) -> None:
         raise InputError("--set is for the oscillator; write the numbers into --phi.")
     else:
         system = sa.System(arguments.phi, arguments.velocity, arguments.noise or "1")
-    options = {name: getattr(arguments, name) for name in ("eps", "method", "rtol")}
-    for name in ("paths", "seed", "workers"):
-        options[name] = whole(f"--{name}", getattr(arguments, name))
+    taken = ("eps", "method", "rtol", "paths", "seed")
+    options = {name: getattr(arguments, name) for name in taken}
     start = arguments.start, arguments.z
     answer = sa.release(system, arguments.kappa, arguments.r, start=start, **options)
-    stated = ("mean", "error", "error_kind", "method", "std", "exit")
+    stated = ("mean", "error", "method", "std", "exit")
     record: dict[str, Any] = {name: getattr(answer, name) for name in stated}
     record["notes"] = list(answer.notes)
     if arguments.quantiles:
@@ -95,8 +90,7 @@ def run(arguments: argparse.Namespace) -> None:
         print(json.dumps(record, indent=1))
         return
     print(answer)
-    if answer.std is not None:
-        print(f"standard deviation {answer.std:.4g}")
+    print(f"standard deviation {answer.std:.4g}")
     for name in ("time", "z"):
         if name in record:
             shown = ", ".join(f"{x:.4g}" for x in record[name].values())

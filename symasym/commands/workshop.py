@@ -3,22 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import inspect
 import textwrap
 from pathlib import Path
-from typing import Any
 
 from symasym.base.errors import InputError
-from symasym.base.files import write_bytes, write_json
-from symasym.base.inputs import meant, whole
-from symasym.commands.settings import (
-    Commands,
-    command,
-    settings,
-    takes_patience,
-    takes_place,
-    takes_settings,
-)
+from symasym.base.files import write_bytes
+from symasym.commands.settings import Commands, command, takes_place
 
 
 def add_reproduce(commands: Commands) -> None:
@@ -43,17 +33,23 @@ def _reproduce(arguments: argparse.Namespace) -> None:
     """``symasym reproduce``."""
     from symasym.workshop.reproduce import frozen_and_whole, reproduce, worst_disagreement
 
-    for outcome in reproduce(arguments.out, arguments.only, arguments.dps, arguments.force):
-        files = outcome.stage.summary(Path(arguments.out))
-        spent = "up to date" if outcome.seconds is None else f"{outcome.seconds:.1f} s"
-        print(f"{outcome.stage.name}: {files} ({spent})", flush=True)
-    worst = worst_disagreement(arguments.out)
-    if worst is not None:
+    folder = Path(arguments.out)
+    for stage, seconds in reproduce(folder, arguments.only, arguments.dps, arguments.force):
+        spent = "up to date" if seconds is None else f"{seconds:.1f} s"
+        few = len(stage.files) < 5
+        files = (
+            ", ".join(str(folder / name) for name in stage.files)
+            if few
+            else (f"{folder / stage.name}, {stage.steps} derivations whose checks pass")
+        )
+        print(f"{stage.name}: {files} ({spent})", flush=True)
+    if worst := worst_disagreement(folder):
+        record, off, scenes = worst
         print(
-            f"The paper's formula is farthest from the exact escape time at mu = {worst.mu}, "
-            f"kappa = {worst.kappa}, z0 = {worst.z0}: {float(worst.paper):.6g} instead of "
-            f"{float(worst.exact):.6g}, {100 * worst.relative:.3g} % off "
-            f"(the worst of the {worst.scenes} scenes of the reference table)."
+            f"The paper's formula is farthest from the exact escape time at mu = "
+            f"{record['x']['mu']}, kappa = {record['physical']['kappa']}, "
+            f"z0 = {record['x']['z0']}: {float(record['paper']):.6g} instead of {float(record['mid']):.6g}, "
+            f"{100 * off:.3g} % off (the worst of the {scenes} scenes of the reference table)."
         )
         frozen, whole = frozen_and_whole()
         print(
@@ -67,133 +63,76 @@ def add_figure(commands: Commands) -> None:
     """Add the parser of ``figure``."""
     parser = command(
         commands, "figure", "draw one of the paper's figures", _figure,
-        "symasym figure fric1 --set mu=3,1/2 -o fric1.svg", "symasym figure phase",
+        "symasym figure fric1 -o fric1.svg", "symasym figure phase",
         description="Draw one of the paper's figures from the model and print its caption. "
         "Without a name, list the figures.",
     )  # fmt: skip
     parser.add_argument("name", nargs="?", metavar="NAME", help="such as phase or fric1")
-    takes_settings(parser, "set a parameter; several values are separated by commas")
-    takes_patience(parser, 60.0)
     files = "a .png, .svg or .pdf file; may be repeated (NAME.png and NAME.svg)"
     takes_place(parser, files, action="append")
 
 
 def _figure(arguments: argparse.Namespace) -> None:
     """``symasym figure``."""
-    from symasym.workshop.figures import FIGURES
-
-    if arguments.name is None:
-        for name, draw in FIGURES.items():
-            print(f"{name:16} {str(draw.__doc__).partition(chr(10))[0]}")
-        return
-    if arguments.name not in FIGURES:
-        near = meant(arguments.name, FIGURES)
-        raise InputError(
-            f"{arguments.name} is no figure; the figures are {', '.join(FIGURES)}{near}."
-        )
-    _write(arguments.name, settings(arguments.set), arguments.out)
-
-
-def _write(name: str, values: dict[str, str], out: list[str] | None) -> None:
-    """Draw a figure, write its files, and print their names and its caption."""
     from symasym.workshop.figures import FIGURES, KINDS, encode
 
-    files = out or [f"{name}.png", f"{name}.svg"]
+    name = arguments.name
+    if name is None:
+        for known, draw in FIGURES.items():
+            print(f"{known:16} {str(draw.__doc__).partition(chr(10))[0]}")
+        return
+    if name not in FIGURES:
+        raise InputError(f"{name} is no figure; the figures are {', '.join(FIGURES)}.")
+    files = arguments.out or [f"{name}.png", f"{name}.svg"]
     for file in files:
         if Path(file).suffix[1:] not in KINDS:
             raise InputError(f"{file!r} has no ending that is drawn; end it in .png, .svg or .pdf.")
-    arguments = _read(name, values)
-    figure = FIGURES[name](**arguments)
+    figure = FIGURES[name]()
     for file in files:
         write_bytes(file, encode(figure, Path(file).suffix[1:]))
         print(Path(file))
     print(textwrap.fill(str(figure.get_label()), 100))
 
 
-def _read(name: str, values: dict[str, str]) -> dict[str, Any]:
-    """The arguments of a figure's function from their texts."""
-    from symasym.workshop.figures import FIGURES
-
-    known = inspect.signature(FIGURES[name]).parameters
-    arguments: dict[str, Any] = {}
-    for key, text in values.items():
-        if key not in known:
-            raise InputError(
-                f"{key} is no parameter of {name}; its parameters are "
-                f"{', '.join(known)}{meant(key, known)}."
-            )
-        default = known[key].default
-        if isinstance(default, tuple):
-            arguments[key] = text.split(",")
-        else:
-            arguments[key] = whole(key, text) if key == "points" else text
-    return arguments
-
-
 def add_verify(commands: Commands) -> None:
     """Add the parser of ``verify``."""
     parser = command(
-        commands, "verify",
-        "check every formula and evaluator against quadrature, balls and identities",
-        _verify, "symasym verify", "symasym verify --level full --seed 2 -o verify.json",
+        commands, "verify", "hold every method's stated error against the truth, on all scenes",
+        _verify, "symasym verify", "symasym verify --level full --seed 2",
     )  # fmt: skip
     parser.add_argument("--level", default="quick", metavar="NAME", help="quick or full (quick)")
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of random scenes (1)")
-    parser.add_argument("--workers", type=int, metavar="N", help="processes (one a processor)")
-    takes_place(parser, "write the record there, as JSON")
 
 
 def _verify(arguments: argparse.Namespace) -> int:
-    """Status 0 if all passes, 1 if something fails, 130 after an interrupt."""
-    from symasym.workshop.verify import verify
-    from symasym.workshop.verify.run import record, table
+    """Status 1 if an error is above the stated one."""
+    from symasym.workshop.check import verify
 
-    report = verify(arguments.level, arguments.seed, arguments.workers)
-    if arguments.out:
-        write_json(arguments.out, record(report))
-    print(table(report))
-    if report.interrupted:
-        return 130
-    return 0 if report.passed else 1
+    found, table = verify(arguments.level, arguments.seed)
+    print(table)
+    return 0 if all(r.holds for r in found) else 1
 
 
 def add_report(commands: Commands) -> None:
     """Add the parser of ``report``."""
     parser = command(
-        commands, "report",
-        "measure error against run time, of all methods and the other programs that are installed",
-        _report, "symasym report --quick", "symasym report --scene weak --quick",
+        commands, "report", "measure error against run time, of all methods and other programs",
+        _report, "symasym report --quick", 'symasym report --scene "friction k=1"',
     )  # fmt: skip
     parser.add_argument(
         "--scene", nargs="+", action="extend", metavar="NAME", help="these scenes, not all"
     )
-    parser.add_argument("--quick", action="store_true", help="fewer orders and programs: minutes")
-    parser.add_argument(
-        "--stability", action="store_true", help="digits claimed and true, over the extreme scenes"
-    )
+    parser.add_argument("--quick", action="store_true", help="fewer scenes and programs")
     takes_place(parser, "output folder", default="build/report", metavar="DIR")
 
 
 def _report(arguments: argparse.Namespace) -> int:
     """Status 1 if one of our methods claimed more digits than were right."""
-    if arguments.stability:
-        from symasym.workshop.report.stability import report as stability
+    from symasym.workshop.check import report
 
-        if arguments.scene:
-            raise InputError(
-                f"--scene is {' '.join(arguments.scene)}, but --stability has its own scenes; "
-                "leave it out."
-            )
-        wrong, paths = stability(arguments.out, arguments.quick)
-    else:
-        from symasym.workshop.report.pages import lies, report
-
-        points, paths = report(arguments.out, arguments.scene, arguments.quick)
-        wrong = [p for p in lies(points) if p.ours]
+    found, paths = report(arguments.out, arguments.scene, arguments.quick)
     for path in paths:
         print(path)
-    for p in wrong:
-        print(
-            f"{p.scene}, {p.method}, {p.setting}: claims {p.claimed:.2g}, is off by {p.error:.2g}"
-        )
+    for r in (wrong := [r for r in found if not r.holds]):
+        print(f"{r.scene}, {r.method}: states {r.stated:.2g}, is off by {r.error:.2g}")
     return 1 if wrong else 0

@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from flint import arb, arb_series, ctx, fmpq, fmpq_poly
 
+from symasym.base.balls import precision, to_mpf
 from symasym.base.errors import AccuracyError
 from symasym.drift.evaluate import Polynomial, profile, rational
-from symasym.numbers.balls import precision, to_mpf
 
 if TYPE_CHECKING:
     from symasym.drift.drift import Drift

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
@@ -10,56 +9,33 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from symasym.base.call_context import step, symbolic
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import (
     FloatArray,
-    Number,
     Numbers,
     exact,
     float_text,
     floats,
     is_array,
     is_name,
-    meant,
-    require_printable,
     shown,
 )
 from symasym.base.texts import number_repr
 from symasym.drift import landscape, models
-from symasym.numbers.trees import (
-    FractionOps,
-    MpmathOps,
-    NotRational,
-    NumpyOps,
-    Operations,
-    SympyOps,
-)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from sympy import Expr, Symbol
 
+    from symasym.base.inputs import Number
     from symasym.drift.critical_points import CriticalPoint
 
 __all__ = ["Drift"]
 
-_NUMPY = NumpyOps()
 # Values of an array in `repr`.
 _MOST_SHOWN = 1000
-# Scenes whose parameters are kept beside the drift.
-_MOST_KEPT = 4096
-# Digits of values that float64 has no range for.
-_DIGITS = 50
-
-
-class FlatValues(dict[str, Any]):
-    """Parameters of scenes, each one number or an array with one element a scene.
-
-    `field` is the field of the drift that was made of them, where it was kept.
-    """
-
-    field: Any = None
+# Bits of A(-1) and A(1): numbers within 1e±300 that cancel leave digits.
+_END_BITS = 4096
 
 
 class Drift:
@@ -181,7 +157,12 @@ class Drift:
         """
         bound = dict(self._values)
         for name, value in values.items():
-            self._require_parameter(name)
+            if name not in self.parameters:
+                known = ", ".join(self.parameters) or "none at all"
+                raise InputError(
+                    f"{name if is_name(name) else shown(name)} is no parameter of this drift; its "
+                    f"parameters are {known}."
+                )
             if is_array(value):
                 bound[name] = floats(name, value)
                 # A drift is a value: what was asked of it stays true.
@@ -201,15 +182,6 @@ class Drift:
         drift._check()
         return drift
 
-    def _require_parameter(self, name: Any) -> None:
-        """Raise InputError for what is no parameter's name."""
-        if not isinstance(name, str) or name not in self.parameters:
-            known = ", ".join(self.parameters) or "none at all"
-            raise InputError(
-                f"{name if is_name(name) else shown(name)} is no parameter of this drift; "
-                f"its parameters are {known}{meant(name, self.parameters)}."
-            )
-
     def _check_range(self, name: str, value: Fraction | FloatArray) -> None:
         """Raise InputError for a value outside its parameter's range."""
         strict = name in self._model.positive
@@ -222,9 +194,7 @@ class Drift:
 
     def _check(self) -> None:
         """Refuse values at which A is not analytic on [-1, 1]."""
-        if self.free or self.shape or isinstance(self._model, models.Polynomial):
-            return
-        if isinstance(self._model, models.Expression):
+        if isinstance(self._model, models.Expression) and not (self.free or self.shape):
             from symasym.drift import expressions
 
             expressions.check_regular(self._model, self._values)
@@ -251,61 +221,23 @@ class Drift:
 
     # -- values ----------------------------------------------------------------------------
 
-    def evaluate(self, u: Any, ops: Operations) -> Any:
-        """A(u) in the arithmetic of `ops` (see `symasym.numbers.trees`); scalar parameters only."""
-        step()
-        values = {name: ops.rational(value) for name, value in self.scalars().items()}
-        return self._model.evaluate(u, values, ops)
+    def evaluate_float(self, u: FloatArray) -> Any:
+        """A(u) in float64 with the parameters broadcast against `u`; no bounds are checked."""
+        from symasym.drift.evaluate import in_floats
 
-    def evaluate_float(self, u: FloatArray, values: dict[str, FloatArray] | None = None) -> Any:
-        """A(u) in float64 with the parameters broadcast against `u`; no bounds are checked.
+        return in_floats(self._model, u, self.float_values())
 
-        Through mpmath where `values` are left out and the drift's are beyond the range of float64.
-        """
-        if values is not None or self._in_float:
-            values = self.float_values() if values is None else values
-            return self._model.evaluate(u, values, _NUMPY)
-        from symasym.base.call_context import own_context
-
-        with own_context(_DIGITS) as context:
-            ops = MpmathOps(context)
-            flat = [float(self.evaluate(context.mpf(x), ops)) for x in np.ravel(u)]
-        return np.array(flat).reshape(np.shape(u))
-
-    @cached_property
-    def _in_float(self) -> bool:
-        """False where a number of the drift is beyond the range of float64, or has fewer digits."""
-        places = np.array([0.0] if self.shape else [-1.0, 0.0, 1.0])
-        with np.errstate(all="ignore"):
-            known = self._model.evaluate(places, self.float_values(), _NUMPY)
-        # Powers of a number may be beyond it too.
-        return bool(self.shape) or not np.isnan(known).any()
-
-    def flat_values(self, shape: tuple[int, ...]) -> FlatValues:
-        """The parameters of scenes of this shape, the same object when asked again."""
-        flat = self._flat.get(shape)
-        if flat is None:
-            flat = FlatValues(
-                (name, np.broadcast_to(x, shape).ravel() if is_array(x) else x)
-                for name, x in self._values.items()
-            )
-            if math.prod(shape) <= _MOST_KEPT:
-                self._flat.clear()
-                self._flat[shape] = flat
-        return flat
-
-    @cached_property
-    def _flat(self) -> dict[tuple[int, ...], FlatValues]:
-        return {}
+    def flat_values(self, shape: tuple[int, ...]) -> dict[str, Any]:
+        """The parameters of scenes of this shape: numbers, and arrays of an element a scene."""
+        return {
+            name: np.broadcast_to(x, shape).ravel() if is_array(x) else x
+            for name, x in self._values.items()
+        }
 
     def float_values(self) -> dict[str, FloatArray]:
         """The parameter values in float64."""
         self.require_bound()
         return {name: floats(name, value) for name, value in self._values.items()}
-
-    def coefficients(self, values: dict[str, Any], ops: Operations) -> list[Any] | None:
-        """Coefficients of A in ascending powers, in the arithmetic of `values`; None if none."""
-        return self._model.coefficients(values, ops)
 
     def exact_coefficients(self) -> list[Fraction] | None:
         """Rational coefficients of A in ascending powers; None if A is no such polynomial."""
@@ -314,30 +246,16 @@ class Drift:
 
     @cached_property
     def _rational_coefficients(self) -> list[Fraction] | None:
-        """The coefficients, which an expression's tree gives slowly."""
-        try:
-            coefficients = self._model.coefficients(self.scalars(), FractionOps())
-        except NotRational:
-            return None
-        if coefficients is None:
-            return None
-        result = [Fraction(c) for c in coefficients]
-        while len(result) > 1 and result[-1] == 0:
-            result.pop()
-        return result
+        values = self.scalars()
+        if isinstance(self._model, models.Expression):
+            from symasym.drift import expressions
 
-    def exact_end(self, values: dict[str, Any], side: int) -> Any:
-        """A(side) in the arithmetic of `values` where it takes no rounding, else None."""
-        if not self.shape and not self.free:
-            return self.end(side)
-        return self._model.end(values, side)
-
-    def exact_value(self, u: Fraction) -> Fraction | None:
-        """A(u) where it is rational and every operation on the way is, else None."""
-        try:
-            return Fraction(self._model.evaluate(u, self.scalars(), FractionOps()))
-        except NotRational:
-            return None
+            known = expressions.rational_powers(self._model, values)
+        else:
+            known = self._model.coefficients(values)
+        while known and len(known) > 1 and known[-1] == 0:
+            known.pop()
+        return known
 
     def __call__(self, u: Numbers) -> Any:
         """phi(u) in float64, a- and a+ included (eq:phi).
@@ -353,53 +271,37 @@ class Drift:
         result = np.broadcast_to(result, shape)
         return float(result) if result.ndim == 0 else result.copy()
 
-    @cached_property
-    def _exact_ends(self) -> dict[int, Any]:
-        return {}
-
     # -- region ----------------------------------------------------------------------------
 
     @cached_property
     def ends(self) -> tuple[Any, Any]:
         """The pair of a- and a+, Fractions where rational, else floats, or arrays."""
         self.require_bound()
+        return self._end_value(-1), self._end_value(1)
+
+    def _end_value(self, side: int) -> Any:
         if self.shape:
-            known = (self._model.end(self._values, side) for side in (-1, 1))
-            return tuple(  # type: ignore[return-value]
-                np.broadcast_to(
-                    self.evaluate_float(np.asarray(x)) if k is None else floats("an end of A", k),
-                    self.shape,
-                )
-                for x, k in zip((-1.0, 1.0), known, strict=True)
-            )
-        both = []
-        for side in (-1, 1):
-            value = self.end(side)
-            both.append(self._accurate(side) if value is None else value)
-        return both[0], both[1]
+            known = self._model.end(self._values, side)
+            value = self.evaluate_float(np.asarray(float(side))) if known is None else known
+            return np.broadcast_to(np.asarray(value, dtype=np.float64), self.shape)
+        if (exactly := self.end(side)) is not None:
+            return exactly
+        from flint import arb
+
+        from symasym.base.balls import precision
+        from symasym.drift.evaluate import profile, rational
+
+        with precision(_END_BITS):
+            numbers = {name: rational(x) for name, x in self._values.items()}
+            return float(profile(self._model, numbers)(arb(side)).mid())
 
     def end(self, side: int) -> Fraction | None:
         """A(side), side = -1 or 1, where it is rational and known without rounding, else None."""
-        if side not in self._exact_ends:
-            known = self._model.end(self.scalars(), side)
-            self._exact_ends[side] = self.exact_value(Fraction(side)) if known is None else known
-        value: Fraction | None = self._exact_ends[side]
-        return value
-
-    def _accurate(self, side: int) -> float:
-        """A(side) in float64; 0 where it cancels thousands of digits."""
-        from flint import arb
-
-        from symasym.drift.evaluate import profile, rational
-        from symasym.numbers.balls import precision
-
-        numbers = {name: rational(x) for name, x in self.scalars().items()}
-        for bits in (128, 1024, 8192, 32768):
-            with precision(bits):
-                value = profile(self._model, numbers)(arb(side))
-                if value.rel_accuracy_bits() > 60:
-                    return float(value)
-        return 0.0
+        coefficients = self.exact_coefficients()
+        if coefficients is not None:
+            return sum((c * side**k for k, c in enumerate(coefficients)), Fraction(0))
+        known: Fraction | None = self._model.end(self._values, side)
+        return known
 
     @property
     def region(self) -> Any:
@@ -430,20 +332,16 @@ class Drift:
                 f"{self!r} has a free parameter u, which is the name of the position; bind it, or "
                 "rename it."
             )
-        values = {
-            name: sympy.Symbol(name, real=True)
-            if name in self.free or is_array(self._values[name])
-            else SympyOps().rational(self._values[name])
-            for name in self.parameters
-        }
-        if isinstance(self._model, models.Expression):
-            symbols = {
-                s: values[s.name] for s in self._model.formula.free_symbols if s.name in values
-            }
-            symbols.pop(self._model.u, None)
-            formula = self._model.formula.subs(symbols)
-            return formula.subs(self._model.u, sympy.Symbol("u", real=True))
-        return self._model.evaluate(sympy.Symbol("u", real=True), values, SympyOps())
+        values = {}
+        for name in self.parameters:
+            x: Any = self._values.get(name)
+            known = isinstance(x, Fraction)
+            values[name] = (
+                sympy.Rational(*x.as_integer_ratio()) if known else sympy.Symbol(name, real=True)
+            )
+        from symasym.drift import expressions
+
+        return expressions.expression(self._model, values)
 
     def phi(self) -> Expr:
         """phi(u) as a SymPy Piecewise in the real symbol ``u`` (eq:phi)."""
@@ -451,7 +349,6 @@ class Drift:
 
         return expressions.phi(self.expression())
 
-    @symbolic
     def potential(self) -> Expr:
         """V(u) as a SymPy Piecewise in the real symbol ``u`` (eq:V2).
 
@@ -460,7 +357,6 @@ class Drift:
         """
         from symasym.drift import expressions
 
-        require_printable(self.values)
         return expressions.potential(self.expression())
 
     def potential_at(self, u: Numbers) -> Any:
@@ -471,8 +367,7 @@ class Drift:
         u : float or array_like
             Scaled position, broadcast with the parameters.
         """
-        position = floats("u", u)
-        return landscape.potential_at(self, position)
+        return landscape.potential_at(self, floats("u", u))
 
     def critical_points(self) -> list[CriticalPoint]:
         """Zeros of A in (-1, 1), left to right, with multiplicity and stability.
@@ -532,10 +427,7 @@ class Drift:
 
     def _key(self) -> tuple[Any, ...]:
         """The value by which this drift is compared and hashed."""
-        model: Any = self._model
-        if isinstance(model, models.Expression):
-            model = model.canonical, model.u
-        return model, tuple(
+        return self._model, tuple(
             (name, (value.shape, value.tobytes()) if is_array(value) else value)
             for name, value in sorted(self._values.items())
         )
@@ -553,7 +445,7 @@ class Drift:
         named = ", ".join(f"{name}={text}" for name, text in texts.items())
         if isinstance(self._model, models.Expression):
             other = "" if self._model.u.name == "u" else f", {self._model.u.name!r}"
-            made = f"sa.Drift({str(self._model.canonical)!r}{other})"
+            made = f"sa.Drift({str(self._model.formula)!r}{other})"
             return f"{made}.bind({named})" if named else made
         if isinstance(self._model, models.Polynomial) and not self.free:
             named = ", ".join(texts.values())

@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx, fmpq
 
+from symasym.base.balls import precision
 from symasym.base.errors import InputError
 from symasym.drift.models import Expression, Model
-from symasym.numbers.balls import precision
 
 if TYPE_CHECKING:
     from symasym.drift.drift import Drift
@@ -159,6 +159,16 @@ def _function(formula: Any, symbols: tuple[Any, ...], balls: bool) -> Callable[.
     return function
 
 
+def of_balls(formula: Any, symbols: tuple[Any, ...]) -> Callable[..., Any]:
+    """A formula of these symbols as a function of balls."""
+    return _function(formula, symbols, True)
+
+
+def of_arrays(formula: Any, symbols: tuple[Any, ...]) -> Callable[..., Any]:
+    """A formula of these symbols as a function of float64 arrays."""
+    return _function(formula, symbols, False)
+
+
 def _value(model: Model, u: Any, values: Mapping[str, Any], balls: bool) -> Any:
     """A(u) in balls, or in float64."""
     if isinstance(model, Expression):
@@ -176,7 +186,7 @@ def _coefficients(model: Model, values: Mapping[str, Any], balls: bool) -> list[
             return None
         of = _function(sympy.Tuple(*model.powers), tuple(model.symbols.values()), balls)
         return list(of(*(values[name] for name in model.symbols)))
-    return model.coefficients(values, _BALLS if balls else _FLOATS)
+    return model.coefficients(values)
 
 
 # -- balls -----------------------------------------------------------------------------------------
@@ -319,10 +329,10 @@ def rational(x: Any) -> Any:
 # -- float64 ---------------------------------------------------------------------------------------
 
 
-def _in_floats(of: Callable[..., Any], *arguments: Any) -> Any:
-    """What a function of models is in float64."""
+def in_floats(model: Model, u: Any, values: Mapping[str, Any]) -> Any:
+    """A(u) in float64."""
     with np.errstate(all="ignore"):
-        return of(*arguments, balls=False)
+        return _value(model, u, values, balls=False)
 
 
 class Sampled:
@@ -346,7 +356,8 @@ class Sampled:
         self._floats: dict[str, Any] = {
             k: x if k in self._arrays else np.float64(float(x)) for k, x in numbers.items()
         }
-        self._c = _in_floats(_coefficients, self.model, self._floats)
+        with np.errstate(all="ignore"):
+            self._c = _coefficients(self.model, self._floats, balls=False)
         self.exact, self.careful = self._c is not None, pairs is not None
         self.terms = ANALYTIC if self._c is None else len(self._c)
 
@@ -354,7 +365,7 @@ class Sampled:
         """A at `u`, of shape (many, len(rows)), each column with the parameters of its row."""
         if self._c is None:
             values = {k: x[rows] if k in self._arrays else x for k, x in self._floats.items()}
-            return _in_floats(_value, self.model, u, values)
+            return in_floats(self.model, u, values)
         c = [x[rows] if np.ndim(x) else x for x in self._c]
         value = c[-1] + 0 * u
         for x in c[-2::-1]:

@@ -1,4 +1,4 @@
-"""Values of V in float64, and the time in which a moving drift loses a well."""
+"""Values of V in float64 (eq:V2), and the time in which a moving drift loses a well."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.base.call_context import step
 from symasym.base.errors import RangeError
 from symasym.base.inputs import FloatArray
 
@@ -15,48 +14,36 @@ if TYPE_CHECKING:
     from symasym.drift.critical_points import CriticalPoint
     from symasym.drift.drift import Drift
 
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
-def _minus_integral(
-    drift: Drift, inside: FloatArray, values: dict[str, Any], panels: int
-) -> FloatArray:
-    """-int A from -1 to `inside` on so many Gauss-Legendre panels."""
-    x, w = np.polynomial.legendre.leggauss(12)
-    total: FloatArray = np.zeros(inside.shape)
-    half = (inside + 1) / panels / 2
+
+def _integral(A: Callable[[Any], Any], upper: FloatArray, panels: int) -> FloatArray:
+    """The integral of A from -1 on so many Gauss-Legendre panels."""
+    half = (upper + 1) / panels / 2
+    total: FloatArray = np.zeros(upper.shape)
     for k in range(panels):
-        for node, weight in zip(x, w, strict=True):
-            u = -1 + half * (2 * k + 1 + node)
-            total = total - weight * half * drift.evaluate_float(u, values)
+        for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+            total = total + weight * half * A(-1 + half * (2 * k + 1 + node))
     return total
 
 
 def potential_at(drift: Drift, u: FloatArray) -> float | FloatArray:
-    """V in float64 with V(-1) = 0, by Gauss-Legendre on panels short enough for any A."""
-    values = drift.float_values()
-    shape = drift.shape_with("u", u)
-    position = np.broadcast_to(u, shape)
+    """V in float64 with V(-1) = 0, on as many panels as A takes."""
+    position = np.broadcast_to(u, drift.shape_with("u", u))
     inside = np.clip(position, -1.0, 1.0)
     with np.errstate(over="ignore", invalid="ignore"):
-        total, panels = _minus_integral(drift, inside, values, 32), 32
-        a_minus, a_plus = (drift.evaluate_float(np.asarray(x), values) for x in (-1.0, 1.0))
-        # V is a straight line on either side of the layer (eq:V2).
-        beyond = a_minus * (1 + np.minimum(position, -1.0)) + a_plus * (
-            np.maximum(position, 1.0) - 1
-        )
-    if not np.isfinite(total - beyond).all():
+        beside = drift(position) * (position - inside)
+        before = _integral(drift.evaluate_float, inside, 32)
+        for panels in (128, 512, 2048, 8192):
+            found = _integral(drift.evaluate_float, inside, panels)
+            if np.abs(found - before).max() <= 1e-13 * (np.abs(found).max() + 1e-300):
+                break
+            before = found
+    total: FloatArray = -found - beside
+    if not np.isfinite(total).all():
         raise RangeError(
-            f"V of {drift!r} or its numbers leave the range of float64 (1e-308 to 1e308); rescale "
-            "the drift, or give u nearer to 0."
+            f"V of {drift!r} leaves the range of float64; rescale the drift, or give u nearer to 0."
         )
-    while panels < 8192:
-        step()
-        panels *= 4
-        finer = _minus_integral(drift, inside, values, panels)
-        settled = np.abs(finer - total).max() <= 1e-13 * (np.abs(finer).max() + 1e-300)
-        total = finer
-        if settled:
-            break
-    total = total - beyond
     return float(total) if total.ndim == 0 else total
 
 

@@ -1,42 +1,29 @@
-"""From n dimensions to the scalar drift across the switching surface (section 4 of the paper)."""
+"""From n dimensions to the scalar drift across the switching surface (section 4 of the paper).
+
+With the switch h(x), |h| < eps the layer and u = h/eps: phi(u) = grad h · F(x, u) (eq:phi), the
+noise across the surface is |grad h · D| kappa (eq:reducedSDE), and Filippov's sliding field is the
+convex combination of f- and f+ that is tangent to h = 0 (eq:genFilippov).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.base.call_context import symbolic
 from symasym.base.errors import InputError, RegionError
-from symasym.base.inputs import (
-    exact,
-    is_name,
-    meant,
-    positive,
-    sequence,
-    shown,
-)
+from symasym.base.inputs import exact, is_name, positive, sequence, shown
 from symasym.drift import landscape
 from symasym.drift.drift import Drift
-from symasym.drift.grammar import functions_inside
-from symasym.drift.short import is_short, simplified
-from symasym.series.coefficient_fields import seems_zero, vanishes
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
     from symasym.base.inputs import Number
 
-__all__ = ["Reduction", "reduce"]
-
-# Functions in each other of which SymPy finds the zeros in about a second.
-_SOLVED = 2
-
-#: Reads an expression, given how messages call it.
-Reader: TypeAlias = "Callable[[str, Expr | str | float], Expr]"
+__all__ = ["Reduction", "numbers_of", "reduce"]
 
 
 @dataclass(frozen=True)
@@ -84,7 +71,6 @@ class Reduction:
         yield self.drift
         yield self.amplitude
 
-    @symbolic
     def sliding_at(self, values: Mapping[Any, Any]) -> tuple[Any, ...]:
         """The sliding vector field at a point, refused where the point does not slide.
 
@@ -108,9 +94,8 @@ class Reduction:
                 f"the normal components are {minus} and {plus} there, which is no sliding; "
                 "choose a point where they have opposite signs."
             )
-        return tuple(simplified(component.subs(put)) for component in self.sliding)
+        return tuple(sympy.simplify(component.subs(put)) for component in self.sliding)
 
-    @symbolic
     def drag_time(self, eps: Number, values: Mapping[Any, Any] | None = None) -> float:
         """Scaled time in which the motion of the frozen coordinates changes a well by its depth.
 
@@ -147,7 +132,7 @@ class Reduction:
         import sympy
 
         width = float(positive("eps", exact("eps", eps)))
-        numbers = numbers_of("values", {} if values is None else values)
+        numbers = numbers_of("values", values or {})
         u = sympy.Symbol("u")
         across = sum(n * f for n, f in zip(self.normal, self.inside, strict=True))
         steepness = sum(n**2 for n in self.normal)
@@ -176,7 +161,6 @@ class Reduction:
         return sorted(every | self.normal_plus.free_symbols, key=str)
 
 
-@symbolic
 def reduce(
     f_minus: Sequence[Any],
     f_plus: Sequence[Any],
@@ -187,7 +171,6 @@ def reduce(
     switch: Expr | str | None = None,
     layer: Symbol | str = "s",
     at: Mapping[Any, Any] | None = None,
-    patience: float | None = None,
 ) -> Reduction:
     """The scalar drift, noise amplitude and sliding field of a smoothed n-dimensional switch.
 
@@ -216,8 +199,6 @@ def reduce(
         Coordinate -> number or expression: the point of the surface at which
         the coefficients are frozen. Coordinates left out become parameters of
         the drift, except one for which h = 0 is solved.
-    patience : float, optional
-        Seconds of processor time that it may take, 10 if left out.
 
     Returns
     -------
@@ -252,77 +233,64 @@ def reduce(
     """
     import sympy
 
-    from symasym.drift.expressions import expect_algebra
+    from symasym.drift.expressions import parse
 
-    symbols = [_symbol("coordinates", c) for c in sequence("coordinates", coordinates)]
-    known = {s.name: s for s in symbols}
+    x = [_symbol("coordinates", c) for c in sequence("coordinates", coordinates)]
     inside = _symbol("layer", layer)
-    if len({*known, inside.name}) <= len(symbols):
+    known = {s.name: s for s in (*x, inside)}
+    if len(known) <= len(x):
         raise InputError(
             f"coordinates is {shown(coordinates)} and layer is {inside}; give each its own name."
         )
-    read = _reader({**known, inside.name: inside})
-    x = list(known.values())
-    fields = [
-        _vector(name, f, x, read)
-        for name, f in (("f_minus", f_minus), ("f_plus", f_plus), ("F", F))
-    ]
-    h = x[0] if switch is None else read("switch", switch)
-    expect_algebra(h, *sum(fields, []))
+
+    def column(name: str, given: Any) -> Any:
+        components = sequence(name, given)
+        if len(components) != len(x):
+            raise InputError(
+                f"{name} has {len(components)} components; give {len(x)}, one for each coordinate."
+            )
+        return sympy.Matrix([parse(name, c, known) for c in components])
+
+    fields = [column(n, f) for n, f in (("f_minus", f_minus), ("f_plus", f_plus), ("F", F))]
+    for side, outer, name in ((1, fields[1], "f_plus"), (-1, fields[0], "f_minus")):
+        for k, (a, b) in enumerate(zip(fields[2].subs(inside, side), outer, strict=True), 1):
+            if sympy.simplify(a - b) != 0:
+                raise InputError(
+                    f"F jumps at {inside} = {side}: component {k} is {a} but {name} has {b} "
+                    "(eq:cont); make them equal."
+                )
+    h = x[0] if switch is None else parse("switch", switch, known)
     gradient = sympy.Matrix([[sympy.diff(h, c) for c in x]])
-    point = _point(h, x, {} if at is None else at, read)
-    on = _on_surface(h, x, point)
+    on = _on_surface(h, x, {known[k]: parse("at", v, known) for k, v in _at(at, x).items()})
     normal = gradient.subs(on)
-    if all(map(_vanishes, normal)):
+    if all(sympy.simplify(n) == 0 for n in normal):
         raise InputError(
             f"grad h is 0 at the point, h = {h}; choose an h whose zero set has a normal there."
         )
-    _check_continuity(fields, inside)
-    minus, plus, middle = [simplified((gradient * sympy.Matrix(f))[0]) for f in fields]
-    frozen = simplified(middle.subs(on))
-    drift = _drift(frozen, inside)
-    row = normal * _matrix(D, x, read).subs(on)
-    amplitude = sympy.sqrt(simplified(sum(entry**2 for entry in row)))
-    sliding = tuple(
-        simplified((minus * p - plus * m) / (minus - plus)) if minus != plus else sympy.nan
+    minus, plus, middle = (sympy.simplify((gradient * f)[0]) for f in fields)
+    row = normal * _matrix(D, x, known).subs(on)
+    sliding = (
+        sympy.simplify((minus * p - plus * m) / (minus - plus)) if minus != plus else sympy.nan
         for m, p in zip(fields[0], fields[1], strict=True)
     )
     return Reduction(
-        drift,
-        simplified(amplitude),
-        tuple(x),
-        minus,
-        plus,
-        sliding,
-        middle,
-        tuple(fields[2]),
-        inside,
-        tuple(gradient),
+        _drift(sympy.simplify(middle.subs(on)), inside),
+        sympy.simplify(sympy.sqrt(sum(entry**2 for entry in row))),
+        tuple(x), minus, plus, tuple(sliding), middle, tuple(fields[2]), inside, tuple(gradient),
         on,
-    )
+    )  # fmt: skip
 
 
-def _vanishes(expression: Any) -> bool:
-    """True if it is zero; by numbers alone where SymPy would take long, or does not find it."""
-    if not seems_zero(expression):
-        return False
-    return not is_short(expression) or vanishes(expression) or expression.equals(0) is True
-
-
-def numbers_of(name: str, values: Mapping[Any, Any]) -> dict[str, Any]:
+def numbers_of(name: str, values: Any) -> dict[str, Any]:
     """The numbers of coordinates and parameters, by name, as SymPy's rationals."""
     import sympy
 
     if not isinstance(values, Mapping):
-        raise InputError(
-            f"{name} is {shown(values)}; give a mapping from coordinates to numbers, such as "
-            "{'z': 0}."
-        )
-    numbers = {str(k): exact(str(k), v) for k, v in values.items()}
-    return {k: sympy.Rational(v.numerator, v.denominator) for k, v in numbers.items()}
+        raise InputError(f"{name} is {shown(values)}; give a mapping such as {{'z': 0}}.")
+    return {str(k): sympy.Rational(*exact(str(k), v).as_integer_ratio()) for k, v in values.items()}
 
 
-def _symbol(name: str, given: Symbol | str) -> Any:
+def _symbol(name: str, given: Any) -> Any:
     """A coordinate as a symbol."""
     import sympy
 
@@ -333,53 +301,22 @@ def _symbol(name: str, given: Symbol | str) -> Any:
     return sympy.Symbol(given, real=True)
 
 
-def _reader(known: Mapping[str, Any]) -> Reader:
-    """A function that reads an expression, strings with exact decimals."""
-    import sympy
-
-    from symasym.drift import grammar
-    from symasym.drift.expressions import exactly, sympified
-
-    def read(name: str, given: Expr | str | float) -> Any:
-        """The expression, with the symbols of `known` for their names."""
-        try:
-            if isinstance(given, str):
-                expression = grammar.read(name, given, known)
-            else:
-                expression = sympy.nsimplify(sympified(given), rational=True)
-            if not isinstance(expression, sympy.Expr):
-                raise TypeError
-        except (sympy.SympifyError, TypeError, AttributeError) as error:
-            raise InputError(
-                f"{name} has an entry {shown(given)}, which SymPy cannot read "
-                f"({type(error).__name__}); write it like 1/2 - z."
-            ) from None
-        expression = exactly(expression, name)
-        # One name is one symbol, whatever assumptions it was written with.
-        return expression.subs(
-            {
-                s: known[s.name]
-                for s in expression.free_symbols
-                if s.name in known and s is not known[s.name]
-            }
-        )
-
-    return read
-
-
-def _vector(name: str, given: Sequence[Any], x: list[Any], read: Reader) -> list[Any]:
-    """The components of a field, one for each coordinate."""
-    components = [read(name, component) for component in sequence(name, given)]
-    if len(components) != len(x):
+def _at(at: Any, x: list[Any]) -> dict[str, Any]:
+    """The entries of `at` by the coordinates' names."""
+    names = [c.name for c in x]
+    if at is not None and not (isinstance(at, Mapping) and {str(k) for k in at} <= {*names}):
         raise InputError(
-            f"{name} has {len(components)} components; give {len(x)}, one for each coordinate."
+            f"at is {shown(at)}; give a mapping from coordinates ({', '.join(names)}) to numbers, "
+            "such as {'z': 0}."
         )
-    return components
+    return {str(k): v for k, v in (at or {}).items()}
 
 
-def _matrix(D: Sequence[Any], x: list[Any], read: Reader) -> Any:
+def _matrix(D: Any, x: list[Any], known: Mapping[str, Any]) -> Any:
     """D as a matrix of n rows; a column may be given as one sequence."""
     import sympy
+
+    from symasym.drift.expressions import parse
 
     rows = sequence("D", D.tolist() if isinstance(D, (np.ndarray, sympy.MatrixBase)) else D)
     rows = [list(row) if isinstance(row, (list, tuple, np.ndarray)) else [row] for row in rows]
@@ -388,76 +325,32 @@ def _matrix(D: Sequence[Any], x: list[Any], read: Reader) -> Any:
             f"D has {len(rows)} rows of lengths {[len(row) for row in rows]}; "
             f"give {len(x)} rows of one length."
         )
-    return sympy.Matrix([[read("D", entry) for entry in row] for row in rows])
-
-
-def _point(h: Expr, x: list[Any], at: Mapping[Any, Any], read: Reader) -> dict[Any, Any]:
-    """The coordinates in `at` and their values, by symbol."""
-    names = {str(c): c for c in x}
-    if not isinstance(at, Mapping):
-        raise InputError(
-            f"at is {shown(at)}; give a mapping from coordinates to numbers, such as {{'z': 0}}."
-        )
-    unknown = [str(k) for k in at if str(k) not in names]
-    if unknown:
-        raise InputError(
-            f"at names {unknown[0]}, which is no coordinate; they are {', '.join(names)}"
-            f"{meant(unknown[0], names)}."
-        )
-    return {names[str(k)]: read("at", value) for k, value in at.items()}
+    return sympy.Matrix([[parse("D", entry, known) for entry in row] for row in rows])
 
 
 def _on_surface(h: Expr, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:
     """The substitution that puts the coefficients on the surface at the chosen point."""
     import sympy
 
-    level = h.subs(point)
-    if _vanishes(level):
+    level = sympy.simplify(h.subs(point))
+    if level == 0:
         return point
     for c in x:
         if c in point or not level.has(c):
             continue
-        slope = sympy.diff(level, c)
-        if not slope.has(c):
-            # SymPy's way may take minutes for what is linear in c and long.
-            solutions = [simplified(-level.subs(c, 0) / slope)]
-        else:
-            solutions = _zeros(level, c)
+        try:
+            solutions = sympy.solve(level, c)
+        except NotImplementedError:
+            solutions = []
         if len(solutions) == 1:
-            return {
-                **{k: sympy.sympify(v).subs(c, solutions[0]) for k, v in point.items()},
-                c: solutions[0],
-            }
+            put = {k: sympy.sympify(v).subs(c, solutions[0]) for k, v in point.items()}
+            return {**put, c: solutions[0]}
         raise InputError(
-            f"h = {level} has {len(solutions)} zeros in {c}; name the one you mean in at."
+            f"h = {level} is solved for {c} in {len(solutions)} ways; name the one you mean in at."
         )
     raise InputError(
         f"h is {level} at the point, which is not on the surface h = 0; move it there."
     )
-
-
-def _zeros(level: Expr, c: Symbol) -> list[Any]:
-    """The zeros of h in a coordinate, where SymPy finds them in about a second."""
-    import sympy
-
-    kinks = sympy.Abs, sympy.sign, sympy.Max, sympy.Min, sympy.Piecewise
-    if is_short(level) and functions_inside(level) <= _SOLVED and not level.has(*kinks):
-        with suppress(NotImplementedError, TypeError, ValueError):
-            return list(sympy.solve(level, c))
-    raise InputError(f"h = {shown(level)} is not solved for {c} in a short time; give {c} in at.")
-
-
-def _check_continuity(fields: list[list[Any]], inside: Symbol) -> None:
-    """eq:cont: F at layer = ±1 equals f±, identically in x (the edge moves with eps)."""
-
-    minus, plus, middle = fields
-    for side, outer, name in ((1, plus, "f_plus"), (-1, minus, "f_minus")):
-        for k, (a, b) in enumerate(zip(middle, outer, strict=True)):
-            if not _vanishes(a.subs(inside, side) - b):
-                raise InputError(
-                    f"F jumps at {inside} = {side}: component {k + 1} is {a.subs(inside, side)} "
-                    f"but {name} has {b} (eq:cont); make them equal."
-                )
 
 
 def _drift(frozen: Expr, inside: Symbol) -> Drift:

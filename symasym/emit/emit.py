@@ -14,7 +14,7 @@ from sympy.printing.codeprinter import CodePrinter
 
 from symasym.base.errors import InputError
 from symasym.base.inputs import choice, exact, is_name, shown
-from symasym.drift.expressions import sympified
+from symasym.drift.expressions import parse
 from symasym.emit import drifts
 from symasym.emit.printing import SHAPES, TARGETS, Function, Source, by_printer, written
 
@@ -92,7 +92,7 @@ def _functions(what: Any, name: str) -> tuple[str, list[Function]]:
     if callable(getattr(what, "functions", None)):  # a Formula, an Expansion
         return label, [*(what.functions() if label else what.functions(name))]
     with suppress(sympy.SympifyError, TypeError, ValueError, AttributeError):
-        values = tuple(map(sympified, several))
+        values = tuple(parse("the expression", x) for x in several)
     if not values or not all(isinstance(v, Expr) for v in values):
         raise InputError(f"{shown(what)} is no formula, label or expression; give one of these.")
     symbols = sorted(set().union(*(v.free_symbols for v in values)), key=str)

@@ -38,10 +38,10 @@ from typing import Any, NamedTuple
 
 from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx, fmpq
 
+from symasym.base.balls import precision, to_mpf
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import float_text
 from symasym.drift.evaluate import Piece, pieces
-from symasym.numbers.balls import precision, to_mpf
 from symasym.scenes import Answer, Request, Scene
 
 _PANELS, _PANELS_A_BIT = 1_500, 12  # at most, the latter for each bit of lam

@@ -36,6 +36,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from symasym.base.errors import AccuracyError
 from symasym.base.inputs import is_array
 from symasym.drift.evaluate import Sampled, sampled
 from symasym.drift.models import Expression
@@ -623,10 +624,14 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     """Logarithms right to `TOLERANCE`, and their estimated errors; in doubt by balls."""
     logs, errors = found = float_logs(scenes, request.name)
     closer = Request(request.name, "exact", None, 17, log=True, full=False)
+    why = ""
     for row in _in_doubt(found):
-        logs[row] = float(of_scene(scene_at(scenes, row), closer).value)
+        try:
+            logs[row] = float(of_scene(scene_at(scenes, row), closer).value)
+        except AccuracyError as error:
+            logs[row], why = np.nan, why or str(error)
         errors[row] = ROUNDING * abs(logs[row]) + 5e-324
-    return Answers(logs, errors, "estimate", (request.name,))
+    return Answers(logs, errors, "estimate", (request.name,), why=why)
 
 
 def float_logs(scenes: Scenes, name: str) -> Logs:
@@ -639,9 +644,8 @@ def float_logs(scenes: Scenes, name: str) -> Logs:
         careful = sampled(scenes.drift, values, len(some)).carefully()
         numbers = {n: x[some] for n, x in numbers.items()}
         found.log[some], found.error[some] = logs_of(name, careful, numbers)
-    if any(scenes.moved.values()):
-        off = seen(of, np.arange(count), 1.0, False).off
-        found.error[:] += input_rounding(scenes, off / _OF_A)
+    off = seen(of, np.arange(count), 1.0, False).off
+    found.error[:] += input_rounding(scenes, off / _OF_A)
     return found
 
 

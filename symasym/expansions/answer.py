@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from flint import arb
 
+from symasym.base.balls import exact_ball, precision, to_mpf
 from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray, IntArray, is_array
@@ -28,7 +29,6 @@ from symasym.exact import balls as exact
 from symasym.exact import floats
 from symasym.expansions.arrays import AtLams
 from symasym.expansions.balls import LINE, AtLam, doubled, local, quantity
-from symasym.numbers.balls import exact_ball, precision, to_mpf
 from symasym.scenes import (
     Answer,
     Answers,
@@ -99,6 +99,7 @@ class Expansion(NamedTuple):
         apart = [scenes.numbers[n] for n in ("r", "start") if is_array(scenes.given.get(n))]
         many = apart or any(map(is_array, scenes.parameters.values()))
         groups = by_drift(scenes, *apart) if many else [(scenes.drift, np.arange(len(logs)))]
+        why = ""
         for drift, rows in groups:
             some = rows_of(scenes, rows)._replace(drift=drift, parameters=dict(drift.values))
             try:
@@ -106,14 +107,14 @@ class Expansion(NamedTuple):
                 series = self._series(scene_at(some, 0), request.name, length)
                 with np.errstate(all="ignore"):
                     logs[rows], errors[rows] = series.sampled(some, request)
-            except AccuracyError:
-                if request.errors == "raise":
-                    raise
+            except AccuracyError as error:
+                why = why or str(error)
         lost = ~_counted(logs, errors)
-        if request.errors == "raise" and lost.any():
-            raise self._refusal(scenes.noise(np.argmax(lost)), _orders(request))
+        if lost.any():
+            refused = self._refusal(scenes.noise(np.argmax(lost)), _orders(request))
+            why = why or str(refused)
         logs[lost] = np.nan
-        return Answers(logs, errors, "estimate", (self.terms,), (self.beyond,))
+        return Answers(logs, errors, "estimate", (self.terms,), (self.beyond,), why)
 
     def _series(self, scene: Scene, name: str, length: int) -> _Series:
         r, start = LINE if name[-1] == "P" else (scene.r, scene.start)
@@ -239,7 +240,7 @@ def _between(lam: FloatArray, some: FloatArray, errors: FloatArray) -> FloatArra
 
 def _distance(scenes: Scenes, request: Request, logs: FloatArray) -> tuple[FloatArray, FloatArray]:
     """How far logarithms are from the exact ones, and the error of these."""
-    asked = request._replace(method="exact", order=None, full=True, errors="nan")
+    asked = request._replace(method="exact", order=None, full=True)
     true = floats.of_scenes(scenes, asked)
     missed: Any = true.errors
     return np.abs(true.logs - logs), missed

@@ -17,11 +17,11 @@ from typing import Any, NamedTuple
 
 from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx, fmpq, fmpq_poly
 
+from symasym.base.balls import exact_ball, precision
 from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
 from symasym.expansions import weak
-from symasym.numbers.balls import exact_ball, precision
 from symasym.series.local import by_parts, finite_parts_in_s, pole_sums, slow
 from symasym.series.power_series import Series
 

@@ -26,13 +26,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from flint import arb, arb_poly, ctx, fmpq
 
+from symasym.base.balls import exact_ball
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces, rational
 from symasym.expansions.answer import Expansion
 from symasym.expansions.arrays import Scaled
 from symasym.expansions.balls import Unresolved
-from symasym.numbers.balls import exact_ball
 
 _MOST_PANELS = 2000
 _ONE = Fraction(1)

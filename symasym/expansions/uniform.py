@@ -15,31 +15,25 @@ times the sum of the next three differences, of it or of B, is half of the value
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from fractions import Fraction
 from functools import lru_cache, reduce
 from itertools import pairwise
 from typing import Any
 
-import numpy as np
 from flint import arb, ctx, fmpq
 
+from symasym.base.balls import exact_ball, precision, to_mpf
 from symasym.base.errors import AccuracyError
-from symasym.base.estimate import ErrorKind
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
 from symasym.exact import balls
 from symasym.expansions.canonical import SHARE, Field, Panel, Way, straight, ways
-from symasym.numbers.balls import exact_ball, precision, to_mpf
-from symasym.scenes import Answer, Answers, Request, Scene, Scenes, by_drift, scene_at
-
-__all__ = ["of_scene", "of_scenes"]
+from symasym.scenes import Answer, Request, Scene
 
 # Orders beyond the one asked for, of which the error is made, and their weight.
 _MORE, _SAFETY = 3, 3
 # Digits of a value in float64.
 _FLOAT = 14
-_BITS = 160
 _KEPT = 16
 _ONE = Fraction(1)
 _TERMS = ("wells, barriers, the start and the ends of the layer, all that meet taken together",)
@@ -47,84 +41,43 @@ _DROPPED = ("higher powers of kappa^2",)
 
 
 def of_scene(scene: Scene, request: Request) -> Answer:
-    """The quantity to an order, of one scene in exact numbers."""
+    """The quantity to an order, of one scene."""
     digits = _FLOAT if request.dps is None else request.dps
-    value, error = next(_estimates([scene], request, digits))
-    with precision(4 * digits + 100):
-        if request.full:
-            value, error = _distance(scene, request, value)
-            if not error < (arb(2).log() if request.log else value / 2):
-                raise _refused(scene, request)
-        elif not error < value / 2:
-            raise _refused(scene, request)
-        elif request.log:
-            value = value.log()
-        mid, rad = to_mpf(value, digits + 5)
-        error = to_mpf((error + arb(rad)).upper() * (1 + arb(2) ** -50), 20)[0]
-        return Answer(mid, error, "bound" if request.full else "estimate", _TERMS, _DROPPED)
-
-
-def of_scenes(scenes: Scenes, request: Request) -> Answers:
-    """Logarithms for many scenes: one analysis for each drift, radius and start."""
-    logs, errors = np.empty(len(scenes.lam)), np.empty(len(scenes.lam))
-    others = [scenes.numbers[n] for n in ("r", "start") if n in scenes.numbers]
-    for _, rows in by_drift(scenes, *others):
-        some = [scene_at(scenes, row) for row in rows]
-        found = zip(rows, some, _estimates(some, request, _FLOAT), strict=True)
-        for row, scene, (value, error) in found:
-            with precision(_BITS):
-                if request.full and value > 0:
-                    value, error = _distance(scene, request._replace(log=True), value)
-                    if not error < arb(2).log():
-                        raise _refused(scene, request)
-                elif not error < value / 2:
-                    raise _refused(scene, request)
-                else:
-                    value = value.log()
-                logs[row], errors[row] = float(value), float(error.upper())
-    errors += 4e-16 * (1 + np.abs(logs))
-    kind: ErrorKind = "bound" if request.full else "estimate"
-    return Answers(logs, errors, kind, _TERMS, _DROPPED)
-
-
-def _distance(scene: Scene, request: Request, value: Any) -> tuple[Any, Any]:
-    """The value, or its logarithm, and how far the exact one is from it, proved."""
-    exact = balls.of_scene(scene, request._replace(method="exact", order=None))
-    value = value.log() if request.log else value
-    return value, abs(value - arb(exact.value)) + arb(exact.error)
-
-
-def _refused(scene: Scene, request: Request) -> AccuracyError:
-    return AccuracyError(
-        f"kappa is {scene.noise}, where the uniform expansion of {request.name} to order "
-        f"{request.order} is not known to be within half its value; give a smaller kappa, or use "
-        "method='exact'."
-    )
-
-
-def _estimates(scenes: list[Scene], request: Request, digits: int) -> Iterator[tuple[Any, Any]]:
-    """The value and its error, of scenes of one drift, radius and start."""
-    order, most = request.order, max(scene.lam for scene in scenes)
     # In steps, so that scenes of about the same noise share an analysis.
-    nats = 8.0 * math.ceil((math.log(10) * digits + math.log(2 + most)) / 8)
+    nats = 8.0 * math.ceil((math.log(10) * digits + math.log(2 + scene.lam)) / 8)
     terms, bits = math.ceil(-nats / math.log(SHARE)), int(1.5 * nats) + 40
-    for scene in scenes:
-        with precision(bits):
-            ctx.cap = terms
-            rows = _orders(scene, request.name, order + _MORE, terms, bits, nats)
+    with precision(bits):
+        ctx.cap = terms
+        more = 0 if request.full else _MORE
+        rows = _orders(scene, request.name, request.order + more, terms, bits, nats)[-more - 1 :]
+        value = rows[0][0].mid()
+        known = value > 0
+        if request.full and known:
+            exact = balls.of_scene(scene, request._replace(method="exact", order=None))
+            value = value.log() if request.log else value
+            error = abs(value - arb(exact.value)) + arb(exact.error)
+            known = error < (arb(2).log() if request.log else value / 2)
+        elif known:
             # A ratio hides that its parts diverge.
-            value, *parts = rows[order]
             gaps = [
                 _SAFETY * sum((abs(y - x) for x, y in pairwise(row)), arb(0))
-                for row in zip(*rows[order:], strict=True)
+                for row in zip(*rows, strict=True)
             ]
             # Digits are lost in exponentials as large as the value is or small.
-            lost = abs(value) * (1 + abs(abs(value).log())) * arb(10) ** (1 - digits)
-            error = gaps[0] + lost
-            if not all(gap < abs(x) / 2 for x, gap in zip(parts, gaps[1:], strict=True)):
-                error = arb("inf")
-            found = value.mid(), error.mid()
-        yield found
+            error = gaps[0] + value * (1 + abs(value.log())) * arb(10) ** (1 - digits)
+            parts = zip((value, *rows[0][1:]), (error, *gaps[1:]), strict=True)
+            known = all(gap < abs(x) / 2 for x, gap in parts)
+            if request.log:
+                value, error = value.log(), -(-error / value).log1p()
+        if not known:
+            raise AccuracyError(
+                f"kappa is {scene.noise}, where the uniform expansion of {request.name} to order "
+                f"{request.order} is not known to be within half its value; give a smaller kappa, "
+                "or use method='exact'."
+            )
+        mid, rad = to_mpf(value, digits + 5)
+        error = to_mpf((error + arb(rad)).upper() * (1 + arb(2) ** -50), 20)[0]
+    return Answer(mid, error, "bound" if request.full else "estimate", _TERMS, _DROPPED)
 
 
 def _orders(

@@ -17,7 +17,6 @@ import sympy
 from sympy import Expr, Symbol
 
 from symasym.base.errors import InputError
-from symasym.base.estimate import Answer
 from symasym.base.inputs import Number, Numbers, choice, count, exact, require_printable
 from symasym.drift.drift import Drift
 from symasym.formulas import text
@@ -142,7 +141,7 @@ class Expansion:
             start=self.start, case=self.case,
         )  # fmt: skip
 
-    def evaluate(self, kappa: Numbers, r: Numbers | None = None, **options: Any) -> Answer:
+    def evaluate(self, kappa: Numbers, r: Numbers | None = None, **options: Any) -> Any:
         """The number of a bound drift, by the function of the quantity and this order.
 
         It takes the options of `symasym.escape_time`, and has numbers also where `conditions` do
@@ -158,7 +157,7 @@ class Expansion:
         if r is None or self.quantity[-1] == "P":
             return occupation(self.drift, kappa, **known)
         verb: Any = escape_time if self.quantity == "T" else exit_probability
-        answer: Answer = verb(self.drift, kappa, r, start=self.start, **known)
+        answer: Any = verb(self.drift, kappa, r, start=self.start, **known)
         return answer
 
     def emit(self, target: str = "numpy", name: str = "f") -> Any:

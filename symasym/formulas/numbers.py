@@ -12,10 +12,10 @@ import sympy
 from flint import arb
 from sympy import Expr, Symbol
 
+from symasym.base.balls import exact_ball, precision
 from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
 from symasym.expansions.balls import RING, Field, Unresolved
-from symasym.numbers.balls import exact_ball, precision
 from symasym.series.local import finite_parts_in_s
 
 _T = TypeVar("_T")

@@ -16,10 +16,10 @@ from typing import Any
 from flint import acb, arb, ctx
 from sympy import Expr, S, Symbol
 
+from symasym.base.balls import precision
 from symasym.base.errors import InputError
 from symasym.drift.evaluate import box, profile
 from symasym.drift.models import Expression
-from symasym.numbers.balls import precision
 
 # Shells towards an end, and halvings of each.
 _SHELLS, _DEPTH, _NOTHING = 997, 6, arb(2) ** -(10**9)

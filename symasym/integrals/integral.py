@@ -14,11 +14,11 @@ from flint import acb, arb
 from sympy import Expr, Symbol
 
 from symasym.base import inputs
+from symasym.base.balls import precision, to_mpf
 from symasym.base.errors import AccuracyError, InputError, RangeError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import Number, Numbers, exact
 from symasym.drift.expressions import parse
-from symasym.numbers.balls import precision, to_mpf
 
 # What is worked out within seconds: operations, functions, depth and degree of f and g.
 _MOST = 250, 12, 20, 60

@@ -22,6 +22,7 @@ import sympy
 from flint import arb, fmpq
 from sympy import Expr, Float, Rational, S, Symbol
 
+from symasym.base.balls import precision
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import count, float_text
 from symasym.derivation.tex import tex
@@ -30,7 +31,6 @@ from symasym.integrals import borel, maxima
 from symasym.integrals.enclosure import Zero, integral, number
 from symasym.integrals.integral import IntegralExpansion, read
 from symasym.integrals.local import Balls, NotAnalytic, Point, exactly, sign_of
-from symasym.numbers.balls import precision
 from symasym.series.local import watson
 from symasym.series.power_series import Series
 

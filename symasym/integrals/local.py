@@ -17,9 +17,9 @@ import sympy
 from flint import arb_series, ctx
 from sympy import Expr, Rational, S, Symbol
 
+from symasym.base.balls import precision
 from symasym.base.errors import AccuracyError, InputError
 from symasym.integrals.enclosure import code, number
-from symasym.numbers.balls import precision
 from symasym.series.power_series import Series
 
 #: An exponent and the series behind it, whose first coefficient is not 0.

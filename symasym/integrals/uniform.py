@@ -22,6 +22,7 @@ from typing import Any, ClassVar
 import sympy
 from flint import acb, arb, ctx
 
+from symasym.base.balls import exact_ball, precision, to_mpf
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import count, digits, exact
@@ -30,7 +31,6 @@ from symasym.expansions import canonical
 from symasym.expansions.canonical import Factor, Field, Way
 from symasym.integrals.enclosure import code, number
 from symasym.integrals.integral import IntegralExpansion, read
-from symasym.numbers.balls import exact_ball, precision, to_mpf
 
 __all__ = ["UniformExpansion", "uniform_integral"]
 

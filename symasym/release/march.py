@@ -28,7 +28,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.polynomial import hermite_e, legendre
 
-from symasym.base import call_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import FloatArray, IntArray, Numbers, floats
 from symasym.release.slabs import Elements, Slab, radau
@@ -252,7 +251,6 @@ def forward(scene: Scene, elements: Elements, stages: int, tol: float, least: fl
     inner[0, 0] = inner[-1, -1] = 0.0
     present = 1.0
     while present > least:
-        call_context.step()
         z = scene.z + scene.sign * way[-1]
         slab, capacity, generator = path.slab(z, step, True)
         new = [slab.solve(y[0], np.zeros_like(capacity))]
@@ -320,7 +318,6 @@ def backward(
     made: list[float] = []
     gone, step = far, scene.eps * 0.3
     while gone > 0.0 if steps is None else len(made) < len(steps):
-        call_context.step()
         if steps is not None:
             step = float(steps[len(made)])
         elif step > 0.7 * gone:

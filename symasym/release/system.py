@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.base.call_context import symbolic
 from symasym.base.errors import InputError
 from symasym.base.inputs import (
     FloatArray,
@@ -30,8 +29,8 @@ from symasym.base.inputs import (
     to_float,
 )
 from symasym.drift.drift import Drift
+from symasym.drift.evaluate import of_arrays
 from symasym.drift.landscape import drag_time
-from symasym.numbers.trees import NumpyOps, evaluate_tree
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -41,10 +40,6 @@ if TYPE_CHECKING:
     from symasym.drift.reduction import Reduction
 
 __all__ = ["System", "oscillator"]
-
-_NUMPY = NumpyOps()
-# Of an expression that is multiplied out, so that equal systems are found equal.
-_TERMS = 1_000
 
 
 @dataclass(frozen=True)
@@ -78,12 +73,10 @@ class System:
     noise: Any = "1"
     _symbols: dict[str, Any] = field(init=False, repr=False, compare=False)
 
-    @symbolic
     def __post_init__(self) -> None:
         import sympy
 
         from symasym.drift import expressions
-        from symasym.drift.grammar import multiplied_out
 
         symbols = {name: sympy.Symbol(name) for name in ("u", "z", "y")}
         object.__setattr__(self, "_symbols", symbols)
@@ -96,9 +89,7 @@ class System:
                     f"{name} has the symbol {unknown[0]}, which has no value; give an expression "
                     "in u, z and y with numbers for all else."
                 )
-            if multiplied_out(read) <= _TERMS:
-                read = sympy.expand(read)
-            object.__setattr__(self, name, read)
+            object.__setattr__(self, name, sympy.expand(read))
         if not self.noise.free_symbols <= {symbols["u"]}:
             raise InputError(f"noise is {self.noise}; give an expression in u alone.")
         factor = self.noise_at(np.linspace(-1.0, 1.0, 201))
@@ -109,7 +100,6 @@ class System:
             )
 
     @classmethod
-    @symbolic
     def of(
         cls,
         reduction: Reduction,
@@ -171,7 +161,6 @@ class System:
         phi, velocity = (e.subs(put, simultaneous=True) for e in expressions)
         return cls(phi, velocity)
 
-    @symbolic
     def drag_time(self, z: Number, eps: Number) -> float:
         """Scaled time in which the motion of z changes a well at z by its depth.
 
@@ -196,7 +185,6 @@ class System:
         )
 
     @cached_property
-    @symbolic
     def drift(self) -> Drift:
         """The scalar drift with z a parameter and y = 0; refused where the noise depends on u."""
         if self.noise != 1:
@@ -206,7 +194,6 @@ class System:
             )
         return Drift(self.phi.subs(self._symbols["y"], 0), "u")
 
-    @symbolic
     def frozen(self, z: Numbers) -> Drift:
         """The scalar drift at z, which it need not depend on."""
         return self.drift.bind(z=z) if "z" in self.drift.parameters else self.drift
@@ -223,7 +210,6 @@ class System:
         """sigma in float64 at scaled positions u."""
         return self._at(self.noise, u, 0.0, 0.0)
 
-    @symbolic
     def slope_in_y(self) -> System:
         """The system whose phi is the derivative of this one's in y."""
         return System(self.phi.diff(self._symbols["y"]), self.velocity)
@@ -232,8 +218,8 @@ class System:
         """An expression's values, of the shape that u and z have together."""
         names = self._symbols
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            values = {names["u"]: np.clip(u, -1.0, 1.0), names["z"]: z, names["y"]: eps * u}
-            result = evaluate_tree(expression, values, _NUMPY)
+            of = of_arrays(expression, (names["u"], names["z"], names["y"]))
+            result = of(np.clip(u, -1.0, 1.0), z, eps * u)
         return np.asarray(result + 0.0 * (u + z), dtype=np.float64)
 
 

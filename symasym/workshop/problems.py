@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Any
 import mpmath
 
 import symasym as sa
-from symasym.base.call_context import mpf_of
 from symasym.quantities import call_named
 
 if TYPE_CHECKING:
@@ -30,6 +29,11 @@ if TYPE_CHECKING:
 
 
 ClosedForm = Callable[[Any, Any, Any, Any], Any]
+
+
+def mpf_of(x: Fraction, context: MPContext) -> Any:
+    """The rational `x` in mpmath's `context`."""
+    return context.mpf(x.numerator) / x.denominator
 
 
 def constant_drift(a: str) -> dict[str, ClosedForm]:

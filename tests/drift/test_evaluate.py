@@ -15,8 +15,8 @@ from flint import acb, arb, ctx, fmpq
 from numpy.polynomial import chebyshev
 
 import symasym as sa
+from symasym.base.balls import precision, to_mpf
 from symasym.drift.evaluate import FUNCTIONS, Polynomial, box, pieces, sampled
-from symasym.numbers.balls import precision, to_mpf
 
 # Of all admitted functions.
 FORMULAS = [

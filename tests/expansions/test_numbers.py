@@ -139,7 +139,7 @@ def test_errors_of_arrays_cover_the_true_ones(name: str) -> None:
         asked: list[tuple[str, Any]] = [("laplace", 0), ("laplace", 3), ("strong_noise", 2), *best]
         for method, order in asked:
             options = {"method": method, "order": order, "log": True, "full": True}
-            found = ask(quantity, drift, kappa, float(r), start, errors="nan", **options)
+            found = ask(quantity, drift, kappa, float(r), start, **options)
             known = np.isfinite(found.value)
             wrong = np.abs(found.value - exact.value) > found.error + exact.error
             assert not (known & wrong).any(), (quantity, method, order, kappa[known & wrong])

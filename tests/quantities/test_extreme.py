@@ -417,7 +417,7 @@ def test_at_the_end_of_all_numbers_nothing_takes_long(name: str) -> None:
 @pytest.mark.parametrize("complement", [False, True])
 def test_two_exits_that_are_equally_far(drift: sa.Drift, kappa: str, complement: bool) -> None:
     # A is odd: C = 1/2. The heights, some 1e20, are known to 1e4 in float64.
-    share = sa.exit_probability(drift, kappa, 2, complement=complement, patience=60)
+    share = sa.exit_probability(drift, kappa, 2, complement=complement)
     assert share == pytest.approx(0.5, rel=1e-12)
 
 
@@ -436,7 +436,7 @@ def test_zeros_are_as_fine_as_the_layers_of_a_large_drift() -> None:
     large, c = sa.friction(3, 1e100, -1e100), F(10) ** 100
     small = sa.polynomial(*(x / c for x in large.exact_coefficients()))
     slow = sa.escape_time(small, F(1, 10**50), 10, log=True, dps=30)
-    fast = sa.escape_time(large, 1, 10, log=True, dps=30, patience=10)
+    fast = sa.escape_time(large, 1, 10, log=True, dps=30)
     with mpmath.workdps(40):
         assert relative(fast, slow - 100 * mpmath.log(10)) < 1e-29
 

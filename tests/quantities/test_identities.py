@@ -110,12 +110,13 @@ def test_backward_equation(name: str) -> None:
 def mpmath_fraction(drift: sa.Drift, u: F) -> F:
     """A(u) to 120 digits, as a rational."""
     from symasym.base.inputs import exact
-    from symasym.numbers.trees import MpmathOps
+    from symasym.workshop.reference_quadrature import in_mpmath
 
     context = mpmath.MPContext()
     context.dps = 120
-    ops = MpmathOps(context)
-    return exact("A", drift.evaluate(ops.rational(max(F(-1), min(F(1), u))), ops))
+    inside = max(F(-1), min(F(1), u))
+    at = context.mpf(inside.numerator) / inside.denominator
+    return exact("A", context.mpf(in_mpmath(drift, context)(at)))
 
 
 SLIDING = ["linear sliding", "linear sliding, uneven", "friction sliding", "tanh"]

@@ -10,8 +10,8 @@ import sympy
 from flint import arb
 
 import symasym as sa
+from symasym.base.balls import precision
 from symasym.integrals.borel import BITS, approximant, median_sum
-from symasym.numbers.balls import precision
 from symasym.workshop.figures.style import style
 
 Z0 = "-0.4"

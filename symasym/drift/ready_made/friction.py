@@ -26,18 +26,20 @@ class Folds:
 class Friction(Drift):
     """`Drift` of the friction oscillator, with its folds and breakaway force."""
 
-    def _mu_alpha(self) -> tuple[Any, Any]:
-        """mu and alpha in float64; refused where one of them is free."""
+    def _parameters(self) -> tuple[Any, Any, Any]:
+        """mu and alpha in float64, and where the force turns; refused where one of them is free."""
         missing = [name for name in ("mu", "alpha") if name in self.free]
         if missing:
             raise InputError(f"{missing[0]} has no value; set it with bind({missing[0]}=…).")
-        mu, alpha = (self._values[n] for n in ("mu", "alpha"))
-        return floats("mu", mu)[()], floats("alpha", alpha)[()]
+        mu, alpha = (np.asarray(floats(n, self._values[n])) for n in ("mu", "alpha"))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return mu, alpha, np.where(mu > 0.5, np.sqrt((1 + mu) / (3 * mu)), np.nan)
 
     def turning_points(self) -> Any:
         """u > 0 at which the friction force turns, sqrt((1+mu)/(3 mu)); nan where mu <= 1/2.
 
-        The force also turns at -u. In float64; multiply by eps for the physical y_s.
+        The force also turns at -u. In float64; multiply by eps for the physical y_s
+        (``turning-points``).
 
         Examples
         --------
@@ -45,12 +47,10 @@ class Friction(Drift):
         >>> sa.friction(mu=3, alpha=1).turning_points()
         0.6666666666666666
         """
-        mu, _ = self._mu_alpha()
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return _plain(np.where(mu > 0.5, turning_point(mu), np.nan))
+        return _plain(self._parameters()[2])
 
     def folds(self) -> Folds:
-        """The fold points u^(±) and z0^(±); nan where mu <= 1/2 (no turning point inside).
+        """The fold points u^(±) and z0^(±) (``folds``); nan where mu <= 1/2 (none inside).
 
         Examples
         --------
@@ -58,16 +58,12 @@ class Friction(Drift):
         >>> sa.friction(mu=3, alpha=1).folds().z0[0]
         -0.7777777777777777
         """
-        u = self.turning_points()
-        mu, alpha = self._mu_alpha()
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            force = breakaway(mu, alpha)
-            z0 = [np.where(np.isnan(u), np.nan, z) for z in (1 - force, 1 + force)]
-        _require_finite("z0 of a fold", z0)
-        return Folds((_plain(u), _plain(-np.asarray(u))), (_plain(z0[0]), _plain(z0[1])))
+        mu, alpha, u = self._parameters()
+        rise = 2 * alpha * (1 + mu) / 3 * u
+        return Folds((_plain(u), _plain(-u)), (_plain(1 - rise), _plain(1 + rise)))
 
     def beta(self) -> Any:
-        """The breakaway force: the largest friction force inside the layer (float64).
+        """The breakaway force (``beta``): the largest friction force inside the layer (float64).
 
         ``alpha`` times 2 (1+mu)^(3/2) / (3 sqrt(3 mu)) for mu > 1/2, else ``alpha``.
 
@@ -77,27 +73,8 @@ class Friction(Drift):
         >>> sa.friction(mu=3, alpha=1).beta()
         1.7777777777777777
         """
-        mu, alpha = self._mu_alpha()
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            force = np.where(mu > 0.5, breakaway(mu, alpha), alpha)
-        _require_finite("the breakaway force", force)
-        return _plain(force)
-
-
-def turning_point(mu: Any) -> Any:
-    """u at which the force turns, for mu > 1/2 (turning-points)."""
-    return np.sqrt((1 + mu) / mu / 3)
-
-
-def breakaway(mu: Any, alpha: Any) -> Any:
-    """The largest force, for mu >= 1/2 (beta); folds are at z0 = 1 -+ it (folds)."""
-    return 2 / 3 * alpha * (1 + mu) * turning_point(mu)
-
-
-def _require_finite(name: str, values: Any) -> None:
-    """Refuse what overflows, on the way at least."""
-    if np.isinf(values).any():
-        raise InputError(f"{name} is beyond the range of float64; rescale the problem.")
+        mu, alpha, u = self._parameters()
+        return _plain(np.where(mu > 0.5, 2 * alpha * (1 + mu) / 3 * u, alpha))
 
 
 def friction(

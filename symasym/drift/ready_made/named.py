@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Mapping
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import meant, whole
 
 if TYPE_CHECKING:
     from symasym.drift.drift import Drift
@@ -40,33 +38,32 @@ def named_drift(name: str | None, expression: str | None, values: Mapping[str, A
     ('b',)
     """
     if expression is not None:
-        return _of_formula(expression).bind(**values)
+        from symasym.drift.drift import Drift
+
+        return Drift(expression).bind(**values)
     if name not in DRIFTS:
-        near = meant(name, DRIFTS)
-        raise InputError(f"{name} is no ready-made drift; they are {', '.join(DRIFTS)}{near}.")
+        raise InputError(f"{name} is no ready-made drift; they are {', '.join(DRIFTS)}.")
+    given = dict(values)
+    for key in {"waves", "n"} & given.keys():
+        if str(given[key]).isdecimal():
+            given[key] = int(given[key])
     make = _maker(name)
-    known = inspect.signature(make).parameters
-    for given in values:
-        if given not in known and name != "polynomial":
-            raise InputError(
-                f"{given} is no parameter of {name}; its parameters are "
-                f"{', '.join(known)}{meant(given, known)}."
-            )
-    # The shape of a drift (waves, exponent) is a whole number and no parameter of its formula.
-    shape = {key: whole(key, values[key]) for key in {"waves", "n"} & values.keys()}
-    drift: Drift = make(**{**values, **shape})
+    try:
+        drift: Drift = make(**given)
+    except TypeError:
+        raise InputError(
+            f"{', '.join(given)} are no parameters of {name}; its parameters are "
+            f"{drift_signatures()[name]}."
+        ) from None
     return drift
 
 
 def drift_signatures() -> dict[str, str]:
     """The ready-made drifts with the names of their parameters, for a help text."""
     return {
-        name: ", ".join(
-            "c0, c1, c2, ..." if name == "polynomial" else str(parameter).partition(":")[0]
-            for parameter in list(inspect.signature(_maker(name)).parameters.values())[
-                : 1 if name == "polynomial" else None
-            ]
-        )
+        name: "c0, c1, c2, ..."
+        if name == "polynomial"
+        else ", ".join(inspect.signature(_maker(name)).parameters)
         for name in DRIFTS
     }
 
@@ -76,11 +73,3 @@ def _maker(name: str) -> Any:
     from symasym.drift.ready_made import friction, smoothings
 
     return getattr(friction if name == "friction" else smoothings, name)
-
-
-@lru_cache(maxsize=8)
-def _of_formula(expression: str) -> Drift:
-    """The drift of a formula, kept: reading it takes longer than most of its values."""
-    from symasym.drift.drift import Drift
-
-    return Drift(expression)

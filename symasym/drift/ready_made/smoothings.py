@@ -5,11 +5,14 @@ from __future__ import annotations
 import re
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import Numbers, shown
+from symasym.base.inputs import Numbers, count, shown
 from symasym.drift import models
 from symasym.drift.drift import Drift
 
 __all__ = ["hill", "linear", "polynomial", "sine", "tanh"]
+
+# Waves and exponents beyond it make no switch that anybody has.
+_MOST = 1_000
 
 
 def linear(a_minus: Numbers | None = None, a_plus: Numbers | None = None) -> Drift:
@@ -79,7 +82,7 @@ def sine(
     >>> len(sa.sine(1, 1, 4, waves=2).wells())
     2
     """
-    model = models.Sine(models.check_count("waves", waves))
+    model = models.Sine(count("waves", waves, 1, _MOST))
     return Drift.of(model, a_minus=a_minus, a_plus=a_plus, b=b)
 
 
@@ -128,4 +131,4 @@ def hill(
     >>> sa.hill(0.5, -1, K="1/2", n=2)(-1)
     0.5
     """
-    return Drift.of(models.Hill(models.check_count("n", n)), a_minus=a_minus, a_plus=a_plus, K=K)
+    return Drift.of(models.Hill(count("n", n, 1, _MOST)), a_minus=a_minus, a_plus=a_plus, K=K)

@@ -1,1 +1,0 @@
-"""Arithmetics and what is built on them: balls, double-doubles, power series, polynomials."""

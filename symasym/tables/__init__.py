@@ -1,1 +1,0 @@
-"""Reference tables of a grid of exact values."""

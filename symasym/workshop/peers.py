@@ -1,0 +1,158 @@
+"""The same escape times by the tools that people have, for polynomial drifts started at 0.
+
+Each peer is given what helps it: V in closed form, integrals split at the kinks -1 and 1 and at 0,
+the largest exponent taken out. `asymptotic` (built on SymPy) stands beside ours on a Laplace-type
+integral, where it is installed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from symasym.workshop.problems import Problem
+
+_NODES = 32
+
+
+def of(problem: Problem, quick: bool) -> Iterator[tuple[str, Callable[[], Any]]]:
+    """The peers that have this scene, by name."""
+    if problem.start != "0" or Fraction(problem.r) <= 1:
+        return
+    c = problem.make().exact_coefficients()
+    if c is None:
+        return
+    kappa, r = Fraction(problem.kappa), Fraction(problem.r)
+    for panels in (8, 16, 64):
+        yield "NumPy Gauss panels", partial(by_numpy, c, kappa, r, panels)
+    if kappa < Fraction(1, 5):
+        return
+    yield "mpmath.quad", partial(by_mpmath, c, kappa, r, 15)
+    if not quick:
+        yield "scipy dblquad", partial(by_scipy, c, kappa, r)
+        yield "Arb", partial(by_arb, c, kappa, r, 20)
+
+
+def _potentials(c: list[Any]) -> list[Callable[[Any], Any]]:
+    """V left of -1, on [-1, 1] and right of 1, each analytic everywhere; V(-1) = 0."""
+
+    def value(c: list[Any], u: Any) -> Any:
+        total = c[-1]
+        for x in c[-2::-1]:
+            total = total * u + x
+        return total
+
+    v = [0 * c[0], *(-x / (k + 1) for k, x in enumerate(c))]
+    v[0] = -value(v, -1)
+    low, high, top = value(c, -1), value(c, 1), value(v, 1)
+    return [lambda u: -low * (u + 1), lambda u: value(v, u), lambda u: top - high * (u - 1)]
+
+
+def by_mpmath(c: list[Fraction], kappa: Fraction, r: Fraction, dps: int) -> Any:
+    """eq:Ttilde with eq:C by nested `mpmath.quad`."""
+    from mpmath import mp, mpf
+
+    with mp.workdps(dps + 5):
+        parts = _potentials([mpf(x.numerator) / x.denominator for x in c])
+        lam = 2 * mpf(kappa.denominator) ** 2 / kappa.numerator**2
+        R = mpf(r.numerator) / r.denominator
+
+        def V(u: Any) -> Any:
+            return parts[0 if u < -1 else 1 if u < 1 else 2](u)
+
+        def inner(v: Any) -> Any:
+            cuts = [-R, *(x for x in (-1, 1) if x < v), v]
+            return mp.quad(lambda u: mp.exp(lam * (V(v) - V(u))), cuts)
+
+        single = [mp.quad(lambda v: mp.exp(lam * V(v)), x) for x in ([-R, -1, 0], [0, 1, R])]
+        double = [mp.quad(inner, x) for x in ([-R, -1, 0], [0, 1, R])]
+        C = single[1] / (single[0] + single[1])
+        return lam * ((1 - C) * double[1] - C * double[0])
+
+
+def by_scipy(c: list[Fraction], kappa: Fraction, r: Fraction) -> float:
+    """The same by `scipy.integrate.dblquad`."""
+    from scipy.integrate import dblquad, quad
+
+    parts, lam, R = _potentials([float(x) for x in c]), 2 / float(kappa) ** 2, float(r)
+
+    def V(u: float) -> float:
+        return float(parts[0 if u < -1 else 1 if u < 1 else 2](u))
+
+    def kernel(u: float, v: float) -> float:
+        return float(np.exp(lam * (V(v) - V(u))))
+
+    def single(a: float, b: float) -> float:
+        kinks = [x for x in (-1, 1) if a < x < b]
+        return float(quad(lambda v: np.exp(lam * V(v)), a, b, points=kinks)[0])
+
+    def double(a: float, b: float) -> float:
+        cuts = [a, *(x for x in (-1, 1) if a < x < b), b]
+        return float(sum(
+            dblquad(kernel, x, y, lo, partial(min, hi))[0]
+            for x, y in zip(cuts, cuts[1:], strict=False)
+            for lo, hi in ((-R, -1), (-1, 1), (1, R)) if lo < y
+        ))  # fmt: skip
+
+    C = single(0, R) / (single(-R, 0) + single(0, R))
+    return lam * ((1 - C) * double(0, R) - C * double(-R, 0))
+
+
+def by_arb(c: list[Fraction], kappa: Fraction, r: Fraction, dps: int) -> Any:
+    """The same by nested `acb.integral`, which is rigorous."""
+    from flint import acb, arb, fmpq
+
+    from symasym.base.balls import precision, to_mpf
+
+    with precision(int(3.4 * dps) + 40):
+        parts = _potentials([arb(fmpq(x.numerator, x.denominator)) for x in c])
+        lam = arb(fmpq(2 * kappa.denominator**2, kappa.numerator**2))
+        R, one = arb(fmpq(r.numerator, r.denominator)), arb(1)
+        marks = [(-R, -one, 0), (-one, one, 1), (one, R, 2)]
+
+        def inverse(k: int, a: Any, b: Any) -> Any:
+            return acb.integral(lambda u, _: (-lam * parts[k](u)).exp(), a, b)
+
+        def nested(k: int, a: Any, b: Any) -> Any:
+            before = sum((inverse(j, *marks[j][:2]) for j in range(k)), acb(0))
+            return acb.integral(
+                lambda v, _: (lam * parts[k](v)).exp() * (before + inverse(k, marks[k][0], v)),
+                a, b,
+            )  # fmt: skip
+
+        def single(k: int, a: Any, b: Any) -> Any:
+            return acb.integral(lambda v, _: (lam * parts[k](v)).exp(), a, b)
+
+        left, right = [(0, -R, -one), (1, -one, arb(0))], [(1, arb(0), one), (2, one, R)]
+        e, d = ([sum((f(*x) for x in s), acb(0)) for s in (left, right)] for f in (single, nested))
+        C = e[1] / (e[0] + e[1])
+        return to_mpf((lam * ((1 - C) * d[1] - C * d[0])).real, dps)[0]
+
+
+def by_numpy(c: list[Fraction], kappa: Fraction, r: Fraction, panels: int) -> float:
+    """Gauss panels by hand in float64: running integrals by one matrix, no logarithms."""
+    x, w = np.polynomial.legendre.leggauss(_NODES)
+    k = np.arange(_NODES)
+    p = np.polynomial.legendre.legvander(x, _NODES)
+    running = np.empty((_NODES, _NODES))
+    running[:, 0] = x + 1
+    running[:, 1:] = (p[:, 2:] - p[:, :-2]) / (2 * k[1:] + 1)
+    running = running @ ((k[:, None] + 0.5) * p[:, :_NODES].T * w)
+    parts, lam, R = _potentials([float(y) for y in c]), 2 / float(kappa) ** 2, float(r)
+    before, single, double = 0.0, [0.0, 0.0], [0.0, 0.0]
+    for low, high, V in ((-R, -1.0, parts[0]), (-1.0, 1.0, parts[1]), (1.0, R, parts[2])):
+        ends = np.linspace(low, high, 2 * panels + 1)  # 0 among them
+        for a, b in zip(ends[:-1], ends[1:], strict=True):
+            h = (b - a) / 2
+            e = np.exp(lam * V(a + h * (x + 1)))
+            side = int(a >= 0)
+            single[side] += h * (w @ e)
+            double[side] += h * (w @ (e * (before + h * (running @ (1 / e)))))
+            before += h * (w @ (1 / e))
+    C = single[1] / (single[0] + single[1])
+    return float(lam * ((1 - C) * double[1] - C * double[0]))

@@ -1,0 +1,128 @@
+"""Reference tables: right values, the same bytes however made, changed lines, bad specs."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import signal
+import time
+from concurrent.futures import ThreadPoolExecutor
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+from mpmath import mp, mpf
+
+import symasym as sa
+from symasym.commands.main import main
+from symasym.tables import read_spec, write_table
+from symasym.workshop import reference_quadrature
+from tests.processes import PROGRAM, started
+
+SMALL = """\
+drift = "friction"
+quantities = ["T", "1 - C", "P"]
+dps = 20
+kappa = ["0.5", 1.0]
+r = 3
+start = [0, "-1/3"]
+
+[parameters]
+mu = 3
+alpha = 1
+z0 = { from = -0.8, to = "-0.6", points = 2 }
+"""
+# Some 20 ms a value: time enough to be killed in the middle.
+LONG = """\
+drift = "friction"
+dps = 300
+kappa = 1
+r = 2
+parameters = { mu = 3, alpha = 1, z0 = { from = -1.5, to = -0.5, step = "1/80" } }
+"""
+
+
+def made(folder: Path, text: str = SMALL, **options: object) -> bytes:
+    (folder / "spec.toml").write_text(text)
+    out = folder / "t.jsonl"
+    write_table(read_spec(folder / "spec.toml"), out, **options)  # type: ignore[arg-type]
+    return out.read_bytes()
+
+
+def test_values(tmp_path: Path) -> None:
+    lines = [json.loads(line) for line in made(tmp_path).splitlines()]
+    assert len(lines) == 2 * 2 * 2 * 3
+    for record in lines:
+        x = {name: Fraction(text) for name, text in record["x"].items()}
+        if record["quantity"] == "P":  # no stationary state at these z0
+            assert record["mid"] is None
+            assert "no sliding region" in record["refused"]
+            continue
+        drift = sa.friction(mu=x["mu"], alpha=x["alpha"], z0=x["z0"])
+        scene = drift, x["kappa"], x["r"]
+        with mp.workdps(30):
+            if record["quantity"] == "T":
+                true = reference_quadrature.escape_time(*scene, start=x["start"], dps=22)
+            else:
+                true = 1 - reference_quadrature.exit_probability(*scene, start=x["start"], dps=24)
+            assert abs(mpf(record["mid"]) - true) <= mpf(record["rad"]) + true * mpf(10) ** -21
+        assert record["error_kind"] == "bound"
+    with open(tmp_path / "t.csv") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["T"] for row in rows] == [r["mid"] for r in lines if r["quantity"] == "T"]
+    assert all(float(r["log10_T"]) == pytest.approx(math.log10(float(r["T"]))) for r in rows)
+    assert (tmp_path / "t.tex").read_text().count(r"\\") == 9
+
+
+def test_the_same_bytes(tmp_path: Path) -> None:
+    whole = made(tmp_path)
+    with ThreadPoolExecutor(2) as threads:
+        assert made(tmp_path, force=True, executor=threads) == whole
+    out = tmp_path / "t.jsonl"
+    for end in (0, 10, len(whole) // 2, len(whole)):
+        out.write_bytes(whole[:end])
+        assert made(tmp_path) == whole
+
+
+def test_killed_and_resumed(tmp_path: Path) -> None:
+    (tmp_path / "spec.toml").write_text(LONG)
+    command = [*PROGRAM, "table", str(tmp_path / "spec.toml"), "-o", str(tmp_path / "t.jsonl")]
+    with started([*command, "--workers", "2"]) as process:
+        while not (tmp_path / "t.jsonl").exists() or not (tmp_path / "t.jsonl").stat().st_size:
+            time.sleep(0.01)
+        process.send_signal(signal.SIGKILL)
+    cut = (tmp_path / "t.jsonl").read_bytes()
+    assert main(command[len(PROGRAM) :]) == 0
+    resumed = (tmp_path / "t.jsonl").read_bytes()
+    assert resumed.startswith(cut[: cut.rfind(b"\n") + 1])
+    (tmp_path / "t.jsonl").unlink()
+    assert made(tmp_path, LONG) == resumed
+
+
+def test_a_changed_digit_is_found(tmp_path: Path) -> None:
+    whole = made(tmp_path)
+    out = tmp_path / "t.jsonl"
+    at = whole.index(b'"mid": "') + 12
+    changed = whole[:at] + str((int(whole[at : at + 1]) + 1) % 10).encode() + whole[at + 1 :]
+    for bytes_, text in ((changed, SMALL), (whole, SMALL.replace("r = 3", "r = 4"))):
+        out.write_bytes(bytes_)
+        with pytest.raises(sa.OutputError, match="line 1, was changed or belongs to another"):
+            made(tmp_path, text)
+        assert out.read_bytes() == bytes_
+    assert made(tmp_path, force=True) == whole
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("friction", "fricton"), ('"T"', '"U"'), ("dps = 20", "dps = 0"), ("dps", "digits"),
+        ('["0.5", 1.0]', '["0.5", "x"]'), ("r = 3\n", ""), ("mu = 3", "nu = 3"), ("alpha = 1", ""),
+        ("points = 2", "points = 1"), ("points = 2", "step = 0.3"), ("[parameters]", "[parameters"),
+        ("points = 2", "points = 9999999999"), ("= 3\nalpha", "= [[3]]\nalpha"),
+    ],
+)  # fmt: skip
+def test_a_wrong_spec(tmp_path: Path, old: str, new: str) -> None:
+    with pytest.raises(sa.InputError, match=r"spec\.toml"):
+        made(tmp_path, SMALL.replace(old, new, 1))
+    assert not (tmp_path / "t.jsonl").exists()
