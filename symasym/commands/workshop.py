@@ -48,7 +48,8 @@ def _reproduce(arguments: argparse.Namespace) -> None:
         print(
             f"The paper's formula is farthest from the exact escape time at mu = "
             f"{record['x']['mu']}, kappa = {record['physical']['kappa']}, "
-            f"z0 = {record['x']['z0']}: {float(record['paper']):.6g} instead of {float(record['mid']):.6g}, "
+            f"z0 = {record['x']['z0']}: {float(record['paper']):.6g} instead of "
+            f"{float(record['mid']):.6g}, "
             f"{100 * off:.3g} % off (the worst of the {scenes} scenes of the reference table)."
         )
         frozen, whole = frozen_and_whole()
