@@ -1,0 +1,60 @@
+"""The picture of docs/choose.md: what the expansions reach. ``python docs/website/pictures.py``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import symasym as sa
+from symasym.workshop.figures import encode
+from symasym.workshop.figures.style import style
+
+METHODS = {"laplace": 2, "uniform": 2, "strong_noise": 2, "paper": None}
+
+
+def errors(x: Any, scene: Callable[[float], tuple[Any, Any]]) -> dict[str, list[float]]:
+    """Relative errors of T over x by method, nan where it is refused."""
+    found: dict[str, list[float]] = {name: [] for name in METHODS}
+    for one in x:
+        drift, kappa = scene(float(one))
+        exact = sa.escape_time(drift, kappa, 10, dps=25)
+        for name, order in METHODS.items():
+            try:
+                value = sa.escape_time(drift, kappa, 10, method=name, order=order, dps=25)
+            except sa.AccuracyError:
+                found[name].append(np.nan)
+            else:
+                found[name].append(float(abs(value / exact - 1)))
+    return found
+
+
+def draw(count: int = 50) -> Any:
+    """Over the noise with one well and one barrier, and over z0 through the fold."""
+    from matplotlib.figure import Figure
+
+    noise, spring = np.geomspace(0.02, 30, count), np.linspace(-1.2, -0.02, count)
+    panels = (
+        (noise, lambda k: (sa.friction(3, 1, "-0.4"), k), r"$\kappa$", "(a) $z_0 = -0.4$"),
+        (spring, lambda z: (sa.friction(3, 1, z), "0.1"), "$z_0$", r"(b) $\kappa = 0.1$"),
+    )
+    with style():
+        figure = Figure(figsize=(7.4, 3.9))
+        axes = figure.subplots(1, 2, sharey=True)
+        for place, (x, scene, name, title) in zip(axes, panels, strict=True):
+            for k, (method, row) in enumerate(errors(x, scene).items()):
+                place.semilogy(x, row, color=f"C{k}", marker=".", ms=4, label=method)
+            place.set(xlabel=name, title=title, ylim=(1e-16, 30))
+        axes[0].set(xscale="log", ylabel="relative error of $T$")
+        axes[1].axvline(-7 / 9, color="0.6", lw=0.8)
+        axes[1].annotate("fold", (-7 / 9, 1e-15), (3, 0), textcoords="offset points", color="0.4")
+        handles = axes[0].get_legend_handles_labels()
+        figure.legend(*handles, loc="outside lower center", ncols=4)
+    return figure
+
+
+if __name__ == "__main__":
+    file = Path(__file__).parent.parent / "images" / "expansions.png"
+    file.write_bytes(encode(draw(), "png"))
