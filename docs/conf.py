@@ -1,4 +1,7 @@
-"""Sphinx's settings. `docs/build.py` stages the pages and runs Sphinx with them."""
+"""Sphinx's settings: pages in Markdown, the reference from docstrings, formulas by MathJax.
+
+`docs/build.py` stages the pages and runs Sphinx with them.
+"""
 
 import re
 import sys
@@ -7,92 +10,68 @@ from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent.parent)]
 
-from website.api import TYPES, typeset  # noqa: E402
+from derivations.pages import slug  # noqa: E402
+from symasym.formula import labels  # noqa: E402
 
 project = "symasym"
-author = "The symasym developers"
+author = project_copyright = "The symasym developers"
 release = version = metadata.version("symasym")
-project_copyright = author
 
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
     "sphinx.ext.mathjax",
     "sphinx.ext.viewcode",
+    "sphinx_copybutton",
 ]
 myst_enable_extensions = ["attrs_block", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 4
 myst_update_mathjax = False
-exclude_patterns: list[str] = []
-# A type in words ("expression") may be the name of an attribute of several classes.
-suppress_warnings = ["ref.python"]
-# A single backtick in a docstring is a name or a value.
+suppress_warnings = ["ref.python"]  # a type in words may be an attribute's name as well
 default_role = "code"
-# Dashes alone: V'' is a second derivative.
-smartquotes_action = "D"
+smartquotes_action = "D"  # dashes alone: V'' is a second derivative
 
-autodoc_typehints = "signature"
-# Names of types that the reference explains, for the unions that they stand for.
-autodoc_type_aliases = {name: f"symasym.{name}" for name in TYPES}
-autodoc_typehints_format = "short"
-python_use_unqualified_type_names = True
-python_display_short_literal_types = True
-python_maximum_signature_line_length = 80
+autodoc_typehints = "none"  # docstrings have the types in words
 autodoc_member_order = "bysource"
+autosummary_generate = False
 napoleon_google_docstring = False
-napoleon_use_rtype = True
-viewcode_line_numbers = True
+python_maximum_signature_line_length = 80
+copybutton_prompt_text = r">>> |\.\.\. |\$ "
+copybutton_prompt_is_regexp = True
 
 html_theme = "furo"
 html_title = "symasym"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_favicon = "_static/icon.svg"
-html_js_files = ["site.js"]
-html_search_scorer = str(Path(__file__).parent / "search.js")
-html_copy_source = False
-html_show_sourcelink = False
-# Pages opened from the file system must not ask for anything from elsewhere.
-html_theme_options = {"footer_icons": []}
+html_copy_source = html_show_sourcelink = False
+html_theme_options = {"footer_icons": []}  # pages ask for nothing from elsewhere
 
-# From the npm package that docs/package.json names. SVG rather than fonts, which some browsers
-# refuse to load for pages opened from the file system.
+# SVG rather than fonts, which some browsers refuse to load for pages opened from the file system.
 mathjax_path = "mathjax/startup.js"
 mathjax_config_path = "mathjax.js"
 
 
+def _linked(line: str) -> str:
+    """A line of a docstring whose pages and labels lead to where they are."""
+    line = re.sub(
+        r"(?<![\w`/])docs/([\w-]+)\.md",
+        lambda m: f":doc:`/{m[1]}`" if (Path(__file__).parent / f"{m[1]}.md").exists() else m[0],
+        line,
+    )
+    return re.sub(
+        r"(?<![\w`\"'/])eq:\w+(?![\w`\"'])",
+        lambda m: f":doc:`{m[0]} </formulas/{slug(m[0])}>`" if m[0] in labels() else m[0],
+        line,
+    )
+
+
 def _link_docstring(app, what, name, value, options, lines) -> None:
-    lines[:] = typeset(lines)
-
-
-def _whole_signatures(app) -> None:
-    """Show a verb's own signature, with all its options, in place of its overloads for checkers."""
-    from sphinx.pycode import ModuleAnalyzer  # the tests read this file without Sphinx
-
-    verbs = ModuleAnalyzer.for_module("symasym.quantities")
-    verbs.analyze()
-    verbs.overloads.clear()
-
-
-def _named_types(app, what, name, value, options, arguments, returned):
-    """The signature with the names of types, also where Sphinx shows what it has for a name."""
-    plain = [
-        text and re.sub(r"TypeAliasForwardRef\('([\w.]+)'\)", r"\1", text)
-        for text in (arguments, returned)
-    ]
-    return tuple(plain)
-
-
-def _without_builtins(app):
-    """viewcode lists the module of plain dicts and numbers, for which it writes no page."""
-    getattr(app.env, "_viewcode_modules", {}).pop("builtins", None)
-    return []
+    lines[:] = [line if ">>>" in line else _linked(line) for line in lines]
 
 
 def setup(app) -> None:
-    """Docstrings are written as for a shell; here their formulas are set and their labels lead."""
-    app.connect("html-collect-pages", _without_builtins, priority=100)
-    app.connect("builder-inited", _whole_signatures)
-    app.connect("autodoc-process-signature", _named_types)
+    """Docstrings are written as for a shell; here their labels lead."""
     app.connect("autodoc-process-docstring", _link_docstring)

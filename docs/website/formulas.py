@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterable
 from functools import cache
-from html import escape
 from importlib import import_module, metadata
 from pathlib import Path
-from typing import Any
 
 import sympy
 
@@ -58,7 +55,6 @@ def pages() -> dict[str, str]:
         "formulas/index.md": index(),
         **{f"formulas/section-{n}.md": section(n) for n in SECTIONS},
         "formulas/graph.md": graph_page(),
-        "formulas/formulas.json": machine_readable(),
         "errata.md": linked((DOCS / "errata.md").read_text("utf-8")),
     }
 
@@ -76,24 +72,20 @@ def page(label: str) -> str:
     """The page of one formula."""
     d = build(label)
     used = [other for other in LABELS if label in build(other).rests_on]
-    focus = (
-        f'<a href="graph.html#focus-{slug(label)}">The graph about this formula</a> shows all that '
+    rows = (
+        f"| ${NAMES.get(s, tex(sympy.Symbol(s)))}$ | {' | '.join(MEANINGS[s])} |"
+        for s in _symbols(d)
     )
     lines = [
         *(f"# {heading(d.title)}", "", f"{_place(label)}. {_section(label)}.", ""),
         *made.statement(d, "##"),
-        *_tools(label, d),
         *_errata(label),
-        *("## Symbols", "", "| symbol | meaning | measured in |", "|---|---|---|"),
-        *(
-            f"| ${NAMES.get(s, tex(sympy.Symbol(s)))}$ | {' | '.join(MEANINGS[s])} |"
-            for s in _symbols(d)
-        ),
+        *("## Symbols", "", "| symbol | meaning | measured in |", "|---|---|---|", *rows),
         *("", "## Evaluate it", "", *_evaluation(label)),
         *("## Derivation", "", f"Starts from: {_links(d.rests_on) or 'definitions only'}.", ""),
         *made.steps(d, "###"),
         *("## Used by", "", f"{_links(used) or 'No other formula'}.", ""),
-        *((f"{focus}it rests on and all that rests on it.", "") if used or d.rests_on else ()),
+        *_cite(label),
     ]
     return "\n".join(lines)
 
@@ -180,19 +172,6 @@ def _cite(label: str) -> list[str]:
     return folded("Cite", ["```bibtex", *cited, "```", ""])
 
 
-def _tools(label: str, d: Derivation) -> list[str]:
-    """Permalink, TeX to copy, a BibTeX entry to cite."""
-    copied = f'<button type="button" data-copy="{escape(d.latex())}">copy TeX</button>'
-    link = '<button type="button" data-permalink="">copy permalink</button>'
-    return [
-        "```{raw} html",
-        f'<div class="formula-tools">{link}{copied}</div>',
-        "```",
-        "",
-        *_cite(label),
-    ]
-
-
 def folded(summary: str, lines: Iterable[str]) -> list[str]:
     """Lines that are shown when their summary is chosen."""
     return [f"<details><summary>{summary}</summary>", "", *lines, "</details>", ""]
@@ -238,7 +217,7 @@ def _evaluation(label: str) -> list[str]:
             except InputError:
                 continue
             title = f"**{name}**{', with the friction drift' if drift is not None else ''}"
-            code += [title, "", "{.no-search}", f"```{language}", text, "```", ""]
+            code += [title, "", f"```{language}", text, "```", ""]
             break
     lines += folded("As code", code) if code else []
     return lines or ["No function of symasym evaluates this formula alone.", ""]
@@ -273,9 +252,8 @@ def index() -> str:
     lines = [
         *("# Formulas", ""),
         f"{len(LABELS)} results, derived in {sum(len(build(x).steps) for x in LABELS)} checked "
-        "steps, by section of the paper, and as [a graph](graph.md) of which rests on which. [All "
-        "of them in one file](formulas.json), for programs. After a title stand its label and, in "
-        "brackets, the number of its equation in the paper, counted through from the first.",
+        "steps, by section of the paper, and as [a graph](graph.md) of which rests on which. After "
+        "a title stand its label and, in brackets, the number of its equation in the paper.",
         "",
     ]
     for number, title in SECTIONS.items():
@@ -296,40 +274,13 @@ def graph_page() -> str:
     """The graph of which formula rests on which, as a drawing and as a list."""
     rests = {label: build(label).rests_on for label in made.with_roots(LABELS)}
     titles = {label: heading(build(label).title) for label in rests}
-    joined = {x for label, below in rests.items() if below for x in (label, *below)}
-    chosen = [
-        f'<option value="{slug(label)}">{escape(titles[label])}</option>'
-        for label in sorted(joined, key=lambda x: titles[x])
-    ]
+    listed = (
+        f"- {_link(label)} rests on: {_links(below)}." for label, below in rests.items() if below
+    )
     lines = [
         *("---", "hide-toc: true", "---", "# Which formula rests on which", ""),
         "An arrow leads down from a result to one that uses it. A box that no arrow enters rests "
         "on definitions only. Each label leads to the page of its formula.",
-        *("", "```{raw} html"),
-        '<p><label>Only what one formula rests on, and what rests on it: <select id="graph-focus">'
-        '<option value="">all formulas</option>',
-        *(*chosen, "</select></label></p>"),
-        '<p id="graph-title" role="status">Point at a label to read its title.</p>',
-        '<p id="graph-hint" hidden>Scroll ↔</p>',
-        *(graph.svg(rests, titles), "```", "", "## As a list", ""),
-        *(
-            f"- {_link(label)} rests on: {_links(below)}."
-            for label, below in rests.items()
-            if below
-        ),
+        *("", "```{raw} html", graph.svg(rests, titles), "```", "", "## As a list", "", *listed),
     ]
     return "\n".join([*lines, ""])
-
-
-def machine_readable() -> str:
-    """JSON of every formula: its record, number, and its right sides as SymPy has them."""
-    listed: list[dict[str, Any]] = [
-        {
-            **made.record(label),
-            "equation": NUMBERS.get(label),
-            "sympy": [sympy.srepr(step.right) for step in build(label).concluded],
-        }
-        for label in LABELS
-    ]
-    data = {"format": "symasym-site-formulas/3", "version": VERSION, "formulas": listed}
-    return json.dumps(data, indent=1, ensure_ascii=False) + "\n"

@@ -9,7 +9,6 @@ from itertools import pairwise
 
 from derivations.pages import slug
 
-# As in docs/_static/site.js, which draws the part about one node.
 WIDTH, HEIGHT = 117, 22
 ROW, GAP, LANE, MARGIN = 56, 5, 10, 2
 SWEEPS = 12
@@ -95,30 +94,22 @@ def svg(rests: Rests, titles: Mapping[str, str]) -> str:
     right = max(x for x, _ in at.values()) + WIDTH / 2 + MARGIN
     bottom = max(row for _, row in at.values()) * ROW + HEIGHT + 2 * MARGIN
     lines = [
-        f'<div class="graph" data-focus=""><svg viewBox="0 0 {right:g} {bottom}" '
-        f'width="{right:g}" height="{bottom}" role="img" aria-label="Which formula rests on which">'
-        '<defs><marker id="arrowhead" viewBox="0 0 8 8" refX="8" refY="4" markerWidth="8" '
-        'markerHeight="8" markerUnits="userSpaceOnUse" orient="auto">'
-        '<polygon points="0 0 8 4 0 8"/></marker></defs>'
+        f'<div class="graph"><svg viewBox="0 0 {right:g} {bottom}" width="{right:g}" '
+        'role="img" aria-label="Which formula rests on which"><defs><marker id="arrowhead" '
+        'viewBox="0 0 8 8" refX="8" refY="4" markerWidth="8" markerHeight="8" '
+        'markerUnits="userSpaceOnUse" orient="auto"><polygon points="0 0 8 4 0 8"/></marker></defs>'
     ]
     for node, below in rests.items():
         for b in below:
-            way = [at[bend] for bend in _way(b, node, level)]
-            lines.append(
-                f'<path data-from="{slug(b)}" data-to="{slug(node)}" '
-                f'data-way="{" ".join(f"{x:g} {row}" for x, row in way)}" d="{_curve(way)}" '
-                'marker-end="url(#arrowhead)"/>'
-            )
+            way = _curve([at[bend] for bend in _way(b, node, level)])
+            lines.append(f'<path d="{way}" marker-end="url(#arrowhead)"/>')
     for node in rests:
         if node in at:
-            x, row = at[node]
-            y = MARGIN + row * ROW
+            x, y = at[node][0], MARGIN + at[node][1] * ROW
             lines.append(
-                f'<a id="focus-{slug(node)}" data-node="{slug(node)}" data-at="{x:g} {row}" '
-                f'href="{slug(node)}.html"><title>{escape(titles[node])}</title>'
-                f'<rect x="{x - WIDTH / 2:g}" y="{y}" width="{WIDTH}" '
-                f'height="{HEIGHT}" rx="4"/><text x="{x:g}" '
-                f'y="{y + HEIGHT // 2 + 4}">{escape(node)}</text></a>'
+                f'<a href="{slug(node)}.html"><title>{escape(titles[node])}</title>'
+                f'<rect x="{x - WIDTH / 2:g}" y="{y}" width="{WIDTH}" height="{HEIGHT}" rx="4"/>'
+                f'<text x="{x:g}" y="{y + HEIGHT // 2 + 4}">{escape(node)}</text></a>'
             )
     return "\n".join([*lines, "</svg></div>"])
 

@@ -1,4 +1,4 @@
-"""The documents' links lead somewhere, and their formulas are typeset; conftest.py runs their code blocks."""
+"""The documents' links lead somewhere; conftest.py runs their code blocks."""
 
 from __future__ import annotations
 
@@ -9,7 +9,12 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [
+    ROOT / "README.md",
+    ROOT / "CHANGELOG.md",
+    ROOT / "CONTRIBUTING.md",
+    *sorted((ROOT / "docs").glob("*.md")),
+]
 
 
 def _anchors(page: Path) -> set[str]:
@@ -46,9 +51,7 @@ def test_every_picture_is_shown() -> None:
 def test_the_layers_on_the_page_are_those_of_the_contract() -> None:
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
     (layers,) = (
-        c["layers"]
-        for c in settings["tool"]["importlinter"]["contracts"]
-        if c["id"] == "layers"
+        c["layers"] for c in settings["tool"]["importlinter"]["contracts"] if c["id"] == "layers"
     )
     page = (ROOT / "docs" / "house.md").read_text("utf-8")
     drawn = re.search(r"```text\n(.*?)```", page, re.DOTALL)
