@@ -56,6 +56,7 @@ mathjax_config_path = "mathjax.js"
 
 def _linked(line: str) -> str:
     """A line of a docstring whose pages and labels lead to where they are."""
+    line = re.sub(r"(?<![`\w])\|(\w+)\|", r"\|\1\|", line)  # no substitution of reStructuredText
     line = re.sub(
         r"(?<![\w`/])docs/([\w-]+)\.md",
         lambda m: f":doc:`/{m[1]}`" if (Path(__file__).parent / f"{m[1]}.md").exists() else m[0],

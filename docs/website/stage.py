@@ -33,7 +33,7 @@ _LABEL = re.compile(
 #: Members of `Drift` that the package needs of itself.
 _INNER = (
     "shape_with, scalars, require_bound, evaluate_float, float_values, flat_values, values, "
-    "exact_coefficients, end, of"
+    "exact_coefficients, end, of, model, name, shape"
 )
 
 
