@@ -1,4 +1,4 @@
-// Settings of MathJax; docs/website/stage.py places the parts that are loaded here.
+// Settings of MathJax; docs/build.py places the parts that are loaded here.
 window.MathJax = {
   loader: {
     // Not the ready-made bundles: they start workers for speech, which a file may not. Hidden
@@ -23,17 +23,7 @@ window.MathJax = {
       MathJax.startup.input[0].preFilters.add(({ math }) => {
         if (!math.display && math.math.length <= 32) math.math = `{${math.math}}`;
       });
-      // On a narrow screen the condition of a long value stands below it, those of its fellows behind.
-      const [next, when, narrow] = ["\\\\", " , & ", innerWidth < 640];
-      const long = (row) => row.indexOf(when) > 80;
-      const stacked = (row) => row.replace(when, ` , ${long(row) ? `${next} \\qquad` : "\\quad"} `);
-      MathJax.startup.input[0].preFilters.add(({ math }) => {
-        const rows = math.math.split(next);
-        if (narrow && rows.some(long)) math.math = rows.map(stacked).join(next);
-      });
-      // The width that formulas have is that of the page in their own scale; one that is little
-      // wider shrinks. What is measured here is not broken into lines: a table would be, to the
-      // width of the last formula that was.
+      // What is measured here is not broken into lines; a formula little wider than the page shrinks.
       const { output } = MathJax.startup;
       output.preFilters.add(({ math, document }) => {
         math.width ??= math.metrics.containerWidth / output.options.scale;
@@ -52,10 +42,6 @@ window.MathJax = {
           // Between two formulas, and not inside one.
           if (node.isKind("mspace") && /^[12]em$/.test(node.attributes.get("width"))) {
             node.attributes.set("linebreak", "goodbreak");
-          }
-          // Not between an integrand and its differential.
-          if (node.isKind("mspace") && node.attributes.get("width") === "0.167em") {
-            node.attributes.set("linebreak", "nobreak");
           }
           if (node.isKind("mtable")) data.root.attributes.set("overflow", "scale");
         });

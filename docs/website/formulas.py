@@ -34,13 +34,8 @@ SECTIONS = {
     "8": "Beyond the paper: the whole system",
 }
 #: What code is emitted for, and how it is coloured.
-TARGETS = {
-    "NumPy": "python",
-    "mpmath": "python",
-    "C": "c",
-    "JavaScript": "javascript",
-    "LaTeX": "latex",
-}
+_LANGUAGES = ("python", "python", "c", "javascript", "latex")
+TARGETS = dict(zip(("NumPy", "mpmath", "C", "JavaScript", "LaTeX"), _LANGUAGES, strict=True))
 _ARXIV = "https://arxiv.org/abs/1310.8328"
 #: Symbols of the problem, which need no explanation in a list of formulas.
 _COMMON = {*"uvyztarTCPVA", "phi", "kappa", "lam", "epsilon", "mu", "alpha", "z0", "u1", "u2"}
@@ -48,24 +43,14 @@ _COMMON |= {"kappa_phys", "r_phys", "a_minus", "a_plus"}
 
 
 def pages() -> dict[str, str]:
-    """File name -> text: a page for each formula, the indexes, and one file of all for machines."""
+    """File name -> text: a page for each formula, and the indexes."""
     labels()
     return {
         **{f"formulas/{slug(label)}.md": page(label) for label in LABELS},
         "formulas/index.md": index(),
         **{f"formulas/section-{n}.md": section(n) for n in SECTIONS},
         "formulas/graph.md": graph_page(),
-        "errata.md": linked((DOCS / "errata.md").read_text("utf-8")),
     }
-
-
-def linked(text: str) -> str:
-    """A page of docs/ whose labels in code lead to their formulas."""
-
-    def link(found: re.Match[str]) -> str:
-        return f"[{found[0]}](formulas/{slug(found[1])}.md)" if found[1] in LABELS else found[0]
-
-    return re.sub(r"`([\w:-]+)`", link, text)
 
 
 def page(label: str) -> str:

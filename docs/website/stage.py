@@ -49,7 +49,7 @@ def stage(folder: Path) -> int:
         path.write_text(text, encoding="utf-8")
     for page in folder.glob("*.md"):
         text = page.read_text("utf-8").replace("](../CHANGELOG.md", "](CHANGELOG.md")
-        text = text if page.name in ("errata.md", "CHANGELOG.md") else labelled(text)
+        text = text if page.name == "CHANGELOG.md" else labelled(text)
         page.write_text(with_toctrees(text) if page.name == "index.md" else text, encoding="utf-8")
     return len(made)
 
