@@ -1,4 +1,4 @@
-"""The layers of the package: the contracts in pyproject.toml, which docs/house.md shows."""
+"""The layers of the package: the contracts in pyproject.toml."""
 
 from __future__ import annotations
 
