@@ -153,7 +153,6 @@ def uniform(drift: Drift, start: Fraction, case: Case | None) -> dict[str, Any]:
         return {"case": own, "formula": formula(slope), "definitions": known,
                 "conditions": [sympy.Gt(R, 1), slope > 0, *where], **more}  # fmt: skip
     raise InputError(
-        f"{drift!r} from {float(start):.6g} has no well with a barrier behind it in the layer, the "
-        "only zeros there or of a cubic, which the uniform formula is of; "
-        "sa.escape_time(method='uniform') has numbers."
+        f"{drift!r} from {float(start):.6g} has no uniform formula, as has a well with a barrier "
+        'behind it that is alone in the layer or of a cubic A; take numbers of method="uniform".'
     )
