@@ -1,9 +1,8 @@
 """Which terms of T a scene needs for a tolerance, and the order that suffices; method="auto".
 
 The exact value is cheap, so that the error is known, not estimated; what a plan adds is which terms
-carry T, for a formula or for many kappa of one drift. ``method="auto"`` takes the exact value of
-one scene and of arrays of drifts. For many kappa of one drift it takes an expansion below the kappa
-at which a few exact values beside it say that its error is allowed, since errors grow with kappa.
+carry T. ``method="auto"`` takes the exact value, but for many kappa of one drift an expansion below
+the kappa at which exact values beside it say that its error is allowed, as errors grow with kappa.
 """
 
 from __future__ import annotations
@@ -43,7 +42,7 @@ class Plan:
     """The first order in weak noise whose error is allowed, else the one of the least error.
 
     `terms` are T's parts to it, largest first; `value` is the sum of those that are kept, `error`
-    its distance to the exact T, relative to that; `suffices` says whether it is allowed.
+    its relative distance to the exact T; `suffices` says whether that is allowed.
     """
 
     order: int
@@ -70,7 +69,7 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
     drift, kappa, r, start
         One scene, as in `escape_time`.
     rtol : number
-        Relative error allowed, between 1e-1000 and 1.
+        Relative error allowed, below 1.
 
     Examples
     --------
@@ -114,18 +113,14 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
 
 
 def read_rtol(rtol: Number | None) -> Fraction:
-    """rtol as an exact number between 1e-1000 and 1."""
-    if rtol is None:
-        raise InputError('method is "auto", which needs the relative error allowed; give rtol=….')
+    """rtol as an exact number between 0 and 1."""
     allowed = exact("rtol", rtol)
-    if not Fraction(1, 10**1000) <= allowed < 1:
-        raise InputError(f"rtol is {float_text(allowed)}; give one between 1e-1000 and 1.")
+    if not 0 < allowed < 1:
+        raise InputError(f"rtol is {float_text(allowed)}; give a relative error between 0 and 1.")
     return allowed
 
 
-def automatic(
-    drift: Drift, numbers: dict[str, Any], rtol: Number | None, request: scenes.Request
-) -> Any:
+def automatic(drift: Drift, numbers: Any, rtol: Number | None, request: scenes.Request) -> Any:
     """The quantity of `request` with a relative error of at most `rtol`."""
     allowed, exactly = read_rtol(rtol), request._replace(method="exact")
     if request.order is not None:

@@ -78,8 +78,8 @@ class Expansion(NamedTuple):
             if proved is None:
                 apart = [abs(b - a).upper() for a, b in pairwise(logs)]
                 estimates = [3 * sum(apart[k : k + _NEXT], arb(0)) for k in range(len(orders))]
-                some, sizes = (np.array([*map(float, y)]) for y in (logs[:-_NEXT], estimates))
-                best = int(np.argmin(np.where(_counted(some, sizes), sizes, np.inf)))
+                known, sizes = (np.array([*map(float, y)]) for y in (logs[:-_NEXT], estimates))
+                best = int(np.argmin(np.where(_counted(known, sizes), sizes, np.inf)))
                 order, value = orders[best], (logs if log else values)[best]
                 error = estimates[best] if log else value * estimates[best].expm1()
             most = arb(2).log().max(abs(value) / 10**11) if log else value / 2

@@ -54,9 +54,6 @@ class Scaled:
         other = self._of(other)
         return Scaled(self.m / other.m, self.h - other.h, self.lam)
 
-    def __rtruediv__(self, other: Any) -> Scaled:
-        return self._of(other) / self
-
     def log(self) -> FloatArray:
         """The logarithm; nan where the value is not positive."""
         found: FloatArray = np.log(self.m) + self.lam * float(self.h)

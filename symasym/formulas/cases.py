@@ -31,7 +31,7 @@ _TRIED = [Fraction(n, 32) for n in (0, 16, 32, 96, 256, -16, -32, -96, 8, -8, 64
           -64, 2, -2, 24, -24, 128, -128, -256, 512, -512, 1, -1)]  # fmt: skip
 _LEAST = Fraction(1, 32)
 # Scenes whose signs are looked at, at so many points in u, and those of equal signs looked into.
-_MOST_TRIED, _POINTS, _LOOKED_INTO = 4_000, 400, 20
+_MOST_TRIED, _POINTS, _LOOKED_INTO = 4_000, 400, 8
 # How far zeros, the start and the ends are from each other at least.
 _APART = 1e-4
 
@@ -81,19 +81,24 @@ def read_case(text: str | Case) -> Case:
     return Case(words)
 
 
-def case_of(drift: Drift, start: Fraction, apart: float = 0.0) -> Case | None:
-    """The case of a bound drift; None where zeros, the start and kinks are not so far apart."""
-    places = balls.doubled(lambda _: balls.Field(drift, abs(start) + 2, start).places[1:-1], 256)
-    words = tuple(kind for _, kind in places if kind != "kink")
-    near = any(b - a < apart for (a, _), (b, _) in itertools.pairwise(places))
-    return None if near else Case(words, drift.values)
+@lru_cache(maxsize=1)
+def _places(drift: Drift, start: Fraction) -> list[tuple[float, str]]:
+    """The kinks, wells, barriers and the start of a bound drift, left to right."""
+    field = balls.doubled(lambda _: balls.Field(drift, Fraction(2), start), 256)
+    return [(float(u), kind) for u, kind in field.places[1:-1]]
+
+
+def case_of(drift: Drift, start: Fraction) -> Case:
+    """The case of a bound drift."""
+    words = tuple(kind for _, kind in _places(drift, start) if kind != "kink")
+    return Case(words, drift.values)
 
 
 def case_for(drift: Drift, start: Fraction, asked: Case | None, sliding: bool = False) -> Case:
     """The case asked for, or found; `sliding`: one whose outermost points are wells."""
     if drift == Drift.general():
         own = asked or Case(PAIRS[0])
-        fits = own.words in PAIRS and not sliding
+        fits = own.words in PAIRS and abs(start) < 1 and not sliding
     else:
         found = (asked,) if drift.free and asked else found_cases(drift, start, sliding)
         own, powers = next(iter(found), Case(("start",))), drift.expression().as_poly(U)
@@ -118,13 +123,10 @@ def _zero_at(drift: Drift, start: Fraction) -> bool:
 
 @lru_cache(maxsize=32)
 def found_cases(drift: Drift, start: Fraction, sliding: bool = False) -> tuple[Case, ...]:
-    """The cases of a drift with free parameters that some values of them are in.
-
-    First is a well before a barrier, then are those with a well, with the fewest points.
-    `sliding`: those whose outermost points are wells.
-    """
+    """The cases that some values of a drift's free parameters are in: first a well before a
+    barrier, then those with a well, with the fewest points; `sliding`: wells are outermost."""
     if not drift.free:
-        return (Case(case_of(drift, start).words, drift.values),)
+        return (case_of(drift, start),)
     least = dict.fromkeys(drift.model.not_negative, Fraction(0))
     least |= dict.fromkeys(drift.model.positive, _LEAST)
     most = max(2, int(_MOST_TRIED ** (1 / len(drift.free))))
@@ -138,17 +140,18 @@ def found_cases(drift: Drift, start: Fraction, sliding: bool = False) -> tuple[C
     for values, row in zip(choices, signs, strict=True):
         # Where the signs change, and on which side of the start.
         turns = np.flatnonzero(np.diff(row))
-        key = (*row[turns], np.sum(u[turns] < start), row[-1])
-        if row[0] and row[-1] and seen[key] < _LOOKED_INTO:
-            seen[key] += 1
-            bound = drift.bind(**dict(zip(drift.free, values, strict=True)))
-            c = bound.exact_coefficients()
-            if powers and len(c or ()) <= powers.degree():
-                continue
-            with suppress(SymasymError):
-                case = case_of(bound, start, _APART)
-                if case and bool(case.at_start) == on_zero and (case.slides or not sliding):
-                    found.add(case)
+        key = (*row[turns], np.sum(u[turns] < float(start)), row[-1])
+        if not (row[0] and row[-1] and seen[key] < _LOOKED_INTO):
+            continue
+        seen[key] += 1
+        bound = drift.bind(**dict(zip(drift.free, values, strict=True)))
+        if powers and len(bound.exact_coefficients() or ()) <= powers.degree():
+            continue
+        with suppress(SymasymError):
+            case, near = case_of(bound, start), np.diff([x for x, _ in _places(bound, start)])
+            fits = min(near) > _APART and (case.slides or not sliding)
+            if fits and bool(case.at_start) == on_zero:
+                found.add(case)
     return tuple(sorted(found, key=lambda c: (
         c.words != PAIRS[0], "well" not in (*c.words, c.at_start),
         len(c.words), c.before, c.words[::-1],

@@ -39,20 +39,11 @@ _MOST = 8
 class Expansion:
     """The expansion of a quantity as a formula, as `expand` returns it.
 
-    Attributes
-    ----------
-    formula, definitions : expression, dict
-        The formula in symbols, and what each of these stands for: sums, series, heights,
-        derivatives of V, critical points, and ``R1+, R2+, ...`` and ``R1-, ...``, the finite parts
-        of int h_k du right and left of the start.
-    equations : dict
-        For each critical point without a closed form: A there, which is 0.
-    terms : tuple of Contribution
-        Of T; pairs of critical points, each with its exact coefficients.
-    conditions : tuple of SymPy predicates
-        Where the formula holds.
-    integrals : dict
-        The regular part as finite parts of h_k.
+    `formula` is in symbols, `definitions` say what each stands for: sums, series, heights,
+    derivatives of V, critical points, and ``R1+, R2+, ...`` and ``R1-, ...``, the finite parts of
+    int h_k du right and left of the start, which `integrals` has as such. `equations` has A, which
+    is 0, at each critical point without a closed form, `terms` of T the pairs of critical points
+    with exact coefficients, `conditions` where the formula holds, as SymPy's predicates.
     """
 
     quantity: Expanded
@@ -244,18 +235,14 @@ def expand(
         ``"start=well barrier"`` of a start on the well; for P ``"well"`` or the like. Of a bound
         drift it is found; else it is the first of `Expansion.cases`.
 
-    Notes
-    -----
-    The text is that of ``method="laplace"`` and ``method="strong_noise"``, so that with numbers
-    put in the expression is `escape_time(…, method="laplace", order=order)`. r > 1 is assumed.
+    With numbers put in it is `escape_time(…, method="laplace", order=order)` and its like, for
+    r > 1.
 
     Examples
     --------
     >>> import symasym as sa
-    >>> e = sa.expand(sa.Drift.general(), "T", order=1)
-    >>> e.terms[0].coefficients[1]
-    5*V'''(u1)**2/(48*V''(u1)**3) - 5*V'''(u2)**2/(48*V''(u2)**3) + V^(4)(u2)/(16*V''(u2)**2) \
-- V^(4)(u1)/(16*V''(u1)**2)
+    >>> sa.expand(sa.Drift.general(), "T", order=0).formula
+    2*pi*exp(2*(-V(u1) + V(u2))/kappa**2)/(sqrt(V''(u1))*sqrt(-V''(u2)))
     """
     require_drift(drift, bound=False)
     quantity = choice("quantity", quantity, get_args(Expanded))

@@ -130,7 +130,7 @@ class Field:
     def kind(self, u: Expr) -> str:
         """``"well"`` or ``"barrier"`` at a zero in the layer."""
         kinds = dict(zip(self.zeros, self.case.kinds, strict=True))
-        return kinds.get(u, self.case.at_start if u == self.start else "")
+        return str(kinds.get(u, self.case.at_start if u == self.start else ""))
 
     def derivative(self, j: int, u: Expr) -> Expr:
         """V^(j)(u) at a point of the layer."""

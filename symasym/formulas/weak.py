@@ -32,9 +32,8 @@ class Contribution(NamedTuple):
     """One product of a critical point of e^{-lam V} with one of e^{lam V}.
 
     It adds weight * front * e^{exponent} (c_0 + c_1 kappa^2 + c_2 kappa^4 + ...) to T. `pair` are
-    the two points, such as ``("well u1", "barrier u2")``, `coefficients` c_0 = 1, c_1, ..., exact
-    in V's derivatives there, `weight` is ``"1 - C"`` right of the start, ``"C"`` left of it, ``"C
-    (1 - C)"`` of a start on a well.
+    the points, as ``("well u1", "barrier u2")``, `coefficients` c_0 = 1, c_1, ..., `weight` is
+    ``"1 - C"`` right of the start, ``"C"`` left of it, ``"C (1 - C)"`` of a start on a well.
     """
 
     pair: tuple[str, ...]
@@ -62,7 +61,7 @@ def weak(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) -
     of, terms = Field(drift, case, start), tuple[Contribution, ...]()
     at = Terms(of.start)
     found: dict[str, Any] = {"case": case, "conditions": [*conditions(of, quantity)]}
-    if not of.A.has(U) and quantity[-1] in "TC" and not start:
+    if not of.A.has(U) and quantity[-1] != "P" and not start:
         # In the mirror both ends change places.
         half = (-of.A if quantity == "1 - C" else of.A) * R / KAPPA**2
         value = R * sympy.tanh(half) / of.A if quantity == "T" else 1 / (1 + sympy.exp(2 * half))
@@ -79,8 +78,7 @@ def weak(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) -
         formula = theorem.exit_probability(points, at, quantity != "C")
     else:
         formula = theorem.outside_layer(points[1:-1], (of.slopes[-1], of.slopes[1]), at)
-        # The drift points to the layer.
-        formula = formula.xreplace({abs(a): -side * a for side, a in of.slopes.items()})
+        formula = formula.xreplace({abs(a): -side * a for side, a in of.slopes.items()})  # sliding
         formula = 1 - formula if quantity == "P" else formula
     known = {**at.known, **of.values, **IN_KAPPA}
     return {**found, "formula": formula, "definitions": known, "terms": terms,
