@@ -127,17 +127,10 @@ def automatic(drift: Drift, numbers: Any, rtol: Number | None, request: scenes.R
         raise InputError(f"order is {request.order}, but method 'auto' chooses it; leave it out.")
     if request.dps is None and allowed < Fraction(999, 10**15):
         raise AccuracyError(f"rtol is {float_text(allowed)}, below float64's 1e-12; pass dps=….")
-    if request.dps is not None or scenes.one_scene(drift, numbers):
-        found = answer(drift, numbers, exactly._replace(full=True))
-        return found if request.full else found.value
-    parameters = drift.shape or any(is_array(x) for n, x in numbers.items() if n != "kappa")
-    if parameters or np.size(numbers["kappa"]) < _MANY:
+    shared = not drift.shape and not any(is_array(x) for n, x in numbers.items() if n != "kappa")
+    if request.dps is not None or not shared or np.size(numbers["kappa"]) < _MANY:
         return answer(drift, numbers, exactly)
-    return _of_many(scenes.float_scenes(drift, numbers), np.log1p(float(allowed)), request)
-
-
-def _of_many(every: scenes.Scenes, most: float, request: scenes.Request) -> Any:
-    """Many kappa of one drift: an expansion below a kappa that exact values show, exact beyond."""
+    every, most = scenes.float_scenes(drift, numbers), np.log1p(float(allowed))
     rising = np.argsort(-every.lam)
     logs, errors = np.empty(len(rising)), np.full(len(rising), most * (1 - 1e-12))
 
@@ -151,12 +144,10 @@ def _of_many(every: scenes.Scenes, most: float, request: scenes.Request) -> Any:
         row = rising[middle : middle + 1]
         apart = found(row, "laplace", _ORDER).logs - found(row, "exact").logs
         low, high = (middle, high) if abs(apart) <= most / 2 else (low, middle)
-    some, left, used = rising[: low + 1], rising[low + 1 :], list[str]()
+    some, left = rising[: low + 1], rising[low + 1 :]
     if some.size:
         logs[some] = found(some, "laplace", _ORDER).logs
-        used.append(f"laplace, order {_ORDER}")
     if left.size:
         logs[left], errors[left] = found(left, "exact")[:2]
-        used.append("exact")
-    answers = scenes.Answers(logs, errors, "estimate", tuple(used))
-    return as_floats(request, every.shape, answers)
+    used = (f"laplace, order {_ORDER}",) * bool(some.size) + ("exact",) * bool(left.size)
+    return as_floats(request, every.shape, scenes.Answers(logs, errors, "estimate", used))
