@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -41,19 +41,12 @@ class IntegralExpansion:
         free = sympy.Tuple(self.f, self.g, self.a, self.b).free_symbols - {self.x}
         return tuple(sorted(free, key=str))
 
-    @property
-    def error_kind(self) -> ErrorKind:
-        """``"bound"`` or ``"estimate"``; ``"none"`` while parameters are free."""
-        return "none" if self.parameters else self._claim
-
-    _claim: ClassVar[ErrorKind] = "bound"
-
     def _again(self, f: Any, g: Any, a: Any, b: Any) -> Any:
         """The expansion of another integral."""
         raise NotImplementedError
 
     def _at(self, lam: Fraction, dps: int | None, full: bool) -> tuple[Any, ...]:
-        """level, sum and error over e^level, and what an `Estimate` has besides, at one lam."""
+        """level, sum and error over e^level, the error's kind and the method, ..., at one lam."""
         raise NotImplementedError
 
     def bind(self, /, **values: Number) -> Any:
@@ -95,7 +88,9 @@ class IntegralExpansion:
         given = inputs.floats("lam", lam)
         each = [self._estimate(Fraction(y), None, log, full) for y in given.ravel()]
         value, error = (np.reshape(y, given.shape) for y in zip(*each, strict=True))
-        return Estimate(value, error, each[0].error_kind, each[0].method) if full else value
+        proved = all(y.error_kind == "bound" for y in each)
+        kind: ErrorKind = "bound" if proved else "estimate"
+        return Estimate(value, error, kind, each[0].method) if full else value
 
     def _estimate(self, lam: Fraction, dps: int | None, log: bool, full: bool) -> Estimate:
         """At one lam, from the sum and its error over e^level."""
@@ -127,7 +122,7 @@ class IntegralExpansion:
             real = mpmath.mp.make_mpc((real._mpf_, imaginary._mpf_))
         if dps is None:
             real, whole = complex(real) if isinstance(value, acb) else float(real), float(whole)
-        return Estimate(real, whole, self.error_kind, *notes)
+        return Estimate(real, whole, *notes)
 
 
 def read(

@@ -8,7 +8,12 @@ largest, inside, at ends and at kinks. With f = f(p) - a t^mu (1 + ...) and g = 
 
 (Watson's lemma after Lagrange's reversion: DLMF 2.3(ii), 2.3(iii); A. Erdelyi, Asymptotic
 Expansions, 2.4; `symasym.series.local.watson`). On both sides of a smooth maximum the terms with
-k + beta - 1 odd cancel. The error at a given lam is the distance to the integral, enclosed.
+k + beta - 1 odd cancel.
+
+The error at a given lam is the distance to the integral, enclosed: a bound on a finite interval
+with f and g analytic at its ends and all kinks known exactly, whatever maxima were found. It is an
+estimate where the rest towards an infinite or singular end (`symasym.integrals.enclosure`), or
+kinks that are no zeros of polynomials with rational coefficients, are found by sampling.
 """
 
 from __future__ import annotations
@@ -166,7 +171,7 @@ class LaplaceExpansion(IntegralExpansion):
 
     @cached_property
     def _marked(self) -> list[tuple[maxima.Piece, list[Any]]]:
-        """The pieces with the points between which f is monotonic and g has no pole."""
+        """The pieces with the zeros of f' that are known, and the poles of g, where they are split."""
         found = []
         for p in self._pieces:
             poles = (n.base for n in p.g.atoms(sympy.Pow) if n.exp.is_negative)
@@ -176,7 +181,7 @@ class LaplaceExpansion(IntegralExpansion):
 
     def _at(self, lam: Fraction, dps: int | None, full: bool) -> tuple[Any, ...]:
         """The sum over e^(lam height), and the distance to the integral with `full`."""
-        wanted, error = dps or 17, arb(0)
+        wanted, error, proved = dps or 17, arb(0), True
         first = int(3.33 * wanted) + 64 + (borel.BITS if self.order == "borel" else 0)
         for bits in (first << k for k in range(4)):
             with precision(bits):
@@ -187,7 +192,8 @@ class LaplaceExpansion(IntegralExpansion):
         with precision(bits):
             for p, inside in self._marked if full else ():
                 marks = [number(p.lo), *sorted(map(number, inside), key=float), number(p.hi)]
-                error += integral(p.f, p.g, self.x, marks, large, top, bits)
+                part, known = integral(p.f, p.g, self.x, marks, large, top, bits)
+                error, proved = error + part, proved and known and p.exact
             error = abs(total - error) if full else error
             if not error.is_finite():
                 raise AccuracyError(
@@ -195,7 +201,8 @@ class LaplaceExpansion(IntegralExpansion):
                     "singularity or a slow decay; leave full out for the sum alone."
                 )
             shares = tuple(f"{self.x} = {short(m.point)}: {used} terms" for m in self._tops)
-            return large * top, total, error, ("laplace", used, shares, self.dropped)
+            kind = "bound" if proved else "estimate"
+            return large * top, total, error, (kind, "laplace", used, shares, self.dropped)
 
     def _sum(self, lam: Any, bits: int) -> tuple[Any, Any, int]:
         """The sum over e^(lam top), top the largest f; the most terms of a contribution."""

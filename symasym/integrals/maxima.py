@@ -41,13 +41,14 @@ _PIECEWISE: dict[Any, Any] = {
 
 @dataclass(frozen=True)
 class Piece:
-    """f and g on (lo, hi), where both are smooth."""
+    """f and g on (lo, hi), where both are smooth; `exact` if all kinks are surely known."""
 
     x: Symbol
     lo: Expr
     hi: Expr
     f: Expr
     g: Expr
+    exact: bool
 
     @property
     def middle(self) -> Expr:
@@ -92,7 +93,8 @@ class Piece:
 
     def bound(self, row: dict[Symbol, Expr]) -> Piece:
         """With numbers, or other symbols, for parameters."""
-        return Piece(self.x, *(e.xreplace(row) for e in (self.lo, self.hi, self.f, self.g)))
+        parts = (e.xreplace(row) for e in (self.lo, self.hi, self.f, self.g))
+        return Piece(self.x, *parts, self.exact)
 
 
 class Maximum(NamedTuple):
@@ -112,7 +114,10 @@ def cut(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Piece]:
     """[a, b] cut at the kinks of f and g, with the branches that hold between."""
     for kind, rule in _PIECEWISE.items():
         f, g = (e.replace(kind, rule) for e in (f, g))
-    tests = {r.lhs - r.rhs for e in (f, g) for p in e.atoms(Piecewise) for r in p.atoms(_RELATION)}
+    gaps = {r.lhs - r.rhs for e in (f, g) for p in e.atoms(Piecewise) for r in p.atoms(_RELATION)}
+    # A sign also changes at poles.
+    tests = {sympy.prod(sympy.fraction(sympy.together(e))) for e in gaps if e.has(x)}
+    exact = all(_rational(e, x) is not None for e in tests)
     kinks, orders = {z for e in tests for z in zeros(e, x, a, b)}, set()
     for z in kinks:
         if isinstance(z, Zero):
@@ -128,8 +133,8 @@ def cut(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Piece]:
                 orders.add((z,))
     if len(orders) > 1:
         raise _undecided(f"where the kinks of f = {f} and g = {g} lie")
-    raw = [Piece(x, lo, hi, f, g) for lo, hi in pairwise([a, *orders.pop(), b])]
-    return [Piece(x, p.lo, p.hi, *(_smooth(e, x, p.middle) for e in (f, g))) for p in raw]
+    raw = [Piece(x, lo, hi, f, g, exact) for lo, hi in pairwise([a, *orders.pop(), b])]
+    return [Piece(x, p.lo, p.hi, *(_smooth(e, x, p.middle) for e in (f, g)), exact) for p in raw]
 
 
 def _undecided(what: str) -> InputError:
@@ -164,26 +169,31 @@ def zeros(e: Expr, x: Symbol, lo: Expr, hi: Expr) -> list[Any]:
     """
     if not e.has(x):
         return []
-    above = sympy.fraction(sympy.together(e))[0] if e.is_rational_function(x) else None
     if free_symbols(x, e, lo, hi):
         parts = [e]
-        if above is not None:
+        if e.is_rational_function(x):
+            above = sympy.fraction(sympy.together(e))[0]
             parts = [y for y, _ in sympy.factor_list(above)[1] if 0 < sympy.degree(y, x) <= 2]
         elif len([n for n in e.atoms(sympy.Function, sympy.Pow) if n.has(x)]) > 1:
             return []  # which might take for ever
         with suppress(NotImplementedError):
             return [z for y in parts for z in sympy.solve(y, x) if z.is_real is not False]
         return []
-    poly, a, b = above and above.as_poly(x), number(lo), number(hi)
-    exact = poly is not None and poly.domain in (sympy.ZZ, sympy.QQ)
-    found = _algebraic(poly, x) if exact else _on_grid(e, x, a, b)
+    poly, a, b = _rational(e, x), number(lo), number(hi)
+    found = _algebraic(poly, x) if poly else _on_grid(e, x, a, b)
     found = [z for z in found if a < number(z) < b]
     if len(found) > _MOST:
         raise InputError(
             f"{e} has more than {_MOST} zeros for {x} in ({lo}, {hi}); give an integral with "
             "fewer kinks and critical points."
         )
-    return [_recognised(z) if isinstance(z, Zero) and not exact else z for z in found]
+    return [_recognised(z) if isinstance(z, Zero) and not poly else z for z in found]
+
+
+def _rational(e: Expr, x: Symbol) -> Any:
+    """The polynomial whose zeros are those of e, if it is one with rational coefficients."""
+    poly = e.is_rational_function(x) and sympy.fraction(sympy.together(e))[0].as_poly(x)
+    return poly if poly and poly.domain in (sympy.ZZ, sympy.QQ) else None
 
 
 def _algebraic(poly: Any, x: Symbol) -> list[Any]:

@@ -17,14 +17,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import reduce
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import Any
 
 import sympy
 from flint import acb, arb, ctx
 
 from symasym.base.balls import exact_ball, precision, to_mpf
 from symasym.base.errors import AccuracyError, InputError
-from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import count, digits, exact
 from symasym.drift.evaluate import FUNCTIONS
 from symasym.expansions import canonical
@@ -49,7 +48,6 @@ class UniformExpansion(IntegralExpansion):
 
     kind: str
     near: Fraction
-    _claim: ClassVar[ErrorKind] = "estimate"
 
     def _again(self, f: Any, g: Any, a: Any, b: Any) -> UniformExpansion:
         return uniform_integral(f, g, self.x, a, b, self.order, near=self.near)
@@ -82,7 +80,7 @@ class UniformExpansion(IntegralExpansion):
                     "inside; split the integral there."
                 )
             found = value.mid() if turned else value.real.mid()
-            return arb(0), found, error.upper(), ("uniform", self.order)
+            return arb(0), found, error.upper(), ("estimate", "uniform", self.order)
 
     @property
     def _turn(self) -> Any:
@@ -184,7 +182,7 @@ class UniformExpansion(IntegralExpansion):
     def __repr__(self) -> str:
         return (
             f"uniform expansion ({self.kind}, {self.order} terms) of the integral of {self.g} with "
-            f"f = {self.f} over {self.x} from {self.a} to {self.b}; error: {self.error_kind}"
+            f"f = {self.f} over {self.x} from {self.a} to {self.b}"
         )
 
 
