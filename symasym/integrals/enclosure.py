@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import accumulate, pairwise
-from typing import Any
+from typing import Any, ClassVar
 
 from flint import acb, arb, ctx
 from sympy import Expr, S, Symbol
@@ -52,6 +52,12 @@ class Zero:
     x: Symbol
     lo: Any
     hi: Any
+    # As of a number in SymPy.
+    is_infinite: ClassVar[bool] = False
+    free_symbols: ClassVar[frozenset[Symbol]] = frozenset()
+
+    def xreplace(self, row: Any) -> Zero:
+        return self
 
     def ball(self) -> Any:
         """By bisection."""

@@ -171,7 +171,7 @@ class LaplaceExpansion(IntegralExpansion):
 
     @cached_property
     def _marked(self) -> list[tuple[maxima.Piece, list[Any]]]:
-        """The pieces with the zeros of f' that are known, and the poles of g, where they are split."""
+        """The pieces, and where to split their integrals: zeros of f' and poles of g."""
         found = []
         for p in self._pieces:
             poles = (n.base for n in p.g.atoms(sympy.Pow) if n.exp.is_negative)
@@ -225,20 +225,16 @@ class LaplaceExpansion(IntegralExpansion):
     # -- as a formula -------------------------------------------------------------------------
 
     @property
-    def terms(self) -> tuple[Expr, ...]:
-        """The expressions in the parameters and the symbol lam that add up to `expression`."""
-        lam = Symbol("lam", positive=True)
-        rows = (
-            (c, k, s)
-            for c in self.contributions
-            for k, s in zip(c.coefficients, c.exponents, strict=True)
-        )
-        return tuple(sympy.exp(lam * c.height) * k * lam**-s for c, k, s in rows if k != 0)
-
-    @property
     def expression(self) -> Expr:
-        """The sum."""
-        return sympy.Add(*self.terms)
+        """The sum, in the parameters and the symbol lam."""
+        lam = Symbol("lam", positive=True)
+        return sympy.Add(
+            *(
+                sympy.exp(lam * c.height) * k * lam**-s
+                for c in self.contributions
+                for k, s in zip(c.coefficients, c.exponents, strict=True)
+            )
+        )
 
     @property
     def error(self) -> Expr:
@@ -256,13 +252,6 @@ class LaplaceExpansion(IntegralExpansion):
 
     def _repr_latex_(self) -> str:
         return rf"$\displaystyle {self.latex()}$"
-
-    def emit(self, target: str = "numpy", name: str = "f") -> Any:
-        """Source code of the sum, a function of lam and the parameters (`symasym.emit`)."""
-        # The public verb, which is in a layer above this one.
-        import symasym
-
-        return symasym.emit(self.expression, target, name=name)
 
     def __repr__(self) -> str:
         return f"{short(self.expression)} + O({short(self.error)})"
