@@ -94,8 +94,7 @@ class Piece:
 
     def bound(self, row: dict[Symbol, Expr]) -> Piece:
         """With numbers, or other symbols, for parameters."""
-        lo, hi, f, g = (e.xreplace(row) for e in (self.lo, self.hi, self.f, self.g))
-        return Piece(self.x, lo, hi, f, g, self.exact)
+        return replace(self, **{e: getattr(self, e).xreplace(row) for e in ("lo", "hi", "f", "g")})
 
 
 class Maximum(NamedTuple):
