@@ -98,15 +98,11 @@ def contribution(piece: maxima.Piece, point: Any, side: str, order: int, ring: A
     ks = range(int(first), int(first) + step * order, step)
     if len(weight) <= ks[-1]:
         raise AccuracyError(f"g = {g} cancels too many orders at {x} = {point}; simplify g.")
-    a, exponents, values = (
-        ring.expression(-lead[contact]),
-        tuple((k + beta) / contact for k in ks),
-        [],
-    )
-    steep = [ring.of(S.One), *(y / lead[contact] for y in lead[contact + 1 :])]
-    shape, weight = (Series(y[: ks[-1] + 1]) for y in (steep, weight.c))
+    exponents, values = tuple((k + beta) / contact for k in ks), []
+    a, n = ring.expression(-lead[contact]), ks[-1] + 1
+    steep = Series([ring.of(S.One), *(y / lead[contact] for y in lead[contact + 1 :])][:n])
     power: Any = Fraction(int(beta.p), int(beta.q)) if beta.is_Rational else ring.of(beta)
-    reduced = watson(shape, weight, contact, power, first=ks[0], step=step)
+    reduced = watson(steep, Series(weight.c[:n]), contact, power, first=ks[0], step=step)
     for d, s in zip(reduced, exponents, strict=True):
         # On each side the moment of t^(mu s - 1) e^(-a t^mu).
         gamma = sympy.gamma(s) if ring.exact else number(s).gamma()
@@ -296,7 +292,8 @@ def laplace_integral(f: Any, g: Any, x: Any, a: Any, b: Any, order: Any = 3) -> 
     Notes
     -----
     With ``full=True`` the error is a bound where the interval is finite with regular ends, else an
-    estimate (`symasym.integrals.laplace`). Watson's lemma after Lagrange's reversion: DLMF 2.3(iii); J. Wojdylo, SIAM Rev. 48 (2006) 76.
+    estimate (`symasym.integrals.laplace`). Watson's lemma after Lagrange's reversion: DLMF
+    2.3(iii); J. Wojdylo, SIAM Rev. 48 (2006) 76.
 
     Examples
     --------
