@@ -246,4 +246,10 @@ def uniform_integral(
         raise InputError(
             f"f = {f} is neither real nor imaginary, or real and g = {g} is not; take a factor out."
         )
+    # Where g's zeros leave nothing of the terms and of the differences, these prove nothing.
+    zeros = [p.exp for p in sympy.Tuple(g).atoms(sympy.Pow) if p.base.has(x) and p.exp.is_Integer]
+    if kind != "real" and sum(n for n in zeros if n > 0) > 2 * (order + _NEXT - 1):
+        raise InputError(
+            f"g = {g} has zeros of too high an order for order = {order}; give a larger order."
+        )
     return UniformExpansion(f, g, x, a, b, order, kind, beside)
