@@ -9,7 +9,6 @@ function in A may turn. Its cost grows with 1/kappa^2, and beyond 20,000 panels 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -35,16 +34,16 @@ def _log(helper: str, *first: Any) -> Any:
 _EXACT: dict[str, tuple[tuple[str, Any, tuple[Symbol, ...], str], ...]] = {
     "eq:phi": (("phi", lambda p: own("drift")(_INSIDE, p), (_U,), "the drift"),),
     "eq:V": (("V", lambda p: own("potential")(1, _U, p), (_U,), "the potential, V(-1) = 0"),),
-    "eq:Ttilde": (("Ttilde", _log("log_time", _KAPPA, _R), (_KAPPA, _R), "T from 0 to |u| = r"),),
+    "eq:Ttilde": (("Ttilde", _log("log_exit", _KAPPA, _R, 0), (_KAPPA, _R), "T from 0"),),
     "eq:C": (
-        ("C", _log("log_exit", _KAPPA, _R, S.One), (_KAPPA, _R), "C, leaving through -r from 0"),
-        ("complement", _log("log_exit", _KAPPA, _R, -S.One), (_KAPPA, _R), "1 - C"),
+        ("C", _log("log_exit", _KAPPA, _R, 1), (_KAPPA, _R), "C, leaving through -r from 0"),
+        ("complement", _log("log_exit", _KAPPA, _R, -1), (_KAPPA, _R), "1 - C"),
     ),
     "eq:P": (
-        ("P", _log("log_share", _KAPPA, S.One), (_KAPPA,), "P, the share of |u| <= 1"),
-        ("complement", _log("log_share", _KAPPA, -S.One), (_KAPPA,), "1 - P"),
+        ("P", _log("log_density", _KAPPA, 0, 1), (_KAPPA,), "P, the share of |u| <= 1"),
+        ("complement", _log("log_density", _KAPPA, 0, -1), (_KAPPA,), "1 - P"),
     ),
-    "eq:pss": (("pss", _log("log_density", _KAPPA, _U), (_KAPPA, _U), "p_ss(u), stationary"),),
+    "eq:pss": (("pss", _log("log_density", _KAPPA, _U, 0), (_KAPPA, _U), "p_ss(u), stationary"),),
 }
 
 
@@ -105,19 +104,9 @@ def helpers_of(drift: Drift, target: str) -> dict[str, str]:
 
 
 def rate(A: Expr) -> Expr:
-    """1/length over which a function in A may turn: |g'|/(1 + |g|) of f(g), |g'| of a wave."""
-    return S.Zero if A.is_polynomial(_U) and sympy.degree(A, _U) < 12 else sum(_rates(A), S.Zero)
-
-
-def _rates(A: Expr) -> Iterator[Expr]:
-    for x in sympy.preorder_traversal(A):
-        if not (x.is_Function or x.is_Pow) or not x.has(_U):
-            continue
-        g = x.exp * sympy.log(x.base) if x.is_Pow and x.exp.has(_U) else x.args[0]
-        slope = abs(sympy.diff(g, _U))
-        if x.is_Pow and not (x.exp.is_Integer and x.exp > 0) or isinstance(x, sympy.log):
-            yield slope / abs(g)
-        elif isinstance(x, (sympy.sin, sympy.cos, sympy.tan)):
-            yield slope
-        else:
-            yield slope * (x.exp if x.is_Pow else 1) / (1 + abs(g))
+    """1/length over which a function in A may turn: |g'|/(1 + |g|) of each f(g), g^n and n^g."""
+    if A.is_polynomial(_U) and sympy.degree(A, _U) < 12:
+        return S.Zero
+    inner = (x.exp if x.is_Pow and x.exp.has(_U) else x.args[0]
+             for x in sympy.preorder_traversal(A) if x.is_Function or x.is_Pow)  # fmt: skip
+    return sum((abs(sympy.diff(g, _U)) / (1 + abs(g)) for g in inner), S.Zero)

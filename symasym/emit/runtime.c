@@ -187,22 +187,14 @@ static void side(double kappa, double r, double sign, const double *p, double su
     march(sign*fmin(r, 1), 0, lam, p, sums);
 }
 
-/* log_time: log T from 0 (positive-form) */
-static double log_time(double kappa, double r, const double *p)
-{
-    double left[4] = {0, 0, 0, 0}; double right[4] = {0, 0, 0, 0};
-    side(kappa, r, -1, p, left);
-    side(kappa, r, 1, p, right);
-    return logaddexp(left[2], right[2]) - logaddexp(-left[1], -right[1]);
-}
-
-/* log_exit: log C, the exit through -r, or of 1 - C through r */
+/* log_exit: log T from 0 (positive-form), or for sign = 1 log C, the exit through -r, for -1 of 1 - C */
 static double log_exit(double kappa, double r, double sign, const double *p)
 {
     double left[4] = {0, 0, 0, 0}; double right[4] = {0, 0, 0, 0};
     side(kappa, r, -1, p, left);
     side(kappa, r, 1, p, right);
-    return -logaddexp(0, sign*(left[1] - right[1]));
+    if (sign != 0) return -logaddexp(0, sign*(left[1] - right[1]));
+    return logaddexp(left[2], right[2]) - logaddexp(-left[1], -right[1]);
 }
 
 /* potential: V(u) times lam, by the panels */
@@ -213,27 +205,12 @@ static double potential(double lam, double u, const double *p)
     return sums[0] - lam*end(u > 0 ? 1 : -1, p)*(u - inside);
 }
 
-/* layers: log of int e^(-lam V) over the layer, and beyond it */
-static void layers(double kappa, const double *p, double out[4])
+/* log_density: log p_ss(u), or for sign = 1 log P, for -1 of 1 - P */
+static double log_density(double kappa, double u, double sign, const double *p)
 {
     double sums[4] = {0, -INFINITY, -INFINITY, -INFINITY}; double lam = 2/(kappa*kappa);
     march(-1, 1, lam, p, sums);
-    out[0] = sums[3];
-    out[1] = logaddexp(-log(lam*end(-1, p)), -sums[0] - log(-lam*end(1, p)));
-}
-
-/* log_share: log P, or of 1 - P */
-static double log_share(double kappa, double sign, const double *p)
-{
-    double out[4] = {0, 0, 0, 0};
-    layers(kappa, p, out);
-    return -logaddexp(0, sign*(out[1] - out[0]));
-}
-
-/* log_density: log p_ss(u) */
-static double log_density(double kappa, double u, const double *p)
-{
-    double out[4] = {0, 0, 0, 0};
-    layers(kappa, p, out);
-    return -potential(2/(kappa*kappa), u, p) - logaddexp(out[0], out[1]);
+    double beyond = logaddexp(-log(lam*end(-1, p)), -sums[0] - log(-lam*end(1, p)));
+    if (sign != 0) return -logaddexp(0, sign*(beyond - sums[3]));
+    return -potential(lam, u, p) - logaddexp(sums[3], beyond);
 }

@@ -94,17 +94,12 @@ def sides(kappa, r, p):
         yield march(sign * min(r, 1), 0, lam, p, s, w)[1:3]
 
 
-def log_time(kappa, r, p):
-    """Log T from 0 (positive-form)."""
-    (s, w), (t, v) = sides(kappa, r, p)
-    value = numpy.logaddexp(w, v) - numpy.logaddexp(-s, -t)
-    return value.reshape(numpy.shape(kappa))[()]
-
-
 def log_exit(kappa, r, sign, p):
-    """Log C, the exit through -r, or of 1 - C through r."""
-    (s, _), (t, _) = sides(kappa, r, p)
-    return -numpy.logaddexp(0, sign * (s - t)).reshape(numpy.shape(kappa))[()]
+    """Log T from 0 (positive-form); for sign = 1 log C, the exit through -r, for -1 of 1 - C."""
+    (s, w), (t, v) = sides(kappa, r, p)
+    add = numpy.logaddexp
+    value = -add(0, sign * (s - t)) if sign else add(w, v) - add(-s, -t)
+    return value.reshape(numpy.shape(kappa))[()]
 
 
 def potential(lam, u, p):
@@ -114,20 +109,11 @@ def potential(lam, u, p):
     return V.reshape(numpy.shape(lam))[()] - lam * end(sign, p) * (u - inside)
 
 
-def layers(kappa, p):
-    """Log of int e^(-lam V) over the layer, and beyond it."""
-    lam = 2 / numpy.atleast_1d(kappa) ** 2
+def log_density(kappa, u, sign, p):
+    """Log p_ss(u); for sign = 1 log P, for -1 of 1 - P."""
+    lam, add = 2 / numpy.atleast_1d(kappa) ** 2, numpy.logaddexp
     V, _, _, inside = march(-1, 1, lam, p)
-    beyond = numpy.logaddexp(-numpy.log(lam * end(-1, p)), -V - numpy.log(-lam * end(1, p)))
-    return (x.reshape(numpy.shape(kappa))[()] for x in (inside, beyond))
-
-
-def log_share(kappa, sign, p):
-    """Log P, or of 1 - P."""
-    inside, beyond = layers(kappa, p)
-    return -numpy.logaddexp(0, sign * (beyond - inside))
-
-
-def log_density(kappa, u, p):
-    """Log p_ss(u)."""
-    return -potential(2 / kappa**2, u, p) - numpy.logaddexp(*layers(kappa, p))
+    beyond = add(-numpy.log(lam * end(-1, p)), -V - numpy.log(-lam * end(1, p)))
+    if sign:
+        return -add(0, sign * (beyond - inside)).reshape(numpy.shape(kappa))[()]
+    return -(potential(lam, u, p) + add(inside, beyond)).reshape(numpy.shape(kappa))[()]
