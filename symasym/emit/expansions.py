@@ -15,9 +15,8 @@ import sympy
 from sympy import Expr, S, Symbol
 
 from symasym.base.errors import InputError
-from symasym.emit.printing import LAM, Function, own, plain
-
-R = Symbol("r", positive=True)
+from symasym.emit.printing import Function, own, plain
+from symasym.formulas.letters import LAM, expanded
 
 
 class Scaled:
@@ -85,12 +84,6 @@ class Scaled:
         top = self.named(sympy.Max(*heights, evaluate=False), "top")
         shares = (c * sympy.exp(LAM * (h - top)) for h, c in heights.items())
         return top, self.named(sympy.Add(*shares), "sum")
-
-
-def expanded(e: Expr) -> Expr:
-    """The expression expanded, r - 1 being left together."""
-    beyond = Symbol("r - 1", positive=True)
-    return sympy.expand(e.xreplace({R: 1 + beyond})).xreplace({beyond: R - 1})
 
 
 def of_expansion(e: Any, numbers: Mapping[Symbol, Expr], name: str) -> list[Function]:

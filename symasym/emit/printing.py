@@ -175,10 +175,6 @@ def log_form(e: Expr) -> Expr | None:
     if e.is_Pow and (base := log_form(e.base)) is not None:
         return e.exp * base
     logs = [log_form(a) for a in e.args] if e.is_Mul or e.is_Add else [None]
-    if e.is_Mul and None in logs:
-        turned = [a for a, log in zip(e.args, logs, strict=True) if log is None]
-        if len(turned) % 2 == 0 and all(a.is_Add or a.is_Number for a in turned):
-            logs = [log_form(-a) if a in turned else log_form(a) for a in e.args]
     if None in logs:
         return None
     return sympy.Add(*logs) if e.is_Mul else reduce(own("logaddexp"), logs)
@@ -221,19 +217,13 @@ def plain(e: Expr) -> Expr:
         x, name = e.args[0], type(e).__name__
         return own(f"{name}_")(x) * sympy.exp(LAM * sympy.Max(sympy.expand(x / LAM), 0))
 
-    def as_one(e: Expr) -> Expr:
-        powers = [a.args[0] for a in e.args if isinstance(a, sympy.exp)]
-        rest = (a for a in e.args if not isinstance(a, sympy.exp))
-        return e if len(powers) < 2 else sympy.Mul(*rest, sympy.exp(sympy.Add(*powers)))
-
     kinds = (sympy.airyai, sympy.airyaiprime, sympy.airybi, sympy.airybiprime)
     for part, kind in enumerate(kinds):
         e = e.replace(kind, airy(part))
     e = e.replace(
         sympy.erfi, lambda x: 2 / sympy.sqrt(sympy.pi) * sympy.exp(x**2) * own("dawsn")(x)
     )
-    e = e.replace(lambda x: type(x).__name__ in ("exprel", "exprel2"), of_exprel)
-    return e.replace(lambda x: x.is_Mul, as_one)
+    return e.replace(lambda x: type(x).__name__ in ("exprel", "exprel2"), of_exprel)
 
 
 def _with_logarithm(f: Function) -> Iterator[Function]:

@@ -21,22 +21,16 @@ static double erfcx(double x)
 static double erf_(double x)
 {
     double total = 0; double term = 2*x*exp(-x*x)/sqrt(PI);
-    if (fabs(x) > 0.5) return (x < 0 ? -1 : 1)*(1 - exp(-x*x)*erfcx(fabs(x)));
-    for (int k = 1; k < 14; k++) { total += term; term *= 2*x*x/(2*k + 1); }
-    return total;
+    for (int k = 1; k < 120; k++) { total += term; term *= 2*x*x/(2*k + 1); }
+    return fabs(x) < 6 ? total : x/fabs(x);
 }
 
-/* dawsn: Dawson's integral (Rybicki 1989) */
+/* dawsn: Dawson's integral (DLMF 7.6.2, 7.12.1) */
 static double dawsn(double x)
 {
-    double total = 0; double term = x; double middle = 2*floor(x/0.4 + 0.5); double y = 1/(x*x);
-    if (x < 0) return -dawsn(-x);
-    if (x > 30) return (1 + 0.5*y*(1 + 1.5*y*(1 + 2.5*y*(1 + 3.5*y*(1 + 4.5*y)))))/(2*x);
-    for (int k = 1; x < 0.5 && k < 14; k++) { total += term; term *= -2*x*x/(2*k + 1); }
-    for (int k = -31; x >= 0.5 && k < 32; k += 2) {
-        double t = x - (middle + k)*0.2;
-        total += exp(-t*t)/(middle + k)/sqrt(PI);
-    }
+    double total = 0; double y = x*x; double term = fabs(x) < 6 ? x*exp(-y) : 0.5/x;
+    for (int k = 0; fabs(x) < 6 && k < 120; k++) { total += term/(2*k + 1); term *= y/(k + 1); }
+    for (int k = 0; fabs(x) >= 6 && k < 30; k++) { total += term; term *= (k + 0.5)/y; }
     return total;
 }
 
@@ -104,14 +98,10 @@ static void airy(double z, double y[4])
         y[3] = z > 0 ? up*(p[2] + p[3]) : up*(s*p[2] - t*p[3]);
         return;
     }
-    y[0] = 0.3550280538878172; y[1] = -0.2588194037928068;
-    y[2] = 0.6149266274460007; y[3] = 0.4482883573538264;
-    airy_steps(0, z, y, 2);
-    if (z > 1) { /* Ai falls, and is stable backwards */
-        airy(9.5, p);
-        y[0] = p[0]*exp(-9.5*sqrt(9.5)/1.5); y[1] = p[1]*exp(-9.5*sqrt(9.5)/1.5);
-    }
-    airy_steps(z > 1 ? 9.5 : 0, z, y, 0);
+    airy(9.5, y); /* each from where it is the smaller one */
+    airy(-9.5, p);
+    y[0] *= exp(-9.5*sqrt(9.5)/1.5); y[1] *= exp(-9.5*sqrt(9.5)/1.5); y[2] = p[2]; y[3] = p[3];
+    airy_steps(9.5, z, y, 0); airy_steps(-9.5, z, y, 2);
     if (z > 0) { y[0] *= exp(zeta); y[1] *= exp(zeta); y[2] *= exp(-zeta); y[3] *= exp(-zeta); }
 }
 
