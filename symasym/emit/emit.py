@@ -48,7 +48,7 @@ def emit(
     Notes
     -----
     Where an exponential could overflow, the logarithm is a function, too: ``log_NAME``. Where a
-    formula has no value it is nan.
+    formula has no value it is nan, or in Python, where none of an array has, a ValueError.
 
     Examples
     --------

@@ -195,12 +195,15 @@ static double potential(double lam, double u, const double *p)
     return sums[0] - lam*end(u > 0 ? 1 : -1, p)*(u - inside);
 }
 
-/* log_density: log p_ss(u), or for sign = 1 log P, for -1 of 1 - P */
+/* log_density: log p_ss(u), or for sign = 1 log P, for -1 of 1 - P; heights are above V(u) */
 static double log_density(double kappa, double u, double sign, const double *p)
 {
-    double sums[4] = {0, -INFINITY, -INFINITY, -INFINITY}; double lam = 2/(kappa*kappa);
-    march(-1, 1, lam, p, sums);
-    double beyond = logaddexp(-log(lam*end(-1, p)), -sums[0] - log(-lam*end(1, p)));
-    if (sign != 0) return -logaddexp(0, sign*(beyond - sums[3]));
-    return -potential(lam, u, p) - logaddexp(sums[3], beyond);
+    double left[4] = {0, -INFINITY, -INFINITY, -INFINITY}; double lam = 2/(kappa*kappa);
+    double right[4] = {0, -INFINITY, -INFINITY, -INFINITY}; double near = fmax(fmin(u, 1), -1);
+    march(near, -1, lam, p, left);
+    march(near, 1, lam, p, right);
+    double inside = logaddexp(left[3], right[3]);
+    double beyond = logaddexp(-left[0] - log(lam*end(-1, p)), -right[0] - log(-lam*end(1, p)));
+    if (sign != 0) return -logaddexp(0, sign*(beyond - inside));
+    return lam*end(u > 0 ? 1 : -1, p)*(u - near) - logaddexp(inside, beyond);
 }

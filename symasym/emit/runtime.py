@@ -28,16 +28,14 @@ def exprel2_(x):
 
 def each(function, kappa, *others):
     """The function of numbers or arrays, at once where only kappa is an array."""
-    (*first, p) = others
-    if not any(numpy.ndim(x) for x in (*first, *p)):
-        return function(kappa, *first, p)
-    rows = numpy.broadcast(kappa, *first, *p)
-    values = [function(k, *x[: len(first)], x[len(first) :]) for k, *x in rows]
-    return numpy.reshape(values, rows.shape)
+    (*first, p), n = others, len(others) - 1
+    if any(numpy.ndim(x) for x in (*first, *p)):
+        one = numpy.vectorize(lambda k, *x: function(k, *x[:n], x[n:]), otypes="d")
+        return one(kappa, *first, *p)
+    return function(kappa, *first, p)
 
 
 def nodes():
-    """Gauss's nodes and weights on (-1, 1)."""
     return numpy.polynomial.legendre.leggauss(12)
 
 
@@ -110,10 +108,12 @@ def potential(lam, u, p):
 
 
 def log_density(kappa, u, sign, p):
-    """Log p_ss(u); for sign = 1 log P, for -1 of 1 - P."""
+    """Log p_ss(u); for sign = 1 log P, for -1 of 1 - P. Heights are above V(u)."""
     lam, add = 2 / numpy.atleast_1d(kappa) ** 2, numpy.logaddexp
-    V, _, _, inside = march(-1, 1, lam, p)
-    beyond = add(-numpy.log(lam * end(-1, p)), -V - numpy.log(-lam * end(1, p)))
-    if sign:
-        return -add(0, sign * (beyond - inside)).reshape(numpy.shape(kappa))[()]
-    return -(potential(lam, u, p) + add(inside, beyond)).reshape(numpy.shape(kappa))[()]
+    near, slope = max(min(u, 1), -1), end(1 if u > 0 else -1, p)
+    (V, _, _, left), (W, _, _, right) = (march(near, side, lam, p) for side in (-1, 1))
+    inside = add(left, right)
+    beyond = add(-V - numpy.log(lam * end(-1, p)), -W - numpy.log(-lam * end(1, p)))
+    shift = lam * slope * (u - near)
+    value = -add(0, sign * (beyond - inside)) if sign else shift - add(inside, beyond)
+    return value.reshape(numpy.shape(kappa))[()]

@@ -135,31 +135,25 @@ FRICTION = sa.friction()
 Text = tuple[str, ...]
 SCENES: list[tuple[sa.Drift, Text, Text, Text]] = [
     (FRICTION, ("3", "1", "-0.4"), ("0.02",), ("10000",)),
-    (FRICTION, ("3", "1", "-0.4"), ("0.1", "1", "30"), ("0.3", "1", "10000")),
+    (FRICTION, ("3", "1", "-0.4"), ("0.1", "30"), ("0.3", "1", "10000")),
     (FRICTION, ("0.5", "1", "0.5"), ("0.07", "1", "30"), ("0.3", "10000")),
-    (sa.tanh(), ("1", "-1", "1000"), ("0.1", "30"), ("0.3", "10")),
+    (sa.tanh(), ("1", "-1", "1000"), ("0.1", "30"), ("10",)),
     (sa.tanh(), ("-1", "0.5", "1000"), ("0.1", "1"), ("0.3", "10000")),
     (sa.sine(), ("1", "-1", "3"), ("0.1", "3"), ("1.5",)),
     (sa.hill(), ("1", "-1", "0.3"), ("0.3",), ("1.5",)),
     # Bumps of a thousandth, that no grid sees.
-    (sa.Drift("1/2 - exp(-(1000*(u - 3/10))**2)"), (), ("0.1", "30"), ("0.4", "10")),
-    (sa.Drift("1 - 2/(1 + (1000*(u + 37/100))**2)"), (), ("0.1", "30"), ("0.4", "10")),
+    (sa.Drift("1/2 - exp(-(1000*(u - 3/10))**2)"), (), ("0.1", "30"), ("0.4",)),
+    (sa.Drift("1 - 2/(1 + (1000*(u + 37/100))**2)"), (), ("0.1", "30"), ("10",)),
+    (sa.Drift("(1 - u + u**5)/2"), (), ("0.07", "1"), ("0.4", "9999.7")),
+    (sa.Drift("1/3 - u + u**3/5 - 2*u**16"), (), ("0.07", "1"), ("9999.7",)),
 ]
-
-
-def polynomials() -> list[Any]:
-    rng, rows = random.Random(11), []
-    for degree in (1, 3, 5, 16):
-        A = sum(sympy.Rational(rng.randint(-300, 300), 128) * u**k for k in range(degree + 1))
-        rows.append((sa.Drift(A), (), ("0.07", "0.7"), ("0.4", "9999.7")))
-    return rows
 
 
 @cache
 def exact_rows() -> list[tuple[sa.Drift, str, str, tuple[float, ...], float]]:
     """Drift, label, function and its numbers, and the library's logarithm."""
     rows: list[Any] = []
-    for drift, values, kappas, radii in (*SCENES, *polynomials()):
+    for drift, values, kappas, radii in SCENES:
         numbers = tuple(map(float, values))
         bound = drift.bind(**dict(zip(drift.free, numbers, strict=True)))
         for kappa, r in ((float(k), float(r)) for k in kappas for r in radii):
@@ -184,8 +178,8 @@ def test_exact(target: str, tmp_path: Path) -> None:
     """Logarithms against the library's to 1e-13."""
     rows = exact_rows()
     if target == "mpmath":
-        rows = [row for row in rows if row[3][0] >= 1][:12]
-    files = {(d, label): sa.emit(label, target, drift=d) for d, label, *_ in rows}
+        rows = [row for row in rows if row[3][0] >= 1][:9]
+    files = {key: sa.emit(key[1], target, drift=key[0]) for key in {row[:2] for row in rows}}
     calls = [(files[row[:2]], row[2], row[3]) for row in rows]
     for row, got in zip(rows, run(target, calls, tmp_path), strict=True):
         assert gap(got, row[4]) < 1e-13, row
@@ -193,13 +187,12 @@ def test_exact(target: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_phi_and_V(target: str, tmp_path: Path) -> None:
-    for drift in (sa.tanh(1, "-1/2", 3), sa.friction(3, 1, "-0.4")):
-        files = [sa.emit(label, target, drift=drift) for label in ("eq:phi", "eq:V")]
-        calls = [(s, s.functions[-1], (at,)) for s in files for at in (-2.0, -0.9, 0.3, 1.5)]
-        pieces = [drift.phi()] * 4 + [drift.potential()] * 4
-        exact = [e.subs(u, sympy.Rational(c[2][0])) for e, c in zip(pieces, calls, strict=True)]
-        for call, got, want in zip(calls, run(target, calls, tmp_path), exact, strict=True):
-            assert gap(got, mpmath.mpf(sympy.N(want, 25))) < 1e-14, call[1:]
+    drift, points = sa.tanh(1, "-1/2", 3), (-2.0, -0.9, 1.5)
+    for label, e in (("eq:phi", drift.phi()), ("eq:V", drift.potential())):
+        source = sa.emit(label, target, drift=drift)
+        calls = [(source, label[3:], (at,)) for at in points]
+        for at, got in zip(points, run(target, calls, tmp_path), strict=True):
+            assert gap(got, mpmath.mpf(sympy.N(e.subs(u, sympy.Rational(at)), 25))) < 1e-14
 
 
 def test_digits() -> None:
@@ -223,7 +216,10 @@ def test_arrays() -> None:
     want = sa.escape_time(sa.friction(mu=3, alpha=1, z0=z0), kappa, 10, log=True)
     assert np.abs(T(kappa, 10, 3, 1, z0) - want).max() < 1e-13
     assert np.abs(T(kappa[:, 0], 10, 3, 1, -0.4) - want[:, 1]).max() < 1e-13
-    assert np.isnan(uniform(1, 0.1, 3, [[0.5], [2]], z0)).tolist() == [[True] * 3, [False] * 2 + [True]]
+    assert np.isnan(uniform(1, 0.1, 3, [[0.5], [2]], z0)).tolist() == [
+        [True] * 3,
+        [False] * 2 + [True],
+    ]
 
 
 @pytest.mark.parametrize("target", TARGETS)
