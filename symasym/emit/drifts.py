@@ -1,7 +1,7 @@
 """A drift in a formula: V, phi and A put in, and T, C, P and the stationary density exactly.
 
 The exact quantities are one sweep of the layer in Gauss panels (positive-form, panel-step), in
-logarithms. A panel is as long as lam V varies by 5 in it at most, its Legendre terms fall, and the
+logarithms. A panel is as long as lam V varies by 4 in it at most, its Legendre terms fall, and the
 drift cannot turn unseen between its nodes: ``rate`` is the reciprocal of the length over which a
 function in A may turn. Its cost grows with 1/kappa^2, and beyond 20,000 panels there is no value.
 """

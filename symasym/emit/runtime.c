@@ -114,7 +114,7 @@ static double airye(double z, int part)
 }
 
 /* panel: from u over h, lam V's rise; log of int e^x, of int e^-x, and of the nested one.
-   Above 5 is returned where its Gauss points do not tell the drift, or x goes beyond 5. */
+   Above 4 is returned where its Gauss points do not tell the drift, or x goes beyond 4. */
 static double panel(double u, double h, double lam, const double *p, double out[4])
 {
     double x[12] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
@@ -127,7 +127,7 @@ static double panel(double u, double h, double lam, const double *p, double out[
         most = fmax(most, fmax(size, fabs(h)*rate(u + h*NODES[i], p)));
         even += LAST[i]*x[i]; odd += LAST[12 + i]*x[i];
     }
-    if (most > 5) return most;
+    if (most > 4) return most;
     if (fabs(even) + fabs(odd) > 1e-13*size + 1e-14) return 8;
     for (int i = 0; i < 12; i++) {
         double way = 0;
@@ -153,14 +153,14 @@ static void march(double u, double to, double lam, const double *p, double sums[
         int last = fabs(h) > fabs(to - u)*0.999;
         if (last) h = to - u;
         double most = panel(u, h, lam, p, here);
-        if (most > 5) { h *= 4/most; continue; }
+        if (most > 4) { h *= 3.2/most; continue; }
         double total = logaddexp(sums[1], here[1]);
         double kept = -logaddexp(0, here[1] - sums[1]);
         double more = log(lam) + logaddexp(here[2] + kept, here[3] - total);
         sums[3] = logaddexp(sums[3], here[2] - sums[0]);
         sums[2] = logaddexp(sums[2] + kept, more) + here[0];
         sums[1] = total - here[0]; sums[0] += here[0];
-        u = last ? to : u + h; h *= most > 0 ? fmin(4.5/most, 4) : 4;
+        u = last ? to : u + h; h *= most > 0 ? fmin(3.6/most, 4) : 4;
     }
     sums[0] = NAN; sums[1] = NAN; sums[2] = NAN; sums[3] = NAN;
 }

@@ -62,10 +62,10 @@ def march(u, to, lam, p, s=-numpy.inf, w=-numpy.inf):
         size = lam.max() * abs(x).max()
         most = max(size, abs(h) * numpy.max(rate(u + h * X, p)))
         error = lam.max() * abs(LAST @ x).sum()
-        if most <= 5 and error > 500 * numpy.finfo(float).eps * (size + 0.1):
+        if most <= 4 and error > 500 * numpy.finfo(float).eps * (size + 0.1):
             most = 8
-        if most > 5:
-            h *= 4 / most
+        if most > 4:
+            h *= 3.2 / most
             continue
         rise = numpy.exp(numpy.multiply.outer(lam, WITHIN @ x))
         sums = (
@@ -78,7 +78,7 @@ def march(u, to, lam, p, s=-numpy.inf, w=-numpy.inf):
         w = add(w + kept, numpy.log(lam) + add(down + kept, both - total)) + x
         s, inside, V = total - x, add(inside, down - V), V + x
         u = to if last else u + h
-        h *= min(4.5 / most, 4) if most else 4
+        h *= min(3.6 / most, 4) if most else 4
     raise ValueError("kappa is too small for the exact value; take that of sa.expand(drift).emit()")
 
 
