@@ -15,8 +15,7 @@ import sympy
 from sympy import Expr, S, Symbol
 
 from symasym.base.errors import InputError
-from symasym.emit.printing import Function, own, plain
-from symasym.formulas.letters import LAM, expanded
+from symasym.emit.printing import LAM, Function, own, plain
 
 
 class Scaled:
@@ -84,6 +83,12 @@ class Scaled:
         top = self.named(sympy.Max(*heights, evaluate=False), "top")
         shares = (c * sympy.exp(LAM * (h - top)) for h, c in heights.items())
         return top, self.named(sympy.Add(*shares), "sum")
+
+
+def expanded(e: Expr) -> Expr:
+    """The expression expanded, r - 1 being left together."""
+    r, beyond = Symbol("r", positive=True), Symbol("r - 1", positive=True)
+    return sympy.expand(e.xreplace({r: 1 + beyond})).xreplace({beyond: r - 1})
 
 
 def of_expansion(e: Any, numbers: Mapping[Symbol, Expr], name: str) -> list[Function]:
