@@ -97,7 +97,7 @@ def _show_expansion(arguments: argparse.Namespace, given: set[str]) -> None:
     """Print the expansion of a quantity, as text or in LaTeX."""
     from symasym.drift.drift import Drift
     from symasym.drift.ready_made.named import named_drift
-    from symasym.formulas import expand
+    from symasym.formulas.expand import expand
     from symasym.scenes import quantity_of
 
     extra = next((name for name in ("all", "steps") if getattr(arguments, name)), None)
