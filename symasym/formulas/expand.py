@@ -235,6 +235,8 @@ def expand(
         ``"start=well barrier"`` of a start on the well; for P ``"well"`` or the like. Of a bound
         drift it is found; else it is the first of `Expansion.cases`.
 
+    Notes
+    -----
     With numbers put in it is `escape_time(…, method="laplace", order=order)` and its like, for
     r > 1.
 
