@@ -54,7 +54,7 @@ def amplitude(d):
                   by=sympy.prod(exp(-(theta * x)**2 * t / 2) for x in b))
     d.eq("standard deviation per root of time", Symbol("sigma"), sqrt(square),
          "minus the second derivative at $\\theta = 0$ is the variance",
-         by=sqrt(sympy.simplify(-of_sum.diff(theta, 2).subs(theta, 0) / t)))
+         by=sqrt(sympy.expand(-of_sum.diff(theta, 2).subs(theta, 0) / t)))
     d.conclude(note="the $b_j$ are the strengths of the noises; " + NOISES)
 
 

@@ -21,6 +21,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import Any
 
 import sympy
@@ -31,6 +32,8 @@ from symasym.derivation.tex import tex
 
 #: Label -> title, the function that fills its derivation in, the order of a series.
 LABELS: dict[str, tuple[str, Callable[[Derivation], None], int]] = {}
+#: Label -> the module that derives it, imported when the label is first asked for.
+MODULES: dict[str, str] = {}
 BUILT: dict[str, Derivation] = {}
 #: (label, step) -> a right side in the place of the step's own (`symasym.derivation.mistakes`).
 CHANGED: dict[tuple[str, str], Any] = {}
@@ -50,25 +53,26 @@ def derives(label: str, title: str, n: int = 0) -> Any:
     return mark
 
 
+def _series(label: str) -> bool:
+    if label in MODULES:
+        import_module(MODULES[label])
+    return label in LABELS and LABELS[label][2] > 0
+
+
 def build(label: str) -> Derivation:
     """The derivation of a label, its steps stated and not checked; KeyError for no label."""
     if label not in BUILT:
-        BUILT[label] = _made(label)
+        head, _, order = str(label).rpartition("-")
+        if order in tuple("12345678") and _series(head):
+            title, function, _ = LABELS[head]
+            d = Derivation(label, f"{title}, to order {order}", int(order))
+        else:
+            _series(label)
+            title, function, n = LABELS[label]
+            d = Derivation(label, title, n)
+        function(d)
+        BUILT[label] = d
     return BUILT[label]
-
-
-def _made(label: str) -> Derivation:
-    head, _, order = str(label).rpartition("-")
-    if order in "12345678" and head in LABELS and LABELS[head][2]:
-        title, function, _ = LABELS[head]
-        d = Derivation(label, f"{title}, to order {order}", int(order))
-    elif label in LABELS:
-        title, function, n = LABELS[label]
-        d = Derivation(label, title, n)
-    else:
-        raise KeyError(label)
-    function(d)
-    return d
 
 
 @dataclass
@@ -158,7 +162,7 @@ class Derivation:
         return self._take(label).right(name)
 
     def _take(self, label: str) -> Derivation:
-        if label in LABELS and LABELS[label][2] and self.label.endswith(f"-{self.n}"):
+        if self.label.endswith(f"-{self.n}") and _series(label):
             label = f"{label}-{self.n}"
         if label not in self.rests_on:
             self.rests_on.append(label)
