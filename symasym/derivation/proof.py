@@ -8,7 +8,7 @@ of an asymptotic statement is measured: |exact - stated|/order settles.
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -132,7 +132,7 @@ def _exact(exact: Any, x: str, digits: int) -> Any:
 
 def slope(
     stated: Any, error: Any, variable: Any, exact: Callable[[Any, Any], Any],
-    at: tuple[str, str], values: Mapping[Any, Any], digits: int,
+    at: Sequence[str], values: Mapping[Any, Any], digits: int,
 ) -> Any:  # fmt: skip
     """The logarithmic slope of |exact - stated|/error in `variable` between two points."""
     names = (variable, *values)
