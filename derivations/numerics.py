@@ -13,7 +13,6 @@ from itertools import pairwise
 from typing import Any
 
 from mpmath.calculus.quadrature import GaussLegendre
-from mpmath.ctx_mp import MPContext
 
 
 @dataclass(frozen=True)
@@ -23,14 +22,14 @@ class Scene:
     coefficients: tuple[Fraction, ...]
 
     @classmethod
-    def friction(cls, mu: str, alpha: str, z0: str) -> Scene:
-        """The cubic friction drift (eq:phifric0)."""
-        m, a, z = Fraction(mu), Fraction(alpha), Fraction(z0)
+    def friction(cls, *numbers: str) -> Scene:
+        """The cubic friction drift (eq:phifric0) of mu, alpha and z0."""
+        m, a, z = map(Fraction, numbers)
         return cls((1 - z, -a * (1 + m), Fraction(0), a * m))
 
     def phi(self, ctx: Any, u: Any, derivative: int = 0) -> Any:
         """The `derivative`-th derivative of A(u)."""
-        return _horner(_coefficients(self, derivative, ctx, ctx.prec), ctx, u)
+        return ctx.polyval(_coefficients(self, derivative, ctx, ctx.prec), u)
 
     def end(self, ctx: Any, side: int) -> Any:
         """a- (side -1) or a+ (side 1)."""
@@ -39,19 +38,12 @@ class Scene:
     def V(self, ctx: Any, u: Any) -> Any:
         """The potential on all of the line, V(-1) = 0 (eq:V2)."""
         inside = min(max(u, ctx.mpf(-1)), ctx.mpf(1))
-        value = _horner(_coefficients(self, -1, ctx, ctx.prec), ctx, inside)
+        value = ctx.polyval(_coefficients(self, -1, ctx, ctx.prec), inside)
         return value if u == inside else value - (u - inside) * self.phi(ctx, inside)
 
     def roots(self, ctx: Any) -> list[Any]:
         """Zeros of A in (-1, 1), left to right, to the context's precision."""
-        return [ctx.convert(x) for x in _roots(self, ctx.prec)]
-
-
-def _horner(coefficients: list[Any], ctx: Any, u: Any) -> Any:
-    total = ctx.zero
-    for c in coefficients:
-        total = total * u + c
-    return total
+        return _roots(self, ctx, ctx.prec)
 
 
 @cache
@@ -73,27 +65,21 @@ WELL = Scene((Fraction(-18, 25), Fraction(-69, 25), Fraction(24, 5), Fraction(3)
 
 
 @cache
-def _roots(scene: Scene, precision: int) -> list[Any]:
-    ctx = MPContext()
-    ctx.prec = precision
-    powers = [ctx.mpf(c.numerator) / c.denominator for c in reversed(scene.coefficients)]
-    found = ctx.polyroots(powers, maxsteps=200, extraprec=precision) if powers[1:] else []
+def _roots(scene: Scene, ctx: Any, precision: int) -> list[Any]:
+    found = ctx.polyroots(_coefficients(scene, 0, ctx, precision), 200, extraprec=precision)
     return sorted(x for x in found if ctx.im(x) == 0 and -1 < x < 1)
 
 
 @cache
-def _nodes(precision: int, degree: int) -> list[tuple[Any, Any]]:
+def _nodes(ctx: Any, precision: int, degree: int) -> list[tuple[Any, Any]]:
     """Gauss-Legendre nodes and weights, left to right: 12 at degree 3, 24 at 4."""
-    ctx = MPContext()
-    ctx.prec = precision
     return sorted(GaussLegendre(ctx).calc_nodes(degree, precision))
 
 
 def _panel(ctx: Any, a: Any, b: Any, degree: int = 4) -> list[tuple[Any, Any]]:
     """Places and weights on one panel."""
     half, middle = (b - a) / 2, (a + b) / 2
-    rule = _nodes(ctx.prec, degree)
-    return [(middle + half * ctx.convert(x), half * ctx.convert(w)) for x, w in rule]
+    return [(middle + half * x, half * w) for x, w in _nodes(ctx, ctx.prec, degree)]
 
 
 def uniform(ctx: Any, a: Any, b: Any, width: Any) -> list[Any]:
