@@ -119,37 +119,38 @@ def _rates(ctx: Any, scene: Scene, lam: Any) -> tuple[Callable[[Any], Any], ...]
     return lambda x: ctx.exp(lam * scene.V(ctx, x)), lambda x: ctx.exp(-lam * scene.V(ctx, x))
 
 
+def _tail(ctx: Any, scene: Scene, lam: Any, r: Any, side: int, sign: int = -1) -> Any:
+    """The integral of e^{sign lam |u - side| |a|} beside the layer, of a drift to the right."""
+    rate = lam * scene.end(ctx, side)
+    return sign * (ctx.exp(sign * rate * (r - 1)) - 1) / rate
+
+
 def escape_time(ctx: Any, scene: Scene, kappa: Any, r: Any) -> Any:
     """T (eq:Ttilde), for kappa that is not small and a drift to the right."""
     lam = 2 / kappa**2
     up, down = _rates(ctx, scene, lam)
-    am, width = scene.end(ctx, -1), min(ctx.mpf(1) / 4, 2 / ctx.sqrt(lam))
-    decay = (1 - ctx.exp(-lam * am * (r - 1))) / (lam * am)
+    left, right = (uniform(ctx, a, a + 1, min(ctx.mpf(1) / 4, kappa)) for a in (-1, 0))
+    decay = _tail(ctx, scene, lam, r, -1)
     # v < -1 in closed form.
-    more, _ = nested(ctx, up, down, uniform(ctx, -1, 0, width), decay)
-    J1 = ((r - 1) - decay) / (lam * am) + more
-    left = integral(ctx, up, uniform(ctx, -1, 0, width))
-    right = integral(ctx, up, uniform(ctx, 0, 1, width))
-    ap = scene.end(ctx, 1)
-    I1 = (ctx.exp(lam * am * (r - 1)) - 1) / (lam * am) + left
-    I0 = right + up(ctx.mpf(1)) * (1 - ctx.exp(-lam * ap * (r - 1))) / (lam * ap)
+    more, _ = nested(ctx, up, down, left, decay)
+    J1 = ((r - 1) - decay) / (lam * scene.end(ctx, -1)) + more
+    I1 = _tail(ctx, scene, lam, r, -1, 1) + integral(ctx, up, left)
+    I0 = integral(ctx, up, right) + up(ctx.one) * _tail(ctx, scene, lam, r, 1)
     C = I0 / (I0 + I1)
     return (1 - C) * sum(split_pieces(ctx, scene, kappa, r)) - C * lam * J1
 
 
 def split_pieces(ctx: Any, scene: Scene, k: Any, r: Any) -> list[Any]:
     """The four pieces of eq:fourPieces, times lam; for kappa that is not small."""
-    lam = 2 / k**2
-    am, ap = scene.end(ctx, -1), scene.end(ctx, 1)
-    width = min(ctx.mpf(1) / 4, 2 / ctx.sqrt(lam))
+    lam, width = 2 / k**2, min(ctx.mpf(1) / 4, ctx.sqrt(2) * k)
     up, down = _rates(ctx, scene, lam)
-    left = (1 - ctx.exp(-lam * am * (r - 1))) / (lam * am)
-    right = (1 - ctx.exp(-lam * ap * (r - 1))) / (lam * ap)
+    left, right = (_tail(ctx, scene, lam, r, side) for side in (-1, 1))
     before = integral(ctx, down, uniform(ctx, -1, 0, width))
-    second, inside = nested(ctx, up, down, uniform(ctx, 0, 1, width), before)
-    first = left * integral(ctx, up, uniform(ctx, 0, 1, width))
-    third = up(ctx.mpf(1)) * right * (left + inside)
-    return [lam * x for x in (first, second, third, ((r - 1) - right) / (lam * ap))]
+    ahead = uniform(ctx, 0, 1, width)
+    second, inside = nested(ctx, up, down, ahead, before)
+    third = up(ctx.one) * right * (left + inside)
+    fourth = ((r - 1) - right) / (lam * scene.end(ctx, 1))
+    return [lam * x for x in (left * integral(ctx, up, ahead), second, third, fourth)]
 
 
 def well_integral(ctx: Any, scene: Scene, kappa: Any) -> Any:

@@ -72,25 +72,19 @@ def passes(step: Step, stated: Any) -> bool:
     return False
 
 
-def notices(label: str, name: str, users: Iterable[str]) -> str:
-    """The step, or a label, that fails when a step's right side is changed, its own check left out.
+def notices(label: str, name: str, users: Iterable[str]) -> bool:
+    """Whether a step fails when another's right side is changed and its own check left out.
 
-    `users` are the labels that rest on this one. Empty where nothing notices.
+    Asked are the steps of its label and of `users`, the labels that rest on that.
     """
     step = next(s for s in build(label).steps if s.name == name)
     again = (label, *users)
     kept = {x: BUILT.pop(x) for x in again if x in BUILT}
     CHANGED[label, name] = next(mutants(step.right))
     try:
-        for other in again:
-            try:
-                steps = build(other).steps
-            except Exception:  # the changed expression does not even fit
-                return other
-            for s in steps:
-                if (other, s.name) != (label, name) and not passes(s, s.right):
-                    return f"{other}: {s.name}"
-        return ""
+        return not all(passes(s, s.right) for x in again for s in build(x).steps)
+    except Exception:  # the changed expression does not even fit
+        return True
     finally:
         CHANGED.clear()
         for x in again:
