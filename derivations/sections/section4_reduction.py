@@ -110,7 +110,7 @@ def scaling(d):
 @derives("eq:reducedSDEtilde", "The scaled equation")
 def reduced_scaled(d):
     X, time, K = (d["eq:tildexykappa", x] for x in ("u", "t_s", "kappa"))
-    (unscaled,) = sympy.solve(K - kappa, k_p)
+    unscaled = kappa * k_p / K
     one = d["eq:reducedSDE"].subs(dict(zip(b, (1, 0, 0), strict=True)))
     d.eq("in scaled variables", "du", phi(u) * dt + kappa * dW,
          r"the paper's $\kappa_p$ has $|B|$ in it from here on",
