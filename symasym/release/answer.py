@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal
@@ -11,13 +11,22 @@ import numpy as np
 
 from symasym.base.errors import InputError
 from symasym.base.estimate import with_error
-from symasym.base.inputs import Number, choice, count, exact, positive, shown
-from symasym.release.march import Law, Scene, forward, laws, march, mesh
-from symasym.release.simulate import Paths, law_of, simulate, step_of
-from symasym.release.slabs import Elements
+from symasym.base.inputs import (
+    FloatArray,
+    Number,
+    Numbers,
+    choice,
+    count,
+    exact,
+    floats,
+    positive,
+    shown,
+)
+from symasym.release.march import Marched, Scene, march
+from symasym.release.simulate import simulate, step_of
 from symasym.release.system import System
 
-__all__ = ["METHODS", "Release", "release"]
+__all__ = ["METHODS", "Law", "Release", "release"]
 
 #: The methods, and what each computes.
 METHODS = {
@@ -25,6 +34,95 @@ METHODS = {
     "simulate": "Monte Carlo",
 }
 _MOST_PATHS = 10_000_000
+
+
+class Law:
+    """A law on a line: mean, standard deviation, distribution function and quantiles.
+
+    Attributes
+    ----------
+    mean, std : float
+    error : float
+        Of `cdf`, an estimate.
+    """
+
+    def __init__(
+        self,
+        of: Callable[[FloatArray], FloatArray],
+        ends: tuple[float, float],
+        mean: float,
+        std: float,
+        error: float,
+    ) -> None:
+        self._of, self._ends, self.mean, self.std, self.error = of, ends, mean, std, error
+
+    def cdf(self, x: Numbers) -> Any:
+        """The chance to be at most x."""
+        return np.clip(self._of(floats("x", x)), 0.0, 1.0)[()]
+
+    def quantile(self, p: Numbers) -> Any:
+        """The x at which `cdf` is p, which must lie in (0, 1)."""
+        level = floats("p", p)
+        if not ((level > 0.0) & (level < 1.0)).all():
+            raise InputError(f"p is {level[()]}; give a probability between 0 and 1.")
+        low, high = (np.full(level.shape, end) for end in self._ends)
+        for _ in range(60):
+            middle = (low + high) / 2
+            past = self._of(middle) >= level
+            low, high = np.where(past, low, middle), np.where(past, middle, high)
+        return high[()]
+
+    def __repr__(self) -> str:
+        return f"Law(mean={self.mean:.6g}, std={self.std:.3g})"
+
+
+def _marched(scene: Scene, found: Marched) -> tuple[Law, Law]:
+    """The laws of the time and of z: of normal times given z, by Gauss and Hermite's rule."""
+    from scipy.interpolate import PchipInterpolator
+
+    share = found.share[:, 0]
+    sure = share > 1e-9 * share.max()
+    late, square = (found.share[sure, 1:] / share[sure, None]).T
+    way, left, clock = (np.append(0.0, x[sure]) for x in (found.way, found.left, found.clock))
+    time = clock + np.append(0.0, late)
+    spread = np.append(0.0, np.sqrt(np.maximum(square - late**2, 0.0)))
+
+    def table(x: FloatArray, y: FloatArray) -> Callable[[FloatArray], FloatArray]:
+        grows = np.append(True, np.diff(np.maximum.accumulate(x)) > 0.0)
+        inner = PchipInterpolator(x[grows], y[grows])
+        return lambda at: np.asarray(inner(np.clip(at, x[grows][0], x[grows][-1])))
+
+    normals, weights = np.polynomial.hermite_e.hermegauss(9)
+    tables = [table(time + k * spread, left) for k in normals]
+    place, sign = table(way, left), scene.sign
+
+    def of_time(x: FloatArray) -> FloatArray:
+        return np.asarray(sum(w * t(x) for w, t in zip(weights / weights.sum(), tables, strict=True)))
+
+    def of_z(x: FloatArray) -> FloatArray:
+        gone = place((x - scene.z) * sign)
+        return gone if sign > 0 else 1.0 - gone
+
+    gone = float(share @ found.way)
+    deviation = float(share @ (found.way - gone) ** 2) ** 0.5
+    last = float(time[-1] + 5.0 * spread[-1])
+    ends = sorted((scene.z, scene.z + sign * float(way[-1])))
+    return (
+        Law(of_time, (0.0, last), found.mean, found.std, 0.0),
+        Law(of_z, (ends[0], ends[1]), scene.z + sign * gone, deviation, 0.0),
+    )
+
+
+def _sampled(values: FloatArray) -> Law:
+    """The law of a sample."""
+    order = np.sort(values)
+    return Law(
+        lambda x: np.searchsorted(order, x, side="right") / order.size,
+        (order[0], order[-1]),
+        float(order.mean()),
+        float(order.std()),
+        1.36 / order.size**0.5,
+    )
 
 
 @dataclass(frozen=True)
@@ -60,15 +158,10 @@ class Release:
 
     @cached_property
     def _laws(self) -> tuple[Law, Law]:
-        """The laws of the time and of z, from two densities where they are marched."""
-        scene, known = self._scene, self._known
-        if isinstance(known, Paths):
-            return law_of(known.time), law_of(known.z)
-        cut = mesh(scene, scene.z + scene.sign * known.way, 1.0, flight=True)
-        rough, fine = (
-            laws(forward(scene, Elements(cut, degree), 5, tol, 1e-10), scene.z, scene.sign)
-            for degree, tol in ((6, 1e-4), (8, 1e-5))
-        )
+        """The laws of the time and of z, the error of those marched from two resolutions."""
+        if self.method == "simulate":
+            return _sampled(self._known.time), _sampled(self._known.z)
+        rough, fine = (_marched(self._scene, found) for found in self._known)
         for one, other in zip(fine, rough, strict=True):
             x = one.mean + one.std * np.linspace(-4.0, 4.0, 41)
             one.error = float(np.abs(one.cdf(x) - other.cdf(x)).max())
@@ -155,36 +248,31 @@ def release(
         )
     scene = Scene(system, read["kappa"], read["r"], read["eps"], u, z)
     across = read["r"] * np.linspace(-1.0, 1.0, 201)
-    scene.speed(across, z, checked=method == "march")
     for name, of in (("phi", system.phi_at), ("velocity", system.velocity_at)):
         if not np.isfinite(of(across, z, scene.eps)).all():
             raise InputError(
                 f"{name} has no value at some |u| < r, z = {z:.6g}; give an expression that has."
             )
     if method == "march":
+        scene.speed(across, z)
         if colour:
             raise InputError(f"tau is {colour:g}; coloured noise is for method='simulate'.")
-        found = march(scene, read["rtol"])
-        left = min(max(found.left, 0.0), 1.0)
-        std, sides = found.variance**0.5, (left, 1.0 - left)
-        return Release(found.mean, found.error, std, sides, method, (), scene, found)
+        rough, fine, error = march(scene, read["rtol"])
+        left = min(max(fine.exit, 0.0), 1.0)
+        sides = left, 1.0 - left
+        return Release(fine.mean, error, fine.std, sides, method, (), scene, (rough, fine))
     h = step_of(scene, colour) if step is None else float(positive("step", exact("step", step)))
     if colour and h > colour / 4:
         raise InputError(f"step is {h:g} and tau {colour:g}; give a step of at most tau/4.")
     number, first = count("paths", paths, 10, _MOST_PATHS), count("seed", seed, 0, 2**62)
-    return _simulated(scene, number, h, first, colour)
-
-
-def _simulated(scene: Scene, paths: int, h: float, seed: int, tau: float) -> Release:
-    """The release by Monte Carlo, a fifth of the paths at twice the step for the bias left."""
-    sample = simulate(scene, paths, h, seed, tau)
-    check = simulate(scene, max(2, paths // 5), 2.0 * h, seed + 1, tau)
+    sample = simulate(scene, number, h, first, colour)
+    check = simulate(scene, max(2, number // 5), 2.0 * h, first + 1, colour)
     mean, std = float(sample.time.mean()), float(sample.time.std())
-    noise, bias = std / paths**0.5, abs(float(check.time.mean()) - mean)
-    left = float((sample.side < 0).mean())
+    noise, bias = std / number**0.5, abs(float(check.time.mean()) - mean)
     note = (
-        f"{paths} paths at step {h:.3g}: standard error {noise:.2g}, at twice the step "
+        f"{number} paths at step {h:.3g}: standard error {noise:.2g}, at twice the step "
         f"{bias:.2g} away."
     )
-    error, sides = 3 * noise + bias, (left, 1.0 - left)
-    return Release(mean, error, std, sides, "simulate", (note,), scene, sample)
+    left = float((sample.side < 0).mean())
+    sides, error = (left, 1.0 - left), 3.0 * noise + bias
+    return Release(mean, error, std, sides, method, (note,), scene, sample)

@@ -8,13 +8,13 @@ Appl. 87 (2000) 167). What bias is left is of order h and is seen from paths at 
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
-from symasym.release.march import Law, Scene
+from symasym.release.march import Scene
 
 #: -zeta(1/2)/sqrt(2 pi)
 _SHIFT = 0.5825971579390106
@@ -70,14 +70,3 @@ def step_of(scene: Scene, tau: float) -> float:
     slowest = tau / 8 if tau else 0.05
     flight = 0.002 * (scene.r / scene.kappa) ** 2
     return float(min(0.05 / max(bend, 1e-300), flight, slowest, 0.05))
-
-
-def law_of(values: Any) -> Law:
-    """The law of a sample."""
-    order = np.sort(values)
-
-    def cdf(x: Any) -> Any:
-        return np.searchsorted(order, x, side="right") / order.size
-
-    error = 1.36 / order.size**0.5
-    return Law(cdf, order[0], order[-1], float(order.mean()), float(order.std()), error)
