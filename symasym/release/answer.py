@@ -254,7 +254,7 @@ def release(
                 f"{name} has no value at some |u| < r, z = {z:.6g}; give an expression that has."
             )
     if method == "march":
-        scene.speed(across, z)
+        scene.speed(across, np.array([z]))
         if colour:
             raise InputError(f"tau is {colour:g}; coloured noise is for method='simulate'.")
         rough, fine, error = march(scene, read["rtol"])

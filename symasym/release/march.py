@@ -23,7 +23,7 @@ import numpy as np
 
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import FloatArray
-from symasym.release.slabs import Elements, radau
+from symasym.release.slabs import Elements, dense, radau
 from symasym.release.system import System
 
 _MOST_ELEMENTS = 1500
@@ -46,21 +46,21 @@ class Scene(NamedTuple):
         """The direction in which z goes."""
         return float(np.sign(self.system.velocity_at(np.array(self.u), self.z, self.eps)))
 
-    def speed(self, u: FloatArray, z: float) -> FloatArray:
-        """|g| at z, refused where z is no clock."""
-        g = self.system.velocity_at(u, z, self.eps) * self.sign
+    def speed(self, u: FloatArray, z: FloatArray) -> FloatArray:
+        """|g| at all u for each z, refused where z is no clock."""
+        g = self.system.velocity_at(u, z[:, None], self.eps) * self.sign
         if not (g > 0).all():
-            away = float(u[np.argmin(np.abs(g))])
+            row, column = np.unravel_index(np.argmin(g), g.shape)
             raise InputError(
-                f"the slow variable's velocity has no one sign in |u| < {self.r:g} at z = {z:.6g} "
-                f"(its least size is about u = {away:.3g}), so that it is no clock; take r eps "
+                f"the slow variable's velocity has no one sign in |u| < {self.r:g} at z = "
+                f"{z[row]:.6g} (see u = {u[column]:.3g}), so that it is no clock; take r eps "
                 "smaller (below 1 for friction), or method='simulate'."
             )
         return g
 
 
 class Marched(NamedTuple):
-    """What left, at the stages of all slabs in turn, and what it comes to.
+    """What left, at eight places of each slab in turn, and what it comes to.
 
     Attributes
     ----------
@@ -150,6 +150,7 @@ def once(
     Without `steps` what a slab's highest degree adds to p stays below `tol`.
     """
     rule, system, eps, u = radau(stages), scene.system, scene.eps, elements.u
+    values, change = dense(stages)
     diffusion = (scene.kappa * system.noise_at(u)) ** 2 / 2
     p = [np.where(u == scene.u, 1.0, 0.0), np.zeros_like(u), np.zeros_like(u)]
     way, step, held, waited = 0.0, eps * 1e-3, 1.0, 0.0
@@ -159,9 +160,9 @@ def once(
         if steps is not None:
             step = float(steps[len(made)])
         at = scene.z + scene.sign * (way + step * rule.nodes)
-        rates = 1.0 / (eps * np.stack([scene.speed(u, z) for z in at]))
-        clock = 1.0 / (eps * np.array([scene.speed(np.zeros(1), z)[0] for z in at]))
-        generators = np.stack([elements.generator(system.phi_at(u, z, eps), diffusion) for z in at])
+        rates = 1.0 / (eps * scene.speed(u, at))
+        clock = 1.0 / (eps * scene.speed(np.zeros(1), at))
+        generators = elements.generator(system.phi_at(u, at[:, None], eps), diffusion)
         solve = elements.slab(rule, step, rates, generators)
         new = [solve(p[0], 0.0)]
         if steps is None:
@@ -175,7 +176,7 @@ def once(
                 f"the block is still held with probability {held:.2g} at z = {at[-1]:.6g}, after "
                 f"{len(made)} slabs; start nearer to where it is released."
             )
-        ahead = rates - clock[:, None]
+        ahead = rates - clock
         ahead[:, [0, -1]] = 0.0
         for k in (1, 2):
             new.append(solve(p[k], k * ahead * new[-1]))
@@ -183,9 +184,9 @@ def once(
             np.append(old[0] + old[-1], one[:, 0] + one[:, -1])
             for old, one in zip(p, new, strict=True)
         ]
-        time = waited + step * rule.integral @ clock
-        share = rule.weights * (gone @ rule.slopes.T)
-        rows.append((way + step * rule.nodes, time, gone[0][1:], share.T))
+        time = values @ np.append(waited, waited + step * rule.integral @ clock[:, 0])
+        share = change @ np.transpose(gone)
+        rows.append((way + step * radau(8).nodes, time, values @ gone[0], share))
         made.append(step)
         # Absolute values: where a packet is not resolved, waves of both signs go before it.
         held = float(np.abs(new[0][-1, 1:-1]).sum())
@@ -210,17 +211,16 @@ def march(scene: Scene, rtol: float) -> tuple[Marched, Marched, float]:
     """
     stages, degree = (4, 6) if rtol > 1e-7 else (5, 8)
     coarse, tol, least = 1.5, min(1e-3, 30.0 * rtol**0.6), 1e-3 * rtol
-    far = once(scene, Elements(mesh(scene, 0.0, coarse), degree), stages, max(tol, 1e-4), least)
-    best, last = np.inf, np.nan
+    best, last, way = np.inf, np.nan, 0.0
     for _ in range(_FINEST):
-        ends = mesh(scene, far.way[-1], coarse)
+        ends = mesh(scene, way, coarse)
         rough = once(scene, Elements(ends, degree), stages, tol, least)
         halves = np.repeat(rough.steps / 2, 2)
         fine = once(scene, Elements(ends, degree + 2), stages, tol, least, halves)
         # The two may agree by chance; each round divides its errors by some 30.
         apart = np.fmax(abs(fine.mean - rough.mean), abs(fine.mean - last) / 30.0)
         error = float(apart + fine.missing + 4e-14 * len(rough.steps) ** 0.5 * fine.mean)
-        last = fine.mean
+        last, way = fine.mean, float(fine.way[-1])
         best = min(best, error / fine.mean) if fine.mean > 0 else best
         if fine.mean > 0 and error <= rtol * fine.mean:
             return rough, fine, error

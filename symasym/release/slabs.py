@@ -60,6 +60,16 @@ def radau(n: int) -> Radau:
     return Radau((at + 1.0) / 2.0, integral[-1], slopes, integral, inverse[n])
 
 
+@cache
+def dense(n: int) -> tuple[FloatArray, FloatArray]:
+    """From values at 0 and n stages: values at 8 stages, and there quadrature's share of the change."""
+    finer = radau(8)
+    x = 2.0 * finer.nodes - 1.0
+    inverse = np.linalg.inv(legendre.legvander(np.append(-1.0, 2.0 * radau(n).nodes - 1.0), n))
+    change = 2.0 * finer.weights[:, None] * _slopes(x, n)
+    return legendre.legvander(x, n) @ inverse, change @ inverse
+
+
 def _slopes(x: FloatArray, degree: int) -> FloatArray:
     """Derivatives of the Legendre polynomials up to `degree`, a row for each x."""
     return np.stack([Legendre.basis(k).deriv()(x) for k in range(degree + 1)], axis=-1)
@@ -91,16 +101,15 @@ class Elements:
         self._w = w
 
     def generator(self, phi: FloatArray, diffusion: FloatArray) -> FloatArray:
-        """K of each element from values at the nodes, shape (m, degree + 1, degree + 1).
+        """K of each element from values at the nodes, shape (..., m, degree + 1, degree + 1).
 
         Integrating D T'' by parts leaves -D' T' beside the drift.
         """
         index, slope, w = self._index, self._slope, self._w
         D = diffusion[index]
-        moved = phi[index] - D @ slope.T / self._half[:, 0]
-        stretch = np.einsum("ca,mc,cb->mab", slope, D * w, slope)
-        result: FloatArray = (moved * w)[..., None] * slope - stretch / self._half
-        return result
+        moved = phi[..., index] - D @ slope.T / self._half[:, 0]
+        stretch = np.einsum("ca,mc,cb->mab", slope, D * w, slope) / self._half
+        return np.asarray((moved * w)[..., None] * slope - stretch)
 
     def slab(self, rule: Radau, step: float, rates: FloatArray, generators: FloatArray) -> Any:
         """The solver of a slab: values at the stages from those at its beginning and a source.
