@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal
@@ -11,118 +11,17 @@ import numpy as np
 
 from symasym.base.errors import InputError
 from symasym.base.estimate import with_error
-from symasym.base.inputs import (
-    FloatArray,
-    Number,
-    Numbers,
-    choice,
-    count,
-    exact,
-    floats,
-    positive,
-    shown,
-)
-from symasym.release.march import Marched, Scene, march
+from symasym.base.inputs import Number, choice, count, exact, positive, shown
+from symasym.release.laws import Law, of_march, of_sample
+from symasym.release.march import Scene, march
 from symasym.release.simulate import simulate, step_of
 from symasym.release.system import System
-
-__all__ = ["METHODS", "Law", "Release", "release"]
 
 #: The methods, and what each computes.
 METHODS = {
     "march": "the parabolic equation of (u, z), to rtol",
     "simulate": "Monte Carlo",
 }
-_MOST_PATHS = 10_000_000
-
-
-class Law:
-    """A law on a line: mean, standard deviation, distribution function and quantiles.
-
-    Attributes
-    ----------
-    mean, std : float
-    error : float
-        Of `cdf`, an estimate.
-    """
-
-    def __init__(
-        self,
-        of: Callable[[FloatArray], FloatArray],
-        ends: tuple[float, float],
-        mean: float,
-        std: float,
-        error: float,
-    ) -> None:
-        self._of, self._ends, self.mean, self.std, self.error = of, ends, mean, std, error
-
-    def cdf(self, x: Numbers) -> Any:
-        """The chance to be at most x."""
-        return np.clip(self._of(floats("x", x)), 0.0, 1.0)[()]
-
-    def quantile(self, p: Numbers) -> Any:
-        """The x at which `cdf` is p, which must lie in (0, 1)."""
-        level = floats("p", p)
-        if not ((level > 0.0) & (level < 1.0)).all():
-            raise InputError(f"p is {level[()]}; give a probability between 0 and 1.")
-        low, high = (np.full(level.shape, end) for end in self._ends)
-        for _ in range(60):
-            middle = (low + high) / 2
-            past = self._of(middle) >= level
-            low, high = np.where(past, low, middle), np.where(past, middle, high)
-        return high[()]
-
-    def __repr__(self) -> str:
-        return f"Law(mean={self.mean:.6g}, std={self.std:.3g})"
-
-
-def _marched(scene: Scene, found: Marched) -> tuple[Law, Law]:
-    """The laws of the time and of z: of normal times given z, by Gauss and Hermite's rule."""
-    from scipy.interpolate import PchipInterpolator
-
-    share = found.share[:, 0]
-    sure = share > 1e-9 * share.max()
-    late, square = (found.share[sure, 1:] / share[sure, None]).T
-    way, left, clock = (np.append(0.0, x[sure]) for x in (found.way, found.left, found.clock))
-    time = clock + np.append(0.0, late)
-    spread = np.append(0.0, np.sqrt(np.maximum(square - late**2, 0.0)))
-
-    def table(x: FloatArray, y: FloatArray) -> Callable[[FloatArray], FloatArray]:
-        grows = np.append(True, np.diff(np.maximum.accumulate(x)) > 0.0)
-        inner = PchipInterpolator(x[grows], y[grows])
-        return lambda at: np.asarray(inner(np.clip(at, x[grows][0], x[grows][-1])))
-
-    normals, weights = np.polynomial.hermite_e.hermegauss(9)
-    tables = [table(time + k * spread, left) for k in normals]
-    place, sign = table(way, left), scene.sign
-
-    def of_time(x: FloatArray) -> FloatArray:
-        return np.asarray(sum(w * t(x) for w, t in zip(weights / weights.sum(), tables, strict=True)))
-
-    def of_z(x: FloatArray) -> FloatArray:
-        gone = place((x - scene.z) * sign)
-        return gone if sign > 0 else 1.0 - gone
-
-    gone = float(share @ found.way)
-    deviation = float(share @ (found.way - gone) ** 2) ** 0.5
-    last = float(time[-1] + 5.0 * spread[-1])
-    ends = sorted((scene.z, scene.z + sign * float(way[-1])))
-    return (
-        Law(of_time, (0.0, last), found.mean, found.std, 0.0),
-        Law(of_z, (ends[0], ends[1]), scene.z + sign * gone, deviation, 0.0),
-    )
-
-
-def _sampled(values: FloatArray) -> Law:
-    """The law of a sample."""
-    order = np.sort(values)
-    return Law(
-        lambda x: np.searchsorted(order, x, side="right") / order.size,
-        (order[0], order[-1]),
-        float(order.mean()),
-        float(order.std()),
-        1.36 / order.size**0.5,
-    )
 
 
 @dataclass(frozen=True)
@@ -160,8 +59,8 @@ class Release:
     def _laws(self) -> tuple[Law, Law]:
         """The laws of the time and of z, the error of those marched from two resolutions."""
         if self.method == "simulate":
-            return _sampled(self._known.time), _sampled(self._known.z)
-        rough, fine = (_marched(self._scene, found) for found in self._known)
+            return of_sample(self._known.time), of_sample(self._known.z)
+        rough, fine = (of_march(self._scene, found) for found in self._known)
         for one, other in zip(fine, rough, strict=True):
             x = one.mean + one.std * np.linspace(-4.0, 4.0, 41)
             one.error = float(np.abs(one.cdf(x) - other.cdf(x)).max())
@@ -207,23 +106,12 @@ def release(
     start : pair of numbers
         u, inside (-r, r), and z.
     method : {"march", "simulate"}
-        ``"march"``: the parabolic equation of (u, z). ``"simulate"``: Monte Carlo.
+        The parabolic equation of (u, z), or Monte Carlo.
     rtol : number
         Relative error allowed, 1e-10 to 0.1, for ``"march"``.
     paths, seed, step, tau
         Of ``"simulate"``: independent paths, seed of the random numbers, step in scaled time, and
         the correlation time of coloured noise (0: white).
-
-    Returns
-    -------
-    Release
-
-    Raises
-    ------
-    InputError
-        For a value outside its range, and where z is no clock.
-    AccuracyError
-        Where the method does not reach its error.
 
     Examples
     --------
@@ -248,13 +136,11 @@ def release(
         )
     scene = Scene(system, read["kappa"], read["r"], read["eps"], u, z)
     across = read["r"] * np.linspace(-1.0, 1.0, 201)
-    for name, of in (("phi", system.phi_at), ("velocity", system.velocity_at)):
-        if not np.isfinite(of(across, z, scene.eps)).all():
-            raise InputError(
-                f"{name} has no value at some |u| < r, z = {z:.6g}; give an expression that has."
-            )
+    if not np.isfinite(scene.phi(across, z) + scene.velocity(across, z)).all():
+        raise InputError(
+            f"phi or velocity has no value at some |u| < r, z = {z:.6g}; give one that has."
+        )
     if method == "march":
-        scene.speed(across, np.array([z]))
         if colour:
             raise InputError(f"tau is {colour:g}; coloured noise is for method='simulate'.")
         rough, fine, error = march(scene, read["rtol"])
@@ -264,7 +150,7 @@ def release(
     h = step_of(scene, colour) if step is None else float(positive("step", exact("step", step)))
     if colour and h > colour / 4:
         raise InputError(f"step is {h:g} and tau {colour:g}; give a step of at most tau/4.")
-    number, first = count("paths", paths, 10, _MOST_PATHS), count("seed", seed, 0, 2**62)
+    number, first = count("paths", paths, 10, 10_000_000), count("seed", seed, 0, 2**62)
     sample = simulate(scene, number, h, first, colour)
     check = simulate(scene, max(2, number // 5), 2.0 * h, first + 1, colour)
     mean, std = float(sample.time.mean()), float(sample.time.std())

@@ -35,20 +35,20 @@ def simulate(scene: Scene, paths: int, h: float, seed: int, tau: float = 0.0) ->
     With `tau` > 0 the noise is Ornstein and Uhlenbeck's of that correlation time, which tends to
     the white one: kappa x dt in place of kappa dW, dx = (-x dt + dW)/tau; h must be far below it.
     """
-    system, kappa, r, eps, start, z0 = scene
+    r, eps = scene.r, scene.eps
     normal = np.random.default_rng(seed).standard_normal
     # Paths in coloured noise are smooth, and are not missed between two looks.
-    shift = 0.0 if tau else _SHIFT * kappa * np.sqrt(h) * float(system.noise_at(np.array(r)))
+    shift = 0.0 if tau else _SHIFT * np.sqrt(h) * float(scene.noise(np.array(r)))
     fresh = np.sqrt(-np.expm1(-2.0 * h / tau) / (2.0 * tau)) if tau else 1.0
     colour = normal(paths) / np.sqrt(2.0 * tau) if tau else np.zeros(paths)
-    u, z, index = np.full(paths, start), np.full(paths, z0), np.arange(paths)
+    u, z, index = np.full(paths, scene.u), np.full(paths, scene.z), np.arange(paths)
     times, ends, sides = (np.empty(paths) for _ in range(3))
     for step in range(1, _MOST_STEPS):
-        push = kappa * (h * colour if tau else np.sqrt(h) * normal(u.size)) * system.noise_at(u)
+        push = (h * colour if tau else np.sqrt(h) * normal(u.size)) * scene.noise(u)
         if tau:
             colour = np.exp(-h / tau) * colour + fresh * normal(u.size)
-        moved = u + h * system.phi_at(u, z, eps) + push
-        z = z + h * eps * system.velocity_at(u, z, eps)
+        moved = u + h * scene.phi(u, z) + push
+        z = z + h * eps * scene.velocity(u, z)
         u = moved
         gone = np.abs(u) >= r - shift
         if gone.any():
@@ -66,7 +66,7 @@ def simulate(scene: Scene, paths: int, h: float, seed: int, tau: float = 0.0) ->
 def step_of(scene: Scene, tau: float) -> float:
     """A step that follows phi, the noise and its correlation."""
     across = np.linspace(-1.0, 1.0, 201)
-    bend = np.abs(np.gradient(scene.system.phi_at(across, scene.z, scene.eps), across)).max()
+    bend = np.abs(np.gradient(scene.phi(across, scene.z), across)).max()
     slowest = tau / 8 if tau else 0.05
     flight = 0.002 * (scene.r / scene.kappa) ** 2
     return float(min(0.05 / max(bend, 1e-300), flight, slowest, 0.05))

@@ -28,25 +28,13 @@ from symasym.base.inputs import FloatArray
 
 
 class Radau(NamedTuple):
-    """Radau's rule on [0, 1]: its n stages, and what it does with values at 0 and at the stages.
+    """Radau's rule on [0, 1], of n stages: matrices take values at 0 and the stages."""
 
-    Attributes
-    ----------
-    nodes, weights : ndarray, shape (n,)
-        The stages, of which the last is 1, and the weights of the quadrature there.
-    slopes : ndarray, shape (n, n + 1)
-        Derivatives at the stages of the polynomial through 0 and the stages.
-    integral : ndarray, shape (n, n)
-        Integrals from 0 to the stages of the polynomial through the stages.
-    top : ndarray, shape (n + 1,)
-        The Legendre coefficient of degree n of the polynomial through 0 and the stages.
-    """
-
-    nodes: FloatArray
+    nodes: FloatArray  # the stages; the last one is 1
     weights: FloatArray
-    slopes: FloatArray
-    integral: FloatArray
-    top: FloatArray
+    slopes: FloatArray  # derivatives at the stages
+    integral: FloatArray  # from 0 to the stages, from values at the stages alone
+    top: FloatArray  # the Legendre coefficient of degree n
 
 
 @cache
@@ -62,7 +50,7 @@ def radau(n: int) -> Radau:
 
 @cache
 def dense(n: int) -> tuple[FloatArray, FloatArray]:
-    """From values at 0 and n stages: values at 8 stages, and there quadrature's share of the change."""
+    """From values at 0 and n stages: those at eight, and the quadrature's share of the change."""
     finer = radau(8)
     x = 2.0 * finer.nodes - 1.0
     inverse = np.linalg.inv(legendre.legvander(np.append(-1.0, 2.0 * radau(n).nodes - 1.0), n))
@@ -76,15 +64,7 @@ def _slopes(x: FloatArray, degree: int) -> FloatArray:
 
 
 class Elements:
-    """A mesh of (-r, r): Gauss-Lobatto nodes of one degree between breakpoints.
-
-    Attributes
-    ----------
-    ends : ndarray, shape (m + 1,)
-        The breakpoints.
-    u, weights : ndarray, shape (nodes,)
-        Nodes in order, and their weights W.
-    """
+    """A mesh of (-r, r): nodes u in order and their weights W, of one degree between `ends`."""
 
     def __init__(self, ends: FloatArray, degree: int) -> None:
         p, m = Legendre.basis(degree), len(ends) - 1
@@ -133,7 +113,9 @@ class Elements:
             (
                 np.concatenate([into.ravel(), clock.ravel()]),
                 (
-                    np.concatenate([np.swapaxes(along, 2, 3).ravel(), nodes.swapaxes(1, 2).ravel()]),
+                    np.concatenate(
+                        [np.swapaxes(along, 2, 3).ravel(), nodes.swapaxes(1, 2).ravel()]
+                    ),
                     np.concatenate([along.ravel(), nodes.ravel()]),
                 ),
             )
