@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -18,10 +17,7 @@ from symasym.release.simulate import simulate, step_of
 from symasym.release.system import System
 
 #: The methods, and what each computes.
-METHODS = {
-    "march": "the parabolic equation of (u, z), to rtol",
-    "simulate": "Monte Carlo",
-}
+METHODS = {"march": "the parabolic equation of (u, z), to rtol", "simulate": "Monte Carlo"}
 
 
 @dataclass(frozen=True)
@@ -30,12 +26,12 @@ class Release:
 
     Attributes
     ----------
-    mean, error : float
-        And its absolute error, an estimate.
-    std : float
-        Standard deviation of the time.
+    mean, error, std : float
+        The mean with its absolute error, an estimate, and the standard deviation.
     exit : tuple of float
         Chances of leaving through -r and through r.
+    time, z : Law
+        The laws of the time and of z at release.
     method : str
     notes : tuple of str
     """
@@ -45,36 +41,15 @@ class Release:
     std: float
     exit: tuple[float, float]
     method: str
-    notes: tuple[str, ...] = ()
-    _scene: Any = field(default=None, repr=False, compare=False)
-    _known: Any = field(default=None, repr=False, compare=False)
+    notes: tuple[str, ...]
+    time: Law = field(repr=False, compare=False)
+    z: Law = field(repr=False, compare=False)
 
     def __float__(self) -> float:
         return self.mean
 
     def __str__(self) -> str:
         return f"{with_error(self.mean, self.error)} (estimate, {self.method})"
-
-    @cached_property
-    def _laws(self) -> tuple[Law, Law]:
-        """The laws of the time and of z, the error of those marched from two resolutions."""
-        if self.method == "simulate":
-            return of_sample(self._known.time), of_sample(self._known.z)
-        rough, fine = (of_march(self._scene, found) for found in self._known)
-        for one, other in zip(fine, rough, strict=True):
-            x = one.mean + one.std * np.linspace(-4.0, 4.0, 41)
-            one.error = float(np.abs(one.cdf(x) - other.cdf(x)).max())
-        return fine
-
-    @property
-    def time(self) -> Law:
-        """The law of the time of release."""
-        return self._laws[0]
-
-    @property
-    def z(self) -> Law:
-        """The law of z at release."""
-        return self._laws[1]
 
 
 def release(
@@ -144,21 +119,20 @@ def release(
         if colour:
             raise InputError(f"tau is {colour:g}; coloured noise is for method='simulate'.")
         rough, fine, error = march(scene, read["rtol"])
-        left = min(max(fine.exit, 0.0), 1.0)
+        left = min(max(float(fine.p[0][0]), 0.0), 1.0)
         sides = left, 1.0 - left
-        return Release(fine.mean, error, fine.std, sides, method, (), scene, (rough, fine))
+        return Release(fine.mean, error, fine.std, sides, method, (), *of_march(rough, fine))
     h = step_of(scene, colour) if step is None else float(positive("step", exact("step", step)))
     if colour and h > colour / 4:
         raise InputError(f"step is {h:g} and tau {colour:g}; give a step of at most tau/4.")
     number, first = count("paths", paths, 10, 10_000_000), count("seed", seed, 0, 2**62)
     sample = simulate(scene, number, h, first, colour)
     check = simulate(scene, max(2, number // 5), 2.0 * h, first + 1, colour)
-    mean, std = float(sample.time.mean()), float(sample.time.std())
-    noise, bias = std / number**0.5, abs(float(check.time.mean()) - mean)
+    time, place = of_sample(sample.time), of_sample(sample.z)
+    noise, bias = time.std / number**0.5, abs(float(check.time.mean()) - time.mean)
     note = (
         f"{number} paths at step {h:.3g}: standard error {noise:.2g}, at twice the step "
         f"{bias:.2g} away."
     )
-    left = float((sample.side < 0).mean())
-    sides, error = (left, 1.0 - left), 3.0 * noise + bias
-    return Release(mean, error, std, sides, method, (note,), scene, sample)
+    left, error = float((sample.side < 0).mean()), 3.0 * noise + bias
+    return Release(time.mean, error, time.std, (left, 1.0 - left), method, (note,), time, place)

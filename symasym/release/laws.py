@@ -13,20 +13,13 @@ import numpy as np
 
 from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, Numbers, floats
-from symasym.release.march import Marched, Scene
+from symasym.release.march import March
 
 Function = Callable[[FloatArray], FloatArray]
 
 
 class Law:
-    """A law on a line: mean, standard deviation, distribution function and quantiles.
-
-    Attributes
-    ----------
-    mean, std : float
-    error : float
-        Of `cdf`, an estimate.
-    """
+    """A law on a line: `mean`, `std`, distribution function with its `error`, quantiles."""
 
     def __init__(self, of: Function, ends: Any, mean: float, std: float, error: float) -> None:
         self._of, self._ends, self.mean, self.std, self.error = of, ends, mean, std, error
@@ -47,15 +40,20 @@ class Law:
             low, high = np.where(past, low, middle), np.where(past, middle, high)
         return high[()]
 
-    def __repr__(self) -> str:
-        return f"Law(mean={self.mean:.6g}, std={self.std:.3g})"
+
+def of_march(rough: March, fine: March) -> tuple[Law, Law]:
+    """The laws of the time and of z of the finer march, and how far the other one is."""
+    laws = _of(fine)
+    for law, other in zip(laws, _of(rough), strict=True):
+        x = law.mean + law.std * np.linspace(-4.0, 4.0, 41)
+        law.error = float(np.abs(law.cdf(x) - other.cdf(x)).max())
+    return laws
 
 
-def of_march(scene: Scene, found: Marched) -> tuple[Law, Law]:
-    """The laws of the time and of z."""
+def _of(found: March) -> tuple[Law, Law]:
     from scipy.interpolate import PchipInterpolator
 
-    share, z, sign = found.share[:, 0], scene.z, scene.sign
+    share, z, sign = found.share[:, 0], found.scene.z, found.scene.sign
     sure = share > 1e-9 * share.max()
     late, square = (found.share[sure, 1:] / share[sure, None]).T
     way, left, clock = (np.append(0.0, x[sure]) for x in (found.way, found.left, found.clock))

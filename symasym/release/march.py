@@ -71,20 +71,6 @@ class Scene(NamedTuple):
         return g
 
 
-class Marched(NamedTuple):
-    """What left, at eight places of each slab in turn, and what it comes to."""
-
-    way: FloatArray  # s, that z has gone
-    clock: FloatArray  # C(s)
-    left: FloatArray  # the chance to have left by then
-    share: FloatArray  # quadrature's share of what p, p1 and p2 lose, in three columns
-    steps: FloatArray  # the slabs' lengths
-    mean: float
-    std: float
-    exit: float  # the chance to leave through -r
-    missing: float  # what the mean misses by what is still held, at most
-
-
 def mesh(scene: Scene, way: float, coarse: float) -> FloatArray:
     """Breakpoints of the elements: fine where the answer bends, times `coarse`.
 
@@ -107,15 +93,12 @@ def mesh(scene: Scene, way: float, coarse: float) -> FloatArray:
         away = np.maximum(np.abs(u) - 1.0, 0.0)
         blur = kappa * np.minimum(2.5 * (2.0 * away / eps) ** 0.25, 4.0 * np.sqrt(1.0 + away))
         near = np.minimum(width, 0.5) + 0.5 * away
-        result: FloatArray = coarse * np.minimum.reduce(
-            [3.0 * skin + 0.5 * (r - np.abs(u)), near, np.maximum(blur, width)]
-        )
-        return result
+        skins = 3.0 * skin + 0.5 * (r - np.abs(u))
+        return np.asarray(coarse * np.minimum.reduce([skins, near, np.maximum(blur, width)]))
 
     marks = sorted({-r, r, scene.u, *(x for x in (-1.0, 1.0) if abs(x) < r)})
     # Dense towards both ends, where the elements are smallest.
-    half = np.concatenate([[0.0], np.geomspace(1e-9, 0.5, 400), np.linspace(0.0, 0.5, 2000)[1:-1]])
-    shares = np.unique(np.concatenate([half, 1.0 - half]))
+    shares = (t := np.linspace(0.0, 1.0, 4001) ** 4) / (t + t[::-1])
     points = [np.array([-r])]
     for low, high in zip(marks[:-1], marks[1:], strict=True):
         x = low + (high - low) * shares
@@ -124,95 +107,104 @@ def mesh(scene: Scene, way: float, coarse: float) -> FloatArray:
         count = np.append(0.0, np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(x)))
         if not count[-1] + len(points) <= _MOST_ELEMENTS:
             raise AccuracyError(
-                f"the march would need {count[-1]:.4g} elements in u or more at kappa = "
-                f"{kappa:g}, r = {r:g}, and takes at most {_MOST_ELEMENTS}; take kappa larger or r "
-                "smaller, or method='simulate'."
+                f"the march would need {count[-1]:.4g} elements in u or more at kappa = {kappa:g}, "
+                f"r = {r:g}, above {_MOST_ELEMENTS}; take kappa larger, or method='simulate'."
             )
         parts = np.linspace(0.0, count[-1], max(1, int(np.ceil(count[-1]))) + 1)
         points.append(np.append(np.interp(parts[1:-1], count, x), high))
     return np.concatenate(points)
 
 
-def once(
-    scene: Scene,
-    elements: Elements,
-    stages: int,
-    tol: float,
-    least: float,
-    steps: FloatArray | None = None,
-) -> Marched:
-    """One march, until less than `least` is held or along given `steps`.
+class March:
+    """The density on one mesh, marched slab by slab.
 
-    Without `steps` what a slab's highest degree adds to p stays below `tol`.
+    After `finish`: at eight places of each slab the way s, the time `clock` C(s), the chance to
+    have `left` by then, and in three columns the quadrature's `share` of what p, p1 and p2 lose;
+    the mean and the standard deviation of the time; in p[0] the chances to have left.
     """
-    rule, eps, u = radau(stages), scene.eps, elements.u
-    filled, change = dense(stages)
-    diffusion = scene.noise(u) ** 2 / 2
-    p = [np.where(u == scene.u, 1.0, 0.0), np.zeros_like(u), np.zeros_like(u)]
-    way, step, held, waited = 0.0, eps * 1e-3, 1.0, 0.0
-    made: list[float] = []
-    rows: list[tuple[FloatArray, ...]] = []
-    while held > least if steps is None else len(made) < len(steps):
-        if steps is not None:
-            step = float(steps[len(made)])
-        at = scene.z + scene.sign * (way + step * rule.nodes)
-        rates = 1.0 / (eps * scene.speed(u, at))
-        clock = 1.0 / (eps * scene.speed(np.zeros(1), at))
-        generators = elements.generator(scene.phi(u, at[:, None]), diffusion)
+
+    way: FloatArray
+    clock: FloatArray
+    left: FloatArray
+    share: FloatArray
+    mean: float
+    std: float
+
+    def __init__(self, scene: Scene, elements: Elements, stages: int) -> None:
+        self.scene, self.elements, self.stages = scene, elements, stages
+        u = elements.u
+        self.p = [np.where(u == scene.u, 1.0, 0.0), np.zeros_like(u), np.zeros_like(u)]
+        self.gone, self.time, self.held = 0.0, 0.0, 1.0
+        self.rows: list[tuple[FloatArray, ...]] = []
+        self._diffusion = scene.noise(u) ** 2 / 2
+
+    def advance(self, step: float, most: float = np.inf) -> float:
+        """What a slab's highest degree adds to p; the slab is done unless that is over `most`."""
+        scene, elements, p, rule = self.scene, self.elements, self.p, radau(self.stages)
+        at = scene.z + scene.sign * (self.gone + step * rule.nodes)
+        rates = 1.0 / (scene.eps * scene.speed(elements.u, at))
+        clock = 1.0 / (scene.eps * scene.speed(np.zeros(1), at))
+        generators = elements.generator(scene.phi(elements.u, at[:, None]), self._diffusion)
         solve = elements.slab(rule, step, rates, generators)
         new = [solve(p[0], 0.0)]
-        if steps is None:
-            error = np.abs(rule.top[0] * p[0] + rule.top[1:] @ new[0]).sum()
-            factor = float(min(3.0, 0.8 * (tol / max(error, 1e-300)) ** (1.0 / stages)))
-            if error > 2.0 * tol and step > 1e-12 * (1.0 + abs(scene.z)):
-                step *= max(factor, 0.1)
-                continue
-            if len(made) > _MOST_SLABS:
-                raise AccuracyError(
-                    f"the block is still held with probability {held:.2g} at z = {at[-1]:.6g}, "
-                    f"after {_MOST_SLABS} slabs; start nearer to where it is released."
-                )
+        error = float(np.abs(rule.top[0] * p[0] + rule.top[1:] @ new[0]).sum())
+        if error > most:
+            return error
         ahead = rates - clock
         ahead[:, [0, -1]] = 0.0
         for k in (1, 2):
             new.append(solve(p[k], k * ahead * new[-1]))
         ends = [np.vstack([old, one])[:, [0, -1]] for old, one in zip(p, new, strict=True)]
-        gone = np.sum(ends, axis=2).T
-        time = filled @ np.append(waited, waited + step * rule.integral @ clock[:, 0])
-        rows.append((way + step * radau(8).nodes, time, filled @ gone[:, 0], change @ gone))
-        made.append(step)
+        lost, (filled, change) = np.sum(ends, axis=2).T, dense(self.stages)
+        time = filled @ np.append(self.time, self.time + step * rule.integral @ clock[:, 0])
+        way = self.gone + step * radau(8).nodes
+        self.rows.append((way, time, filled @ lost[:, 0], change @ lost))
+        self.p, self.gone, self.time = [one[-1] for one in new], self.gone + step, float(time[-1])
         # Absolute values: where a packet is not resolved, waves of both signs go before it.
-        held = float(np.abs(new[0][-1, 1:-1]).sum())
-        p, way, waited = [one[-1] for one in new], way + step, float(time[-1])
-        if steps is None:
-            step *= factor
-    s, time, left, share = (np.concatenate(row) for row in zip(*rows, strict=True))
-    mean = float(time @ share[:, 0] + share[:, 1].sum())
-    off = time - mean
-    variance = float(off**2 @ share[:, 0] + 2.0 * off @ share[:, 1] + share[:, 2].sum())
-    std, missing = max(variance, 0.0) ** 0.5, 3.0 * held * (mean + waited)
-    return Marched(s, time, left, share, np.array(made), mean, std, float(p[0][0]), missing)
+        self.held = float(np.abs(self.p[0][1:-1]).sum())
+        return error
+
+    def finish(self) -> None:
+        """Tables and moments of what left."""
+        tables = (np.concatenate(row) for row in zip(*self.rows, strict=True))
+        self.way, self.clock, self.left, self.share = tables
+        lost, once, twice = self.share.T
+        self.mean = float(self.clock @ lost + once.sum())
+        off = self.clock - self.mean
+        self.std = max(float(off**2 @ lost + 2.0 * off @ once + twice.sum()), 0.0) ** 0.5
 
 
-def march(scene: Scene, rtol: float) -> tuple[Marched, Marched, float]:
+def march(scene: Scene, rtol: float) -> tuple[March, March, float]:
     """Two marches and the error of the second one's mean, at most `rtol` times it."""
     stages, degree = (4, 6) if rtol > 1e-7 else (5, 8)
-    coarse, tol, least = 1.5, min(1e-3, 30.0 * rtol**0.6), 1e-3 * rtol
-    best, last, way = np.inf, np.nan, 0.0
+    coarse, tol, way, last = 1.5, min(1e-3, 30.0 * rtol**0.6), 0.0, np.nan
     for _ in range(_FINEST):
         ends = mesh(scene, way, coarse)
-        rough = once(scene, Elements(ends, degree), stages, tol, least)
-        halves = np.repeat(rough.steps / 2, 2)
-        fine = once(scene, Elements(ends, degree + 2), stages, tol, least, halves)
+        rough, fine = (March(scene, Elements(ends, k), stages) for k in (degree, degree + 2))
+        step = scene.eps * 1e-3
+        while rough.held > 1e-3 * rtol:
+            error = rough.advance(step, 2.0 * tol if step > 1e-12 * (1 + abs(scene.z)) else np.inf)
+            if rough.gone > fine.gone:
+                fine.advance(step / 2)
+                fine.advance(step / 2)
+            if len(rough.rows) > _MOST_SLABS:
+                raise AccuracyError(
+                    f"the block is still held with probability {rough.held:.2g} after z has gone "
+                    f"{rough.gone:.6g}, in {_MOST_SLABS} slabs; start nearer to its release."
+                )
+            step *= min(3.0, max(0.1, 0.8 * (tol / max(error, 1e-300)) ** (1.0 / stages)))
+        rough.finish()
+        fine.finish()
         # The two may agree by chance; each round divides its errors by some 30.
         apart = np.fmax(abs(fine.mean - rough.mean), abs(fine.mean - last) / 30.0)
-        error = float(apart + fine.missing + 4e-14 * len(rough.steps) ** 0.5 * fine.mean)
-        last, way = fine.mean, float(fine.way[-1])
-        best = min(best, error / fine.mean) if fine.mean > 0 else best
+        # What is left to wait at the end is of the order of the time before.
+        missing = 3.0 * fine.held * (fine.mean + fine.time)
+        error = float(apart + missing + 4e-14 * len(rough.rows) ** 0.5 * fine.mean)
         if fine.mean > 0 and error <= rtol * fine.mean:
             return rough, fine, error
+        last, way = fine.mean, fine.gone
         tol, coarse, degree = tol / 30.0, coarse * 0.8, degree + 1
     raise AccuracyError(
-        f"the march reaches {best:.2g} relative error with {len(ends) - 1} elements and "
-        f"{len(fine.steps)} slabs, and {rtol:.2g} is asked; ask for a larger rtol."
+        f"the march gives {fine.mean:.6g} with error {error:.2g} in {len(ends) - 1} elements and "
+        f"{len(fine.rows)} slabs, and {rtol:.2g} is asked; ask for a larger rtol."
     )

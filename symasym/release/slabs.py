@@ -45,7 +45,7 @@ def radau(n: int) -> Radau:
     inverse = np.linalg.inv(legendre.legvander(np.append(-1.0, at), n))
     slopes = 2.0 * _slopes(at, n) @ inverse
     integral = np.linalg.inv(slopes[:, 1:])
-    return Radau((at + 1.0) / 2.0, integral[-1], slopes, integral, inverse[n])
+    return Radau((at + 1.0) / 2.0, integral[-1], slopes, integral, np.asarray(inverse[n]))
 
 
 @cache
@@ -109,22 +109,14 @@ class Elements:
         along = place[..., None].repeat(index.shape[1], -1)
         nodes = np.arange(n * size).reshape(size, 1, n).repeat(n, 1)
         clock = np.broadcast_to(rule.slopes[:, 1:] / step, nodes.shape)
-        matrix = csc_array(
-            (
-                np.concatenate([into.ravel(), clock.ravel()]),
-                (
-                    np.concatenate(
-                        [np.swapaxes(along, 2, 3).ravel(), nodes.swapaxes(1, 2).ravel()]
-                    ),
-                    np.concatenate([along.ravel(), nodes.ravel()]),
-                ),
-            )
-        )
+        rows = np.concatenate([along.swapaxes(2, 3).ravel(), nodes.swapaxes(1, 2).ravel()])
+        columns = np.concatenate([along.ravel(), nodes.ravel()])
+        matrix = csc_array((np.concatenate([into.ravel(), clock.ravel()]), (rows, columns)))
         factors = splu(matrix, permc_spec="NATURAL")
         past = -rule.slopes[:, 0] / step
 
         def solve(start: FloatArray, source: FloatArray | float) -> FloatArray:
             right = past[:, None] * start + source
-            return factors.solve(right.T.ravel()).reshape(size, n).T
+            return np.asarray(factors.solve(right.T.ravel()).reshape(size, n).T)
 
         return solve
