@@ -72,12 +72,9 @@ def release(
     ----------
     system : System
         Such as `oscillator`; z's velocity must keep its sign while ``|u| < r``.
-    kappa : number
-        Scaled noise amplitude, greater than 0.
-    r : number
-        Scaled radius of escape, greater than 0.
-    eps : number
-        Physical half-width of the layer, greater than 0: z moves by eps g in a unit of scaled time.
+    kappa, r, eps : number
+        Scaled noise amplitude and radius of escape, and the physical half-width of the layer: z
+        moves by eps g in a unit of scaled time. All are greater than 0.
     start : pair of numbers
         u, inside (-r, r), and z.
     method : {"march", "simulate"}
@@ -120,19 +117,18 @@ def release(
             raise InputError(f"tau is {colour:g}; coloured noise is for method='simulate'.")
         rough, fine, error = march(scene, read["rtol"])
         left = min(max(float(fine.p[0][0]), 0.0), 1.0)
-        sides = left, 1.0 - left
-        return Release(fine.mean, error, fine.std, sides, method, (), *of_march(rough, fine))
+        laws = of_march(rough, fine)
+        return Release(fine.mean, error, fine.std, (left, 1.0 - left), method, (), *laws)
     h = step_of(scene, colour) if step is None else float(positive("step", exact("step", step)))
     if colour and h > colour / 4:
         raise InputError(f"step is {h:g} and tau {colour:g}; give a step of at most tau/4.")
     number, first = count("paths", paths, 10, 10_000_000), count("seed", seed, 0, 2**62)
-    sample = simulate(scene, number, h, first, colour)
-    check = simulate(scene, max(2, number // 5), 2.0 * h, first + 1, colour)
-    time, place = of_sample(sample.time), of_sample(sample.z)
-    noise, bias = time.std / number**0.5, abs(float(check.time.mean()) - time.mean)
+    times, places, sides = simulate(scene, number, h, first, colour)
+    check, _, _ = simulate(scene, max(2, number // 5), 2.0 * h, first + 1, colour)
+    time, z_law = of_sample(times), of_sample(places)
+    noise, bias = time.std / number**0.5, abs(float(check.mean()) - time.mean)
     note = (
-        f"{number} paths at step {h:.3g}: standard error {noise:.2g}, at twice the step "
-        f"{bias:.2g} away."
+        f"{number} paths at step {h:.3g}: standard error {noise:.2g}, at step 2h {bias:.2g} away."
     )
-    left, error = float((sample.side < 0).mean()), 3.0 * noise + bias
-    return Release(time.mean, error, time.std, (left, 1.0 - left), method, (note,), time, place)
+    left, error = float((sides < 0).mean()), 3.0 * noise + bias
+    return Release(time.mean, error, time.std, (left, 1.0 - left), method, (note,), time, z_law)

@@ -23,7 +23,7 @@ import numpy as np
 
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import FloatArray
-from symasym.release.slabs import Elements, dense, radau
+from symasym.release.slabs import Elements, radau
 from symasym.release.system import System, values
 
 _MOST_ELEMENTS = 1500
@@ -131,7 +131,7 @@ class March:
     std: float
 
     def __init__(self, scene: Scene, elements: Elements, stages: int) -> None:
-        self.scene, self.elements, self.stages = scene, elements, stages
+        self.scene, self.elements, self.rule = scene, elements, radau(stages)
         u = elements.u
         self.p = [np.where(u == scene.u, 1.0, 0.0), np.zeros_like(u), np.zeros_like(u)]
         self.gone, self.time, self.held = 0.0, 0.0, 1.0
@@ -140,7 +140,7 @@ class March:
 
     def advance(self, step: float, most: float = np.inf) -> float:
         """What a slab's highest degree adds to p; the slab is done unless that is over `most`."""
-        scene, elements, p, rule = self.scene, self.elements, self.p, radau(self.stages)
+        scene, elements, p, rule = self.scene, self.elements, self.p, self.rule
         at = scene.z + scene.sign * (self.gone + step * rule.nodes)
         rates = 1.0 / (scene.eps * scene.speed(elements.u, at))
         clock = 1.0 / (scene.eps * scene.speed(np.zeros(1), at))
@@ -155,10 +155,9 @@ class March:
         for k in (1, 2):
             new.append(solve(p[k], k * ahead * new[-1]))
         ends = [np.vstack([old, one])[:, [0, -1]] for old, one in zip(p, new, strict=True)]
-        lost, (filled, change) = np.sum(ends, axis=2).T, dense(self.stages)
-        time = filled @ np.append(self.time, self.time + step * rule.integral @ clock[:, 0])
-        way = self.gone + step * radau(8).nodes
-        self.rows.append((way, time, filled @ lost[:, 0], change @ lost))
+        lost, way = np.sum(ends, axis=2).T, self.gone + step * rule.places
+        time = rule.filled @ np.append(self.time, self.time + step * rule.integral @ clock[:, 0])
+        self.rows.append((way, time, rule.filled @ lost[:, 0], rule.change @ lost))
         self.p, self.gone, self.time = [one[-1] for one in new], self.gone + step, float(time[-1])
         # Absolute values: where a packet is not resolved, waves of both signs go before it.
         self.held = float(np.abs(self.p[0][1:-1]).sum())

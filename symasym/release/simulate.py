@@ -8,8 +8,6 @@ Appl. 87 (2000) 167). What bias is left is of order h and is seen from paths at 
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from symasym.base.errors import AccuracyError
@@ -21,24 +19,15 @@ _SHIFT = 0.5825971579390106
 _MOST_STEPS = 20_000_000
 
 
-class Paths(NamedTuple):
-    """Times, z and sides (-1 or 1) at release of independent paths."""
-
-    time: FloatArray
-    z: FloatArray
-    side: FloatArray
-
-
-def simulate(scene: Scene, paths: int, h: float, seed: int, tau: float = 0.0) -> Paths:
-    """Independent paths to release by steps of h.
+def simulate(scene: Scene, paths: int, h: float, seed: int, tau: float) -> tuple[FloatArray, ...]:
+    """Times, z and sides (-1 or 1) at release of independent paths by steps of h.
 
     With `tau` > 0 the noise is Ornstein and Uhlenbeck's of that correlation time, which tends to
     the white one: kappa x dt in place of kappa dW, dx = (-x dt + dW)/tau; h must be far below it.
     """
-    r, eps = scene.r, scene.eps
     normal = np.random.default_rng(seed).standard_normal
     # Paths in coloured noise are smooth, and are not missed between two looks.
-    shift = 0.0 if tau else _SHIFT * np.sqrt(h) * float(scene.noise(np.array(r)))
+    shift = 0.0 if tau else _SHIFT * np.sqrt(h) * float(scene.noise(np.array(scene.r)))
     fresh = np.sqrt(-np.expm1(-2.0 * h / tau) / (2.0 * tau)) if tau else 1.0
     colour = normal(paths) / np.sqrt(2.0 * tau) if tau else np.zeros(paths)
     u, z, index = np.full(paths, scene.u), np.full(paths, scene.z), np.arange(paths)
@@ -47,16 +36,14 @@ def simulate(scene: Scene, paths: int, h: float, seed: int, tau: float = 0.0) ->
         push = (h * colour if tau else np.sqrt(h) * normal(u.size)) * scene.noise(u)
         if tau:
             colour = np.exp(-h / tau) * colour + fresh * normal(u.size)
-        moved = u + h * scene.phi(u, z) + push
-        z = z + h * eps * scene.velocity(u, z)
-        u = moved
-        gone = np.abs(u) >= r - shift
+        u, z = u + h * scene.phi(u, z) + push, z + h * scene.eps * scene.velocity(u, z)
+        gone = np.abs(u) >= scene.r - shift
         if gone.any():
             times[index[gone]], ends[index[gone]] = step * h, z[gone]
             sides[index[gone]] = np.sign(u[gone])
             u, z, colour, index = u[~gone], z[~gone], colour[~gone], index[~gone]
             if not u.size:
-                return Paths(times, ends, sides)
+                return times, ends, sides
     raise AccuracyError(
         f"{u.size} of {paths} paths are held after {_MOST_STEPS} steps of {h:.3g}; the mean is "
         "beyond simulation, take method='march'."
@@ -67,6 +54,5 @@ def step_of(scene: Scene, tau: float) -> float:
     """A step that follows phi, the noise and its correlation."""
     across = np.linspace(-1.0, 1.0, 201)
     bend = np.abs(np.gradient(scene.phi(across, scene.z), across)).max()
-    slowest = tau / 8 if tau else 0.05
     flight = 0.002 * (scene.r / scene.kappa) ** 2
-    return float(min(0.05 / max(bend, 1e-300), flight, slowest, 0.05))
+    return float(min(0.05 / max(bend, 1.0), flight, tau / 8 or 0.05))

@@ -30,32 +30,31 @@ from symasym.base.inputs import FloatArray
 class Radau(NamedTuple):
     """Radau's rule on [0, 1], of n stages: matrices take values at 0 and the stages."""
 
-    nodes: FloatArray  # the stages; the last one is 1
-    weights: FloatArray
-    slopes: FloatArray  # derivatives at the stages
-    integral: FloatArray  # from 0 to the stages, from values at the stages alone
-    top: FloatArray  # the Legendre coefficient of degree n
+    nodes: Any  # the stages; the last one is 1
+    slopes: Any  # derivatives at the stages
+    integral: Any  # from 0 to the stages, from values at the stages alone
+    top: Any  # the Legendre coefficient of degree n
+    places: Any  # the stages of the rule that has eight
+    filled: Any  # values there
+    change: Any  # and what quadrature there has of the change over the slab
 
 
 @cache
 def radau(n: int) -> Radau:
     """The rule with n stages."""
-    at = np.sort((Legendre.basis(n) - Legendre.basis(n - 1)).roots().real)
-    at[-1] = 1.0
+    at, x = _stages(n), _stages(8)
     inverse = np.linalg.inv(legendre.legvander(np.append(-1.0, at), n))
     slopes = 2.0 * _slopes(at, n) @ inverse
-    integral = np.linalg.inv(slopes[:, 1:])
-    return Radau((at + 1.0) / 2.0, integral[-1], slopes, integral, np.asarray(inverse[n]))
+    weights = np.linalg.inv(legendre.legvander(x, 7))[0]
+    change = 2.0 * weights[:, None] * _slopes(x, n) @ inverse
+    filled, integral = legendre.legvander(x, n) @ inverse, np.linalg.inv(slopes[:, 1:])
+    return Radau((at + 1) / 2, slopes, integral, inverse[n], (x + 1) / 2, filled, change)
 
 
-@cache
-def dense(n: int) -> tuple[FloatArray, FloatArray]:
-    """From values at 0 and n stages: those at eight, and the quadrature's share of the change."""
-    finer = radau(8)
-    x = 2.0 * finer.nodes - 1.0
-    inverse = np.linalg.inv(legendre.legvander(np.append(-1.0, 2.0 * radau(n).nodes - 1.0), n))
-    change = 2.0 * finer.weights[:, None] * _slopes(x, n)
-    return legendre.legvander(x, n) @ inverse, change @ inverse
+def _stages(n: int) -> FloatArray:
+    """Those of n on [-1, 1]."""
+    at = np.sort((Legendre.basis(n) - Legendre.basis(n - 1)).roots().real)
+    return np.append(at[:-1], 1.0)
 
 
 def _slopes(x: FloatArray, degree: int) -> FloatArray:
@@ -70,7 +69,7 @@ class Elements:
         p, m = Legendre.basis(degree), len(ends) - 1
         x = np.concatenate([[-1.0], np.sort(p.deriv().roots().real), [1.0]])
         w = 2.0 / (degree * (degree + 1) * p(x) ** 2)
-        self.ends, self._half = ends, np.diff(ends)[:, None, None] / 2.0
+        self._half = np.diff(ends)[:, None, None] / 2.0
         self._index = np.arange(m)[:, None] * degree + np.arange(degree + 1)
         self.u, self.weights = np.empty(m * degree + 1), np.zeros(m * degree + 1)
         self.u[self._index] = ends[:-1, None] + self._half[:, 0] * (x + 1.0)

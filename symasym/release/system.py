@@ -74,11 +74,7 @@ class System:
 
     @classmethod
     def of(
-        cls,
-        reduction: Reduction,
-        slow: str,
-        across: str,
-        at: Mapping[str, Number] | None = None,
+        cls, reduction: Reduction, slow: str, across: str, at: Mapping[str, Number] | None = None
     ) -> System:
         """The system of a reduction in which one coordinate moves and the others stay.
 
@@ -106,7 +102,7 @@ class System:
                 f"slow is {shown(slow)} and across {shown(across)}; give two different "
                 f"coordinates out of {', '.join(names)}."
             )
-        known = {**numbers_of("at", {} if at is None else at)}
+        known: dict[str, Any] = dict(numbers_of("at", at or {}))
         known |= {slow: sympy.Symbol("z"), across: sympy.Symbol("y")}
         expressions = reduction.normal_inside, reduction.inside[names.index(slow)]
         put: dict[Any, Any] = {reduction.layer: sympy.Symbol("u")}
