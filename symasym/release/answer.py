@@ -24,16 +24,8 @@ METHODS = {"march": "the parabolic equation of (u, z), to rtol", "simulate": "Mo
 class Release:
     """The time of release; ``float(answer)`` is its mean. Everything is in scaled time.
 
-    Attributes
-    ----------
-    mean, error, std : float
-        The mean with its absolute error, an estimate, and the standard deviation.
-    exit : tuple of float
-        Chances of leaving through -r and through r.
-    time, z : Law
-        The laws of the time and of z at release.
-    method : str
-    notes : tuple of str
+    It has the mean, its absolute error (an estimate) and the standard deviation, the chances to
+    ``exit`` through -r and through r, and the laws of the time and of z at release.
     """
 
     mean: float
@@ -110,7 +102,7 @@ def release(
     across = read["r"] * np.linspace(-1.0, 1.0, 201)
     if not np.isfinite(scene.phi(across, z) + scene.velocity(across, z)).all():
         raise InputError(
-            f"phi or velocity has no value at some |u| < r, z = {z:.6g}; give one that has."
+            f"phi or velocity has no value at some |u| < r, z = {z:.6g}; give another."
         )
     if method == "march":
         if colour:

@@ -63,9 +63,8 @@ def _of(found: March) -> tuple[Law, Law]:
     def table(x: FloatArray) -> Function:
         """The chance to have left by x."""
         grows = np.append(True, np.diff(np.maximum.accumulate(x)) > 0.0)
-        known = x[grows]
-        inner = PchipInterpolator(known, left[grows])
-        return lambda at: np.asarray(inner(np.clip(at, known[0], known[-1])))
+        inner, last = PchipInterpolator(x[grows], left[grows]), x[grows][-1]
+        return lambda at: np.asarray(inner(np.clip(at, 0.0, last)))
 
     normals, weights = np.polynomial.hermite_e.hermegauss(9)
     tables, by_way = [table(time + k * spread) for k in normals], table(way)
@@ -88,7 +87,5 @@ def _of(found: March) -> tuple[Law, Law]:
 def of_sample(values: FloatArray) -> Law:
     """The law of a sample."""
     order, n = np.sort(values), len(values)
-    ends, mean, std = (order[0], order[-1]), float(order.mean()), float(order.std())
-    return Law(
-        lambda x: np.searchsorted(order, x, side="right") / n, ends, mean, std, 1.36 / n**0.5
-    )
+    mean, std, error = float(order.mean()), float(order.std()), 1.36 / n**0.5
+    return Law(lambda x: order.searchsorted(x, "right") / n, order[[0, -1]], mean, std, error)

@@ -17,6 +17,7 @@ elements of two degrees more; its difference from the first is the error that is
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -64,9 +65,8 @@ class Scene(NamedTuple):
         if not (g > 0).all():
             row, column = np.unravel_index(np.argmin(g), g.shape)
             raise InputError(
-                f"the slow variable's velocity has no one sign in |u| < {self.r:g} at z = "
-                f"{z[row]:.6g} (see u = {u[column]:.3g}), so that it is no clock; take r eps "
-                "smaller (below 1 for friction), or method='simulate'."
+                f"z = {z[row]:.6g} is no clock, its velocity changes sign by u = {u[column]:.3g}; "
+                "take r eps smaller (below 1 for friction), or method='simulate'."
             )
         return g
 
@@ -78,8 +78,7 @@ def mesh(scene: Scene, way: float, coarse: float) -> FloatArray:
     kappa/sqrt(2 |phi_u|), and outside the layer paths that z sends apart, d = eps t^2/2, are
     blurred by kappa sqrt(t), as are packets in flight to r.
     """
-    r, eps = scene.r, scene.eps
-    across = np.linspace(-1.0, 1.0, 201)
+    r, across = scene.r, np.linspace(-1.0, 1.0, 201)
     # The least noise makes the finest layers, outside the layer and in it.
     kappa = float(scene.noise(across).min())
     z = np.linspace(scene.z, scene.z + scene.sign * way, 9)[:, None]
@@ -89,26 +88,24 @@ def mesh(scene: Scene, way: float, coarse: float) -> FloatArray:
     width = 2.5 * kappa / np.sqrt(2.0 * max(bend, 1e-300))
 
     def size(u: FloatArray) -> FloatArray:
-        """Length of an element at u."""
         away = np.maximum(np.abs(u) - 1.0, 0.0)
-        blur = kappa * np.minimum(2.5 * (2.0 * away / eps) ** 0.25, 4.0 * np.sqrt(1.0 + away))
-        near = np.minimum(width, 0.5) + 0.5 * away
-        skins = 3.0 * skin + 0.5 * (r - np.abs(u))
-        return np.asarray(coarse * np.minimum.reduce([skins, near, np.maximum(blur, width)]))
+        blur = kappa * np.minimum(2.5 * (2.0 * away / scene.eps) ** 0.25, 4.0 * np.sqrt(1.0 + away))
+        near = np.minimum(min(width, 0.5) + 0.5 * away, np.maximum(blur, width))
+        return np.asarray(coarse * np.minimum(near, 3.0 * skin + 0.5 * (r - np.abs(u))))
 
     marks = sorted({-r, r, scene.u, *(x for x in (-1.0, 1.0) if abs(x) < r)})
     # Dense towards both ends, where the elements are smallest.
     shares = (t := np.linspace(0.0, 1.0, 4001) ** 4) / (t + t[::-1])
     points = [np.array([-r])]
-    for low, high in zip(marks[:-1], marks[1:], strict=True):
+    for low, high in pairwise(marks):
         x = low + (high - low) * shares
         with np.errstate(divide="ignore", over="ignore"):
             density = 1.0 / size(x)
         count = np.append(0.0, np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(x)))
         if not count[-1] + len(points) <= _MOST_ELEMENTS:
             raise AccuracyError(
-                f"the march would need {count[-1]:.4g} elements in u or more at kappa = {kappa:g}, "
-                f"r = {r:g}, above {_MOST_ELEMENTS}; take kappa larger, or method='simulate'."
+                f"the march would need {count[-1]:.4g} elements in u or more at kappa = "
+                f"{kappa:g}, above {_MOST_ELEMENTS}; take kappa larger, or method='simulate'."
             )
         parts = np.linspace(0.0, count[-1], max(1, int(np.ceil(count[-1]))) + 1)
         points.append(np.append(np.interp(parts[1:-1], count, x), high))
@@ -122,13 +119,6 @@ class March:
     have `left` by then, and in three columns the quadrature's `share` of what p, p1 and p2 lose;
     the mean and the standard deviation of the time; in p[0] the chances to have left.
     """
-
-    way: FloatArray
-    clock: FloatArray
-    left: FloatArray
-    share: FloatArray
-    mean: float
-    std: float
 
     def __init__(self, scene: Scene, elements: Elements, stages: int) -> None:
         self.scene, self.elements, self.rule = scene, elements, radau(stages)
@@ -188,8 +178,8 @@ def march(scene: Scene, rtol: float) -> tuple[March, March, float]:
                 fine.advance(step / 2)
             if len(rough.rows) > _MOST_SLABS:
                 raise AccuracyError(
-                    f"the block is still held with probability {rough.held:.2g} after z has gone "
-                    f"{rough.gone:.6g}, in {_MOST_SLABS} slabs; start nearer to its release."
+                    f"the block is still held with probability {rough.held:.2g} when z has gone "
+                    f"{rough.gone:.6g}; start nearer to its release."
                 )
             step *= min(3.0, max(0.1, 0.8 * (tol / max(error, 1e-300)) ** (1.0 / stages)))
         rough.finish()

@@ -1,9 +1,8 @@
 """Monte Carlo of the whole system: Euler and Maruyama's method, its boundary moved inwards.
 
-A path that is looked at every h misses excursions over u = r and back between two looks. To first
-order in sqrt(h) that is undone by a boundary nearer by -zeta(1/2)/sqrt(2 pi) kappa sqrt(h), 0.5826
-kappa sqrt(h) (Broadie, Glasserman and Kou, Math. Finance 7 (1997) 325; Gobet, Stochastic Process.
-Appl. 87 (2000) 167). What bias is left is of order h and is seen from paths at twice the step.
+What paths miss between two looks, every h, is undone to first order in sqrt(h) by a boundary nearer
+by -zeta(1/2)/sqrt(2 pi) kappa sqrt(h) (Broadie, Glasserman and Kou, Math. Finance 7 (1997) 325;
+Gobet, Stochastic Process. Appl. 87 (2000) 167). What is left is of order h, seen at twice the step.
 """
 
 from __future__ import annotations
@@ -14,8 +13,7 @@ from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.release.march import Scene
 
-#: -zeta(1/2)/sqrt(2 pi)
-_SHIFT = 0.5825971579390106
+_SHIFT = 0.5825971579390106  # -zeta(1/2)/sqrt(2 pi)
 _MOST_STEPS = 20_000_000
 
 
@@ -44,10 +42,7 @@ def simulate(scene: Scene, paths: int, h: float, seed: int, tau: float) -> tuple
             u, z, colour, index = u[~gone], z[~gone], colour[~gone], index[~gone]
             if not u.size:
                 return times, ends, sides
-    raise AccuracyError(
-        f"{u.size} of {paths} paths are held after {_MOST_STEPS} steps of {h:.3g}; the mean is "
-        "beyond simulation, take method='march'."
-    )
+    raise AccuracyError(f"{u.size} paths are held after {step} steps; take method='march'.")
 
 
 def step_of(scene: Scene, tau: float) -> float:

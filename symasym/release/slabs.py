@@ -95,23 +95,19 @@ class Elements:
 
         `rates` is 1/(eps |g|) at the stages and nodes, shape (n, nodes), `generators` K there.
         """
-        from scipy.sparse import csc_array
+        from scipy.sparse import csc_array, eye_array, kron
         from scipy.sparse.linalg import splu
 
         n, size, index = len(rule.nodes), len(self.u), self._index
         flow = rates / self.weights
-        # The ends absorb: from there nothing flows.
-        flow[:, [0, -1]] = 0.0
+        flow[:, [0, -1]] = 0.0  # the ends absorb
         # Unknowns in the order of u, the stages of a node together.
         place = n * index + np.arange(n)[:, None, None]
-        into = -generators * flow[:, index, None]
-        along = place[..., None].repeat(index.shape[1], -1)
-        nodes = np.arange(n * size).reshape(size, 1, n).repeat(n, 1)
-        clock = np.broadcast_to(rule.slopes[:, 1:] / step, nodes.shape)
-        rows = np.concatenate([along.swapaxes(2, 3).ravel(), nodes.swapaxes(1, 2).ravel()])
-        columns = np.concatenate([along.ravel(), nodes.ravel()])
-        matrix = csc_array((np.concatenate([into.ravel(), clock.ravel()]), (rows, columns)))
-        factors = splu(matrix, permc_spec="NATURAL")
+        column = np.broadcast_to(place[..., None], generators.shape)
+        both = column.swapaxes(2, 3).ravel(), column.ravel()
+        moved = csc_array(((generators * flow[:, index, None]).ravel(), both))
+        clock = kron(eye_array(size), rule.slopes[:, 1:] / step, format="csc")
+        factors = splu(clock - moved, permc_spec="NATURAL")
         past = -rule.slopes[:, 0] / step
 
         def solve(start: FloatArray, source: FloatArray | float) -> FloatArray:

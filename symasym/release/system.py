@@ -60,17 +60,11 @@ class System:
             read = read.xreplace({s: sympy.Symbol(s.name) for s in read.free_symbols})
             unknown = sorted({s.name for s in read.free_symbols} - set(known.split(", ")))
             if unknown:
-                raise InputError(
-                    f"{name} has the symbol {unknown[0]}, which has no value; give an expression "
-                    f"in {known} with numbers for all else."
-                )
+                raise InputError(f"{name} has the symbol {unknown[0]}; give it in {known} alone.")
             object.__setattr__(self, name, sympy.expand(read))
         least = values(self.noise, np.linspace(-1.0, 1.0, 201)).min()
         if not least > 0.0:
-            raise InputError(
-                f"noise is {self.noise}, which comes down to {least:.3g} in the layer; give an "
-                "expression that stays above 0."
-            )
+            raise InputError(f"noise is {self.noise}, down to {least:.3g}; give one above 0.")
 
     @classmethod
     def of(
@@ -98,10 +92,8 @@ class System:
             raise InputError(f"reduction is {shown(reduction)}; give what sa.reduce returns.")
         names = [str(c) for c in reduction.coordinates]
         if slow == across or slow not in names or across not in names:
-            raise InputError(
-                f"slow is {shown(slow)} and across {shown(across)}; give two different "
-                f"coordinates out of {', '.join(names)}."
-            )
+            given = f"slow is {shown(slow)} and across {shown(across)}"
+            raise InputError(f"{given}; give two different ones of {', '.join(names)}.")
         known: dict[str, Any] = dict(numbers_of("at", at or {}))
         known |= {slow: sympy.Symbol("z"), across: sympy.Symbol("y")}
         expressions = reduction.normal_inside, reduction.inside[names.index(slow)]
@@ -137,10 +129,7 @@ class System:
     def frozen(self, z: Numbers) -> Drift:
         """The scalar drift at z and y = 0; refused where the noise depends on u."""
         if self.noise != 1:
-            raise InputError(
-                f"noise is {self.noise}, and the scalar equation with z frozen is for noise 1; "
-                "take sa.release."
-            )
+            raise InputError(f"noise is {self.noise}; with z frozen it must be 1, take sa.release.")
         drift = Drift(self.phi.subs("y", 0), "u")
         return drift.bind(z=z) if "z" in drift.parameters else drift
 
@@ -149,7 +138,7 @@ def values(expression: Any, u: FloatArray, z: Any = 0.0, eps: float = 0.0) -> Fl
     """An expression's values in float64 at scaled u and at z, of the shape of both together."""
     import sympy
 
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+    with np.errstate(all="ignore"):
         of = of_arrays(expression, sympy.symbols("u z y"))
         result = of(np.clip(u, -1.0, 1.0), z, eps * u)
     return np.asarray(result + 0.0 * (u + z), dtype=np.float64)
