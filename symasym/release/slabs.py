@@ -93,9 +93,9 @@ class Elements:
     def slab(self, rule: Radau, step: float, rates: FloatArray, generators: FloatArray) -> Any:
         """The solver of a slab: values at the stages from those at its beginning and a source.
 
-        `rates` is 1/(eps |g|) at the stages and nodes, shape (n, nodes), `generators` K there.
+        `rates` is 1/(eps |g|) at the stages and nodes, `generators` are the K there.
         """
-        from scipy.sparse import csc_array, eye_array, kron
+        from scipy.sparse import csc_array
         from scipy.sparse.linalg import splu
 
         n, size, index = len(rule.nodes), len(self.u), self._index
@@ -104,10 +104,12 @@ class Elements:
         # Unknowns in the order of u, the stages of a node together.
         place = n * index + np.arange(n)[:, None, None]
         column = np.broadcast_to(place[..., None], generators.shape)
-        both = column.swapaxes(2, 3).ravel(), column.ravel()
-        moved = csc_array(((generators * flow[:, index, None]).ravel(), both))
-        clock = kron(eye_array(size), rule.slopes[:, 1:] / step, format="csc")
-        factors = splu(clock - moved, permc_spec="NATURAL")
+        every, clock = np.arange(n * size), rule.slopes[:, 1:] / step
+        rows = np.concatenate([column.swapaxes(2, 3).ravel(), every.repeat(n)])
+        columns = np.concatenate([column.ravel(), np.tile(every.reshape(size, n), n).ravel()])
+        moved = (generators * flow[:, index, None]).ravel()
+        data = np.concatenate([-moved, np.tile(clock.ravel(), size)])
+        factors = splu(csc_array((data, (rows, columns))), permc_spec="NATURAL")
         past = -rule.slopes[:, 0] / step
 
         def solve(start: FloatArray, source: FloatArray | float) -> FloatArray:
