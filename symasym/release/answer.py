@@ -16,7 +16,6 @@ from symasym.release.march import Scene, march
 from symasym.release.simulate import simulate, step_of
 from symasym.release.system import System
 
-#: The methods, and what each computes.
 METHODS = {"march": "the parabolic equation of (u, z), to rtol", "simulate": "Monte Carlo"}
 
 

@@ -70,18 +70,16 @@ def _of(found: March) -> tuple[Law, Law]:
     tables, by_way = [table(time + k * spread) for k in normals], table(way)
 
     def of_time(x: FloatArray) -> FloatArray:
-        return np.average([one(x) for one in tables], axis=0, weights=weights)
+        return np.average([one(x) for one in tables], 0, weights)
 
     def of_z(x: FloatArray) -> FloatArray:
         gone = by_way((x - z) * sign)
         return gone if sign > 0 else 1.0 - gone
 
-    gone = float(share @ found.way)
-    std = float(share @ (found.way - gone) ** 2) ** 0.5
-    return (
-        Law(of_time, (0.0, time[-1] + 5.0 * spread[-1]), found.mean, found.std, 0.0),
-        Law(of_z, sorted((z, z + sign * way[-1])), z + sign * gone, std, 0.0),
-    )
+    ends, mean = sorted((z, z + sign * way[-1])), float(share @ found.way)
+    std = float(share @ (found.way - mean) ** 2) ** 0.5
+    of_t = Law(of_time, (0.0, time[-1] + 5.0 * spread[-1]), found.mean, found.std, 0.0)
+    return of_t, Law(of_z, ends, z + sign * mean, std, 0.0)
 
 
 def of_sample(values: FloatArray) -> Law:

@@ -27,9 +27,7 @@ from symasym.base.inputs import FloatArray
 from symasym.release.slabs import Elements, radau
 from symasym.release.system import System, values
 
-_MOST_ELEMENTS = 1500
-_MOST_SLABS = 3000
-_FINEST = 6
+_MOST_ELEMENTS, _MOST_SLABS, _FINEST = 1500, 3000, 6
 
 
 class Scene(NamedTuple):

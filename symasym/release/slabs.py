@@ -80,10 +80,7 @@ class Elements:
         self._w = w
 
     def generator(self, phi: FloatArray, diffusion: FloatArray) -> FloatArray:
-        """K of each element from values at the nodes, shape (..., m, degree + 1, degree + 1).
-
-        Integrating D T'' by parts leaves -D' T' beside the drift.
-        """
+        """K of each element; integrating D T'' by parts leaves -D' T' beside the drift."""
         index, slope, w = self._index, self._slope, self._w
         D = diffusion[index]
         moved = phi[..., index] - D @ slope.T / self._half[:, 0]
@@ -91,10 +88,7 @@ class Elements:
         return np.asarray((moved * w)[..., None] * slope - stretch)
 
     def slab(self, rule: Radau, step: float, rates: FloatArray, generators: FloatArray) -> Any:
-        """The solver of a slab: values at the stages from those at its beginning and a source.
-
-        `rates` is 1/(eps |g|) at the stages and nodes, `generators` are the K there.
-        """
+        """Of a slab with 1/(eps |g|) and K at its stages: p there from p before and a source."""
         from scipy.sparse import csc_array
         from scipy.sparse.linalg import splu
 

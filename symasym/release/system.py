@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -22,9 +22,7 @@ from symasym.base.inputs import FloatArray, Number, Numbers, exact, float_text, 
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import of_arrays
 from symasym.drift.landscape import drag_time
-
-if TYPE_CHECKING:
-    from symasym.drift.reduction import Reduction
+from symasym.drift.reduction import Reduction, numbers_of
 
 
 @dataclass(frozen=True)
@@ -86,8 +84,6 @@ class System:
         """
         import sympy
 
-        from symasym.drift.reduction import Reduction, numbers_of
-
         if not isinstance(reduction, Reduction):
             raise InputError(f"reduction is {shown(reduction)}; give what sa.reduce returns.")
         names = [str(c) for c in reduction.coordinates]
@@ -131,7 +127,7 @@ class System:
         if self.noise != 1:
             raise InputError(f"noise is {self.noise}; with z frozen it must be 1, take sa.release.")
         drift = Drift(self.phi.subs("y", 0), "u")
-        return drift.bind(z=z) if "z" in drift.parameters else drift
+        return drift.bind(z=z) if drift.parameters else drift
 
 
 def values(expression: Any, u: FloatArray, z: Any = 0.0, eps: float = 0.0) -> FloatArray:
