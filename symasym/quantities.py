@@ -39,7 +39,7 @@ def escape_time(
 
     T belongs to the scalar equation du = phi(u) dt + kappa dW: the slow variables of a system that
     was reduced to it are frozen where it starts. It is the whole system's time only where they
-    change it little meanwhile (docs/limits.md), that is where T is far shorter than
+    change it little meanwhile (docs/release.md), that is where T is far shorter than
     `System.drag_time`.
 
     Parameters
@@ -129,7 +129,7 @@ def exit_probability(
         Return 1 - C, the probability of leaving through +r, with digits of its own: for C near 1.
     method : {"exact", "paper", "laplace", "uniform", "strong_noise", "bound", "auto"}
         ``"bound"``: the middle of two proved bounds, with half their distance as the error.
-        ``"paper"``: the paper's upper bound (docs/bounds.md).
+        ``"paper"``: the paper's upper bound (docs/weak-noise.md).
 
     Examples
     --------

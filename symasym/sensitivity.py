@@ -2,7 +2,7 @@
 
 For an analytic Q of real values dQ/dp = Im Q(p + ih)/h + O(h^2), where nothing is subtracted
 (Squire and Trapp 1998): both exact engines take complex parameters as they are. In the start x and
-the radius r the derivatives are closed forms of the sweeps (eq:Ttilde, eq:C; docs/sensitivity.md).
+the radius r the derivatives are closed forms of the sweeps (eq:Ttilde, eq:C; docs/exact.md).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Reference tables: the exact values of a grid as JSON lines, CSV and LaTeX (docs/tables.md).
+"""Reference tables: the exact values of a grid as JSON lines, CSV and LaTeX (docs/command-line.md).
 
 The lines are written in the order of the grid, so that at any moment the file is the beginning of
 the finished one; a run that was stopped, however, goes on behind the last whole line. Each line
@@ -88,7 +88,7 @@ def read_spec(path: str | os.PathLike[str]) -> Spec:
         # A decimal stands for what it says, not for the nearest binary number.
         given = tomllib.loads(data, parse_float=str)
     except (OSError, ValueError, RecursionError) as error:
-        raise InputError(f"{path} is no TOML file ({error}); see docs/tables.md.") from None
+        raise InputError(f"{path} is no TOML file ({error}); see docs/command-line.md.") from None
     unknown = [key for key in given if key not in _KEYS]
     if unknown or "kappa" not in given or ("drift" in given) == ("expr" in given):
         raise InputError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -53,8 +54,8 @@ class Estimate:
 
     Notes
     -----
-    As text the value has the digits that its error leaves, and the error is rounded upwards, what
-    is cut off the value included.
+    As text the value goes on to the third digit of its error, and the error is rounded upwards,
+    what is cut off the value included.
 
     Examples
     --------
@@ -62,7 +63,7 @@ class Estimate:
     >>> drift = sa.friction(mu=3, alpha=1, z0=-2)
     >>> estimate = sa.escape_time(drift, "0.3", 10, method="laplace", order=4, full=True)
     >>> print(estimate)
-    5.110422 ± 3.59e-7 (proved bound, laplace)
+    5.110421915 ± 2.76e-7 (proved bound, laplace)
     >>> value, error = estimate
     >>> estimate < 6, f"{estimate:.4f}"
     (True, '5.1104')
@@ -118,7 +119,7 @@ def with_error(value: Any, error: Any) -> str:
     Examples
     --------
     >>> with_error(2 / 3, 1e-6), with_error(0.1, None)
-    ('0.66667 ± 4.34e-6', '0.1')
+    ('0.66666667 ± 1.01e-6', '0.1')
     """
     import numpy as np
 
@@ -137,13 +138,17 @@ def _element(value: Any, error: Any) -> str:
 
     from symasym.base.balls import precision
 
-    if error is None or value != value:
-        return f"{float(value):.15g}" if not hasattr(value, "_mpf_") else str(value)
+    if not error or value != value:
+        shown = str(value) if hasattr(value, "_mpf_") else f"{float(value):.15g}"
+        return shown if error is None or value != value else f"{shown} ± 0"
     if isinstance(value, complex) or hasattr(value, "_mpc_"):
         re, im = (_element(part, error) for part in (value.real, value.imag))
         return f"({re}) + ({im})i"
     middle, radius = (x if hasattr(x, "_mpf_") else float(x) for x in (value, error))
     with precision(60 + 4 * len(str(value))):
-        text = arb(middle, radius).str(10_000)
+        # To the third digit of the error.
+        ratio = float((abs(arb(middle)) / arb(radius)).log()) / math.log(10)
+        digits = min(max(3 + int(ratio), 1), 10_000) if math.isfinite(ratio) else 1
+        text = arb(middle, radius).str(digits, more=True)
     middle, _, radius = text.strip("[]").partition("+/- ")
     return f"{middle.strip() or '0'} ± {radius or '0'}"

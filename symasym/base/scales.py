@@ -75,7 +75,7 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
     """Scale noise amplitude and radius by the width of the switch (eq:tildexykappa, eq:tilder).
 
     A time T of the scaled equation describes the whole system where eps T, the way that a slow
-    variable of unit velocity goes meanwhile, changes its drift by little (docs/limits.md).
+    variable of unit velocity goes meanwhile, changes its drift by little (docs/release.md).
 
     Parameters
     ----------

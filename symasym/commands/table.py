@@ -1,4 +1,4 @@
-"""The command ``symasym table`` (see docs/tables.md)."""
+"""The command ``symasym table`` (see docs/command-line.md)."""
 
 from __future__ import annotations
 
