@@ -5,6 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Literal
 
 from symasym.base.errors import InputError
@@ -99,7 +100,12 @@ class Estimate:
     def __format__(self, spec: str) -> str:
         if spec and hasattr(self.value, "shape"):
             raise InputError(f"the value is an array; format its elements with {spec!r}.")
-        return format(self.value, spec) if spec else str(self)
+        if not hasattr(self.value, "_mpf_"):
+            return format(self.value, spec) if spec else str(self)
+        from mpmath import libmp
+
+        digits = libmp.repr_dps(self.value._mpf_[3])
+        return format(Decimal(libmp.to_str(self.value._mpf_, digits)), spec) if spec else str(self)
 
     __eq__ = _compared("eq")
     __ne__ = _compared("ne")
