@@ -22,7 +22,7 @@ import numpy as np
 
 from symasym.base.errors import AccuracyError, InputError, RangeError, RegionError, SymasymError
 from symasym.base.estimate import ErrorKind, Estimate
-from symasym.base.inputs import count, float_text, shown
+from symasym.base.inputs import count, shown
 from symasym.drift.drift import Drift
 from symasym.scenes import (
     QUANTITIES,
@@ -128,7 +128,7 @@ def require_sliding(drift: Drift) -> None:
     left, right = np.broadcast_arrays(*map(np.asarray, drift.ends))
     wrong = np.flatnonzero(~((left > 0) & (right < 0)).astype(bool))
     if wrong.size:
-        a, b = (float_text(x.flat[wrong[0]]) for x in (left, right))
+        a, b = (f"{float(x.flat[wrong[0]]):.6g}" for x in (left, right))
         raise RegionError(
             f"a- = {a} and a+ = {b} make no sliding region (a- > 0 > a+), so there is no "
             "stationary density; ask for escape_time instead."

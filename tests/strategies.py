@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import random
+from collections.abc import Sequence
 from fractions import Fraction
 
-import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 import symasym as sa
+from symasym.drift.texts import FUNCTIONS
 
 SAMPLE = settings(
     max_examples=24,
@@ -17,10 +19,6 @@ SAMPLE = settings(
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
 ALL = settings(SAMPLE, max_examples=10_000)
-# A test over a table that asks a part of its questions by default and all of them when slow.
-WHOLE = pytest.mark.parametrize(
-    "whole", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["sample", "whole"]
-)
 
 
 def rationals(low: float, high: float) -> st.SearchStrategy[Fraction]:
@@ -82,3 +80,15 @@ def scenes(
     r = draw(powers_of_ten(-0.5, 4))
     start = r * draw(rationals(-0.99, 0.99))
     return draw(of), draw(powers_of_ten(weakest, 4)), r, draw(st.sampled_from([0 * r, start]))
+
+
+def random_formula(draw: random.Random, depth: int, names: Sequence[str] = ("u", "a")) -> str:
+    """A text that is mostly a formula, with numbers of any size."""
+    if depth == 0 or draw.random() < 0.2:
+        numbers = ["2", "1/3", "10", "1e30", "1e-9", "123456789", "pi", "0.5"]
+        return draw.choice([*names, *numbers])
+    parts = [random_formula(draw, depth - 1, names) for _ in range(2)]
+    kind = draw.randrange(6)
+    if kind == 5:
+        return f"{draw.choice(list(FUNCTIONS))}({parts[0]})"
+    return f"({parts[0]}){draw.choice(['+', '-', '*', '/', '**'])}({parts[1]})"

@@ -138,10 +138,3 @@ def test_what_cannot_be_told_is_refused() -> None:
         sa.friction().critical_points()
     with pytest.raises(sa.InputError, match="z0 is an array"):
         sa.friction(3, 1, [0.1, 0.2]).critical_points()
-
-
-def test_global_precision_does_not_matter() -> None:
-    for make in (lambda: sa.friction(3, 1, "-0.3"), lambda: sa.sine(1, 1, 4, waves=2)):
-        with mpmath.workdps(5):
-            low = make().critical_points()
-        assert [p.u for p in low] == [p.u for p in make().critical_points()]

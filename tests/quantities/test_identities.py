@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from tests.asking import later, reference
-from tests.problems import BY_NAME, Problem, answered, relative
+from tests.problems import BY_NAME, relative
 
 MIRRORS: list[tuple[str, Callable[[], sa.Drift], Callable[[], sa.Drift]]] = [
     ("friction", lambda: sa.friction(3, 1, "-0.3"), lambda: sa.friction(3, 1, "2.3")),
@@ -69,16 +68,6 @@ def mpmath_rational(x: F) -> Any:
     import sympy
 
     return sympy.Rational(x.numerator, x.denominator)
-
-
-@pytest.mark.parametrize("problem", later(answered(), "slow"))
-def test_probabilities_add_up_to_one(problem: Problem) -> None:
-    with mpmath.workdps(60):
-        pairs = [("C", "1-C")] + [("P", "1-P")] * problem.slides
-        for one, other in pairs:
-            both = reference(problem.name, one), reference(problem.name, other)
-            assert all(0 < x <= 1 for x in both)
-            assert abs(sum(both) - 1) <= mpmath.mpf(10) ** -58
 
 
 INSIDE = ["friction k=0.3", "linear sliding, uneven", "expression, cubic", "z0=-1e8"]

@@ -9,11 +9,10 @@ from typing import Any
 import mpmath
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import symasym as sa
 from symasym.workshop import reference_quadrature
-from tests.strategies import ALL, SAMPLE, drifts, narrow, powers_of_ten, rationals, scenes
+from tests.strategies import ALL, SAMPLE, drifts, narrow, scenes
 
 
 def gap(found: float, wanted: Any) -> float:
@@ -70,39 +69,6 @@ def test_floats_sample(kind: str) -> None:
 @given(scenes(-0.3, drifts()))
 def test_quadrature_sample(scene: Any) -> None:
     check_quadrature(scene)
-
-
-@FEW
-@given(st.data())
-def test_arrays_are_their_scenes(data: st.DataObject) -> None:
-    r = data.draw(powers_of_ten(-0.5, 3))
-    n = 5
-    kappa = [float(data.draw(powers_of_ten(-2, 3))) for _ in range(n)]
-    start = [float(r * data.draw(rationals(-0.99, 0.99))) for _ in range(n)]
-    z0 = [float(data.draw(rationals(-4, 4))) for _ in range(n)]
-    ends = [[float(data.draw(rationals(0.01, 3))) * s for _ in range(n)] for s in (1, -1)]
-    for make, values in (
-        (lambda z0: sa.friction("1.7", 1, z0), (z0,)),
-        (lambda a, b: sa.tanh(a, b, 4), ends),
-        (lambda a, b: sa.Drift("a + (b - a)*(u + 1)/2").bind(a=a, b=b), ends),
-    ):
-        every = make(*values)
-        each = [make(*scene) for scene in zip(*values, strict=True)]
-        asked: list[tuple[Any, Any]] = [
-            (sa.escape_time, lambda d, k, s: {"drift": d, "kappa": k, "r": r, "start": s}),
-            (sa.exit_probability, lambda d, k, s: {"drift": d, "kappa": k, "r": r, "start": s}),
-        ]
-        if values is ends:
-            asked += [
-                (sa.occupation, lambda d, k, s: {"drift": d, "kappa": k}),
-                (sa.stationary_density, lambda d, k, s: {"drift": d, "kappa": k, "y": s}),
-            ]
-        for verb, arguments in asked:
-            together = verb(**arguments(every, kappa, start), log=True)
-            assert together.shape == (n,)
-            for k in range(n):
-                alone = verb(**arguments(each[k], kappa[k], start[k]), log=True)
-                assert abs(together[k] - alone) <= 2e-12 * max(1, abs(alone))
 
 
 FOUND = {
