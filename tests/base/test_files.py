@@ -16,7 +16,7 @@ from mpmath import mp, mpf
 
 from symasym import OutputError
 from symasym.base.estimate import Estimate
-from symasym.base.files import decimal_ball, decimal_text, read_json, reference_value, write_bytes
+from symasym.base.files import decimal_ball, read_json, reference_value, write_bytes
 
 
 def fail_with(error: BaseException) -> Any:
@@ -79,13 +79,6 @@ def test_unreadable_json_counts_as_none(tmp_path: Path) -> None:
     assert read_json(path) is None
     path.write_text('{"whole": 1}')
     assert read_json(path) == {"whole": 1}
-
-
-def test_every_digit_is_written() -> None:
-    assert decimal_text(mpf("0.5"), 5) == "0.50000"
-    assert decimal_text(mpf(1) / 3 * mpf(10) ** 5000, 3) == "3.33e+4999"
-    with mp.workdps(6000):
-        assert decimal_text(1 / mpf(7), 5000) == "0." + ("142857" * 834)[:5000]
 
 
 @given(st.fractions().filter(bool), st.integers(-250, 250), st.integers(1, 60), st.integers(0, 30))

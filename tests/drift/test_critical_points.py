@@ -12,7 +12,6 @@ import pytest
 from mpmath import mpf
 
 import symasym as sa
-from tests.problems import FOLD
 
 
 def places(drift: sa.Drift) -> list[tuple[int, str]]:
@@ -50,18 +49,6 @@ def test_planted_zeros_of_polynomials(seed: int) -> None:
     assert drift.wells() + drift.barriers() == [
         p for kind in ("well", "barrier") for p in points if p.kind == kind
     ]
-
-
-@pytest.mark.parametrize("gap", ["1e-3", "1e-30", "1e-300"])
-def test_beside_the_fold(gap: str) -> None:
-    assert places(sa.friction(3, 1, FOLD - F(gap))) == []
-    assert places(sa.friction(3, 1, FOLD)) == [(2, "inflection")]
-    well, barrier = sa.friction(3, 1, FOLD + F(gap)).critical_points()
-    assert (well.kind, barrier.kind) == ("well", "barrier")
-    with mpmath.workdps(60):  # A = -gap + 6 (u - 2/3)^2 + ...
-        if F(gap) > F(1, 10**60):
-            half = mpmath.sqrt(mpmath.mpf(gap) / 6)
-            assert abs((barrier.u - well.u) / (2 * half) - 1) < 0.1 * half + 1e-25
 
 
 def test_zeros_at_and_beside_the_ends() -> None:

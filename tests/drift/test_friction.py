@@ -61,15 +61,6 @@ def test_breakaway_force_is_the_largest(mu: F, alpha: F) -> None:
     assert sa.friction(mu, alpha).beta() == pytest.approx(force.max(), rel=1e-5)
 
 
-def test_arrays_of_shapes() -> None:
-    drift = sa.friction(mu=[[0.2], [3.0]], alpha=[1.0, 2.0, 4.0])
-    assert drift.beta() == pytest.approx(np.outer([1, 16 / 9], [1, 2, 4]))
-    points = drift.turning_points()
-    assert np.isnan(points[0]).all()
-    assert points[1] == pytest.approx(2 / 3)
-    assert np.shape(drift.folds().z0[0]) == (2, 3)
-
-
 @pytest.mark.parametrize("gap", ["1e-3", "1e-15", "1e-30"])
 def test_regions_change_at_the_edges(gap: str) -> None:
     # a+ = 1 - z0 - alpha changes sign at z0 = 1 - alpha, a- at z0 = 1 + alpha

@@ -23,11 +23,6 @@ POTENTIALS: dict[str, tuple[Callable[[], sa.Drift], Callable[[Any], Any]]] = {
         lambda u: (mpmath.log(mpmath.cosh(5 * u)) - mpmath.log(mpmath.cosh(5)))
         / (5 * mpmath.tanh(5)),
     ),
-    "steep tanh": (
-        lambda: sa.tanh(1, -1, 1000),
-        lambda u: (mpmath.log(mpmath.cosh(1000 * u)) - mpmath.log(mpmath.cosh(1000)))
-        / (1000 * mpmath.tanh(1000)),
-    ),
     "exponential": (
         lambda: sa.Drift("exp(3*u) - 1"),
         lambda u: -((mpmath.exp(3 * u) - mpmath.exp(-3)) / 3 - u - 1),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from fractions import Fraction as F
 from typing import Any
 
@@ -56,13 +55,6 @@ def test_constant_drift_over_600_decades_float64() -> None:
         logs.append(float(wanted[0]) / np.log(10))
     assert min(logs) < -290
     assert max(logs) > 290
-
-
-def test_constant_drift_over_600_decades_in_one_array() -> None:
-    a, r, k = np.array(decades(), dtype=float).T
-    wanted = np.array([float(logarithm(closed(*map(int, s))[0])) for s in decades()])
-    found = sa.escape_time(sa.polynomial(10.0**a), 10.0**k, 10.0**r, log=True)
-    assert (np.abs(found - wanted) <= 2e-12 * np.maximum(1, np.abs(wanted))).all()
 
 
 # -- fold and kink, ever closer --------------------------------------------------------------------
@@ -140,54 +132,6 @@ def test_a_well_far_thinner_than_rounding(kappa: str, high: str, steepness: str)
     assert sa.occupation(drift, kappa, log=True) == 0.0
 
 
-@pytest.mark.parametrize("kappa", ["1e-40", "1e-60"])
-@pytest.mark.parametrize(("high", "steepness"), [("1", "1.4"), ("2", "3")])
-def test_the_share_outside_such_a_well(kappa: str, high: str, steepness: str) -> None:
-    drift = sa.tanh(high, f"-{high}", steepness)
-    found = sa.occupation(drift, kappa, log=True, dps=25)
-    # Laplace's method, whose corrections are of relative size 1/lam < 1e-79: the two tails
-    # e^(-lam V(1))/(lam h) over the Gaussian of curvature h s/tanh(s).
-    with mpmath.workdps(320):
-        h, s, k = (mpmath.mpf(x) for x in (high, steepness, kappa))
-        lam = 2 / k**2
-        edge = h * mpmath.log(mpmath.cosh(s)) / (s * mpmath.tanh(s))
-        inside = mpmath.sqrt(2 * mpmath.pi * mpmath.tanh(s) / (lam * h * s))
-        wanted = -2 / (lam * h) * mpmath.exp(-lam * edge) / inside
-        assert abs(found / wanted - 1) < 1e-24
-
-
-@pytest.mark.parametrize(
-    ("drift", "scaled"),
-    [
-        (sa.tanh(1, -1, "1e15"), sa.tanh(2**50, -(2**50), "1e15")),
-        (sa.tanh(1, "-1/2", "3e4"), sa.tanh(2**60, -(2**59), "3e4")),
-        (sa.sine("1e-5", -1, "1e-7"), sa.sine(2**80 / 1e5, -(2**80), 2**80 / 1e7)),
-        (sa.sine("1e-5", -1, "1e-7"), sa.sine(2**-80 / 1e5, -(2**-80), 2**-80 / 1e7)),
-    ],
-)
-def test_a_drift_and_its_noise_scaled_alike(drift: sa.Drift, scaled: sa.Drift) -> None:
-    # T of c A and sqrt(c) kappa is T of A and kappa over c.
-    factor = float(scaled.ends[1] / drift.ends[1])
-    kappa = 1e-15
-    wanted = sa.escape_time(drift, kappa, 2, log=True) - math.log(factor)
-    found = sa.escape_time(scaled, math.sqrt(factor) * kappa, 2, log=True)
-    assert found == pytest.approx(wanted, rel=1e-12)
-
-
-@pytest.mark.parametrize("steepness", ["1e-20", "1e-300"])
-def test_a_sigmoid_that_is_a_straight_line(steepness: str) -> None:
-    drift, line = sa.tanh("0.3", -2, steepness), sa.linear("0.3", -2)
-    (well,) = drift.wells()
-    # The tanh is a line to s^2/3.
-    with mpmath.workdps(50):
-        assert abs(well.u - mpmath.mpf(-17) / 23) < 1e-38 + float(steepness) ** 2
-    assert abs(drift(0.5) - line(0.5)) < 1e-15
-    for option in ({"full": True}, {"method": "laplace", "order": 2}):
-        time_to_leave = sa.escape_time(drift, "0.2", 2, dps=18, **option)
-        wanted = sa.escape_time(line, "0.2", 2, dps=18, **option)
-        assert abs(float(time_to_leave) - float(wanted)) <= 1e-15 * float(wanted)
-
-
 @pytest.mark.parametrize(
     ("drift", "kappa"),
     [
@@ -213,16 +157,6 @@ def test_a_sigmoid_is_constant_beside_its_steep_part() -> None:
         assert relative(inside, -mpmath.expm1(-mpmath.mpf(1) / 2)) < 1e-24
 
 
-def test_zeros_are_as_fine_as_the_layers_of_a_large_drift() -> None:
-    # Both of drift and squared noise times c: all is c times as fast.
-    large, c = sa.friction(3, 1e100, -1e100), F(10) ** 100
-    small = sa.polynomial(*(x / c for x in large.exact_coefficients()))
-    slow = sa.escape_time(small, F(1, 10**50), 10, log=True, dps=30)
-    fast = sa.escape_time(large, 1, 10, log=True, dps=30)
-    with mpmath.workdps(40):
-        assert relative(fast, slow - 100 * mpmath.log(10)) < 1e-29
-
-
 @pytest.mark.parametrize("method", ["exact", "laplace"])
 @pytest.mark.parametrize(("c", "k", "r"), [(40, 2, 2), (40, 2, 10**30), (0, 25, 10**60)])
 def test_exponents_of_more_digits_than_are_asked_for(method: Any, c: int, k: int, r: int) -> None:
@@ -246,10 +180,3 @@ def test_exponents_of_more_digits_than_are_asked_for(method: Any, c: int, k: int
             # The slopes of V at the ends are e - 1 and 1 - 1/e.
             wanted = mpmath.exp(lam * (left - right)) * e
             assert abs(share.value + wanted) <= abs(share.error)
-
-
-def test_the_zero_of_a_steep_sigmoid() -> None:
-    # tanh(s u) = 3/7 where both ends are saturated.
-    (well,) = sa.tanh(1, "-0.4", 10**30).wells()
-    with mpmath.workdps(40):
-        assert relative(well.u, mpmath.atanh(mpmath.mpf(3) / 7) / mpmath.mpf(10) ** 30) < 1e-15
