@@ -104,8 +104,8 @@ class Estimate:
             return format(self.value, spec) if spec else str(self)
         from mpmath import libmp
 
-        digits = libmp.repr_dps(self.value._mpf_[3])
-        return format(Decimal(libmp.to_str(self.value._mpf_, digits)), spec) if spec else str(self)
+        digits = Decimal(libmp.to_str(self.value._mpf_, 10_000))
+        return format(digits, spec) if spec else str(self)
 
     __eq__ = _compared("eq")
     __ne__ = _compared("ne")
@@ -138,18 +138,21 @@ def with_error(value: Any, error: Any) -> str:
 
 
 def _element(value: Any, error: Any) -> str:
-    """By Arb, which rounds the radius upwards."""
+    """By Arb, which rounds the radius upwards; at no global precision."""
     from flint import arb
+    from mpmath import libmp
 
     from symasym.base.balls import precision
 
     if error is None or value != value:
-        return f"{float(value):.15g}" if not hasattr(value, "_mpf_") else str(value)
+        if not hasattr(value, "_mpf_"):
+            return f"{float(value):.15g}"
+        return str(libmp.to_str(value._mpf_, libmp.prec_to_dps(max(value._mpf_[3], 53))))
     if isinstance(value, complex) or hasattr(value, "_mpc_"):
         re, im = (_element(part, error) for part in (value.real, value.imag))
         return f"({re}) + ({im})i"
     middle, radius = (x if hasattr(x, "_mpf_") else float(x) for x in (value, error))
-    with precision(60 + 4 * len(str(value))):
+    with precision(60 + (middle._mpf_[3] if hasattr(middle, "_mpf_") else 53)):
         text = arb(middle, radius).str(10_000)
     middle, _, radius = text.strip("[]").partition("+/- ")
     return f"{middle.strip() or '0'} ± {radius or '0'}"
