@@ -9,6 +9,7 @@ import mpmath
 from symasym.workshop.problems import (
     BY_NAME,
     FOLD,
+    KNOWN_WRONG,
     PROBLEMS,
     TAGS,
     Problem,
@@ -21,6 +22,7 @@ from symasym.workshop.problems import (
 __all__ = [
     "BY_NAME",
     "FOLD",
+    "KNOWN_WRONG",
     "PROBLEMS",
     "TAGS",
     "Problem",

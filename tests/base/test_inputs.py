@@ -18,12 +18,12 @@ import symasym as sa
 from symasym.base.inputs import (
     choice,
     count,
-    digits,
     exact,
     flag,
     floats,
     is_array,
     sequence,
+    shown,
 )
 
 EXACT: list[tuple[Any, F]] = [
@@ -80,11 +80,13 @@ def test_floats_are_their_binary_values(x: float) -> None:
         float("nan"), float("inf"), -float("inf"), np.float32("nan"), Decimal("nan"),
         Decimal("sNaN"), Decimal("-Infinity"), sympy.oo, sympy.nan, sympy.pi, sympy.I,
         sympy.Symbol("x"), "1e301", "1e-301", "1e-99999999999", np.datetime64("2020"), 5e-324,
+        Decimal("1E+999999"), Decimal("-1E-999999"), mpmath.mpf("1e1000000"), 10**200_000,
+        F(1, 10**200_000), "1e200000", "9" * 200_000, "1/" + "9" * 200_000,
     ],
-    ids=repr,
+    ids=lambda x: shown(x)[:40],
 )  # fmt: skip
 def test_what_is_no_finite_number_is_refused_by_name(value: Any) -> None:
-    with pytest.raises(sa.InputError, match=r"^kappa is .*[.]$"):
+    with pytest.raises(sa.InputError, match=r"^kappa (is|has) .{,250}[.]$"):
         exact("kappa", value)
 
 
@@ -124,13 +126,6 @@ def test_arrays_that_are_refused(value: Any) -> None:
         floats("r", value)
 
 
-def test_digits() -> None:
-    assert [digits(n) for n in (1, np.int64(20), 10_000)] == [1, 20, 10_000]
-    for bad in (0, -3, 10_001, 2.0, "20", True, None, float("nan"), [20]):
-        with pytest.raises(sa.InputError, match=r"from 1 to 10000\.$"):
-            digits(bad)
-
-
 ODD: list[Any] = [
     None, [], {}, np.array([True, False]), np.array(3), sympy.Symbol("x"), object(), "x", "3",
     b"1", 1j, math.nan, 2.0, 10**5000, ..., {1}, Decimal("1E+999999"),
@@ -156,17 +151,3 @@ def test_what_is_taken() -> None:
     for bad in (True, "ab", 3, None, {"a": 1}, np.array(1.0)):
         with pytest.raises(sa.InputError, match="^x is .*; give a sequence"):
             sequence("x", bad)
-
-
-@pytest.mark.parametrize(
-    "value",
-    [
-        Decimal("1E+999999"), Decimal("-1E-999999"), mpmath.mpf("1e1000000"), 10**200_000,
-        F(1, 10**200_000), "1e200000", "9" * 200_000, "1/" + "9" * 200_000,
-    ],
-    ids=[str(k) for k in range(8)],
-)  # fmt: skip
-def test_numbers_that_would_fill_the_memory_are_refused(value: Any) -> None:
-    with pytest.raises(sa.InputError) as caught:
-        exact("kappa", value)
-    assert len(str(caught.value)) < 250

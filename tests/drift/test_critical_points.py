@@ -7,7 +7,6 @@ from collections.abc import Callable
 from fractions import Fraction as F
 
 import mpmath
-import numpy as np
 import pytest
 from mpmath import mpf
 
@@ -103,14 +102,6 @@ def test_zeros_in_closed_form(
     with mpmath.workdps(70):
         for point, u in zip(drift.critical_points(), closed(), strict=True):
             assert abs(point.u - u) <= mpf(10) ** -59
-
-
-def test_many_wells() -> None:
-    drift = sa.sine(1, -1, 40, waves=20)
-    points = drift.critical_points()
-    u = np.linspace(-1, 1, 200_000)[1:-1]
-    assert len(points) == np.count_nonzero(np.diff(np.sign(drift(u))))
-    assert places(drift) == [WELL, BARRIER] * (len(points) // 2) + [WELL]
 
 
 def test_what_cannot_be_told_is_refused() -> None:
