@@ -126,6 +126,21 @@ TRAPS = {
         *(sa.polynomial("1.14", "-621.05"), "1 - C"),
         *(0.0007478995161530978, 15022.446092741358, -15022.44609274135),
     ),
+    "phi as the difference of two numbers near 95": (
+        *(sa.tanh("190.899", "-0.401974", "5.22181"), "T"),
+        *(2.12628e-4, 10, 9.9999639121),
+    ),
+    "the sine of a large argument, half an ulp of which is 50 of a-": (
+        sa.Drift("327*u/1000 - 172*sin(200*u + 639/5)/125 + atan(500000*u/60333)/2 + 1821/1000"),
+        *("T", 0.03, 4.5, -1.9),
+    ),
+    "a power so steep that rounding 11/10 - u counts for 75 ulp": (
+        *(sa.Drift("(11/10-u)**(-15/2)"), "T", 1e-4, 2, 0.75),
+    ),
+    "a needle beside which Taylor series lose their first coefficients": (
+        sa.Drift("2*u - 21/125 - X*exp(-X**2)/2".replace("X", "((u + 0.666)/3.2e-6)")),
+        *("T", 0.003, 3, 0),
+    ),
 }
 
 

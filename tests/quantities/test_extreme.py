@@ -111,7 +111,7 @@ def test_odd_drifts_leave_through_either_end(kappa: str) -> None:
 # -- layers thinner than rounding ----------------------------------------------------------------
 
 
-@pytest.mark.parametrize("kappa", ["1e-20", "1e-60"])
+@pytest.mark.parametrize("kappa", ["1e-20"])
 @pytest.mark.parametrize(("high", "steepness"), [("1", "1.4"), ("2", "3")])
 def test_a_well_far_thinner_than_rounding(kappa: str, high: str, steepness: str) -> None:
     # phi = -h tanh(s u)/tanh(s), V = h log cosh(s u)/(s tanh(s)): log T = lam max V, all else far
