@@ -101,7 +101,7 @@ def _told(*words: str) -> None:
 
 
 OSCILLATOR = sa.oscillator(3, 1)
-INTEGRAL = _integral(f="-a*x**2")
+INTEGRAL = _integral(f=-sympy.Symbol("a", positive=True) * sympy.Symbol("x") ** 2)
 ENTRIES: dict[str, Callable[[Any], Any]] = {
     "Drift": lambda t: sa.Drift(t),
     "variable": lambda t: sa.Drift("1 - u", t),

@@ -147,6 +147,7 @@ def test_two_exits_that_are_equally_far(drift: sa.Drift, kappa: str, complement:
     assert share == pytest.approx(0.5, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_sigmoid_is_constant_beside_its_steep_part() -> None:
     # In the limit phi = -sign(u), by elementary integration from 0: T = (e^{lam r} - 1)/lam - r.
     time = sa.escape_time(sa.tanh(1, -1, "1e30"), "0.1", 2, dps=25)

@@ -14,6 +14,8 @@ from symasym.base.errors import InputError
 from symasym.workshop import reference_quadrature
 from tests.problems import PROBLEMS, Problem
 
+LONG = {"refused", "slow", "narrow", "analytic", "extreme"}
+
 
 def number(x: Any) -> Any:
     exact = Fraction(x)
@@ -113,10 +115,8 @@ def test_arrays_are_their_scalars() -> None:
         assert 0 < one.error[name] <= 1e-9 * max(1, abs(value))
 
 
-@pytest.mark.every(5)
-@pytest.mark.parametrize(
-    "problem", [p for p in PROBLEMS if not p.tags & {"refused", "slow", "narrow"}], ids=str
-)
+@pytest.mark.every(9)
+@pytest.mark.parametrize("problem", [p for p in PROBLEMS if not p.tags & LONG], ids=str)
 def test_float64_claims_hold_on_the_table(problem: Problem) -> None:
     drift, names = problem.make(), ("T", "C", *(("1 - P",) if problem.slides else ()))
     for quantity in names:
