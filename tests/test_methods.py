@@ -228,7 +228,7 @@ def test_errors_fall_with_the_noise_as_the_order_says(case: Any) -> None:
         assert fall == pytest.approx(float(factor) ** -(power * (order + 1)), rel=0.25), order
 
 
-@pytest.mark.parametrize("quantity", ["T", "1 - C"])
+@pytest.mark.parametrize("quantity", ["T"])
 def test_the_best_order(quantity: str) -> None:
     """By the estimates; what is stated is the distance to the exact value."""
     numbers = {"kappa": "0.06", "r": 10, "start": 0}
