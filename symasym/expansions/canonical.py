@@ -22,7 +22,6 @@ n' = P - L psi n gives them. Numbers are midpoints of balls: rounding is not enc
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import cached_property, reduce
 from itertools import pairwise
 from operator import mul
@@ -288,6 +287,21 @@ class Panel(NamedTuple):
     mixed: list[list[Any]]  # [k][l]: that of P_k c_l ds, P_k of h, c_l of g
 
 
+def by_parts(pi: Factor, of: Map, weight: Any, order: int) -> tuple[list[Any], list[Any]]:
+    """P_k = (p, q), p + q s, and the power series of c_k about the zeros, k = 0, 1, ..., N."""
+    d, s = pi.degree, of.s
+    root = pi.split(s)[0][1] if d == 2 else arb(1)
+    top = pi.over(psi(d, of.zeta, s))
+    a = top / of.chi
+    b, P, c = weight * a, [], []
+    for _ in range(order + 1):
+        p, q = pi.split(b)[0]
+        P.append((p, q / root))
+        c.append(pi.over(b - p - q / root * s) / top)
+        b = a * c[-1].derivative()
+    return P, c
+
+
 class _Piece(NamedTuple):
     """s, g and c_k of both weights on about + [y0, y1]."""
 
@@ -306,34 +320,22 @@ def panel(field: Field, centre: Any, pi: Factor, lo: Any, hi: Any, order: int, *
     """
     found = central_map(field.taylor(centre), pi)
     d, zeta, s, ks = pi.degree, found.zeta, found.s, range(order + 1)
-    root = pi.split(s)[0][1] if d == 2 else arb(1)
     weights = list(dict.fromkeys(gh or [None]))
-    P: list[list[Any]] = [[] for _ in weights]
     pieces: list[_Piece] = []
 
     def weighed(u: Any) -> list[Any]:
         return [arb_series([1]) if w is None else field.taylor(u, w) for w in weights]
 
-    def add(about: Any, step: Any, s: Any, a: Any, quotient: Callable[[Any], Any]) -> None:
-        """s and c_0, ..., c_N of the weights about a place, from a = du/ds."""
-        used, found = weighed(about), []
-        for known, weight in zip(P, used, strict=True):
-            b, row = weight * a, list[Any]()
-            for k in ks:
-                if len(known) == k:
-                    p, q = pi.split(b)[0]
-                    known.append((p, q / root))
-                p, q = known[k]
-                row.append(quotient(b - p - q * s))
-                b = a * row[-1].derivative()
-            found.append(row)
+    def add(about: Any, step: Any, s: Any, used: list[Any], c: Any) -> None:
         y0, y1 = max(-step, lo - about), min(step, hi - about)
         if y0 < y1:
-            pieces.append(_Piece(about, y0, y1, s, used[0], (found[0], found[-1])))
+            pieces.append(_Piece(about, y0, y1, s, used[0], (c[0], c[-1])))
 
-    room = min(radius(pi.over(field.taylor(centre))), *(radius(w, False) for w in weighed(centre)))
-    near, top = arb(SHARE * room), pi.over(psi(d, zeta, s))
-    add(centre, near, s, top / found.chi, lambda x: pi.over(x) / top)
+    used = weighed(centre)
+    P, c = zip(*(by_parts(pi, found, w, order) for w in used), strict=True)
+    room = min(radius(pi.over(field.taylor(centre))), *(radius(w, False) for w in used))
+    near = arb(SHARE * room)
+    add(centre, near, s, used, c)
     for side, end in ((-1, lo), (1, hi)):
         edge, here = centre + side * near, at(s, side * near)
         while side * (end - edge) > 0:
@@ -348,12 +350,15 @@ def panel(field: Field, centre: Any, pi: Factor, lo: Any, hi: Any, order: int, *
             level += primitive(d, zeta, here) - at(level, -side * step)
             for _ in range(4 + 2 * ctx.cap.bit_length()):
                 t = middle(t - (primitive(d, zeta, t) - level) / psi(d, zeta, t))
-            below = psi(d, zeta, t)
-
-            def past(x: Any, below: Any = below) -> Any:
-                return x / below
-
-            add(about, step, t, below / phi, past)
+            below, used, c = psi(d, zeta, t), weighed(about), []
+            a = below / phi
+            for known, weight in zip(P, used, strict=True):
+                row, rest = [], weight * a
+                for p, q in known:
+                    row.append((rest - p - q * t) / below)
+                    rest = a * row[-1].derivative()
+                c.append(row)
+            add(about, step, t, used, c)
             edge, here = about + side * step, at(t, side * step)
     pieces.sort(key=lambda piece: float(piece.about))
     own, mixed = [arb(0) for _ in ks], [[arb(0) for _ in ks[: order + 1 - k]] for k in ks if d]
