@@ -135,6 +135,10 @@ def test_an_array_has_its_scalars_and_their_logarithms(problem: Problem, quantit
             assert distance(float(value), one.value) <= room, (method, noise)
         if many is not None and not np.isfinite(many.value).all():
             assert many.notes
+    plain = asked(problem, quantity, noises, full=True)
+    for k in np.flatnonzero(np.isfinite(plain.value)):
+        fine = asked(problem, quantity, F(noises[k]), dps=25)
+        assert fine is None or distance(float(plain.value[k]), fine) <= plain.error[k]
 
 
 @pytest.mark.every(4)
