@@ -73,7 +73,14 @@ HUGE = [
 ]  # fmt: skip
 WRONG = ["", " ", "u +", "*", "sin", "sin()", "sin(u, u)", "(u", "u)", "1.2.3", "u == 1",
          "Max(I, 2)", "Piecewise((1, u))", "u u", "2 u", ","]  # fmt: skip
-HANDFUL = [CODE[0], "u.__class__", "9**9**9", "exp(exp(exp(u)))", "(" * 3000 + "u" + ")" * 3000, ""]
+HANDFUL = [
+    CODE[0],
+    "u.__class__",
+    "9**9**9",
+    "exp(exp(exp(u)))",
+    "(" * 3000 + "u" + ")" * 3000,
+    "u +",
+]
 
 
 @pytest.mark.parametrize("text", [*CODE, *HUGE, *WRONG])
