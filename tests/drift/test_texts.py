@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import random
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -165,6 +166,7 @@ ENTRIES: dict[str, Callable[[Any], Any]] = {
 def _nothing_is_run(monkeypatch: Any, tmp_path: Path) -> Iterator[None]:
     """SymPy's parser, which runs texts as Python, is given nothing; no file appears."""
     run: list[str] = []
+    importlib.import_module("sympy.physics.units")  # which names its units so
     monkeypatch.setattr(sympy_parser, "eval_expr", lambda code, *_: run.append(code))
     monkeypatch.chdir(tmp_path)
     yield
