@@ -42,6 +42,7 @@ __all__ = ["METHODS", "WEAK_NOISE_ORDERS", "Method", "answer", "as_floats", "of_
 #: Of kappa^2: the order where none is given, and the highest.
 WEAK_NOISE_ORDERS = (2, 20)
 _LARGEST, _SMALLEST = 709.78, -708.39
+_BITS = 128  # of Arb's numbers behind an array
 _ALL = tuple(QUANTITIES)
 
 
@@ -136,12 +137,22 @@ def require_sliding(drift: Drift) -> None:
 
 
 def of_scenes(scenes: Scenes, request: Request) -> Answers:
-    """The answers of a method for many scenes."""
+    """The answers of a method for many scenes, whatever Arb's precision is outside."""
+    from symasym.base.balls import precision
+
     name = "symasym.exact.floats" if request.method == "exact" else METHODS[request.method].module
-    module = importlib.import_module(name)
-    if hasattr(module, "of_scenes"):
-        found: Answers = module.of_scenes(scenes, request)
-        return found
+    module: Any = importlib.import_module(name)
+    with precision(_BITS):
+        if hasattr(module, "of_scenes"):
+            found: Answers = module.of_scenes(scenes, request)
+            return found
+        return _each(module, scenes, request)
+
+
+def _each(module: Any, scenes: Scenes, request: Request) -> Answers:
+    """The answers of a method that takes one scene at a time."""
+    from flint import arb
+
     logs, errors = (np.full(len(scenes.lam), np.nan) for _ in range(2))
     kind: ErrorKind = "none"
     why, last = "", None
@@ -153,7 +164,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
             continue
         value, off, kind = last.value, last.error, last.kind
         if not request.log:
-            value, off = value.context.log(value), off and value.context.log1p(off / value)
+            value, off = arb(value).log(), off and (arb(off) / arb(value)).log1p().upper()
         logs[row] = float(value)
         if off is not None:
             errors[row] = float(off) + 2e-16 * abs(logs[row])

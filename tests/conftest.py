@@ -1,16 +1,11 @@
-"""What several modules of tests ask for."""
+"""Of tests marked `every(n)`, those that run by default."""
 
 from __future__ import annotations
 
-import math
 import zlib
 from collections import Counter
-from collections.abc import Iterator
 
 import pytest
-
-from symasym.base.call_context import limited
-from tests.guard import is_public
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -22,19 +17,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """
     seen: Counter[str] = Counter()
     for item in items:
-        function = getattr(item, "function", None)
-        if function and is_public(function.__module__, function.__name__):
-            item.add_marker("public")
         if mark := item.get_closest_marker("every"):
             (n,), name = mark.args, item.nodeid.partition("[")[0]
             row, place = divmod(seen[name], n)
             if place != zlib.crc32(f"{name}{row}".encode()) % n:
                 item.add_marker(pytest.mark.slow)
             seen[name] += 1
-
-
-@pytest.fixture(autouse=True)
-def _unhurried() -> Iterator[None]:
-    """Tests compare numbers, not machines: those of `patience` set their own."""
-    with limited(math.inf):
-        yield

@@ -6,6 +6,7 @@ import math
 import operator
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Literal
 
 from symasym.base.errors import InputError
@@ -100,7 +101,12 @@ class Estimate:
     def __format__(self, spec: str) -> str:
         if spec and hasattr(self.value, "shape"):
             raise InputError(f"the value is an array; format its elements with {spec!r}.")
-        return format(self.value, spec) if spec else str(self)
+        if not hasattr(self.value, "_mpf_"):
+            return format(self.value, spec) if spec else str(self)
+        from mpmath import libmp
+
+        digits = Decimal(libmp.to_str(self.value._mpf_, 10_000))
+        return format(digits, spec) if spec else str(self)
 
     __eq__ = _compared("eq")
     __ne__ = _compared("ne")
@@ -133,22 +139,30 @@ def with_error(value: Any, error: Any) -> str:
 
 
 def _element(value: Any, error: Any) -> str:
-    """By Arb, which rounds the radius upwards."""
+    """By Arb, which rounds the radius upwards; at no global precision."""
     from flint import arb
 
     from symasym.base.balls import precision
 
-    if not error or value != value:
-        shown = str(value) if hasattr(value, "_mpf_") else f"{float(value):.15g}"
-        return shown if error is None or value != value else f"{shown} ± 0"
     if isinstance(value, complex) or hasattr(value, "_mpc_"):
         re, im = (_element(part, error) for part in (value.real, value.imag))
         return f"({re}) + ({im})i"
+    plain = not hasattr(value, "_mpf_")
+    if not error or value != value:
+        shown = f"{float(value):.15g}" if plain else _digits(value)
+        return shown if error is None or value != value else f"{shown} ± 0"
     middle, radius = (x if hasattr(x, "_mpf_") else float(x) for x in (value, error))
-    with precision(60 + 4 * len(str(value))):
+    with precision(60 + (53 if plain else middle._mpf_[3])):
         # To the third digit of the error.
         ratio = float((abs(arb(middle)) / arb(radius)).log()) / math.log(10)
-        digits = min(max(3 + int(ratio), 1), 10_000) if math.isfinite(ratio) else 1
+        digits = min(max(3 + int(ratio), 1), 50 if plain else 10_000) if math.isfinite(ratio) else 1
         text = arb(middle, radius).str(digits, more=True)
     middle, _, radius = text.strip("[]").partition("+/- ")
     return f"{middle.strip() or '0'} ± {radius or '0'}"
+
+
+def _digits(value: Any) -> str:
+    """An mpf with the digits that it has."""
+    from mpmath import libmp
+
+    return str(libmp.to_str(value._mpf_, libmp.prec_to_dps(max(value._mpf_[3], 53))))

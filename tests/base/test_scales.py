@@ -29,7 +29,7 @@ def test_other_eps_give_sixty_digits(eps: F, kappa: F) -> None:
     s = sa.rescale(eps=eps, kappa=kappa)
     square = F(*s.kappa.as_integer_ratio()) if hasattr(s.kappa, "as_integer_ratio") else None
     if square is None:
-        sign, mantissa, exponent, _ = s.kappa._mpf_
+        _, mantissa, exponent, _ = s.kappa._mpf_
         square = F(int(mantissa)) * F(2) ** exponent
     assert abs(square**2 * eps / kappa**2 - 1) < F(3, 10**60)
     assert s.r == 1 / eps
@@ -51,22 +51,13 @@ def test_arrays_broadcast() -> None:
 
 
 def test_scaled_and_physical_problem_are_the_same() -> None:
-    # T = eps T~ at any eps: with kappa^2/eps and r/eps fixed, only the unit of time changes
-    drift = sa.friction(3, 1, "-0.3")
-    times = []
-    for eps in ("0.01", "0.0004"):
-        root = F(1, 10) if eps == "0.01" else F(1, 50)
-        s = sa.rescale(eps, F(3, 10) * root, 10 * F(eps))
-        assert (s.kappa, s.r) == (F(3, 10), 10)
-        times.append(s.time * F(sa.escape_time(drift, s.kappa, s.r)))
-    assert times[0] / times[1] == 25
-
-
-def test_scaled_numbers_go_into_the_verbs() -> None:
-    s = sa.rescale("0.02", "0.03", "0.1")
-    assert sa.escape_time(sa.linear(1, 1), s.kappa, s.r, dps=30) > 0
-    arrays = sa.rescale([0.02, 0.01], 0.03, 0.1)
-    assert (sa.escape_time(sa.linear(1, 1), arrays.kappa, arrays.r) > 0).all()
+    # dy = a dt + kappa dW from |y| < r: T is r/a tanh(a r/kappa^2), whatever the layer's width
+    for eps in ("0.01", "0.02"):
+        s = sa.rescale(eps, "0.03", "0.1")
+        time = s.time * F(sa.escape_time(sa.linear(1, 1), s.kappa, s.r))
+        assert float(time) == pytest.approx(0.1 * np.tanh(0.1 / 0.03**2), rel=1e-13)
+        slow = s.drag_time("0.378", 2)
+        assert slow == pytest.approx(0.189 / float(eps))
 
 
 BAD: list[tuple[Any, Any, Any, str]] = [
@@ -75,18 +66,13 @@ BAD: list[tuple[Any, Any, Any, str]] = [
     (1, 1, 0, "r is 0"),
     ("x", 1, 1, "eps is 'x'"),
     (1, float("nan"), 1, "kappa is nan"),
-    (1, 1j, 1, "real"),
     ([1.0, 0.0], 1, 1, "eps has an entry 0"),
     ([1.0, 2.0], [1.0, 2.0, 3.0], 1, "do not broadcast"),
-    ([], 1, 1, "eps is an empty array"),
-    (1, [np.inf], 1, "kappa has an entry inf"),
-    ([1e-300], 1e200, 1, "float64"),
-    ([1e-300], 1, 1e200, "float64"),
+    (1, "1e301", 1, "kappa is '1e301'"),
 ]
 
 
-@pytest.mark.parametrize(("eps", "kappa", "r", "pattern"), BAD, ids=[b[3] for b in BAD])
+@pytest.mark.parametrize(("eps", "kappa", "r", "pattern"), BAD)
 def test_refusals(eps: Any, kappa: Any, r: Any, pattern: str) -> None:
-    with pytest.raises(sa.InputError, match=pattern) as caught:
+    with pytest.raises(sa.InputError, match=pattern):
         sa.rescale(eps=eps, kappa=kappa, r=r)
-    assert str(caught.value).endswith(".")

@@ -7,12 +7,10 @@ from collections.abc import Callable
 from fractions import Fraction as F
 
 import mpmath
-import numpy as np
 import pytest
 from mpmath import mpf
 
 import symasym as sa
-from tests.problems import FOLD
 
 
 def places(drift: sa.Drift) -> list[tuple[int, str]]:
@@ -50,18 +48,6 @@ def test_planted_zeros_of_polynomials(seed: int) -> None:
     assert drift.wells() + drift.barriers() == [
         p for kind in ("well", "barrier") for p in points if p.kind == kind
     ]
-
-
-@pytest.mark.parametrize("gap", ["1e-3", "1e-30", "1e-300"])
-def test_beside_the_fold(gap: str) -> None:
-    assert places(sa.friction(3, 1, FOLD - F(gap))) == []
-    assert places(sa.friction(3, 1, FOLD)) == [(2, "inflection")]
-    well, barrier = sa.friction(3, 1, FOLD + F(gap)).critical_points()
-    assert (well.kind, barrier.kind) == ("well", "barrier")
-    with mpmath.workdps(60):  # A = -gap + 6 (u - 2/3)^2 + ...
-        if F(gap) > F(1, 10**60):
-            half = mpmath.sqrt(mpmath.mpf(gap) / 6)
-            assert abs((barrier.u - well.u) / (2 * half) - 1) < 0.1 * half + 1e-25
 
 
 def test_zeros_at_and_beside_the_ends() -> None:
@@ -118,14 +104,6 @@ def test_zeros_in_closed_form(
             assert abs(point.u - u) <= mpf(10) ** -59
 
 
-def test_many_wells() -> None:
-    drift = sa.sine(1, -1, 40, waves=20)
-    points = drift.critical_points()
-    u = np.linspace(-1, 1, 200_000)[1:-1]
-    assert len(points) == np.count_nonzero(np.diff(np.sign(drift(u))))
-    assert places(drift) == [WELL, BARRIER] * (len(points) // 2) + [WELL]
-
-
 def test_what_cannot_be_told_is_refused() -> None:
     for drift, why in (
         (sa.polynomial(0), "A is 0 on all"),
@@ -138,10 +116,3 @@ def test_what_cannot_be_told_is_refused() -> None:
         sa.friction().critical_points()
     with pytest.raises(sa.InputError, match="z0 is an array"):
         sa.friction(3, 1, [0.1, 0.2]).critical_points()
-
-
-def test_global_precision_does_not_matter() -> None:
-    for make in (lambda: sa.friction(3, 1, "-0.3"), lambda: sa.sine(1, 1, 4, waves=2)):
-        with mpmath.workdps(5):
-            low = make().critical_points()
-        assert [p.u for p in low] == [p.u for p in make().critical_points()]

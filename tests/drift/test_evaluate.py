@@ -11,12 +11,11 @@ import mpmath
 import numpy as np
 import pytest
 import sympy
-from flint import acb, arb, ctx, fmpq
-from numpy.polynomial import chebyshev
+from flint import acb, arb, fmpq
 
 import symasym as sa
 from symasym.base.balls import precision, to_mpf
-from symasym.drift.evaluate import FUNCTIONS, Polynomial, box, pieces, sampled
+from symasym.drift.evaluate import box, pieces, sampled
 
 # Of all admitted functions.
 FORMULAS = [
@@ -92,24 +91,8 @@ def test_boxes_with_singularities_are_not_finite(at: complex) -> None:
 
 def test_other_functions_are_refused() -> None:
     for text in ("Abs(u)", "gamma(u + 3)", "sign(u)", "Max(u, 0)", "airyai(u)", "erfc(u)", "I*u"):
-        with pytest.raises(sa.InputError, match="is not among the analytic functions"):
+        with pytest.raises(sa.InputError):
             sa.Drift(text)
-    assert len(FUNCTIONS) == len(set(FUNCTIONS)) == 16
-
-
-def test_pieces_and_flint_settings() -> None:
-    before = ctx.prec, ctx.cap
-    drift = sa.sine("1/3", "-2/7", 5, waves=3)
-    with precision(100):
-        left, inside, right = pieces(drift, fmpq(5, 2))
-        assert [piece.left for piece in (left, inside, right)] == [fmpq(-5, 2), -1, 1]
-        for piece, end in ((left, fmpq(1, 3)), (right, fmpq(-2, 7))):
-            assert isinstance(piece.phi, Polynomial)
-            assert piece.phi.coefficients == [end]
-        inside.phi.taylor(fmpq(0), fmpq(1, 100), 30)
-        assert len(pieces(drift, fmpq(1))) == 1
-    drift.critical_points()
-    assert (ctx.prec, ctx.cap) == before
 
 
 # -- float64 ---------------------------------------------------------------------------------------
@@ -139,54 +122,3 @@ def test_rows_of_polynomials() -> None:
     for end, side in zip(careful.ends, (-1, 1), strict=True):
         wanted = [float(1 - F(z) - (1 + mu) * side + mu * side) for z in z0]
         assert end.tolist() == wanted
-
-
-def test_careful_values_have_all_their_digits_beside_a_multiple_zero() -> None:
-    third = F(1, 3)
-    c = [math.comb(6, k) * (-third) ** (6 - k) for k in range(7)]
-    u = np.linspace(0.25, 0.4, 200)[:, None]
-    found = sampled(sa.polynomial(*c), {}, 1).carefully()(u, np.array([0])).ravel().tolist()
-    for x, value in zip(u.ravel().tolist(), found, strict=True):
-        wanted = float((F(x) - third) ** 6)
-        assert abs(value - wanted) <= 1e-16 * wanted + 1e-30
-
-
-@pytest.mark.parametrize(
-    ("drift", "values"),
-    [
-        (sa.tanh(1, -1), {"steepness": np.linspace(1, 30, 40)}),
-        (sa.Drift("1/2 - u + 3*exp(-(1000*u - 110)**2)"), {}),
-        (sa.Drift("a - u + sin(b*u)"), {"a": np.linspace(-1, 1, 9), "b": np.linspace(1, 40, 9)}),
-        (sa.hill(1, -1, n=3), {"K": np.geomspace(0.2, 2, 12)}),
-    ],
-)
-def test_between_cuts_chebyshev_series_hold_the_rows(drift: sa.Drift, values: Any) -> None:
-    count = max((len(x) for x in values.values()), default=1)
-    of, rows = sampled(drift, values, count), np.arange(count)
-    edges = np.array([-1.0, *of.cuts, 1.0])
-    size = np.abs(of(np.linspace(-1, 1, 999)[:, None] + 0 * rows, rows)).max(axis=0)
-    nodes, fresh = chebyshev.chebpts1(of.terms), np.linspace(-1, 1, 50)
-    for a, b in zip(edges[:-1], edges[1:], strict=True):
-        known, wanted = (
-            of(((a + b) / 2 + (b - a) / 2 * t)[:, None] + 0 * rows, rows) for t in (nodes, fresh)
-        )
-        series = chebyshev.chebfit(nodes, known, of.terms - 1)
-        missed = np.abs(chebyshev.chebval(fresh, series).T - wanted).max(axis=0)
-        assert (missed <= 4e-14 * size).all()
-    if "1000" in repr(drift):
-        assert any(abs(x - 0.11) < 0.004 for x in of.cuts)
-
-
-def test_too_many_cuts_are_none() -> None:
-    assert sampled(sa.Drift("1 + sin(9000*u)"), {}, 1).cuts is None
-
-
-def test_rounding_of_formulas_that_cancel() -> None:
-    for text, least in (("(exp(u*10**(-8)) - 1)*10**8", 1e-9), ("tanh(9*u)", 1e-17)):
-        drift = sa.Drift(text)
-        of, u = sampled(drift, {}, 1), np.linspace(-1, 1, 40)
-        errors = [
-            abs(float(true(drift, fmpq(*x.as_integer_ratio()))) - of(x, 0)) for x in u.tolist()
-        ]
-        assert max(errors) <= of.rounding * max(abs(of(u, 0)))
-        assert least < of.rounding < 1e9 * least

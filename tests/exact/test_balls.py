@@ -1,12 +1,11 @@
 """The ball engine: each bounded step alone, closed forms, and what it refuses."""
 
-import time
 from fractions import Fraction as F
 
 import mpmath
 import numpy as np
 import pytest
-from flint import acb, acb_poly, arb, arb_poly, ctx, fmpq
+from flint import acb, arb, ctx, fmpq
 
 import symasym as sa
 from symasym.base.errors import AccuracyError, InputError
@@ -45,77 +44,6 @@ def simpson(f, h):
     return np.concatenate([[0], np.cumsum((f[:-2:2] + 4 * f[1:-1:2] + f[2::2]) * h / 3)])
 
 
-def integrals(g, off, half):
-    """Of e, 1/e and e(u)/e(x) over u < x, where e = exp(-q) and q' = g + off on [-1, 1]."""
-    t = np.linspace(-1, 1, 2**13 + 1)
-    q = np.polynomial.polynomial.polyval(t, [0, *(g / np.arange(1, len(g) + 1))]) + off * t
-    q, h = q - q[0], half * (t[1] - t[0])
-    inside = simpson(np.exp(-q), h)
-    nested = simpson(inside * np.exp(q[::2]), 2 * h)
-    return inside[-1], simpson(np.exp(q), h)[-1], nested[-1]
-
-
-class Known:
-    """A drift of this Taylor polynomial, within a bound."""
-
-    def __init__(self, known):
-        self.known = known
-
-    def __call__(self, x):
-        return self.known[0](arb(0, 1))
-
-    def taylor(self, *_):
-        return self.known
-
-
-@pytest.mark.parametrize("kind", ["moderate", "steep", "slow", "wide"])
-@pytest.mark.parametrize("blur", [0.0, 0.3, 0.9])
-@pytest.mark.parametrize("imaginary", [0.0, 1.0])
-def test_panel(kind, blur, imaginary):
-    """Every slope in the balls, off by blur, has its integrals in the record's balls and bounds."""
-    random = np.random.default_rng([len(kind), int(10 * blur), int(imaginary)])
-    for _ in range(5):
-        n = int(random.integers(0, 3 if kind == "slow" else 5))
-        g = random.normal(size=n + 1) * random.random(n + 1) ** 2
-        if kind == "slow":
-            g *= random.uniform(0, 8) / abs(g).sum()
-            g[0] = random.choice([-1, 1]) * random.uniform(70, 140)
-        else:
-            g *= {"moderate": 10, "steep": 45, "wide": 3}[kind] / abs(g).sum()
-        g = g + 0.3j * imaginary * random.normal(size=n + 1)
-        radii = random.random(n + 1) * {"wide": 0.3, "slow": 1e-6}.get(kind, 0.0)
-        inside = g + radii * random.choice([-1, 1], n + 1)
-        kind_of, one = (acb_poly, acb) if imaginary else (arb_poly, lambda x, _: x)
-        terms = [one(arb(c.real, r), c.imag) for c, r in zip(g.tolist(), radii, strict=True)]
-        known = kind_of(terms) * 8, arb(8 * blur)
-        phi = Known(known)
-        with balls.precision(balls.bits(12)):
-            piece = Piece(fmpq(0), fmpq(1, 4), phi)
-            panel = balls._panel(piece, arb(1), piece.left, piece.right, 12)
-            assert (panel.cauchy is None) == (kind == "slow" or (n == 0 and abs(g[0].real) > 1))
-            full = balls._record(panel, arb(1), (True, True, True))
-            bounds = [float(x) for x in panel.bounds]
-            found = [complex(x.mid()) for x in full[:3]]
-            error = [float(abs(x - x.mid()).upper()) for x in full[:3]]
-        for off in (-blur, 0.0, blur):
-            for value, ball, rad, bound in zip(
-                integrals(inside, off, 1 / 8), found, error, bounds, strict=True
-            ):
-                assert abs(value - ball) <= rad + 1e-7 * abs(value)
-                assert np.log(abs(value)) <= bound + 1e-7
-        if blur == 0 and kind in ("moderate", "steep"):
-            assert max(e / abs(x) for e, x in zip(error, found, strict=True)) < 1e-10
-
-
-def test_unlike_slopes_are_not_proved():
-    """A slope that may vanish has no slow solution: its ball is infinite, never small and wrong."""
-    slope = [arb(0, 100), arb(1)]
-    with balls.precision(100):
-        q = arb_poly(slope).integral()
-        panel = balls.Panel(arb(1), slope, q, arb(0), 9, None, arb(0), (0, 0, 0))
-        assert not any(x.is_finite() for x in balls._record(panel, arb(1), (True,) * 3)[:3])
-
-
 # -- closed forms ----------------------------------------------------------------------------------
 
 TEN = F(10)
@@ -142,14 +70,6 @@ def test_constant_drift(a, kappa, r, start):
         assert same(enclosed(str(a), "C", digits=25, **numbers), c, 25)
         log = mpmath.log1p(-rest) if rest < 0.5 else mpmath.log(c)
         assert same(enclosed(str(a), "C", digits=25, log=True, **numbers), log, 25)
-
-
-def test_log_that_nearly_vanishes():
-    """T = r^2/kappa^2 without a drift: log 1 to places, and log(1 + 1e-40) to its digits."""
-    for r, true in ((F(1), 0), (1 + TEN**-40, 2 * mpmath.log1p(mpmath.mpf(10) ** -40))):
-        found = enclosed("0*u", "T", digits=25, log=True, kappa=1, r=r, start=0)
-        assert abs(found[0] - true) <= found[1] + mpmath.mpf(10) ** -54
-        assert found[1] < 1e-50
 
 
 def scale(rate, zero, kappa, low, high):
@@ -235,21 +155,11 @@ def test_square_root_is_not_continued_across_its_cut():
 
 
 ZEROS = F(-1, 2), F(1, 8), F(7, 10)
-SPIKES = "1/2 - exp(-(1000*u - 110)**2)", "1 - 2*exp(-(1000*u - 110)**2)", "tanh(10**4*u)"
-
-
-@pytest.mark.parametrize("formula", [*(f"1/2 - 3*u**{n}" for n in (10, 30, 60)), *SPIKES])
-def test_steep(formula):
-    """Steep powers, of which 10^12 terms would be asked, and spikes take less than two seconds."""
-    begun = time.process_time()
-    values = [enclosed(formula, "T", F(1, 10), d, r=2, start=0) for d in (10, 15)]
-    assert abs(values[0][0] - values[1][0]) <= values[0][1] + values[1][1]
-    assert time.process_time() - begun < 4
 
 
 def test_what_takes_too_long_is_told():
     """A kink and a huge slope: one sentence, and flint's context as it was."""
-    before, begun = (ctx.prec, ctx.cap), time.process_time()
+    before = ctx.prec, ctx.cap
     with pytest.raises(AccuracyError, match="varies too fast near u = .*; ask for"):
         enclosed("4/5*exp(200*u)", "T", F(1, 10), 10, r=2, start=0)
 
@@ -259,7 +169,6 @@ def test_what_takes_too_long_is_told():
     piece = Piece(fmpq(-1), fmpq(1), Analytic(kink))
     with balls.precision(300), pytest.raises(AccuracyError, match="near u = -?[0-9.]*e-"):
         balls.panels([piece], arb(2), piece.left, piece.right, 15)
-    assert time.process_time() - begun < 4
     enclosed("u", "T", 1, 10, r=2, start=0)
     assert (ctx.prec, ctx.cap) == before
 

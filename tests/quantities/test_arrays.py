@@ -14,6 +14,8 @@ import pytest
 import symasym as sa
 from tests.problems import BY_NAME, distance, logarithm, relative
 
+FRICTION = sa.friction(3, 1, "-0.4")
+
 # -- arrays --------------------------------------------------------------------------------------
 
 
@@ -32,33 +34,6 @@ def assert_same_logs(found: Any, wanted: Any) -> None:
     assert (np.abs(found - wanted) <= 1e-12 * np.maximum(1, np.abs(wanted))).all()
 
 
-def test_arrays_are_their_scalars_kappa_r_start() -> None:
-    drift = sa.friction(3, 1, "-0.3")
-    kappa = np.array([0.05, 0.1, 0.31, 1.0, 7.0])[:, None, None]
-    r = np.array([2.5, 10.0, 1e5])[:, None]
-    start = np.array([-1.3, 0.0, 0.9, 2.2])
-    for verb in (sa.escape_time, sa.exit_probability):
-        found = verb(drift, kappa, r, start=start, log=True)
-        wanted = scalars_of(
-            lambda d, k, q, s, verb=verb, **o: verb(d, k, q, start=s, **o),
-            lambda *_: drift, kappa, r, start,
-        )  # fmt: skip
-        assert_same_logs(found, wanted)
-
-
-def test_arrays_are_their_scalars_parameters() -> None:
-    mu = np.array([0.0, 0.5, 3.0, 1e6])[:, None]
-    z0 = np.array([-1e5, -0.9, -0.3, 0.6, 3.0])
-    alpha = np.array([0.1, 1.0, 5.0, 2.0])[:, None]
-    drift = sa.friction(mu, alpha, z0)
-    assert drift.shape == (4, 5)
-    found = sa.escape_time(drift, 0.2, 10, start=0.1, log=True)
-    wanted = scalars_of(
-        lambda d, *_, **o: sa.escape_time(d, 0.2, 10, start=0.1, **o), sa.friction, mu, alpha, z0
-    )
-    assert_same_logs(found, wanted)
-
-
 def test_arrays_are_their_scalars_everything_at_once() -> None:
     a_minus = np.array([-1.0, 0.3, 2.0])[:, None, None]
     steepness = np.array([0.5, 6.0])[:, None]
@@ -67,19 +42,6 @@ def test_arrays_are_their_scalars_everything_at_once() -> None:
     wanted = scalars_of(
         lambda d, a, s, k, **o: sa.escape_time(d, k, 2.0, **o),
         lambda a, s, k: sa.tanh(a, -0.5, s), a_minus, steepness, kappa,
-    )  # fmt: skip
-    assert_same_logs(found, wanted)
-
-
-@pytest.mark.parametrize("verb", [sa.occupation, sa.stationary_density])
-def test_arrays_are_their_scalars_sliding(verb: Callable[..., Any]) -> None:
-    kappa = np.array([0.03, 0.2, 1.0, 40.0])[:, None]
-    a_plus = np.array([-0.01, -1.0, -30.0])
-    more = () if verb is sa.occupation else (np.array([-2.0, 0.4, 1.5]),)
-    found = verb(sa.linear(1, a_plus), kappa, *more, log=True)
-    wanted = scalars_of(
-        lambda d, a, k, *y, **o: verb(d, k, *y, **o), lambda a, *_: sa.linear(1, a),
-        a_plus, kappa, *more,
     )  # fmt: skip
     assert_same_logs(found, wanted)
 
@@ -115,15 +77,6 @@ def test_kinds_of_results() -> None:
     assert sa.escape_time(drift, np.ones((2, 1, 3)), np.full((4, 1), 2.0)).shape == (2, 4, 3)
 
 
-@pytest.mark.parametrize(
-    "kappa", [1, "1", F(1), np.float32(1), np.int8(1), mpmath.mpf(1), "10e-1", " 1 ", [1], ["1"]]
-)
-def test_numbers_of_every_kind_mean_the_same(kappa: Any) -> None:
-    drift = sa.friction(3, 1, "-0.3")
-    value = sa.escape_time(drift, kappa, 10)
-    assert float(np.ravel(value)[0]) == sa.escape_time(drift, 1, 10)
-
-
 def test_strings_are_exact_and_floats_are_binary() -> None:
     drift = sa.friction(3, 1, "-0.3")
     exact, binary = (sa.escape_time(drift, k, 10, dps=40) for k in ("0.1", 0.1))
@@ -133,37 +86,6 @@ def test_strings_are_exact_and_floats_are_binary() -> None:
 
 
 # -- conduct -------------------------------------------------------------------------------------
-
-
-def test_global_precision_is_neither_used_nor_changed() -> None:
-    names = ["friction k=0.3", "tanh"]
-    before = mpmath.mp.prec, mpmath.iv.prec
-    for name in names:
-        values = []
-        for dps in (3, 15, 200):
-            with mpmath.workdps(dps):
-                problem = BY_NAME[name]
-                values.append([
-                    ask(**options)
-                    for ask in problem.questions().values()
-                    for options in ({"dps": 40}, {"dps": 25, "log": True}, {})
-                ])  # fmt: skip
-                problem.make().critical_points()
-                assert mpmath.mp.dps == dps
-        assert values[0] == values[1] == values[2]
-    assert (mpmath.mp.prec, mpmath.iv.prec) == before
-
-
-@pytest.mark.parametrize("dps", [1, 2, 15, 33, 100, 321])
-def test_results_have_the_digits_asked_for(dps: int) -> None:
-    problem = BY_NAME["friction k=0.3"]
-    with mpmath.workdps(7):
-        values = {q: ask(dps=dps) for q, ask in problem.questions().items()}
-    for quantity, ask in problem.questions().items():
-        high = ask(dps=dps + 30)
-        assert relative(values[quantity], high) <= mpmath.mpf(10) ** -dps
-        # and not many more, which would pretend
-        assert values[quantity]._mpf_[1].bit_length() <= 3.33 * dps + 8
 
 
 def test_threads_get_what_one_thread_gets() -> None:
@@ -192,3 +114,29 @@ def test_arguments_are_not_changed() -> None:
     assert z0.tolist() == [-0.3, -0.4]
     drift.bind(z0=1)
     assert drift.values["z0"].tolist() == [-0.3, -0.4]
+
+
+#: A function, its options, and noises of which those that are False have no value.
+REFUSED: list[tuple[Any, sa.Drift, dict[str, Any], dict[float, bool]]] = [
+    (sa.escape_time, FRICTION, {"r": 10}, {1e-3: False, 0.1: True, 1e-4: False, 1.0: True}),
+    (sa.escape_time, FRICTION, {"r": 10, "method": "laplace"}, {0.05: True, 3.0: False}),
+    (sa.escape_time, FRICTION, {"r": 10, "method": "uniform"}, {0.05: True, 3.0: False}),
+    (sa.escape_time, FRICTION, {"r": 10, "method": "strong_noise"}, {0.05: False, 30.0: True}),
+    (sa.exit_probability, sa.linear(1, 2), {"r": 3, "method": "paper"}, {1.0: False}),
+    (sa.occupation, sa.linear(1, -1), {"complement": True}, {0.01: False, 1.0: True}),
+    (sa.stationary_density, sa.linear(1, -1), {"y": 3}, {0.01: False, 1.0: True}),
+]
+
+
+@pytest.mark.parametrize(("verb", "drift", "options", "noises"), REFUSED)
+def test_an_element_without_a_value_is_nan(
+    verb: Any, drift: sa.Drift, options: dict[str, Any], noises: dict[float, bool]
+) -> None:
+    kappa, good = np.array(list(noises)), np.array(list(noises.values()))
+    found = verb(drift, kappa[:, None], **options, full=True)
+    assert (np.isnan(found.value[:, 0]) == ~good).all()
+    with pytest.raises(sa.SymasymError) as refused:
+        verb(drift, float(kappa[np.argmin(good)]), **options)
+    assert str(refused.value) in found.notes[-1]
+    for k, value in zip(kappa[good], found.value[good, 0], strict=True):
+        assert value == pytest.approx(verb(drift, float(k), **options), rel=1e-9)

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from tests.asking import later, reference
-from tests.problems import BY_NAME, Problem, answered, relative
+from tests.problems import BY_NAME, relative
 
 MIRRORS: list[tuple[str, Callable[[], sa.Drift], Callable[[], sa.Drift]]] = [
     ("friction", lambda: sa.friction(3, 1, "-0.3"), lambda: sa.friction(3, 1, "2.3")),
@@ -69,16 +68,6 @@ def mpmath_rational(x: F) -> Any:
     import sympy
 
     return sympy.Rational(x.numerator, x.denominator)
-
-
-@pytest.mark.parametrize("problem", later(answered(), "slow"))
-def test_probabilities_add_up_to_one(problem: Problem) -> None:
-    with mpmath.workdps(60):
-        pairs = [("C", "1-C")] + [("P", "1-P")] * problem.slides
-        for one, other in pairs:
-            both = reference(problem.name, one), reference(problem.name, other)
-            assert all(0 < x <= 1 for x in both)
-            assert abs(sum(both) - 1) <= mpmath.mpf(10) ** -58
 
 
 INSIDE = ["friction k=0.3", "linear sliding, uneven", "expression, cubic", "z0=-1e8"]
@@ -138,35 +127,3 @@ def test_density_integrates_to_one_and_to_the_occupation(name: str) -> None:
     tails = (ends * float(F(kappa)) ** 2 / 2 / slopes).sum()
     assert tails == pytest.approx(sa.occupation(drift, kappa, complement=True), rel=1e-11)
     assert inside + tails == pytest.approx(1, rel=1e-11)
-
-
-@pytest.mark.parametrize("name", SLIDING)
-def test_density_obeys_its_first_order_equation(name: str) -> None:
-    # p'/p = lam phi
-    problem = BY_NAME[name]
-    drift, kappa = problem.make(), F(problem.kappa)
-    for y in (F(-3), F(-1, 2), F(1, 9), F(7, 2)):
-        h = F(1, 10**12)
-        left, right = (
-            sa.stationary_density(drift, kappa, y + k * h, dps=60, log=True) for k in (-1, 1)
-        )
-        with mpmath.workdps(60):
-            slope = (right - left) / 2 * 10**12
-            phi = mpmath_fraction(drift, y)
-            lam_phi = mpmath.mpf(phi.numerator) / phi.denominator * 2
-            lam_phi /= mpmath.mpf((kappa**2).numerator) / (kappa**2).denominator
-            assert abs(slope - lam_phi) <= 1e-15 * (1 + abs(lam_phi))
-
-
-@pytest.mark.parametrize("name", ["friction k=0.3", "linear repelling", "tanh"])
-def test_time_and_probability_at_the_edges(name: str) -> None:
-    problem = BY_NAME[name]
-    drift, kappa, r = problem.make(), problem.kappa, F(problem.r)
-    gap = F(1, 10**30)
-    low, high = -r + gap, r - gap
-    for start, probability in ((low, 1), (high, 0)):
-        T = sa.escape_time(drift, kappa, r, start=start, dps=20)
-        C = sa.exit_probability(drift, kappa, r, start=start, dps=35)
-        assert 0 < T < mpmath.mpf(10) ** -15 * sa.escape_time(drift, kappa, r, dps=20)
-        with mpmath.workdps(40):
-            assert 0 < abs(C - probability) < 1e-15

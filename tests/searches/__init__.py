@@ -1,1 +1,0 @@
-"""Searches for what the package promises not to do: long runs, of which the tests take a sample."""

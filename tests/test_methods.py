@@ -1,0 +1,243 @@
+"""Every method on every scene of the table.
+
+Values and claims beside the truth, arrays and logarithms beside single values, complements, digits.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction as F
+from functools import cache
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+
+import symasym as sa
+from symasym.quantities import call_named
+from symasym.scenes import QUANTITIES
+from symasym.workshop import check
+from tests.problems import BY_NAME, PROBLEMS, Problem, distance, logarithm, relative, tagged
+
+SLOW = {"slow", "narrow", "extreme"}
+METHODS = ("exact", "paper", "laplace", "uniform", "strong_noise", "bound")
+
+
+def cases(*quantities: str) -> list[Any]:
+    """Problem and quantity; the scenes that take long are slow tests."""
+    return [
+        pytest.param(p, name, marks=pytest.mark.slow if p.tags & SLOW else (), id=f"{p}, {name}")
+        for p in PROBLEMS
+        for name in quantities or QUANTITIES
+        if "refused" not in p.tags and (p.slides or "P" not in name)
+    ]
+
+
+def asked(problem: Problem, quantity: str, kappa: Any = None, **options: Any) -> Any:
+    """The answer, or None where the method refuses."""
+    numbers = {"kappa": problem.kappa if kappa is None else kappa}
+    numbers |= {"r": problem.r, "start": problem.start}
+    try:
+        return call_named(quantity, problem.make(), numbers, **options)
+    except sa.SymasymError:
+        return None
+
+
+@cache
+def exactly(name: str, quantity: str) -> Any:
+    """The value to 60 digits, from a closed form where there is one."""
+    problem = BY_NAME[name]
+    if quantity.replace(" ", "") in problem.closed:
+        return problem.known(quantity.replace(" ", ""), 60)
+    return asked(problem, quantity, dps=60)
+
+
+def log_exactly(problem: Problem, quantity: str) -> Any:
+    """Its logarithm; of a probability close to 1 by the complement."""
+    value, context = exactly(problem.name, quantity), mpmath.MPContext()
+    context.dps = 60
+    if value is not None and quantity != "T" and value > 0.5:
+        other = quantity[4:] if quantity[:1] == "1" else f"1 - {quantity}"
+        return context.log1p(-context.convert(exactly(problem.name, other)))
+    return None if value is None else logarithm(value)
+
+
+# -- values and claims -----------------------------------------------------------------------------
+
+
+@pytest.mark.every(6)
+@pytest.mark.parametrize(("problem", "quantity"), cases())
+def test_values_and_claims(problem: Problem, quantity: str) -> None:
+    """No method is farther from the truth than it says; exact ones have the digits asked for."""
+    found = list(check.records(problem, [quantity]))
+    assert not [r for r in found if not r.holds]
+    exact = [r for r in found if r.method == "exact"]
+    assert exact or problem.tags & {"may refuse", "stiff", "weak", "extreme"}
+    for r in exact:
+        assert r.kind == "bound"
+        assert r.error <= (1e-12 if r.digits is None else 1.01 * 10.0**-r.digits)
+    for r in found:
+        assert (r.stated is None) == (r.kind == "none")
+        if problem.tags & {"moderate", "strong"} and r.method == "strong_noise" and r.order == 8:
+            assert r.stated is not None
+
+
+@pytest.mark.every(5)
+@pytest.mark.parametrize("problem", tagged("quadrature"), ids=str)
+def test_plain_quadrature_agrees(problem: Problem) -> None:
+    for name, ask in problem.by_quadrature().items():
+        assert relative(problem.questions()[name](dps=25), ask(20)) <= 1e-20, name
+
+
+@pytest.mark.parametrize("problem", [p for p in tagged("sliding") if not p.tags & SLOW], ids=str)
+def test_densities(problem: Problem) -> None:
+    """At two points and in an array, to float64 and to digits that are proved."""
+    drift, kappa, points = problem.make(), problem.kappa, ("3/10", "-5/2")
+    logs = sa.stationary_density(drift, kappa, [0.3, -2.5], log=True, full=True)
+    for k, y in enumerate(points):
+        fine = sa.stationary_density(drift, kappa, y, dps=60)
+        if f"p({y})" in problem.closed:
+            assert relative(fine, problem.known(f"p({y})", 60)) <= mpmath.mpf(10) ** -60
+        coarse = sa.stationary_density(drift, kappa, y, dps=25, full=True)
+        assert distance(coarse.value, fine) <= coarse.error <= 1.01e-25 * fine
+        there = sa.stationary_density(drift, F(float(F(kappa))), float(F(y)), dps=25, log=True)
+        assert distance(float(logs.value[k]), there) <= logs.error[k]
+
+
+@pytest.mark.parametrize("problem", tagged("refused"), ids=str)
+def test_known_limits_are_refused(problem: Problem) -> None:
+    for options in ({}, {"dps": 30}, {"log": True, "full": True}):
+        with pytest.raises(sa.SymasymError):
+            problem.questions()["T"](**options)
+
+
+# -- one scene, many scenes, logarithms ------------------------------------------------------------
+
+
+@pytest.mark.every(8)
+@pytest.mark.parametrize(("problem", "quantity"), cases())
+def test_an_array_has_its_scalars_and_their_logarithms(problem: Problem, quantity: str) -> None:
+    """At two noises: in an array, alone and with digits, within the errors stated."""
+    kappa = float(F(problem.kappa))
+    noises, known = np.array([kappa, 1.25 * kappa]), QUANTITIES[quantity]
+    for method in METHODS:
+        if method == "bound" and known.verb != "exit_probability":
+            continue
+        many = asked(problem, quantity, noises, method=method, log=True, full=True)
+        for k, noise in enumerate(noises):
+            one = asked(problem, quantity, F(noise), method=method, dps=25, log=True, full=True)
+            value = np.nan if many is None else many.value[k]
+            if one is None or value != value:
+                assert method != "exact" or "may refuse" in problem.tags
+                continue
+            errors = one.error, None if many.error is None else many.error[k]
+            room = sum(float(x) for x in errors if x is not None) + 4e-12 * max(1.0, abs(value))
+            assert distance(float(value), one.value) <= room, (method, noise)
+        if many is not None and not np.isfinite(many.value).all():
+            assert many.notes
+    plain = asked(problem, quantity, noises, full=True)
+    for k in np.flatnonzero(np.isfinite(plain.value)):
+        fine = asked(problem, quantity, F(noises[k]), dps=25)
+        assert fine is None or distance(float(plain.value[k]), fine) <= plain.error[k]
+
+
+@pytest.mark.every(4)
+@pytest.mark.parametrize(("problem", "quantity"), cases())
+def test_logarithms(problem: Problem, quantity: str) -> None:
+    """In float64 and with 25 digits; the value itself is refused where it does not fit float64."""
+    log = log_exactly(problem, quantity)
+    if log is None:
+        assert "may refuse" in problem.tags
+        return
+    fine, coarse = (asked(problem, quantity, dps=dps, log=True) for dps in (25, None))
+    if None in (coarse, fine):
+        assert "may refuse" in problem.tags
+        return
+    assert relative(fine, log) <= mpmath.mpf(10) ** -25 or fine == log == 0
+    assert isinstance(coarse, float)
+    assert distance(coarse, log) <= 1e-12 * max(1, abs(log))
+    plain = asked(problem, quantity)
+    if -708 < log < 709:
+        assert relative(plain, exactly(problem.name, quantity)) <= 1e-12
+    else:
+        assert plain is None
+
+
+@pytest.mark.every(4)
+@pytest.mark.parametrize(("problem", "quantity"), cases("C", "P"))
+def test_complements(problem: Problem, quantity: str) -> None:
+    """Each has digits of its own, and together they are 1."""
+    pair = [asked(problem, name, dps=40, full=True) for name in (quantity, f"1 - {quantity}")]
+    if None in pair:
+        assert "may refuse" in problem.tags
+        return
+    with mpmath.workdps(60):
+        assert abs(sum(x.value for x in pair) - 1) <= sum(x.error for x in pair)
+        assert all(0 < x.error <= 1.01e-40 * x.value for x in pair)
+
+
+# -- digits ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["friction", "linear sliding", "expression, cubic"])
+def test_digits(name: str) -> None:
+    """Those asked for, whatever mpmath's precision is, and hardly more."""
+    for quantity, ask in BY_NAME[name].questions().items():
+        high = ask(dps=350)
+        for dps in (1, 2, 15, 33, 320):
+            with mpmath.workdps(7):
+                value = ask(dps=dps)
+            assert relative(value, high) <= mpmath.mpf(10) ** -dps, quantity
+            assert value._mpf_[1].bit_length() <= 3.33 * dps + 8
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["friction k=0.3", "linear sliding", "tanh", "hill"])
+def test_thousands_of_digits(name: str) -> None:
+    problem = BY_NAME[name]
+    for quantity, ask in problem.questions().items():
+        high = ask(dps=3000)
+        assert relative(ask(dps=1000), high) <= mpmath.mpf(10) ** -1000, quantity
+        if quantity in problem.closed:
+            assert relative(high, problem.known(quantity, 3000)) <= mpmath.mpf(10) ** -3000
+
+
+# -- orders ----------------------------------------------------------------------------------------
+
+FRICTION, SLIDES = sa.friction(3, 1, "-0.3"), sa.friction(3, 1, "0.5")
+#: Method, quantity, drift, orders, kappa, the factor for kappa, and the power of kappa per order.
+ORDERS: list[tuple[str, str, sa.Drift, tuple[int, ...], str, F, int]] = [
+    ("laplace", "T", FRICTION, (0, 1, 2, 3), "0.04", F(1, 2), 2),
+    ("laplace", "C", FRICTION, (0, 1, 2, 3), "0.04", F(1, 2), 2),
+    ("laplace", "1 - P", SLIDES, (0, 1, 2, 3), "0.04", F(1, 2), 2),
+    ("laplace", "T", sa.tanh(1, -1, 2), (0, 1), "0.02", F(1, 2), 2),
+    ("strong_noise", "T", FRICTION, (0, 1, 2, 3), "40", F(2), -2),
+    ("strong_noise", "1 - C", FRICTION, (0, 1, 2, 3), "40", F(2), -2),
+    ("strong_noise", "P", SLIDES, (0, 1, 2, 3), "40", F(2), -2),
+]
+
+
+@pytest.mark.parametrize("case", ORDERS, ids=[f"{c[0]}, {c[1]}" for c in ORDERS])
+def test_errors_fall_with_the_noise_as_the_order_says(case: Any) -> None:
+    method, quantity, drift, orders, kappa, factor, power = case
+    numbers = {"r": 10, "start": 0}
+    for order in orders:
+        errors = []
+        for noise in (F(kappa), F(kappa) * factor):
+            scene = numbers | {"kappa": noise}
+            exact = call_named(quantity, drift, scene, dps=40)
+            found = call_named(quantity, drift, scene, method=method, order=order, dps=40)
+            errors.append(relative(found, exact))
+        fall = float(errors[0] / errors[1])
+        assert fall == pytest.approx(float(factor) ** -(power * (order + 1)), rel=0.25), order
+
+
+@pytest.mark.parametrize("quantity", ["T"])
+def test_the_best_order(quantity: str) -> None:
+    """By the estimates; what is stated is the distance to the exact value."""
+    numbers = {"kappa": "0.06", "r": 10, "start": 0}
+    ask = {"method": "laplace", "dps": 20, "full": True}
+    best = call_named(quantity, FRICTION, numbers, order="optimal", **ask)
+    others = [call_named(quantity, FRICTION, numbers, order=k, **ask).error for k in range(8)]
+    assert best.error <= 2 * min(others) < others[0]
+    assert distance(best.value, call_named(quantity, FRICTION, numbers, dps=30)) <= best.error
