@@ -64,7 +64,7 @@ class Estimate:
     >>> drift = sa.friction(mu=3, alpha=1, z0=-2)
     >>> estimate = sa.escape_time(drift, "0.3", 10, method="laplace", order=4, full=True)
     >>> print(estimate)
-    5.110421915 ± 2.76e-7 (proved bound, laplace)
+    5.110421915 ± 2.75e-7 (proved bound, laplace)
     >>> value, error = estimate
     >>> estimate < 6, f"{estimate:.4f}"
     (True, '5.1104')
@@ -151,6 +151,7 @@ def _element(value: Any, error: Any) -> str:
     if not error or value != value:
         shown = f"{float(value):.15g}" if plain else _digits(value)
         return shown if error is None or value != value else f"{shown} ± 0"
+    middle: Any
     middle, radius = (x if hasattr(x, "_mpf_") else float(x) for x in (value, error))
     with precision(60 + (53 if plain else middle._mpf_[3])):
         # To the third digit of the error.
