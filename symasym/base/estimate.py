@@ -62,7 +62,7 @@ class Estimate:
     >>> drift = sa.friction(mu=3, alpha=1, z0=-2)
     >>> estimate = sa.escape_time(drift, "0.3", 10, method="laplace", order=4, full=True)
     >>> print(estimate)
-    5.110422 ± 3.60e-7 (proved bound, laplace)
+    5.110422 ± 3.59e-7 (proved bound, laplace)
     >>> value, error = estimate
     >>> estimate < 6, f"{estimate:.4f}"
     (True, '5.1104')

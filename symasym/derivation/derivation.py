@@ -201,19 +201,18 @@ class Derivation:
 
         `given` are pairs in which `left` stands, or a function of a right side that gives such.
         """
-        rows = given if given is None or callable(given) else list(given)
+        right = sympy.sympify(right)
+        # What a function takes from other labels, it takes now.
+        rows = list(given(right) if callable(given) else given or ())
 
         def check(stated: Any) -> bool:
-            if (rows is None or by is not None) and not equal(left if by is None else by, stated):
+            if (given is None or by is not None) and not equal(left if by is None else by, stated):
                 return False
-            if callable(rows):
-                pairs = list(rows(stated))
-            else:
-                put = _putting(left, stated)
-                pairs = [(put(x), put(y)) for x, y in rows or ()]
+            put = _putting(left, stated)
+            pairs = given(stated) if callable(given) else [(put(x), put(y)) for x, y in rows]
             return all(equal(x, y) for x, y in pairs)
 
-        return self._add(Step(name, left, sympy.sympify(right), check, why))
+        return self._add(Step(name, left, right, check, why))
 
     def bound(
         self, name: str, left: Any, relation: str, right: Any, why: str = "",

@@ -94,7 +94,9 @@ def parse(name: str, given: Any, names: Mapping[str, Any] | None = None) -> Any:
         raise InputError(
             f"{name} is {shown(given)}; give a SymPy expression, a number or a string."
         )
-    numbers = {x: exact(f"a number of {name}", x) for x in expression.atoms(sympy.Number)}
+    numbers = {
+        x: exact(f"a number of {name}", x) for x in expression.atoms(sympy.Rational, sympy.Float)
+    }
     exactly = {x: sympy.Rational(q.numerator, q.denominator) for x, q in numbers.items()}
     found = expression.xreplace({x: q for x, q in exactly.items() if x.is_Float})
     # One name is one symbol, whatever assumptions it was written with.

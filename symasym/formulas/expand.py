@@ -17,7 +17,7 @@ import sympy
 from sympy import Expr, Symbol
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import Number, Numbers, choice, count, exact, require_printable
+from symasym.base.inputs import Number, Numbers, choice, count, exact
 from symasym.drift.drift import Drift
 from symasym.formulas import text
 from symasym.formulas.cases import Case, U, case_for, found_cases, read_case
@@ -288,7 +288,6 @@ def expand(
 - V^(4)(u1)/(16*V''(u1)**2)
     """
     require_drift(drift, bound=False)
-    require_printable({**drift.values, "start": start})
     quantity = choice("quantity", quantity, get_args(Expanded))
     noise = choice("noise", noise, get_args(Noise))
     order = count("order", (noise != "uniform") * 2 if order is None else order, 0, _MOST)

@@ -26,7 +26,6 @@ from symasym.base.inputs import (
     float_text,
     positive,
     shown,
-    to_float,
 )
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import of_arrays
@@ -175,8 +174,8 @@ class System:
         >>> round(block.drag_time("-0.4", "0.01"), 1)  # to the fold at -7/9
         37.8
         """
-        at = to_float("z", exact("z", z))
-        width = to_float("eps", positive("eps", exact("eps", eps)))
+        at = float(exact("z", z))
+        width = float(positive("eps", exact("eps", eps)))
         slope = System(self.phi.diff(self._symbols["z"]), self.velocity)
         return drag_time(
             self.frozen(z).critical_points(),

@@ -63,8 +63,9 @@ def strong(d):
 
 @derives("L-bound", "A lower bound on the occupation for any noise")
 def lower_bound(d):
+    right = Derivative(d["eq:V2", "right"].subs(crossing, a_plus), u).doit()
     d.suppose("$V'(1) = -a^+ > 0$, so that $V < V(1)$ on some $(1 - L, 1)$, whatever the sign of $V(1)$",
-              lambda: bool(Derivative(d["eq:V2", "right"].subs(crossing, a_plus), u).doit().is_positive))
+              lambda: bool(right.is_positive))
     below = d.bound("integrand on (1 - L, 1)", exp(-lam * V(u)), ">=", exp(-lam * V_1), "",
                     exp(-lam * V_1) * (exp(lam * gap) - 1), on={gap: V_1 - V(u)})
     floor = d.eq("its integral", Integral(below, (u, 1 - L, 1)), L * exp(-lam * V_1), "at most $N$")
