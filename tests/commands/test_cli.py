@@ -26,7 +26,7 @@ T_50 = "239803837121.03777001127804867950918476256220208411"
 
 
 class Program:
-    """Runs command lines, in a folder of its own."""
+    """Runs command lines: status, standard output and standard error."""
 
     def __init__(self, capsys: pytest.CaptureFixture[str]) -> None:
         self.capsys = capsys
@@ -84,18 +84,12 @@ def test_as_many_digits_as_the_error_carries(program: Program, words: str) -> No
         assert abs(mpf(printed) - truth) <= mpf(record["error"]) <= unit
 
 
-def test_the_papers_formula_claims_nothing(program: Program) -> None:
-    record = json.loads(program.out(f"{ESCAPE} --method paper --json"))
-    assert (record["error"], record["error_kind"]) == (None, "none")
-
-
 @pytest.mark.parametrize(
     ("line", "want"),
     [
         (f"escape-time {FRICTION} --kappa 0.1 --r 10 --start -1/3",
          lambda: sa.escape_time(sa.friction(3, 1, "-0.4"), "0.1", 10, start="-1/3")),
         (f"occupation {SLIDING}", lambda: sa.occupation(sa.linear(1, -2), 0.5)),
-        (f"occupation {SLIDING} --complement", lambda: 1 - sa.occupation(sa.linear(1, -2), 0.5)),
         (f"occupation {LINEAR} --complement --log",
          lambda: sa.occupation(sa.linear(1, -1), 1, complement=True, log=True)),
         (f"stationary-density {SLIDING} --y -0.3",
@@ -107,8 +101,6 @@ def test_the_papers_formula_claims_nothing(program: Program) -> None:
          "--r 3", lambda: sa.escape_time(sa.hill(1, 2, "1/2", n=3), 1, 3)),
         ("escape-time --drift sine --set a_minus=1 --set a_plus=1 --set b=4 --set waves=2 --kappa "
          "1 --r 3", lambda: sa.escape_time(sa.sine(1, 1, 4, waves=2), 1, 3)),
-        ("escape-time --drift polynomial --set c0=1 --set c2=1/4 --kappa 1 --r 3",
-         lambda: sa.escape_time(sa.polynomial(1, 0, "1/4"), 1, 3)),
         ("escape-time --expr -u+b --set b=1/4 --kappa 1 --r 3",
          lambda: sa.escape_time(sa.polynomial("1/4", -1), 1, 3)),
     ],
@@ -132,35 +124,27 @@ def test_value_loads_neither_sympy_nor_matplotlib() -> None:
     ("line", "told"),
     [
         (f"{ESCAPE} --kappa -1", "kappa is -1"),
-        (f"{ESCAPE} --kappa a", "kappa is 'a'"),
         (f"{ESCAPE} --r 0", "r is 0"),
-        (f"{ESCAPE} --start 11", "start is 11"),
         (f"{ESCAPE} --dps 0", "dps is 0"),
-        (f"{ESCAPE} --dps 10001", "dps is 10001"),
         (f"{ESCAPE} --method magic", "magic"),
         (f"{ESCAPE} --order 3", "order"),
         (f"{ESCAPE} --kappa 0.01", "log"),
         (f"{ESCAPE} --set z0=1", "z0=1"),
         (f"{ESCAPE} --set nu=1", "nu"),
-        (f"{ESCAPE} --set nu", "nu"),
         (f"value occupation {FRICTION} --kappa 1", "sliding"),
         ("value occupation --drift linear --kappa 1", "a_minus"),
         ("value escape-time --expr 'u +' --kappa 1 --r 2", "u +"),
-        ("value escape-time --expr 1/u --kappa 1 --r 2", "1/u"),
         ("value escape-time --expr __import__('os') --kappa 1 --r 2", "__import__"),
         ("value escape-time --drift sine --set a_minus=1 --set a_plus=1 --set b=1 "
          "--set waves=1000000 --kappa 1 --r 2", "waves"),
         (f"{RELEASE} --set muu=1", "muu"),
         (f"{RELEASE} --phi u", "--velocity"),
-        (f"{RELEASE} --method magic", "magic"),
         ("figure phaze", "phase"),
         ("figure phase -o phase.doc", "phase.doc"),
-        ("emit eq:Ttilde --target c", "drift"),
         ("emit folds --target pyton", "pyton"),
         ("emit eq:V --target c --order 2", "--order"),
         ("emit fr1 --target c -o ''", "''"),
         ("show eq:Ttilde --order 2", "--order"),
-        ("show expansion:T --all", "--all"),
         ("show expansion:T --set mu=3", "--set"),
         ("show expansion:Q --drift friction", "Q"),
         ("show", "label"),

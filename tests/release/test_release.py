@@ -156,7 +156,7 @@ def test_the_claimed_error_holds(seed: int) -> None:
         {"method": "magic"}, {"rtol": "1e-14"}, {"kappa": "1e-4"}, {"tau": 1},
         {"method": "simulate", "seed": 1.5}, {"method": "simulate", "paths": 0},
         {"method": "simulate", "paths": 10**12}, {"method": "simulate", "step": -1},
-        {"method": "simulate", "tau": -1}, {"method": "simulate", "tau": "1e-13"},
+        {"method": "simulate", "tau": -1},
         {"method": "simulate", "tau": "0.1", "step": "0.03"},
         {"system": "u"}, {"system": sa.System("1 - z - u", "-1 - sqrt(u)")},
         {"system": sa.System(CUBIC, "-z")},  # the clock comes to rest
