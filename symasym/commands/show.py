@@ -109,13 +109,14 @@ def _show_expansion(arguments: argparse.Namespace, given: set[str]) -> None:
     elif arguments.set:
         raise InputError("--set sets a drift's parameter; give --drift or --expr.")
     named = {n: getattr(arguments, n) for n in ("noise", "order", "start", "case") if n in given}
-    shown = expand(drift, arguments.label.removeprefix("expansion:"), **named)
+    quantity = arguments.label.removeprefix("expansion:").replace("1-", "1 - ")
+    shown = expand(drift, quantity, **named)
     if arguments.latex:
         print(shown.latex())
         return
-    quantity = quantity_of(shown.quantity)
+    of = quantity_of(shown.quantity)
     numbers = " ".join(
-        ["symasym value", quantity.verb.replace("_", "-"), *["--complement"] * quantity.complement]
+        ["symasym value", of.verb.replace("_", "-"), *["--complement"] * of.complement]
         + ["--method", _METHODS[shown.noise], "--json"]
     )
     print(str(shown).replace("evaluate(…, full=True)", numbers))

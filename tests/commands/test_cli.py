@@ -226,6 +226,8 @@ def test_show_prints_the_expansion_of_the_library(program: Program) -> None:
     assert program.out(f"{line} --order 1 --latex") == f"{want}\n"
     assert program.out("show eq:Ttilde --latex") == f"{sa.formula('eq:Ttilde').latex()}\n"
     assert program.out("show folds").startswith("folds: ")
+    emitted = program.out("emit expansion:1-P --target numpy --drift linear --order 0")
+    assert emitted == str(sa.expand(sa.linear(), "1 - P", order=0).emit("numpy"))
 
 
 def test_a_release(program: Program) -> None:

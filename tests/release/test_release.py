@@ -74,9 +74,9 @@ def paths_released(kappa: float, paths: int, seed: int) -> tuple[Any, Any]:
     return np.array(times), np.array(places)
 
 
-@pytest.mark.parametrize("kappa", [0.1, 0.3])
+@pytest.mark.parametrize("kappa", [pytest.param(0.1, marks=pytest.mark.slow), 0.3])
 def test_march_against_simulation(kappa: float) -> None:
-    times, places = paths_released(kappa, 1500, seed=3)
+    times, places = paths_released(kappa, 1000, seed=3)
     answer = marched(kappa, 10, 0.01, (0, -0.4))
     # The step of the witness leaves a bias of about 0.05.
     assert abs(times.mean() - answer.mean) < 3 * answer.std / np.sqrt(times.size) + 0.1
@@ -109,12 +109,12 @@ def test_the_mirrored_block_is_released_at_the_same_time() -> None:
 def test_simulation_by_the_verb() -> None:
     """With strong noise and a long step the boundary's shift is most of the answer."""
     ask = {"eps": "0.01", "start": (0, "-0.4"), "method": "simulate", "step": "0.02"}
-    answer = sa.release(BLOCK, 2, 5, paths=20_000, seed=11, **ask)
+    answer = sa.release(BLOCK, 2, 5, paths=10_000, seed=11, **ask)
     whole = marched(2, 5, 0.01, (0, -0.4))
     assert abs(answer.mean - whole.mean) < min(answer.error, 0.02 * whole.mean)
-    assert answer.exit[0] == pytest.approx(whole.exit[0], abs=0.015)
+    assert answer.exit[0] == pytest.approx(whole.exit[0], abs=0.02)
     assert answer.time.quantile(0.5) == pytest.approx(whole.time.quantile(0.5), rel=0.03)
-    assert sa.release(BLOCK, 2, 5, paths=20_000, seed=11, **ask).mean == answer.mean
+    assert sa.release(BLOCK, 2, 5, paths=10_000, seed=11, **ask).mean == answer.mean
 
 
 @pytest.mark.slow

@@ -51,8 +51,8 @@ LONG = [pytest.mark.slow]
         ("fricforce", [(r"$y/\varepsilon$", r"$\mathcal{F}(y)$")]),
         ("fric1", [("$z_0$", r"$\log T$")] * 2),
         pytest.param("fric2", [("$z_0$", r"$\log T$")], marks=LONG),
-        ("stokes", [("$z_0$", "$T$"), ("$z_0$", ""), ("$z_0$", "relative error"),
-                    ("$z_0$", r"$\kappa$"), ("", r"$\log_{10}$ relative error")]),
+        pytest.param("stokes", [("$z_0$", "$T$"), ("$z_0$", ""), ("$z_0$", "relative error"),
+                    ("$z_0$", r"$\kappa$"), ("", r"$\log_{10}$ relative error")], marks=LONG),
         pytest.param("release", [("$z$", "$u$"), ("$z$ at release", "density"),
                                  (r"$\kappa$ (scaled)", "mean time")], marks=LONG),
         pytest.param("regimes", [(r"$\varepsilon$", r"$\kappa_p$")], marks=LONG),
@@ -119,6 +119,7 @@ def test_escape_times_against_z0(name: str, panel: int, shapes: list[tuple[str, 
         assert 0 < points[0, 0] - fold < 2e-4
 
 
+@pytest.mark.slow
 def test_stokes() -> None:
     times, shares, errors, plane, _ = drawn("stokes").axes
     named = {line.get_label(): np.asarray(line.get_xydata()) for line in times.get_lines()}
