@@ -13,7 +13,6 @@ from itertools import pairwise
 from typing import Any
 
 from mpmath.calculus.quadrature import GaussLegendre
-from mpmath.ctx_mp import MPContext
 
 
 @dataclass(frozen=True)
@@ -23,14 +22,14 @@ class Scene:
     coefficients: tuple[Fraction, ...]
 
     @classmethod
-    def friction(cls, mu: str, alpha: str, z0: str) -> Scene:
-        """The cubic friction drift (eq:phifric0)."""
-        m, a, z = Fraction(mu), Fraction(alpha), Fraction(z0)
+    def friction(cls, *numbers: str) -> Scene:
+        """The cubic friction drift (eq:phifric0) of mu, alpha and z0."""
+        m, a, z = map(Fraction, numbers)
         return cls((1 - z, -a * (1 + m), Fraction(0), a * m))
 
     def phi(self, ctx: Any, u: Any, derivative: int = 0) -> Any:
         """The `derivative`-th derivative of A(u)."""
-        return _horner(_coefficients(self, derivative, ctx, ctx.prec), ctx, u)
+        return ctx.polyval(_coefficients(self, derivative, ctx, ctx.prec), u)
 
     def end(self, ctx: Any, side: int) -> Any:
         """a- (side -1) or a+ (side 1)."""
@@ -39,19 +38,12 @@ class Scene:
     def V(self, ctx: Any, u: Any) -> Any:
         """The potential on all of the line, V(-1) = 0 (eq:V2)."""
         inside = min(max(u, ctx.mpf(-1)), ctx.mpf(1))
-        value = _horner(_coefficients(self, -1, ctx, ctx.prec), ctx, inside)
+        value = ctx.polyval(_coefficients(self, -1, ctx, ctx.prec), inside)
         return value if u == inside else value - (u - inside) * self.phi(ctx, inside)
 
     def roots(self, ctx: Any) -> list[Any]:
         """Zeros of A in (-1, 1), left to right, to the context's precision."""
-        return [ctx.convert(x) for x in _roots(self, ctx.prec)]
-
-
-def _horner(coefficients: list[Any], ctx: Any, u: Any) -> Any:
-    total = ctx.zero
-    for c in coefficients:
-        total = total * u + c
-    return total
+        return _roots(self, ctx, ctx.prec)
 
 
 @cache
@@ -73,27 +65,21 @@ WELL = Scene((Fraction(-18, 25), Fraction(-69, 25), Fraction(24, 5), Fraction(3)
 
 
 @cache
-def _roots(scene: Scene, precision: int) -> list[Any]:
-    ctx = MPContext()
-    ctx.prec = precision
-    powers = [ctx.mpf(c.numerator) / c.denominator for c in reversed(scene.coefficients)]
-    found = ctx.polyroots(powers, maxsteps=200, extraprec=precision) if powers[1:] else []
+def _roots(scene: Scene, ctx: Any, precision: int) -> list[Any]:
+    found = ctx.polyroots(_coefficients(scene, 0, ctx, precision), 200, extraprec=precision)
     return sorted(x for x in found if ctx.im(x) == 0 and -1 < x < 1)
 
 
 @cache
-def _nodes(precision: int, degree: int) -> list[tuple[Any, Any]]:
+def _nodes(ctx: Any, precision: int, degree: int) -> list[tuple[Any, Any]]:
     """Gauss-Legendre nodes and weights, left to right: 12 at degree 3, 24 at 4."""
-    ctx = MPContext()
-    ctx.prec = precision
     return sorted(GaussLegendre(ctx).calc_nodes(degree, precision))
 
 
 def _panel(ctx: Any, a: Any, b: Any, degree: int = 4) -> list[tuple[Any, Any]]:
     """Places and weights on one panel."""
     half, middle = (b - a) / 2, (a + b) / 2
-    rule = _nodes(ctx.prec, degree)
-    return [(middle + half * ctx.convert(x), half * ctx.convert(w)) for x, w in rule]
+    return [(middle + half * x, half * w) for x, w in _nodes(ctx, ctx.prec, degree)]
 
 
 def uniform(ctx: Any, a: Any, b: Any, width: Any) -> list[Any]:
@@ -133,37 +119,38 @@ def _rates(ctx: Any, scene: Scene, lam: Any) -> tuple[Callable[[Any], Any], ...]
     return lambda x: ctx.exp(lam * scene.V(ctx, x)), lambda x: ctx.exp(-lam * scene.V(ctx, x))
 
 
+def _tail(ctx: Any, scene: Scene, lam: Any, r: Any, side: int, sign: int = -1) -> Any:
+    """The integral of e^{sign lam |u - side| |a|} beside the layer, of a drift to the right."""
+    rate = lam * scene.end(ctx, side)
+    return sign * (ctx.exp(sign * rate * (r - 1)) - 1) / rate
+
+
 def escape_time(ctx: Any, scene: Scene, kappa: Any, r: Any) -> Any:
     """T (eq:Ttilde), for kappa that is not small and a drift to the right."""
     lam = 2 / kappa**2
     up, down = _rates(ctx, scene, lam)
-    am, width = scene.end(ctx, -1), min(ctx.mpf(1) / 4, 2 / ctx.sqrt(lam))
-    decay = (1 - ctx.exp(-lam * am * (r - 1))) / (lam * am)
+    left, right = (uniform(ctx, a, a + 1, min(ctx.mpf(1) / 4, kappa)) for a in (-1, 0))
+    decay = _tail(ctx, scene, lam, r, -1)
     # v < -1 in closed form.
-    more, _ = nested(ctx, up, down, uniform(ctx, -1, 0, width), decay)
-    J1 = ((r - 1) - decay) / (lam * am) + more
-    left = integral(ctx, up, uniform(ctx, -1, 0, width))
-    right = integral(ctx, up, uniform(ctx, 0, 1, width))
-    ap = scene.end(ctx, 1)
-    I1 = (ctx.exp(lam * am * (r - 1)) - 1) / (lam * am) + left
-    I0 = right + up(ctx.mpf(1)) * (1 - ctx.exp(-lam * ap * (r - 1))) / (lam * ap)
+    more, _ = nested(ctx, up, down, left, decay)
+    J1 = ((r - 1) - decay) / (lam * scene.end(ctx, -1)) + more
+    I1 = _tail(ctx, scene, lam, r, -1, 1) + integral(ctx, up, left)
+    I0 = integral(ctx, up, right) + up(ctx.one) * _tail(ctx, scene, lam, r, 1)
     C = I0 / (I0 + I1)
     return (1 - C) * sum(split_pieces(ctx, scene, kappa, r)) - C * lam * J1
 
 
 def split_pieces(ctx: Any, scene: Scene, k: Any, r: Any) -> list[Any]:
     """The four pieces of eq:fourPieces, times lam; for kappa that is not small."""
-    lam = 2 / k**2
-    am, ap = scene.end(ctx, -1), scene.end(ctx, 1)
-    width = min(ctx.mpf(1) / 4, 2 / ctx.sqrt(lam))
+    lam, width = 2 / k**2, min(ctx.mpf(1) / 4, ctx.sqrt(2) * k)
     up, down = _rates(ctx, scene, lam)
-    left = (1 - ctx.exp(-lam * am * (r - 1))) / (lam * am)
-    right = (1 - ctx.exp(-lam * ap * (r - 1))) / (lam * ap)
+    left, right = (_tail(ctx, scene, lam, r, side) for side in (-1, 1))
     before = integral(ctx, down, uniform(ctx, -1, 0, width))
-    second, inside = nested(ctx, up, down, uniform(ctx, 0, 1, width), before)
-    first = left * integral(ctx, up, uniform(ctx, 0, 1, width))
-    third = up(ctx.mpf(1)) * right * (left + inside)
-    return [lam * x for x in (first, second, third, ((r - 1) - right) / (lam * ap))]
+    ahead = uniform(ctx, 0, 1, width)
+    second, inside = nested(ctx, up, down, ahead, before)
+    third = up(ctx.one) * right * (left + inside)
+    fourth = ((r - 1) - right) / (lam * scene.end(ctx, 1))
+    return [lam * x for x in (left * integral(ctx, up, ahead), second, third, fourth)]
 
 
 def well_integral(ctx: Any, scene: Scene, kappa: Any) -> Any:

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
         RangeError,
         RegionError,
         SymasymError,
-        TimeLimitError,
     )
     from symasym.base.estimate import Estimate
     from symasym.base.scales import Scales, rescale
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
     from symasym.drift.reduction import Reduction, reduce
     from symasym.emit import emit
     from symasym.formula import Formula, formula, labels
-    from symasym.formulas import Expansion, expand
+    from symasym.formulas.expand import Expansion, expand
     from symasym.integrals.laplace import LaplaceExpansion, laplace_integral
     from symasym.integrals.uniform import UniformExpansion, uniform_integral
     from symasym.plan import Plan, plan
@@ -38,7 +37,7 @@ __all__ = [
     "AccuracyError", "CriticalPoint", "Drift", "Estimate", "Expansion", "Folds", "Formula",
     "Friction", "InputError", "LaplaceExpansion", "OutputError", "Plan", "RangeError",
     "Reduction", "RegionError", "Release", "Scales", "Sensitivity", "SymasymError", "System",
-    "TimeLimitError", "UniformExpansion", "emit", "escape_time", "exit_probability", "expand",
+    "UniformExpansion", "emit", "escape_time", "exit_probability", "expand",
     "formula", "friction", "hill", "labels", "laplace_integral", "linear", "occupation",
     "oscillator", "plan", "plot", "polynomial", "reduce", "release", "rescale", "sensitivity",
     "sine", "stationary_density", "stokes_multiplier", "tanh", "uniform_integral",
@@ -48,12 +47,11 @@ __all__ = [
 _HOMES = {
     name: f"symasym.{home}"
     for home, names in {
-        "base.errors": "AccuracyError InputError OutputError RangeError "
-        "RegionError SymasymError TimeLimitError",
+        "base.errors": "AccuracyError InputError OutputError RangeError RegionError SymasymError",
         "drift.drift": "Drift",
         "drift.critical_points": "CriticalPoint",
         "base.estimate": "Estimate",
-        "formulas": "Expansion expand",
+        "formulas.expand": "Expansion expand",
         "formula": "Formula formula labels",
         "base.scales": "Scales rescale",
         "sensitivity": "Sensitivity sensitivity",

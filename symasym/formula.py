@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import InputError
 
 if TYPE_CHECKING:
-    from symasym.derivation.derivation import Derivation, Step
-    from symasym.drift.drift import Drift
+    from symasym.derivation.derivation import Derivation
 
 __all__ = ["Formula", "formula", "labels"]
 
@@ -19,7 +16,6 @@ __all__ = ["Formula", "formula", "labels"]
 _FIRST = ("u", "v", "kappa", "r", "epsilon", "mu", "alpha", "z0", "a_minus", "a_plus")
 
 
-@dataclass(frozen=True)
 class Formula:
     """One derived formula of the paper, as its derivation states it. Sentences are TeX.
 
@@ -36,23 +32,22 @@ class Formula:
         What its own symbols mean.
     rests_on : tuple of str
         Labels of the formulas it was derived from.
-    steps : tuple of Step
-        Each with ``name``, ``left``, ``right``, ``why`` and ``latex()``.
+    steps, concluded : tuple of Step
+        All steps, and those that state it: ``name``, ``left``, ``right``, ``why``, ``latex()``.
     """
 
-    label: str
-    title: str
-    assumptions: tuple[str, ...]
-    error: str
-    note: str
-    rests_on: tuple[str, ...]
-    steps: tuple[Step, ...] = field(repr=False)
-    _derivation: Derivation = field(repr=False)
+    def __init__(self, d: Derivation) -> None:
+        self.label, self.title, self.error, self.note = d.label, d.title, d.leaves_out(), d.note
+        self.rests_on, self.steps, self.concluded = tuple(d.rests_on), tuple(d.steps), d.concluded
+        self.assumptions = tuple(
+            f"{'Does not hold' if fails else 'Checked' if check else 'Assumes'}: {text}"
+            + f" ({fails})" * bool(fails)
+            for text, check, fails in d.supposed
+        )
+        self._derivation = d
 
-    @property
-    def concluded(self) -> tuple[Step, ...]:
-        """The steps that state it."""
-        return self._derivation.concluded
+    def __repr__(self) -> str:
+        return f"Formula({self.label!r}, {self.title!r})"
 
     @property
     def left(self) -> Any:
@@ -74,35 +69,33 @@ class Formula:
 
     def functions(self) -> tuple[Any, ...]:
         """What it says as `symasym.emit.Function` objects, one for each right side."""
-        from sympy import Tuple
+        from sympy import Symbol, Tuple
 
         from symasym.emit import Function
 
-        found = []
+        def place(s: Any) -> tuple[int, str]:
+            return _FIRST.index(s.name) if s.name in _FIRST else len(_FIRST), s.name
+
+        found, about = [], f"{self.label}: {self.title}."
         for step in self.concluded:
-            name = self.label.removeprefix("eq:")
-            name = _plain(name if len(self.concluded) == 1 else f"{name}_{step.name}")
-            value, arguments = _named(step.right)
+            name = self.label.removeprefix("eq:") + f"_{step.name}" * (len(self.concluded) > 1)
+            known = sorted(step.right.free_symbols, key=place)
+            put = {s: Symbol(_plain(s.name), **s._assumptions_orig) for s in known}
+            value = step.right.xreplace(put)
             values = tuple(value) if isinstance(value, Tuple) else (value,)
-            found.append(Function(name, arguments, values, f"{self.label}: {self.title}."))
+            found.append(Function(_plain(name), tuple(put.values()), values, about))
         return tuple(found)
 
-    def emit(
-        self, target: str = "numpy", parameters: Any = None, *, drift: Drift | None = None
-    ) -> Any:
+    def emit(self, target: str = "numpy", parameters: Any = None, **more: Any) -> Any:
         """Source code of the formula: `symasym.emit` of it."""
         from symasym.emit import emit
 
-        return emit(self, target, parameters, drift=drift)
+        return emit(self, target, parameters, **more)
 
-    def lambdify(self, module: str = "mpmath", *, drift: Drift | None = None) -> Callable[..., Any]:
-        """The formula as a function of ``"mpmath"`` or ``"numpy"`` numbers.
-
-        Of a formula that says several things it is the first.
-        """
-        source = self.emit(module, drift=drift)
-        function: Callable[..., Any] = getattr(source.load(), source.functions[0])
-        return function
+    def lambdify(self, module: str = "mpmath", **more: Any) -> Any:
+        """The formula, the first of several, as a function of mpmath's or NumPy's numbers."""
+        source = self.emit(module, **more)
+        return getattr(source.load(), source.functions[0])
 
 
 def _plain(text: str) -> str:
@@ -111,24 +104,12 @@ def _plain(text: str) -> str:
     return re.sub(r"\W+", "_", text).strip("_") or "value"
 
 
-def _named(e: Any) -> tuple[Any, tuple[Any, ...]]:
-    """An expression with names that a program can have, and its symbols in order."""
-    from sympy import Symbol
-
-    def place(s: Any) -> tuple[int, str]:
-        return _FIRST.index(s.name) if s.name in _FIRST else len(_FIRST), s.name
-
-    known = sorted(e.free_symbols, key=place)
-    names = {s: Symbol(_plain(s.name), **s._assumptions_orig) for s in known}
-    return e.xreplace(names), tuple(names.values())
-
-
 def labels() -> tuple[str, ...]:
     """Every label that `formula` knows."""
     import derivations.sections  # noqa: F401
-    from symasym.derivation.derivation import LABELS
+    from symasym.derivation.derivation import MODULES
 
-    return tuple(LABELS)
+    return tuple(MODULES)
 
 
 def formula(label: str) -> Formula:
@@ -151,25 +132,15 @@ def formula(label: str) -> Formula:
     >>> formula("folds").rests_on
     ('cubic', 'turning-points', 'beta')
     """
+    import derivations.sections  # noqa: F401
     from derivations.labels import DEFINITIONS
     from symasym.derivation.derivation import build
 
-    if label in DEFINITIONS:
-        raise InputError(f"{label} defines {DEFINITIONS[label][1]}: there is nothing to derive.")
-    labels()
     try:
         d = build(label)
     except KeyError as missing:
-        if missing.args != (label,):
-            raise
-        raise InputError(f"{label!r} is no formula; give one of sa.labels().") from None
-    return Formula(
-        label, d.title, tuple(_conditions(d)), d.leaves_out(), d.note, tuple(d.rests_on),
-        tuple(d.steps), d,
-    )  # fmt: skip
-
-
-def _conditions(d: Derivation) -> Iterator[str]:
-    for statement, check, fails in d.supposed:
-        kind = "Does not hold" if fails else "Checked" if check else "Assumes"
-        yield f"{kind}: {statement}" + (f" ({fails})" if fails else "")
+        told = "is no formula; give one of sa.labels()."
+        if label in DEFINITIONS:
+            told = f"defines {DEFINITIONS[label][1]}: there is nothing to derive."
+        raise InputError(f"{label!r} {told}") from missing
+    return Formula(d)

@@ -1,21 +1,14 @@
-"""The sections of the paper as equations, one module a section and topic; importing it reads all."""
+"""The sections of the paper as equations, one module a section and topic.
 
-from derivations.sections import (  # noqa: F401
-    section2_systems,
-    section3_results,
-    section4_reduction,
-    section7_critical,
-    section7_friction,
-    section8_release,
-)
-from derivations.sections.section5 import escape, positive, stationary  # noqa: F401
-from derivations.sections.section6 import (  # noqa: F401
-    crossing,
-    expansions,
-    pair,
-    series,
-    sliding,
-    stokes,
-    uniform,
-    well,
-)
+A module is imported when one of its labels is asked for: `MODULES` has where each is derived.
+"""
+
+import re
+from pathlib import Path
+
+from symasym.derivation.derivation import MODULES
+
+for path in sorted(Path(__file__).parent.rglob("*.py")):
+    module = ".".join((__name__, *path.relative_to(Path(__file__).parent).with_suffix("").parts))
+    labels = re.findall(r'^@derives\("([^"]+)"', path.read_text("utf-8"), re.MULTILINE)
+    MODULES.update(dict.fromkeys(labels, module))

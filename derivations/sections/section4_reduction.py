@@ -54,7 +54,7 @@ def amplitude(d):
                   by=sympy.prod(exp(-(theta * x)**2 * t / 2) for x in b))
     d.eq("standard deviation per root of time", Symbol("sigma"), sqrt(square),
          "minus the second derivative at $\\theta = 0$ is the variance",
-         by=sqrt(sympy.simplify(-of_sum.diff(theta, 2).subs(theta, 0) / t)))
+         by=sqrt(sympy.expand(-of_sum.diff(theta, 2).subs(theta, 0) / t)))
     d.conclude(note="the $b_j$ are the strengths of the noises; " + NOISES)
 
 
@@ -110,7 +110,7 @@ def scaling(d):
 @derives("eq:reducedSDEtilde", "The scaled equation")
 def reduced_scaled(d):
     X, time, K = (d["eq:tildexykappa", x] for x in ("u", "t_s", "kappa"))
-    (unscaled,) = sympy.solve(K - kappa, k_p)
+    unscaled = kappa * k_p / K
     one = d["eq:reducedSDE"].subs(dict(zip(b, (1, 0, 0), strict=True)))
     d.eq("in scaled variables", "du", phi(u) * dt + kappa * dW,
          r"the paper's $\kappa_p$ has $|B|$ in it from here on",

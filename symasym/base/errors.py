@@ -36,9 +36,5 @@ class RangeError(AccuracyError, OverflowError):
     """The value does not fit the number type asked for (``log=True`` always fits)."""
 
 
-class TimeLimitError(SymasymError, TimeoutError):
-    """The call would take longer than its ``patience`` allows."""
-
-
 class OutputError(SymasymError, OSError):
     """A result cannot be written; what was there before is untouched."""

@@ -5,26 +5,20 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from symasym.commands.settings import Commands, document, takes_place
+from symasym.commands.settings import Commands, command, takes_place
 
 
-def add_parser(subparsers: Commands) -> None:
+def add_parser(commands: Commands) -> None:
     """Add the parser of ``derive``."""
-    parser = subparsers.add_parser(
-        "derive", help="check the derivation of a label and of all it rests on (default: every one)"
-    )
+    about = "check the derivation of a label and of all it rests on (default: every one)"
+    examples = "symasym derive", "symasym derive eq:Ttilde"
+    parser = command(commands, "derive", about, _run, *examples)
     parser.add_argument("labels", nargs="*", metavar="LABEL", help="such as eq:Ttilde, fr1, folds")
-    takes_place(
-        parser,
-        "folder of pages and trace (%(default)s)",
-        default="build/derivations",
-        metavar="DIR",
-    )
-    document(parser, ("symasym derive", "symasym derive eq:Ttilde"))
-    parser.set_defaults(run=run)
+    folder = "folder of pages and trace (%(default)s)"
+    takes_place(parser, folder, default="build/derivations", metavar="DIR")
 
 
-def run(arguments: argparse.Namespace) -> None:
+def _run(arguments: argparse.Namespace) -> None:
     """``symasym derive``."""
     from derivations.pages import derive, with_roots
     from symasym.base.progress import stage

@@ -8,8 +8,8 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import InputError
-from symasym.commands.settings import Commands, document, settings
-from symasym.drift.ready_made.named import DRIFTS
+from symasym.commands.settings import Commands, command, settings, takes_settings
+from symasym.drift.ready_made.named import DRIFTS, named_drift
 
 if TYPE_CHECKING:
     from symasym.derivation.derivation import Step
@@ -20,61 +20,51 @@ _OF_EXPANSION = ("drift", "expr", "set", "noise", "order", "start", "case")
 _METHODS = {"weak": "laplace", "strong": "strong_noise", "uniform": "uniform"}
 
 
-def add_parser(subparsers: Commands) -> None:
+def add_parser(commands: Commands) -> None:
     """Add the parser of ``show``."""
-    parser = subparsers.add_parser("show", help="print a formula")
-    parser.add_argument("label", nargs="?", metavar="LABEL", help="such as eq:Ttilde, fr1, folds")
-    parser.add_argument("--all", action="store_true", help="every formula; a document with --latex")
-    parser.add_argument("--latex", action="store_true", help="as LaTeX")
-    parser.add_argument("--steps", action="store_true", help="with the steps of its derivation")
-    expansion = parser.add_argument_group(
-        "expansion:QUANTITY", "the expansion of T, C, 1-C, P, 1-P or density for a drift"
-    )
-    what = expansion.add_mutually_exclusive_group()
-    what.add_argument("--drift", choices=DRIFTS, help="a ready-made drift")
-    what.add_argument("--expr", metavar="A", help='A(u), e.g. "1/2 - u + b*u**3"')
-    expansion.add_argument("--set", action="append", metavar="NAME=X", help="set a parameter")
-    expansion.add_argument("--noise", metavar="NAME", help="weak, strong or uniform (weak)")
-    expansion.add_argument("--order", type=int, metavar="N", help="of the expansion (2; uniform 0)")
-    expansion.add_argument("--start", metavar="X", help="starting point (0)")
-    expansion.add_argument("--case", metavar="WORDS", help='such as "start well barrier"')
-    document(
-        parser,
-        (
-            "symasym show fr1 --latex --steps",
-            "symasym show expansion:T --drift friction --order 2",
-        ),
-    )
-    parser.set_defaults(run=run)
+    parser = command(
+        commands, "show", "print a formula", _run, "symasym show fr1 --latex --steps",
+        "symasym show expansion:T --drift friction --order 2",
+    )  # fmt: skip
+    add = parser.add_argument
+    add("label", nargs="?", metavar="LABEL", help="such as eq:Ttilde, fr1, folds, expansion:C")
+    add("--all", action="store_true", help="every formula; a document with --latex")
+    add("--latex", action="store_true", help="as LaTeX")
+    add("--steps", action="store_true", help="with the steps of its derivation")
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--drift", choices=DRIFTS, help="the drift of an expansion")
+    what.add_argument("--expr", metavar="A", help='or this A(u), e.g. "1/2 - u + b*u**3"')
+    takes_settings(parser, "set a parameter of the drift")
+    add("--noise", metavar="NAME", help="weak, strong or uniform (weak)")
+    add("--order", type=int, metavar="N", help="of the expansion (2; uniform 0)")
+    add("--start", metavar="X", help="starting point (0)")
+    add("--case", metavar="WORDS", help='such as "start well barrier"')
 
 
-def run(arguments: argparse.Namespace) -> None:
+def _run(arguments: argparse.Namespace) -> None:
     """``symasym show``."""
-    given = {name for name in _OF_EXPANSION if getattr(arguments, name) is not None}
-    if arguments.label is not None and arguments.label.startswith("expansion:"):
-        _show_expansion(arguments, given)
-        return
-    if given:
-        raise InputError(
-            f"--{min(given)} does not go with {arguments.label or '--all'}; give it with a label "
-            "such as expansion:T."
-        )
-    if (arguments.label is None) != arguments.all:
+    label, latex = arguments.label, arguments.latex
+    expansion = label is not None and label.startswith("expansion:")
+    others = ("all", "steps") if expansion else _OF_EXPANSION
+    if odd := [x for x in others if getattr(arguments, x) not in (None, False, [])]:
+        raise InputError(f"--{odd[0]} does not go with {label or '--all'}; leave it out.")
+    if (label is None) != arguments.all:
         raise InputError("give a label, or --all.")
     from derivations.labels import DEFINITIONS
     from symasym.formula import formula, labels
 
-    if arguments.label in DEFINITIONS:
-        shown, text = DEFINITIONS[arguments.label]
-        print(shown if arguments.latex else f"{shown}\n\n{arguments.label} defines {text}.")
-    elif arguments.all and arguments.latex:
+    if expansion:
+        _show_expansion(arguments)
+    elif label in DEFINITIONS:
+        shown, text = DEFINITIONS[label]
+        print(shown if latex else f"{shown}\n\n{label} defines {text}.")
+    elif arguments.all and latex:
         from derivations.pages import document
 
-        labels()
         print(document(), end="")
     else:
-        for label in labels() if arguments.all else [arguments.label]:
-            _show(formula(label), arguments.latex, arguments.steps)
+        for each in labels() if arguments.all else [label]:
+            _show(formula(each), latex, arguments.steps)
 
 
 def _show(shown: Formula, latex: bool, steps: bool) -> None:
@@ -83,54 +73,47 @@ def _show(shown: Formula, latex: bool, steps: bool) -> None:
         print(shown.latex())
     else:
         print(f"{shown.label}: {plain(shown.title)}\n")
-        for step in shown.concluded:
-            print(f"{pretty(step)}\n")
+        print(*(f"{pretty(step)}\n" for step in shown.concluded), sep="\n")
         print(f"Error: {plain(shown.error)}.")
         for line in (f"Here {shown.note}.",) * bool(shown.note) + shown.assumptions:
             print(plain(line))
     for number, step in enumerate(shown.steps if steps else (), 1):
-        print(f"{number}. {step.name}{': ' * bool(step.why)}{plain(step.why)}")
-        print(f"   {step.latex()}")
+        print(f"{number}. {step.name}{': ' * bool(step.why)}{plain(step.why)}\n   {step.latex()}")
 
 
-def _show_expansion(arguments: argparse.Namespace, given: set[str]) -> None:
+def _show_expansion(arguments: argparse.Namespace) -> None:
     """Print the expansion of a quantity, as text or in LaTeX."""
-    from symasym.drift.drift import Drift
-    from symasym.drift.ready_made.named import named_drift
-    from symasym.formulas import expand
+    import symasym as sa
     from symasym.scenes import quantity_of
 
-    extra = next((name for name in ("all", "steps") if getattr(arguments, name)), None)
-    if extra is not None:
-        raise InputError(f"--{extra} does not go with {arguments.label}; leave it out.")
-    drift = Drift.general()
-    if given & {"drift", "expr"}:
-        drift = named_drift(arguments.drift, arguments.expr, settings(arguments.set or ()))
-    elif arguments.set:
+    values = settings(arguments.set)
+    drift = sa.Drift.general()
+    if arguments.drift or arguments.expr:
+        drift = named_drift(arguments.drift, arguments.expr, values)
+    elif values:
         raise InputError("--set sets a drift's parameter; give --drift or --expr.")
-    named = {n: getattr(arguments, n) for n in ("noise", "order", "start", "case") if n in given}
-    quantity = arguments.label.removeprefix("expansion:").replace("1-", "1 - ")
-    shown = expand(drift, quantity, **named)
-    if arguments.latex:
-        print(shown.latex())
-        return
-    of = quantity_of(shown.quantity)
-    numbers = " ".join(
-        ["symasym value", of.verb.replace("_", "-"), *["--complement"] * of.complement]
-        + ["--method", _METHODS[shown.noise], "--json"]
-    )
-    print(str(shown).replace("evaluate(…, full=True)", numbers))
+    asked = {n: getattr(arguments, n) for n in ("noise", "order", "start", "case")}
+    given = {n: x for n, x in asked.items() if x is not None}
+    name = arguments.label.removeprefix("expansion:").replace("1-", "1 - ")
+    shown = sa.expand(drift, name, **given)
+    quantity = quantity_of(shown.quantity)
+    verb = quantity.verb.replace("_", "-") + " --complement" * quantity.complement
+    numbers = f"symasym value {verb} --method {_METHODS[shown.noise]} --json"
+    told = str(shown).replace("evaluate(…, full=True)", numbers)
+    print(shown.latex() if arguments.latex else told)
 
 
 def pretty(step: Step) -> str:
     """A step drawn with characters, as wide as it needs."""
     import sympy
 
+    from symasym.derivation.tex import tex
+
+    unicode = (sys.stdout.encoding or "").lower().startswith("utf")
+
     def drawn(e: Any) -> str:
         names = {s: sympy.Symbol(plain(tex(s))) for s in e.free_symbols}
-        return str(sympy.pretty(e.xreplace(names), use_unicode=_has_unicode(), num_columns=10_000))
-
-    from symasym.derivation.tex import tex
+        return str(sympy.pretty(e.xreplace(names), use_unicode=unicode, num_columns=10_000))
 
     if isinstance(step.left, str):
         left = step.left.removesuffix("=").strip()
@@ -144,12 +127,3 @@ def plain(text: str) -> str:
     for sign, character in ((r"\le", "<="), (r"\ge", ">="), (r"\sim", "~"), (r"\to", "->")):
         text = re.sub(rf"\{sign}\b", character, text)
     return re.sub(r"\\(?:mathrm|tilde|hat|left|right|,|;)?|[{}$]", "", text)
-
-
-def _has_unicode() -> bool:
-    """True where standard output can show the signs that a formula is drawn with."""
-    try:
-        "⎛⎝∫λ√".encode(sys.stdout.encoding or "ascii")
-    except UnicodeEncodeError:
-        return False
-    return True

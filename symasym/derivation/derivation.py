@@ -21,6 +21,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import Any
 
 import sympy
@@ -31,44 +32,39 @@ from symasym.derivation.tex import tex
 
 #: Label -> title, the function that fills its derivation in, the order of a series.
 LABELS: dict[str, tuple[str, Callable[[Derivation], None], int]] = {}
+#: Label -> the module that derives it, imported when the label is first asked for.
+MODULES: dict[str, str] = {}
 BUILT: dict[str, Derivation] = {}
 #: (label, step) -> a right side in the place of the step's own (`symasym.derivation.mistakes`).
 CHANGED: dict[tuple[str, str], Any] = {}
 
 
 def derives(label: str, title: str, n: int = 0) -> Any:
-    """Mark the function that fills in the derivation of `label`.
+    """Mark the function that fills in the derivation of `label`; of a series, to the order `n`.
 
-    Of a series, `n` is the order it is derived to; ``build("LABEL-5")`` derives it to order 5, and
-    with it the series it rests on. The function finds the order as ``d.n``.
+    ``build("LABEL-5")`` derives a series, and those it rests on, to order 5, which is ``d.n``.
     """
+    return lambda function: LABELS.setdefault(label, (title, function, n))[1]
 
-    def mark(function: Any) -> Any:
-        LABELS[label] = title, function, n
-        return function
 
-    return mark
+def _series(label: str) -> bool:
+    if label in MODULES:
+        import_module(MODULES[label])
+    return label in LABELS and LABELS[label][2] > 0
 
 
 def build(label: str) -> Derivation:
     """The derivation of a label, its steps stated and not checked; KeyError for no label."""
     if label not in BUILT:
-        BUILT[label] = _made(label)
+        head, _, order = str(label).rpartition("-")
+        known = head if order in tuple("12345678") and _series(head) else label
+        _series(known)
+        title, function, n = LABELS[known]
+        if known != label:
+            title, n = f"{title}, to order {order}", int(order)
+        function(d := Derivation(label, title, n))
+        BUILT[label] = d
     return BUILT[label]
-
-
-def _made(label: str) -> Derivation:
-    head, _, order = str(label).rpartition("-")
-    if order in "12345678" and head in LABELS and LABELS[head][2]:
-        title, function, _ = LABELS[head]
-        d = Derivation(label, f"{title}, to order {order}", int(order))
-    elif label in LABELS:
-        title, function, n = LABELS[label]
-        d = Derivation(label, title, n)
-    else:
-        raise KeyError(label)
-    function(d)
-    return d
 
 
 @dataclass
@@ -123,34 +119,19 @@ def _order(e: Any) -> str:
 
 @dataclass
 class Derivation:
-    """Steps to a conclusion.
-
-    Attributes
-    ----------
-    n : int
-        The order of a series; 0 for anything else.
-    rests_on : list of str
-        The labels whose conclusions it took.
-    supposed : list of tuple
-        Conditions: TeX, the check or None, and for one that is false as printed what shows it.
-    concluded : tuple of Step
-        What it concludes.
-    note, left_out : str
-        TeX: what its own symbols mean; what it leaves out, where no step's `error` says so.
-    cases : tuple of str
-        TeX: the conditions of the pieces of one function, where those are what it concludes.
-    """
+    """Steps to a conclusion; sentences are TeX."""
 
     label: str
     title: str
-    n: int = 0
+    n: int = 0  # the order of a series
     steps: list[Step] = field(default_factory=list)
-    rests_on: list[str] = field(default_factory=list)
+    rests_on: list[str] = field(default_factory=list)  # labels whose conclusions it took
+    # Conditions, what checks each or None, and for one that is false as printed what shows it.
     supposed: list[tuple[str, Callable[[], bool] | None, str]] = field(default_factory=list)
     concluded: tuple[Step, ...] = ()
-    note: str = ""
-    left_out: str = ""
-    cases: tuple[str, ...] = ()
+    note: str = ""  # what its own symbols mean
+    left_out: str = ""  # where no step's `error` has it
+    cases: tuple[str, ...] = ()  # conditions of the pieces of one function, if it concludes those
 
     def __getitem__(self, key: str | tuple[str, str]) -> Any:
         """What another label concluded, ``d["eq:C"]``, or its step: ``d["eq:C", "name"]``."""
@@ -158,7 +139,7 @@ class Derivation:
         return self._take(label).right(name)
 
     def _take(self, label: str) -> Derivation:
-        if label in LABELS and LABELS[label][2] and self.label.endswith(f"-{self.n}"):
+        if self.label.endswith(f"-{self.n}") and _series(label):
             label = f"{label}-{self.n}"
         if label not in self.rests_on:
             self.rests_on.append(label)
@@ -171,15 +152,13 @@ class Derivation:
     def right(self, name: str | None = None) -> Any:
         """The right side of a step, or of the conclusion: a tuple where that is several."""
         if name is not None:
-            return self._step(name).right
+            return self._steps(name)[0].right
         sides = tuple(s.right for s in self.concluded)
         return sides[0] if len(sides) == 1 else sides
 
-    def _step(self, name: str) -> Step:
-        for step in self.steps:
-            if step.name == name:
-                return step
-        raise KeyError(f"{self.label} has no step {name!r}")
+    def _steps(self, *names: str) -> tuple[Step, ...]:
+        named = {s.name: s for s in self.steps}
+        return tuple(named[name] for name in names)
 
     def suppose(
         self, statement: str, check: Callable[[], bool] | None = None, fails: str = ""
@@ -204,13 +183,12 @@ class Derivation:
         right = sympy.sympify(right)
         # What a function takes from other labels, it takes now.
         rows = list(given(right) if callable(given) else given or ())
+        worked = [by] if by is not None else [left] if given is None else []
 
         def check(stated: Any) -> bool:
-            if (given is None or by is not None) and not equal(left if by is None else by, stated):
-                return False
             put = _putting(left, stated)
             pairs = given(stated) if callable(given) else [(put(x), put(y)) for x, y in rows]
-            return all(equal(x, y) for x, y in pairs)
+            return all(equal(x, stated) for x in worked) and all(equal(*pair) for pair in pairs)
 
         return self._add(Step(name, left, right, check, why))
 
@@ -256,7 +234,7 @@ class Derivation:
         `error` is what it leaves out, as TeX or as an order, where no `order` has measured that.
         """
         if names:
-            self.concluded = tuple(map(self._step, names))
+            self.concluded = self._steps(*names)
         self.note, self.cases = note, tuple(cases)
         if isinstance(error, str):
             self.left_out = error
@@ -275,16 +253,10 @@ class Derivation:
             shown = r" ,\quad ".join(step.latex() for step in self.concluded)
             ordered = re.match(r"(relative |next term )?\$?O\(", self.left_out)
             return shown.replace(" = ", r" \sim ") if ordered else shown
-        left = self.concluded[0].left
-        rows = [
-            f"{tex(s.right)} , & {when}" for s, when in zip(self.concluded, self.cases, strict=True)
-        ]
-        tall = any(r"\frac" in row for row in rows)
-        body = (r" \\[1ex] " if tall else r" \\ ").join(
-            r"\displaystyle " * tall + row for row in rows
-        )
-        shown = left if isinstance(left, str) else tex(left)
-        return rf"{shown.removesuffix(' =')} = \begin{{cases}} {body} \end{{cases}}"
+        pieces = zip(self.concluded, self.cases, strict=True)
+        rows = (rf"\displaystyle {tex(s.right)} , & {when}" for s, when in pieces)
+        body = r" \\[1ex] ".join(rows)
+        return rf"{tex(self.concluded[0].left)} = \begin{{cases}} {body} \end{{cases}}"
 
     def verify(self) -> list[str]:
         """The steps and conditions that do not hold."""

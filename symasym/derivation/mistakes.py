@@ -4,6 +4,8 @@ notices says nothing."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from itertools import product
 from typing import Any
 
 import sympy
@@ -45,12 +47,11 @@ def _local(node: Any) -> Iterator[Any]:
         yield node.func(2 * node.args[0])
         yield node.func(-node.args[0])
     elif isinstance(node, Integral):
-        for i, (s, *ends) in enumerate(node.limits):
-            for j, end in enumerate(ends):
-                if not end.is_infinite:
-                    moved = [x + int(j == n) for n, x in enumerate(ends)]
-                    limits = (*node.limits[:i], (s, *moved), *node.limits[i + 1 :])
-                    yield Integral(node.function, *limits)
+        for i, j in product(range(len(node.limits)), (1, 2)):
+            limits = [list(limit) for limit in node.limits]
+            if len(limits[i]) == 3 and not limits[i][j].is_infinite:
+                limits[i][j] += 1
+                yield Integral(node.function, *limits)
 
 
 def survivors(step: Step) -> tuple[list[Any], int]:
@@ -66,31 +67,24 @@ def survivors(step: Step) -> tuple[list[Any], int]:
 
 def passes(step: Step, stated: Any) -> bool:
     """Whether the step's check lets a right side pass; one that breaks down has decided nothing."""
-    try:
+    with suppress(Exception):
         return bool(step.check(stated))
-    except Exception:
-        return False
+    return False
 
 
-def notices(label: str, name: str, users: Iterable[str]) -> str:
-    """The step, or a label, that fails when a step's right side is changed, its own check left out.
+def notices(label: str, name: str, users: Iterable[str]) -> bool:
+    """Whether a step fails when another's right side is changed and its own check left out.
 
-    `users` are the labels that rest on this one. Empty where nothing notices.
+    Asked are the steps of its label and of `users`, the labels that rest on that.
     """
     step = next(s for s in build(label).steps if s.name == name)
     again = (label, *users)
     kept = {x: BUILT.pop(x) for x in again if x in BUILT}
     CHANGED[label, name] = next(mutants(step.right))
     try:
-        for other in again:
-            try:
-                steps = build(other).steps
-            except Exception:  # the changed expression does not even fit
-                return other
-            for s in steps:
-                if (other, s.name) != (label, name) and not passes(s, s.right):
-                    return f"{other}: {s.name}"
-        return ""
+        return not all(passes(s, s.right) for x in again for s in build(x).steps)
+    except Exception:  # the changed expression does not even fit
+        return True
     finally:
         CHANGED.clear()
         for x in again:

@@ -1,7 +1,7 @@
 """A drift in a formula: V, phi and A put in, and T, C, P and the stationary density exactly.
 
 The exact quantities are one sweep of the layer in Gauss panels (positive-form, panel-step), in
-logarithms. A panel is as long as lam V varies by 5 in it at most, its Legendre terms fall, and the
+logarithms. A panel is as long as lam V varies by 4 in it at most, its Legendre terms fall, and the
 drift cannot turn unseen between its nodes: ``rate`` is the reciprocal of the length over which a
 function in A may turn. Its cost grows with 1/kappa^2, and beyond 20,000 panels there is no value.
 """
@@ -9,12 +9,12 @@ function in A may turn. Its cost grows with 1/kappa^2, and beyond 20,000 panels 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import sympy
 from sympy import Expr, S, Symbol
+from sympy.core.function import AppliedUndef
 
 from symasym.base.errors import InputError
 from symasym.emit.printing import Function, own, printer_of
@@ -23,60 +23,51 @@ if TYPE_CHECKING:
     from symasym.drift.drift import Drift
 
 _U, _KAPPA, _R = Symbol("u", real=True), Symbol("kappa", positive=True), Symbol("r", positive=True)
-_INSIDE = sympy.Max(-1, sympy.Min(1, _U))
+_P = Symbol("p")  # the tuple of the drift's free parameters
+_INSIDE = {"A": lambda u: u, "phi": lambda u: sympy.Max(-1, sympy.Min(1, u))}
 
 
-def _log(helper: str, *first: Any) -> Any:
-    """The exponential of a helper, whose last argument is the parameters."""
-    return lambda p: sympy.exp(own(helper)(*first, p))
+def _exit(sign: int) -> Expr:
+    return sympy.exp(own("log_exit")(_KAPPA, _R, sign, _P))
 
 
-# Label -> functions: name, value for the parameters, arguments before them, what it is.
-_EXACT: dict[str, tuple[tuple[str, Any, tuple[Symbol, ...], str], ...]] = {
-    "eq:phi": (("phi", lambda p: own("drift")(_INSIDE, p), (_U,), "the drift"),),
-    "eq:V": (("V", lambda p: own("potential")(1, _U, p), (_U,), "the potential, V(-1) = 0"),),
-    "eq:Ttilde": (("Ttilde", _log("log_time", _KAPPA, _R), (_KAPPA, _R), "T from 0 to |u| = r"),),
-    "eq:C": (
-        ("C", _log("log_exit", _KAPPA, _R, S.One), (_KAPPA, _R), "C, leaving through -r from 0"),
-        ("complement", _log("log_exit", _KAPPA, _R, -S.One), (_KAPPA, _R), "1 - C"),
-    ),
-    "eq:P": (
-        ("P", _log("log_share", _KAPPA, S.One), (_KAPPA,), "P, the share of |u| <= 1"),
-        ("complement", _log("log_share", _KAPPA, -S.One), (_KAPPA,), "1 - P"),
-    ),
-    "eq:pss": (("pss", _log("log_density", _KAPPA, _U), (_KAPPA, _U), "p_ss(u), stationary"),),
+def _density(u: Any, sign: int) -> Expr:
+    return sympy.exp(own("log_density")(_KAPPA, u, sign, _P))
+
+
+# Label -> arguments before the drift's, and functions: that of T, C or P, and 1 - C or 1 - P.
+_EXACT: dict[str, tuple[tuple[Symbol, ...], dict[str, Expr]]] = {
+    "eq:phi": ((_U,), {"phi": own("drift")(_INSIDE["phi"](_U), _P)}),
+    "eq:V": ((_U,), {"V": own("potential")(1, _U, _P)}),
+    "eq:Ttilde": ((_KAPPA, _R), {"Ttilde": _exit(0)}),
+    "eq:C": ((_KAPPA, _R), {"C": _exit(1), "complement": _exit(-1)}),
+    "eq:P": ((_KAPPA,), {"P": _density(0, 1), "complement": _density(0, -1)}),
+    "eq:pss": ((_KAPPA, _U), {"pss": _density(_U, 0)}),
 }
+_EXACT["eq:P2"] = _EXACT["eq:P"]
+_KNOWN = {"a_minus": own("end")(-1, _P), "a_plus": own("end")(1, _P)}
+_KNOWN |= dict.fromkeys(("V_1", "V1"), own("potential")(1, 1, _P))
 
 
 def put_in(functions: list[Function], label: str, drift: Drift) -> list[Function]:
     """The functions for a drift, whose free parameters are their last arguments."""
     parameters = tuple(Symbol(n, real=True) for n in drift.free)
-    p = sympy.Tuple(*parameters)
-    if exact := _EXACT.get("eq:P" if label == "eq:P2" else label):
-        functions = [
-            Function(name, first, (value(p),), f"{about} ({label})")
-            for name, value, first, about in exact
-        ]
-    at_1 = own("potential")(1, 1, p)
-    known = {"a_minus": own("end")(-1, p), "a_plus": own("end")(1, p), "V_1": at_1, "V1": at_1}
+    if label in _EXACT:
+        first, exact = _EXACT[label]
+        functions = [Function(n, first, (v,), f"{n} of {label}, exact") for n, v in exact.items()]
 
     def change(e: Expr) -> Expr:
-        for name, value in (
-            ("V", lambda u: own("potential")(1, u, p)),
-            ("phi", lambda u: own("drift")(_INSIDE.subs(_U, u), p)),
-            ("A", lambda u: own("drift")(u, p)),
-        ):
-            e = e.replace(lambda x, n=name: type(x).__name__ == n, lambda *x, f=value: f(*x))
-        return e.xreplace({s: known[s.name] for s in e.free_symbols if s.name in known})
+        put = {s: _KNOWN[s.name] for s in e.free_symbols if s.name in _KNOWN}
+        for x in e.atoms(AppliedUndef):
+            if (of := _INSIDE.get(type(x).__name__)) is not None:
+                put[x] = own("drift")(of(*x.args), _P)
+        return e.xreplace(put).xreplace({_P: sympy.Tuple(*parameters)})
 
     found = []
     for f in functions:
-        rest = tuple(s for s in f.arguments if s.name not in known)
+        rest = tuple(s for s in f.arguments if s.name not in _KNOWN)
         if twice := {s.name for s in rest} & {s.name for s in parameters}:
-            raise InputError(
-                f"the drift has a free parameter {min(twice)}, and so has {label}; rename it, or "
-                "bind it."
-            )
+            raise InputError(f"{label} has a {min(twice)} of its own; bind that of the drift.")
         found.append(replace(f, arguments=(*rest, *parameters)).each(change))
     return found
 
@@ -105,19 +96,9 @@ def helpers_of(drift: Drift, target: str) -> dict[str, str]:
 
 
 def rate(A: Expr) -> Expr:
-    """1/length over which a function in A may turn: |g'|/(1 + |g|) of f(g), |g'| of a wave."""
-    return S.Zero if A.is_polynomial(_U) and sympy.degree(A, _U) < 12 else sum(_rates(A), S.Zero)
-
-
-def _rates(A: Expr) -> Iterator[Expr]:
-    for x in sympy.preorder_traversal(A):
-        if not (x.is_Function or x.is_Pow) or not x.has(_U):
-            continue
-        g = x.exp * sympy.log(x.base) if x.is_Pow and x.exp.has(_U) else x.args[0]
-        slope = abs(sympy.diff(g, _U))
-        if x.is_Pow and not (x.exp.is_Integer and x.exp > 0) or isinstance(x, sympy.log):
-            yield slope / abs(g)
-        elif isinstance(x, (sympy.sin, sympy.cos, sympy.tan)):
-            yield slope
-        else:
-            yield slope * (x.exp if x.is_Pow else 1) / (1 + abs(g))
+    """1/length over which a function in A may turn: |g'|/(1 + |g|) of each f(g), g^n and n^g."""
+    if A.is_polynomial(_U) and sympy.degree(A, _U) < 12:
+        return S.Zero
+    inner = (x.exp if x.is_Pow and x.exp.has(_U) else x.args[0]
+             for x in sympy.preorder_traversal(A) if x.is_Function or x.is_Pow)  # fmt: skip
+    return sum((abs(sympy.diff(g, _U)) / (1 + abs(g)) for g in inner), S.Zero)

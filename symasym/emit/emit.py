@@ -48,7 +48,7 @@ def emit(
     Notes
     -----
     Where an exponential could overflow, the logarithm is a function, too: ``log_NAME``. Where a
-    formula has no value it is nan.
+    formula has no value it is nan, or in Python, where none of an array has, a ValueError.
 
     Examples
     --------
@@ -61,7 +61,7 @@ def emit(
     if isinstance(what, str):  # by name: a formula is printed here
         what = import_module("symasym.formula").formula(what)
     if kind == "latex" and hasattr(what, "latex") and drift is None and not values:
-        return Source(f"{what.latex()}\n", kind, {})
+        return Source(f"{what.latex()}\n", kind)
     label, functions = _functions(what, name)
     more: dict[str, str] = {}
     if drift is not None:
@@ -80,7 +80,7 @@ def emit(
     if kind in SHAPES:
         return written(functions, kind, more)
     rows = (rf"\mathrm{{{f.name}}} &= {sympy.latex(v)}" for f in functions for v in f.values)
-    return Source("\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}\n", kind, {})
+    return Source("\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}\n", kind)
 
 
 def _functions(what: Any, name: str) -> tuple[str, list[Function]]:

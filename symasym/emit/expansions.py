@@ -17,8 +17,6 @@ from sympy import Expr, S, Symbol
 from symasym.base.errors import InputError
 from symasym.emit.printing import LAM, Function, own, plain
 
-R = Symbol("r", positive=True)
-
 
 class Scaled:
     """Expressions as c e^(lam h), with a symbol for the h and the c of each sum.
@@ -89,15 +87,15 @@ class Scaled:
 
 def expanded(e: Expr) -> Expr:
     """The expression expanded, r - 1 being left together."""
-    beyond = Symbol("r - 1", positive=True)
-    return sympy.expand(e.xreplace({R: 1 + beyond})).xreplace({beyond: R - 1})
+    r, beyond = Symbol("r", positive=True), Symbol("r - 1", positive=True)
+    return sympy.expand(e.xreplace({r: 1 + beyond})).xreplace({beyond: r - 1})
 
 
 def of_expansion(e: Any, numbers: Mapping[Symbol, Expr], name: str) -> list[Function]:
     """The function of an expansion, by its logarithm but for uniform noise.
 
-    It gives nan where a condition ``a > b`` without noise does not hold, as for r < 1. `numbers`
-    are those of a bound drift's symbols.
+    It has no value where a condition ``a > b`` without noise does not hold, as for r < 1.
+    `numbers` are those of a bound drift's symbols.
     """
 
     def printed(v: Expr) -> Expr:  # erfc stands beside exponentials, and of a square root
@@ -139,7 +137,8 @@ def of_expansion(e: Any, numbers: Mapping[Symbol, Expr], name: str) -> list[Func
     if e.noise != "uniform":
         value = 1 - sympy.exp(value) if complement else sympy.exp(value)
     about = f"{e.quantity} of {e.drift!r}, {e.noise} noise to order {e.order}, case '{e.case}'"
-    about += f", where {', '.join(map(str, signs))}." if signs else "."
+    if signs:
+        about += f"; it has a value where {sympy.And(*signs).xreplace(named)}, and is nan elsewhere"
     arguments = tuple(sorted((named[s] for s in free), key=str))
     return [Function(name, arguments, (value,), about, shared)]
 

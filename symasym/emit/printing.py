@@ -8,13 +8,10 @@ a file has a copy of what it calls; JavaScript is the C without its types.
 from __future__ import annotations
 
 import builtins
-import ctypes
 import keyword
 import math
 import re
-import subprocess
-import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, reduce
 from os import PathLike
@@ -62,21 +59,14 @@ class Function:
 # -- one printer a language ------------------------------------------------------------------------
 
 
+def _of_two(verb: str) -> Any:
+    """A NumPy function of two arrays, for several."""
+    return lambda self, e: reduce(f"numpy.{verb}({{}}, {{}})".format, map(self._print, e.args))
+
+
 class _NumPy(SciPyPrinter):  # type: ignore[misc]
-    def _of_two(self, e: Any, name: str) -> str:
-        return str(reduce(f"numpy.{name}({{}}, {{}})".format, map(self._print, e.args)))
-
-    def _print_Max(self, e: Any) -> str:
-        return self._of_two(e, "maximum")
-
-    def _print_Min(self, e: Any) -> str:
-        return self._of_two(e, "minimum")
-
-    def _print_And(self, e: Any) -> str:
-        return self._of_two(e, "logical_and")
-
-    def _print_Or(self, e: Any) -> str:
-        return self._of_two(e, "logical_or")
+    _print_Max, _print_Min = _of_two("maximum"), _of_two("minimum")
+    _print_And, _print_Or = _of_two("logical_and"), _of_two("logical_or")
 
     def _print_Piecewise(self, e: Any) -> str:
         (value, condition), *others = e.args
@@ -97,13 +87,6 @@ class _NumPy(SciPyPrinter):  # type: ignore[misc]
 class _Mpmath(MpmathPrinter):  # type: ignore[misc]
     def _print_Float(self, e: Any) -> str:
         return f"mpmath.mpf('{e}')"
-
-    def _print_Integral(self, e: Any) -> str:
-        text = self._print(e.function)
-        for variable, low, high in e.limits:
-            ends = f"{self._print(low)}, {self._print(high)}"
-            text = f"quad(lambda {self._print(variable)}: {text}, {ends})"
-        return str(text)
 
 
 class _Braces:
@@ -175,8 +158,6 @@ def printer_of(target: str, functions: Sequence[Function]) -> Any:
     names = [*_OWN, *helpers(target), *(f.name for f in functions)]
     settings: dict[str, Any] = {"user_functions": {n: n for n in names} | _NAMED[target]}
     settings |= {"math_macros": {}} if target == "c" else {}
-    if any(v.has(sympy.Integral) for f in functions for v in f.values):
-        settings["order"] = "none"  # ordering terms evaluates them
     printer = PRINTERS[target](settings)
     printer.reserved_words = {*_WORDS, *names, *keyword.kwlist, *vars(builtins)}
     return printer
@@ -194,10 +175,6 @@ def log_form(e: Expr) -> Expr | None:
     if e.is_Pow and (base := log_form(e.base)) is not None:
         return e.exp * base
     logs = [log_form(a) for a in e.args] if e.is_Mul or e.is_Add else [None]
-    if e.is_Mul and None in logs:
-        turned = [a for a, log in zip(e.args, logs, strict=True) if log is None]
-        if len(turned) % 2 == 0 and all(a.is_Add or a.is_Number for a in turned):
-            logs = [log_form(-a) if a in turned else log_form(a) for a in e.args]
     if None in logs:
         return None
     return sympy.Add(*logs) if e.is_Mul else reduce(own("logaddexp"), logs)
@@ -240,19 +217,13 @@ def plain(e: Expr) -> Expr:
         x, name = e.args[0], type(e).__name__
         return own(f"{name}_")(x) * sympy.exp(LAM * sympy.Max(sympy.expand(x / LAM), 0))
 
-    def as_one(e: Expr) -> Expr:
-        powers = [a.args[0] for a in e.args if isinstance(a, sympy.exp)]
-        rest = (a for a in e.args if not isinstance(a, sympy.exp))
-        return e if len(powers) < 2 else sympy.Mul(*rest, sympy.exp(sympy.Add(*powers)))
-
     kinds = (sympy.airyai, sympy.airyaiprime, sympy.airybi, sympy.airybiprime)
     for part, kind in enumerate(kinds):
         e = e.replace(kind, airy(part))
     e = e.replace(
         sympy.erfi, lambda x: 2 / sympy.sqrt(sympy.pi) * sympy.exp(x**2) * own("dawsn")(x)
     )
-    e = e.replace(lambda x: type(x).__name__ in ("exprel", "exprel2"), of_exprel)
-    return e.replace(lambda x: x.is_Mul, as_one)
+    return e.replace(lambda x: type(x).__name__ in ("exprel", "exprel2"), of_exprel)
 
 
 def _with_logarithm(f: Function) -> Iterator[Function]:
@@ -298,17 +269,17 @@ def written(functions: Sequence[Function], target: str, more: Mapping[str, str])
         if f"{module}." in copied + body and module not in head and target in ("numpy", "mpmath"):
             head += f"import {module}\n"
     whole = gap.join(f"{part.strip()}\n" for part in (head, copied, body) if part)
-    return Source(whole, target, {f.name: len(f.values) for f in functions})
+    return Source(whole, target, (f.name for f in functions))
 
 
 def _function(f: Function, target: str, printer: Any) -> str:
     """One function: shared parts, then its values."""
     _, start, numbers, given, one, several, end, _ = SHAPES[target]
     f = f.each(stable)
-    held = any(v.has(sympy.Integral) for v in f.values)  # whose variable no shared part may have
+    pieces = set().union(*(v.atoms(sympy.Piecewise) for v in f.values))
     taken = {s.name for s in (*f.arguments, *(s for s, _ in f.shared))}
     fresh = (s for s in sympy.numbered_symbols("t") if s.name not in taken)
-    shared, values = ((), f.values) if held else sympy.cse(f.values, fresh, order="none")
+    shared, values = sympy.cse(f.values, fresh, order="none")
     try:
         names = [printer.doprint(a) for a in f.arguments]
         rows = [(printer.doprint(s), printer.doprint(v)) for s, v in (*f.shared, *shared)]
@@ -317,9 +288,12 @@ def _function(f: Function, target: str, printer: Any) -> str:
         what = re.findall(r"\w+", str(error).splitlines()[0])[-1]
         raise InputError(
             f"{f.name} holds {what}, which {target} does not have; put a drift in with drift=…, or "
-            "emit 'mpmath', which has integrals, or 'latex'."
+            "emit 'latex'."
         ) from None
     lines = [numbers.format(n) for n in names if numbers] + [given.format(*row) for row in rows]
+    for c in (p.args[0].cond for p in pieces if numbers and p.args[1:] == ((S.NaN, True),)):
+        test = f"{'numpy.any' * (target == 'numpy')}({printer.doprint(c)})"
+        lines.append(f"if not {test}: raise ValueError('{f.name} has a value only where {c}')")
     typed = [f"double {n}" for n in names]
     if target == "c" and len(texts) > 1:
         start = start.replace("double", "void", 1)
@@ -342,7 +316,7 @@ def by_printer(functions: Sequence[Function], printer: CodePrinter) -> Source:
         names = [f"{f.name}_{k}" for k in range(len(values))] if values[1:] else [f.name]
         rows = (*f.shared, *shared, *zip(map(Symbol, names), values, strict=True))
         lines += [printer.doprint(v, assign_to=s) for s, v in rows]
-    return Source("\n".join(lines) + "\n", type(printer).__name__, {})
+    return Source("\n".join(lines) + "\n", type(printer).__name__)
 
 
 @cache
@@ -355,8 +329,9 @@ def helpers(target: str) -> dict[str, str]:
         if target == "numpy":
             return found
         for old, new in (
-            (r"numpy\.(exp|log|logaddexp)\b", r"\1"), (r"scipy\.special\.", ""),
-            (r"numpy\.finfo\(float\)", "mpmath"),
+            (r"numpy\.(log|logaddexp)\b", r"\1"), (r"numpy\.finfo\(float\)", "mpmath"),
+            (r"numpy\.exp\b", "numpy.frompyfunc(mpmath.exp, 1, 1)"),
+            (r"scipy\.special\.hyp1f1", "numpy.frompyfunc(mpmath.hyp1f1, 3, 1)"),
         ):  # fmt: skip
             found = {n: re.sub(old, new, text) for n, text in found.items()}
         text = (folder / "runtime_mpmath.py").read_text("utf-8")
@@ -392,11 +367,10 @@ class Source(str):
 
     target: str
     functions: tuple[str, ...]
-    _counts: Mapping[str, int]
 
-    def __new__(cls, text: str, target: str, counts: Mapping[str, int]) -> Source:
+    def __new__(cls, text: str, target: str, functions: Iterable[str] = ()) -> Source:
         self = super().__new__(cls, text)
-        self.target, self.functions, self._counts = target, tuple(counts), counts
+        self.target, self.functions = target, tuple(functions)
         return self
 
     def write(self, path: str | PathLike[str]) -> Path:
@@ -405,36 +379,9 @@ class Source(str):
         return Path(path)
 
     def load(self) -> SimpleNamespace:
-        """The functions as callables: Python run as it is, C compiled by ``cc``.
-
-        Functions in C take floats and give a float, or a tuple of them.
-        """
-        if self.target not in ("numpy", "mpmath", "c"):
+        """The functions of a file in Python as callables."""
+        if self.target not in ("numpy", "mpmath"):
             raise InputError(f"{self.target} cannot be loaded into Python; write it to a file.")
-        if self.target == "c":
-            return SimpleNamespace(**_compiled(self, self._counts))
         space: dict[str, Any] = {"__name__": "emitted"}
         exec(compile(str(self), "<emitted>", "exec"), space)
         return SimpleNamespace(**{name: space[name] for name in self.functions})
-
-
-def _compiled(text: str, counts: Mapping[str, int]) -> dict[str, Callable[..., Any]]:
-    """The functions of a file in C, which have so many values."""
-    with tempfile.TemporaryDirectory() as folder:
-        source, library = Path(folder, "emitted.c"), Path(folder, "emitted.so")
-        source.write_text(text, "utf-8")
-        command = ["cc", "-std=c99", "-O2", "-fPIC", "-shared", "-o", str(library), str(source)]
-        subprocess.run([*command, "-lm"], check=True, capture_output=True)
-        loaded = ctypes.CDLL(str(library))
-
-    def called(of: Any, many: int) -> Callable[..., Any]:
-        of.restype = ctypes.c_double if many == 1 else None
-
-        def call(*x: float) -> Any:
-            out = (ctypes.c_double * many)()
-            value = of(*map(ctypes.c_double, x), *([out] if many > 1 else []))
-            return value if many == 1 else tuple(out)
-
-        return call
-
-    return {name: called(loaded[name], many) for name, many in counts.items()}

@@ -21,22 +21,16 @@ static double erfcx(double x)
 static double erf_(double x)
 {
     double total = 0; double term = 2*x*exp(-x*x)/sqrt(PI);
-    if (fabs(x) > 0.5) return (x < 0 ? -1 : 1)*(1 - exp(-x*x)*erfcx(fabs(x)));
-    for (int k = 1; k < 14; k++) { total += term; term *= 2*x*x/(2*k + 1); }
-    return total;
+    for (int k = 1; k < 120; k++) { total += term; term *= 2*x*x/(2*k + 1); }
+    return fabs(x) < 6 ? total : x/fabs(x);
 }
 
-/* dawsn: Dawson's integral (Rybicki 1989) */
+/* dawsn: Dawson's integral (DLMF 7.6.2, 7.12.1) */
 static double dawsn(double x)
 {
-    double total = 0; double term = x; double middle = 2*floor(x/0.4 + 0.5); double y = 1/(x*x);
-    if (x < 0) return -dawsn(-x);
-    if (x > 30) return (1 + 0.5*y*(1 + 1.5*y*(1 + 2.5*y*(1 + 3.5*y*(1 + 4.5*y)))))/(2*x);
-    for (int k = 1; x < 0.5 && k < 14; k++) { total += term; term *= -2*x*x/(2*k + 1); }
-    for (int k = -31; x >= 0.5 && k < 32; k += 2) {
-        double t = x - (middle + k)*0.2;
-        total += exp(-t*t)/(middle + k)/sqrt(PI);
-    }
+    double total = 0; double y = x*x; double term = fabs(x) < 6 ? x*exp(-y) : 0.5/x;
+    for (int k = 0; fabs(x) < 6 && k < 120; k++) { total += term/(2*k + 1); term *= y/(k + 1); }
+    for (int k = 0; fabs(x) >= 6 && k < 30; k++) { total += term; term *= (k + 0.5)/y; }
     return total;
 }
 
@@ -104,14 +98,10 @@ static void airy(double z, double y[4])
         y[3] = z > 0 ? up*(p[2] + p[3]) : up*(s*p[2] - t*p[3]);
         return;
     }
-    y[0] = 0.3550280538878172; y[1] = -0.2588194037928068;
-    y[2] = 0.6149266274460007; y[3] = 0.4482883573538264;
-    airy_steps(0, z, y, 2);
-    if (z > 1) { /* Ai falls, and is stable backwards */
-        airy(9.5, p);
-        y[0] = p[0]*exp(-9.5*sqrt(9.5)/1.5); y[1] = p[1]*exp(-9.5*sqrt(9.5)/1.5);
-    }
-    airy_steps(z > 1 ? 9.5 : 0, z, y, 0);
+    airy(9.5, y); /* each from where it is the smaller one */
+    airy(-9.5, p);
+    y[0] *= exp(-9.5*sqrt(9.5)/1.5); y[1] *= exp(-9.5*sqrt(9.5)/1.5); y[2] = p[2]; y[3] = p[3];
+    airy_steps(9.5, z, y, 0); airy_steps(-9.5, z, y, 2);
     if (z > 0) { y[0] *= exp(zeta); y[1] *= exp(zeta); y[2] *= exp(-zeta); y[3] *= exp(-zeta); }
 }
 
@@ -124,7 +114,7 @@ static double airye(double z, int part)
 }
 
 /* panel: from u over h, lam V's rise; log of int e^x, of int e^-x, and of the nested one.
-   Above 5 is returned where its Gauss points do not tell the drift, or x goes beyond 5. */
+   Above 4 is returned where its Gauss points do not tell the drift, or x goes beyond 4. */
 static double panel(double u, double h, double lam, const double *p, double out[4])
 {
     double x[12] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
@@ -137,7 +127,7 @@ static double panel(double u, double h, double lam, const double *p, double out[
         most = fmax(most, fmax(size, fabs(h)*rate(u + h*NODES[i], p)));
         even += LAST[i]*x[i]; odd += LAST[12 + i]*x[i];
     }
-    if (most > 5) return most;
+    if (most > 4) return most;
     if (fabs(even) + fabs(odd) > 1e-13*size + 1e-14) return 8;
     for (int i = 0; i < 12; i++) {
         double way = 0;
@@ -163,14 +153,14 @@ static void march(double u, double to, double lam, const double *p, double sums[
         int last = fabs(h) > fabs(to - u)*0.999;
         if (last) h = to - u;
         double most = panel(u, h, lam, p, here);
-        if (most > 5) { h *= 4/most; continue; }
+        if (most > 4) { h *= 3.2/most; continue; }
         double total = logaddexp(sums[1], here[1]);
         double kept = -logaddexp(0, here[1] - sums[1]);
         double more = log(lam) + logaddexp(here[2] + kept, here[3] - total);
         sums[3] = logaddexp(sums[3], here[2] - sums[0]);
         sums[2] = logaddexp(sums[2] + kept, more) + here[0];
         sums[1] = total - here[0]; sums[0] += here[0];
-        u = last ? to : u + h; h *= most > 0 ? fmin(4.5/most, 4) : 4;
+        u = last ? to : u + h; h *= most > 0 ? fmin(3.6/most, 4) : 4;
     }
     sums[0] = NAN; sums[1] = NAN; sums[2] = NAN; sums[3] = NAN;
 }
@@ -187,22 +177,14 @@ static void side(double kappa, double r, double sign, const double *p, double su
     march(sign*fmin(r, 1), 0, lam, p, sums);
 }
 
-/* log_time: log T from 0 (positive-form) */
-static double log_time(double kappa, double r, const double *p)
-{
-    double left[4] = {0, 0, 0, 0}; double right[4] = {0, 0, 0, 0};
-    side(kappa, r, -1, p, left);
-    side(kappa, r, 1, p, right);
-    return logaddexp(left[2], right[2]) - logaddexp(-left[1], -right[1]);
-}
-
-/* log_exit: log C, the exit through -r, or of 1 - C through r */
+/* log_exit: log T from 0 (positive-form), or for sign = 1 log C, the exit through -r, for -1 of 1 - C */
 static double log_exit(double kappa, double r, double sign, const double *p)
 {
     double left[4] = {0, 0, 0, 0}; double right[4] = {0, 0, 0, 0};
     side(kappa, r, -1, p, left);
     side(kappa, r, 1, p, right);
-    return -logaddexp(0, sign*(left[1] - right[1]));
+    if (sign != 0) return -logaddexp(0, sign*(left[1] - right[1]));
+    return logaddexp(left[2], right[2]) - logaddexp(-left[1], -right[1]);
 }
 
 /* potential: V(u) times lam, by the panels */
@@ -213,27 +195,15 @@ static double potential(double lam, double u, const double *p)
     return sums[0] - lam*end(u > 0 ? 1 : -1, p)*(u - inside);
 }
 
-/* layers: log of int e^(-lam V) over the layer, and beyond it */
-static void layers(double kappa, const double *p, double out[4])
+/* log_density: log p_ss(u), or for sign = 1 log P, for -1 of 1 - P; heights are above V(u) */
+static double log_density(double kappa, double u, double sign, const double *p)
 {
-    double sums[4] = {0, -INFINITY, -INFINITY, -INFINITY}; double lam = 2/(kappa*kappa);
-    march(-1, 1, lam, p, sums);
-    out[0] = sums[3];
-    out[1] = logaddexp(-log(lam*end(-1, p)), -sums[0] - log(-lam*end(1, p)));
-}
-
-/* log_share: log P, or of 1 - P */
-static double log_share(double kappa, double sign, const double *p)
-{
-    double out[4] = {0, 0, 0, 0};
-    layers(kappa, p, out);
-    return -logaddexp(0, sign*(out[1] - out[0]));
-}
-
-/* log_density: log p_ss(u) */
-static double log_density(double kappa, double u, const double *p)
-{
-    double out[4] = {0, 0, 0, 0};
-    layers(kappa, p, out);
-    return -potential(2/(kappa*kappa), u, p) - logaddexp(out[0], out[1]);
+    double left[4] = {0, -INFINITY, -INFINITY, -INFINITY}; double lam = 2/(kappa*kappa);
+    double right[4] = {0, -INFINITY, -INFINITY, -INFINITY}; double near = fmax(fmin(u, 1), -1);
+    march(near, -1, lam, p, left);
+    march(near, 1, lam, p, right);
+    double inside = logaddexp(left[3], right[3]);
+    double beyond = logaddexp(-left[0] - log(lam*end(-1, p)), -right[0] - log(-lam*end(1, p)));
+    if (sign != 0) return -logaddexp(0, sign*(beyond - inside));
+    return lam*end(u > 0 ? 1 : -1, p)*(u - near) - logaddexp(inside, beyond);
 }

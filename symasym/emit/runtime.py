@@ -28,16 +28,14 @@ def exprel2_(x):
 
 def each(function, kappa, *others):
     """The function of numbers or arrays, at once where only kappa is an array."""
-    (*first, p) = others
-    if not any(numpy.ndim(x) for x in (*first, *p)):
-        return function(kappa, *first, p)
-    rows = numpy.broadcast(kappa, *first, *p)
-    values = [function(k, *x[: len(first)], x[len(first) :]) for k, *x in rows]
-    return numpy.reshape(values, rows.shape)
+    (*first, p), n = others, len(others) - 1
+    if any(numpy.ndim(x) for x in (*first, *p)):
+        one = numpy.vectorize(lambda k, *x: function(k, *x[:n], x[n:]), otypes="d")
+        return one(kappa, *first, *p)
+    return function(kappa, *first, p)
 
 
 def nodes():
-    """Gauss's nodes and weights on (-1, 1)."""
     return numpy.polynomial.legendre.leggauss(12)
 
 
@@ -64,10 +62,10 @@ def march(u, to, lam, p, s=-numpy.inf, w=-numpy.inf):
         size = lam.max() * abs(x).max()
         most = max(size, abs(h) * numpy.max(rate(u + h * X, p)))
         error = lam.max() * abs(LAST @ x).sum()
-        if most <= 5 and error > 500 * numpy.finfo(float).eps * (size + 0.1):
+        if most <= 4 and error > 500 * numpy.finfo(float).eps * (size + 0.1):
             most = 8
-        if most > 5:
-            h *= 4 / most
+        if most > 4:
+            h *= 3.2 / most
             continue
         rise = numpy.exp(numpy.multiply.outer(lam, WITHIN @ x))
         sums = (
@@ -80,7 +78,7 @@ def march(u, to, lam, p, s=-numpy.inf, w=-numpy.inf):
         w = add(w + kept, numpy.log(lam) + add(down + kept, both - total)) + x
         s, inside, V = total - x, add(inside, down - V), V + x
         u = to if last else u + h
-        h *= min(4.5 / most, 4) if most else 4
+        h *= min(3.6 / most, 4) if most else 4
     raise ValueError("kappa is too small for the exact value; take that of sa.expand(drift).emit()")
 
 
@@ -94,17 +92,12 @@ def sides(kappa, r, p):
         yield march(sign * min(r, 1), 0, lam, p, s, w)[1:3]
 
 
-def log_time(kappa, r, p):
-    """Log T from 0 (positive-form)."""
-    (s, w), (t, v) = sides(kappa, r, p)
-    value = numpy.logaddexp(w, v) - numpy.logaddexp(-s, -t)
-    return value.reshape(numpy.shape(kappa))[()]
-
-
 def log_exit(kappa, r, sign, p):
-    """Log C, the exit through -r, or of 1 - C through r."""
-    (s, _), (t, _) = sides(kappa, r, p)
-    return -numpy.logaddexp(0, sign * (s - t)).reshape(numpy.shape(kappa))[()]
+    """Log T from 0 (positive-form); for sign = 1 log C, the exit through -r, for -1 of 1 - C."""
+    (s, w), (t, v) = sides(kappa, r, p)
+    add = numpy.logaddexp
+    value = -add(0, sign * (s - t)) if sign else add(w, v) - add(-s, -t)
+    return value.reshape(numpy.shape(kappa))[()]
 
 
 def potential(lam, u, p):
@@ -114,20 +107,13 @@ def potential(lam, u, p):
     return V.reshape(numpy.shape(lam))[()] - lam * end(sign, p) * (u - inside)
 
 
-def layers(kappa, p):
-    """Log of int e^(-lam V) over the layer, and beyond it."""
-    lam = 2 / numpy.atleast_1d(kappa) ** 2
-    V, _, _, inside = march(-1, 1, lam, p)
-    beyond = numpy.logaddexp(-numpy.log(lam * end(-1, p)), -V - numpy.log(-lam * end(1, p)))
-    return (x.reshape(numpy.shape(kappa))[()] for x in (inside, beyond))
-
-
-def log_share(kappa, sign, p):
-    """Log P, or of 1 - P."""
-    inside, beyond = layers(kappa, p)
-    return -numpy.logaddexp(0, sign * (beyond - inside))
-
-
-def log_density(kappa, u, p):
-    """Log p_ss(u)."""
-    return -potential(2 / kappa**2, u, p) - numpy.logaddexp(*layers(kappa, p))
+def log_density(kappa, u, sign, p):
+    """Log p_ss(u); for sign = 1 log P, for -1 of 1 - P. Heights are above V(u)."""
+    lam, add = 2 / numpy.atleast_1d(kappa) ** 2, numpy.logaddexp
+    near, slope = max(min(u, 1), -1), end(1 if u > 0 else -1, p)
+    (V, _, _, left), (W, _, _, right) = (march(near, side, lam, p) for side in (-1, 1))
+    inside = add(left, right)
+    beyond = add(-V - numpy.log(lam * end(-1, p)), -W - numpy.log(-lam * end(1, p)))
+    shift = lam * slope * (u - near)
+    value = -add(0, sign * (beyond - inside)) if sign else shift - add(inside, beyond)
+    return value.reshape(numpy.shape(kappa))[()]

@@ -6,21 +6,15 @@ import mpmath
 import numpy
 
 
-def exp(x):
-    return numpy.frompyfunc(mpmath.exp, 1, 1)(x)
-
-
 def log(x):
     return numpy.frompyfunc(lambda x: mpmath.log(x) if x >= 0 else mpmath.nan, 1, 1)(x)
 
 
 def logaddexp(x, y):
-    low, high = numpy.minimum(x, y), numpy.maximum(x, y)
-    return high + numpy.frompyfunc(mpmath.log1p, 1, 1)(exp(numpy.where(high == low, 0, low - high)))
+    def of_two(x, y):
+        return y if x == -mpmath.inf else max(x, y) + mpmath.log1p(mpmath.exp(-abs(x - y)))
 
-
-def hyp1f1(a, b, x):
-    return numpy.frompyfunc(mpmath.hyp1f1, 3, 1)(a, b, x)
+    return numpy.frompyfunc(of_two, 2, 1)(x, y)
 
 
 def airye(z, part):
@@ -28,11 +22,6 @@ def airye(z, part):
     value = (mpmath.airybi if part > 1 else mpmath.airyai)(z, derivative=part % 2)
     zeta = max(z, 0) * mpmath.sqrt(max(z, 0)) / 1.5
     return value * mpmath.exp(-zeta if part > 1 else zeta)
-
-
-def quad(f, a, b):
-    """The integral of f, which has its kinks at -1, 0 and 1."""
-    return mpmath.quad(f, [a, *(k for k in (-1, 0, 1) if a < k < b), b])
 
 
 def nodes():

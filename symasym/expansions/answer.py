@@ -78,7 +78,8 @@ class Expansion(NamedTuple):
             if proved is None:
                 apart = [abs(b - a).upper() for a, b in pairwise(logs)]
                 estimates = [3 * sum(apart[k : k + _NEXT], arb(0)) for k in range(len(orders))]
-                best = min(range(len(orders)), key=lambda k: _size(estimates[k], logs[k]))
+                known, sizes = (np.array([*map(float, y)]) for y in (logs[:-_NEXT], estimates))
+                best = int(np.argmin(np.where(_counted(known, sizes), sizes, np.inf)))
                 order, value = orders[best], (logs if log else values)[best]
                 error = estimates[best] if log else value * estimates[best].expm1()
             most = arb(2).log().max(abs(value) / 10**11) if log else value / 2
@@ -201,7 +202,7 @@ class _Series(NamedTuple):
         return logs, np.nan_to_num(errors, nan=np.inf)
 
     def _estimates(self, scenes: Scenes, request: Request) -> tuple[IntArray, FloatArray, bool]:
-        """The best of the orders, by its place, the error to it, infinite where it does not count;
+        """The place of the best of the orders, its error, infinite where it does not count, and
         whether float64 loses much, by balls at a few lam."""
         lam, orders = scenes.lam, _orders(request)
         every = np.array([self.logs(lam, n) for n in _and_next(orders)])
@@ -240,10 +241,8 @@ def _between(lam: FloatArray, some: FloatArray, errors: FloatArray) -> FloatArra
 
 def _distance(scenes: Scenes, request: Request, logs: FloatArray) -> tuple[FloatArray, FloatArray]:
     """How far logarithms are from the exact ones, and the error of these."""
-    asked = request._replace(method="exact", order=None, full=True)
-    true = floats.of_scenes(scenes, asked)
-    missed: Any = true.errors
-    return np.abs(true.logs - logs), missed
+    true: Any = floats.of_scenes(scenes, request._replace(method="exact", order=None, full=True))
+    return np.abs(true.logs - logs), true.errors
 
 
 def _orders(request: Request) -> Sequence[int]:
@@ -260,11 +259,6 @@ def _counted(logs: Any, errors: Any) -> Any:
     return np.isfinite(logs) & (errors < np.maximum(np.log(2), 1e-11 * np.abs(logs)))
 
 
-def _size(error: Any, logarithm: Any) -> float:
-    """The error of a logarithm, where it counts."""
-    return float(error) if _counted(float(logarithm), float(error)) else np.inf
-
-
 def _exact(scene: Scene, request: Request) -> Answer | None:
     """The exact value in a ball; None where it would cost far more than the expansion."""
     if request.digits > _MOST_DIGITS:
@@ -276,13 +270,10 @@ def _exact(scene: Scene, request: Request) -> Answer | None:
 
 
 LAPLACE = Expansion(
-    local,
-    quantity,
-    AtLam,
-    AtLams,
+    local, quantity, AtLam, AtLams,
     "wells, barriers, start, ends, kinks and the regular part",
     "higher orders of every series, in the error",
     "where the noise is too strong, or a well, a barrier or the start too close to another or to "
     "an end, for Laplace's method",
-)
+)  # fmt: skip
 of_scene, of_scenes = LAPLACE.of_scene, LAPLACE.of_scenes

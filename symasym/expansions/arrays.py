@@ -54,9 +54,6 @@ class Scaled:
         other = self._of(other)
         return Scaled(self.m / other.m, self.h - other.h, self.lam)
 
-    def __rtruediv__(self, other: Any) -> Scaled:
-        return self._of(other) / self
-
     def log(self) -> FloatArray:
         """The logarithm; nan where the value is not positive."""
         found: FloatArray = np.log(self.m) + self.lam * float(self.h)
@@ -70,9 +67,8 @@ class AtLams:
         self.lam, self.order, self.x, self.log_lam = lam, order, 1 / lam, np.log(lam)
         self.fronts = {1: np.sqrt(self.x), 2: self.x}
 
-    def named(self, name: str, value: Any) -> Any:
-        """The value itself."""
-        return value
+    number = staticmethod(float)
+    named = staticmethod(lambda name, value: value)
 
     def term(self, letter: str, point: Any, height: Any, halves: int, row: list[Any]) -> Scaled:
         """lam^(-halves/2) e^(lam height) sum row_n lam^-n."""

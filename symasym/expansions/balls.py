@@ -106,16 +106,10 @@ class Field:
             raise Unresolved
         self.on_zero = bool(own)
         self.zeros = [(u, kind) for u, kind in zeros if not u.overlaps(self.x)]
-        kinks = [side for side in (-1, 1) if r > 1 and start != side]
-        self.places: list[tuple[Any, str]] = sorted(
-            [
-                *((exact_ball(side * r), "end") for side in (-1, 1)),
-                *((arb(side), "kink") for side in kinks),
-                (self.x, f"start={own}" if own else "start"),
-                *self.zeros,
-            ],
-            key=lambda place: float(place[0]),
-        )
+        places = [*self.zeros, (self.x, f"start={own}" if own else "start")]
+        places += [(exact_ball(side * r), "end") for side in (-1, 1)]
+        places += [(arb(side), "kink") for side in (-1, 1) if r > 1 and start != side]
+        self.places = sorted(places, key=lambda place: float(place[0]))
         if any(not low < high for (low, _), (high, _) in pairwise(self.places)):
             raise Unresolved
 
@@ -166,14 +160,13 @@ class Field:
 
     def sides(self, u: Any, kind: str, count: int) -> tuple[list[Any], list[Any]]:
         """phi's Taylor coefficients left and right of u, empty beyond an end."""
-        place, found = float(u), []
-        inside = self.taylor(u, count) if abs(place) <= 1 else []
-        for side in (-1, 1):
-            straight = abs(place) > 1 or side * place >= 1
-            slope = self.a[1 if place > 0 else -1]
-            phi = [slope, *[arb(0)] * (count - 1)] if straight else inside
-            found.append([] if kind == "end" and side * place > 0 else phi)
-        return found[0], found[1]
+        place = float(u)
+        straight = [self.a[1 if place > 0 else -1], *[arb(0)] * (count - 1)]
+        inside = self.taylor(u, count) if abs(place) <= 1 else straight
+        left, right = (straight if side * place >= 1 else inside for side in (-1, 1))
+        if kind == "end":
+            return (left, []) if place > 0 else ([], right)
+        return left, right
 
     # -- V -------------------------------------------------------------------------------------
 
@@ -199,15 +192,10 @@ class Field:
 
     def regular(self, count: int) -> list[list[Any]]:
         """Finite parts of int h_k left and right of the start, k = 1 to count."""
-
-        def clip(y: Fraction) -> Fraction:
-            return min(max(y, -_ONE), _ONE)
-
         found = []
         for lo, hi in ((-self.r, self.start), (self.start, self.r)):
-            row = [arb(0)] * count
-            if clip(lo) < clip(hi):
-                row = self._inside(clip(lo), clip(hi), count)
+            low, high = (min(max(y, -_ONE), _ONE) for y in (lo, hi))
+            row = self._inside(low, high, count) if low < high else [arb(0)] * count
             # The straight stretches.
             row[0] += exact_ball(min(hi, -_ONE) - min(lo, -_ONE)) / self.a[-1]
             row[0] += exact_ball(max(hi, _ONE) - max(lo, _ONE)) / self.a[1]
@@ -330,9 +318,8 @@ class AtLam:
     def __init__(self, lam: Any, order: int) -> None:
         self.lam, self.order, self.log_lam = lam, order, lam.log()
 
-    def named(self, name: str, value: Any) -> Any:
-        """The value itself."""
-        return value
+    number = staticmethod(lambda x: x)
+    named = staticmethod(lambda name, value: value)
 
     def term(self, letter: str, point: weak.Point, height: Any, halves: int, row: list[Any]) -> Any:
         """lam^(-halves/2) e^(lam height) sum row_n lam^-n."""

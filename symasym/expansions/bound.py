@@ -1,14 +1,8 @@
-"""Proved bounds of C and 1 - C: the enclosure of the exact value in balls.
+"""Proved bounds of C and 1 - C: the middle of the exact value's enclosure in balls, and its radius.
 
 The paper's own bound, as derived, is method "paper" (`symasym.paper`).
 """
 
-from __future__ import annotations
+from symasym.exact.balls import of_scene
 
-from symasym.exact import balls
-from symasym.scenes import Answer, Request, Scene
-
-
-def of_scene(scene: Scene, request: Request) -> Answer:
-    """The middle of the enclosure, its radius the error."""
-    return balls.of_scene(scene, request)
+__all__ = ["of_scene"]

@@ -12,8 +12,7 @@ layer each integral is a power series in lam, since f_0 = 1 (or u - a), f_k = in
 (V(a) - V)^k/k! and its nested kin (Cauchy's formula for repeated integration, in V). It converges
 for every lam.
 
-A ring gives e^(lam g) and the sums (e^y - 1)/y and (e^y - 1 - y)/y^2 at y = lam g, and polynomials
-in lam; it is one of `Balls` and `Floats`.
+A ring gives e^(lam g), (e^y - 1)/y and (e^y - 1 - y)/y^2 at y = lam g, and polynomials in lam.
 """
 
 from __future__ import annotations
@@ -27,12 +26,11 @@ import numpy as np
 from flint import arb, arb_poly, ctx, fmpq
 
 from symasym.base.balls import exact_ball
-from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces, rational
 from symasym.expansions.answer import Expansion
-from symasym.expansions.arrays import Scaled
-from symasym.expansions.balls import Unresolved
+from symasym.expansions.arrays import AtLams, Scaled
+from symasym.expansions.balls import AtLam, Unresolved
 
 _MOST_PANELS = 2000
 _ONE = Fraction(1)
@@ -58,8 +56,7 @@ class Moments(NamedTuple):
 
 def straight(slope: Any, length: Any, ring: Any) -> Stretch:
     """A stretch where phi is constant."""
-    growth = slope * length
-    length = ring.number(length)
+    growth, length = slope * length, ring.number(length)
     whole = ring.exprel(growth, 1) * length
     return Stretch(whole, whole, ring.exprel(growth, 2) * length * length, ring.exp(growth))
 
@@ -168,15 +165,8 @@ def _panels(phi: Any, a: Fraction, b: Fraction) -> list[tuple[Any, Any]]:
 # -- the rings -------------------------------------------------------------------------------------
 
 
-class Balls:
+class Balls(AtLam):
     """At one lam, to an order."""
-
-    def __init__(self, lam: Any, order: int) -> None:
-        self.lam, self.order = lam, order
-
-    def number(self, x: Any) -> Any:
-        """The ball itself."""
-        return x
 
     def exp(self, growth: Any) -> Any:
         """e^(lam growth)."""
@@ -191,15 +181,8 @@ class Balls:
         return arb_poly(row[: self.order + 1])(self.lam)
 
 
-class Floats:
+class Floats(AtLams):
     """At many lam, to an order."""
-
-    def __init__(self, lam: FloatArray, order: int) -> None:
-        self.lam, self.order = lam, order
-
-    def number(self, x: Any) -> float:
-        """The ball as a float."""
-        return float(x)
 
     def exp(self, growth: Any) -> Scaled:
         """e^(lam growth)."""
@@ -207,16 +190,14 @@ class Floats:
 
     def exprel(self, growth: Any, n: int) -> Scaled:
         """(e^y - 1)/y for n = 1, (e^y - 1 - y)/y^2 for n = 2."""
-        y = self.lam * float(growth)
-        size, up = np.abs(y), float(growth) > 0
+        y, up = self.lam * float(growth), float(growth) > 0
+        size = np.abs(y)
         near = sum(y**k / math.factorial(k + n) for k in range(18, -1, -1))
-        near = near * np.exp(-np.maximum(y, 0))
         fall = -np.expm1(-size)
-        if n == 1:
-            far = fall / size
-        else:
+        far = fall / size
+        if n == 2:
             far = ((fall - size * (1 - fall)) if up else (size - fall)) / size**2
-        m = np.where(size < 1, near, far)
+        m = np.where(size < 1, near * np.exp(-np.maximum(y, 0)), far)
         return Scaled(m, growth if up else arb(0), self.lam)
 
     def total(self, row: list[Any]) -> Scaled:

@@ -157,48 +157,34 @@ def shares(points: list[Point], regular: Any, at: Any) -> Shares:
     p, sides = points[x], []
     near: Any = 0
     half: Any = 0
+    none = p.height * 0
     if p.odd:
-        none = p.height * 0
-        plain, logs = (
-            at.term(name, p, none, 2, row) for name, row in zip("NH", p.beside, strict=True)
-        )
-        near = plain + logs * at.log_lam
+        plain, logs = p.beside
+        near = at.term("H", p, none, 2, logs) * at.log_lam + at.term("N", p, none, 2, plain)
         # At a well half of its peak misses what E is on that side.
         half = m.whole[x] / 2 * s.right[x] if p.tops(-1) else 0
     for side, sign, inside in ((0, -1, range(1, x)), (1, 1, range(x + 1, len(points) - 1))):
-        own = at.term("M" + "-+"[side], p, p.height * 0, 2, [c * sign for c in regular[side]])
+        own = at.term("M" + "-+"[side], p, none, 2, [c * sign for c in regular[side]])
         row: list[tuple[tuple[Point, ...], Any]] = [((), own + near + half * sign)]
         for i in inside:
             others = range(i + 1, len(points)) if side else range(i)
             beyond = [(i, -s.right[i] if side else s.left[i]), *((q, s.whole[q]) for q in others)]
-            row += [
-                ((points[i], points[q]), m.whole[i] * y)
-                for q, y in beyond
-                if not (_none(y) or _none(m.whole[i]))
-            ]
+            beyond = [] if _none(m.whole[i]) else [pair for pair in beyond if not _none(pair[1])]
+            row += [((points[i], points[q]), m.whole[i] * y) for q, y in beyond]
         sides.append(row)
-    return Shares(
-        at.named("L", s.below(x)),
-        at.named("R", s.above(x)),
-        at.named("S", s.total()),
-        sides,
-        m.whole[x],
-    )
+    below, above = at.named("L", s.below(x)), at.named("R", s.above(x))
+    return Shares(below, above, at.named("S", s.total()), sides, m.whole[x])
 
 
 def escape_time(points: list[Point], regular: Any, at: Any) -> Any:
     """T."""
     of = shares(points, regular, at)
-    left, right = (
-        at.named(name, sum(y for _, y in row))
-        for name, row in zip(("D-", "D+"), of.sides, strict=True)
-    )
+    left, right = (sum(y for _, y in row) for row in of.sides)
+    left, right = at.named("D-", left), at.named("D+", right)
     return (of.above * left + of.below * right + of.own * of.below * of.above) * at.lam / of.total
 
 
-def parts(
-    points: list[Point], regular: Any, at: Any
-) -> Iterator[tuple[int, tuple[Point, ...], Any]]:
+def parts(points: list[Point], regular: Any, at: Any) -> Iterator[tuple[int, Any, Any]]:
     """T as a sum of parts: the side of the start (0 for its own), the pair of points, the value."""
     of = shares(points, regular, at)
     for side, chance, row in zip((-1, 1), (of.above, of.below), of.sides, strict=True):

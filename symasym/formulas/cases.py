@@ -11,6 +11,7 @@ from __future__ import annotations
 import itertools
 import random
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
@@ -21,27 +22,23 @@ import sympy
 
 from symasym.base.errors import InputError, SymasymError
 from symasym.drift.drift import Drift
-from symasym.formulas.numbers import places_of
+from symasym.expansions import balls
 
 U = sympy.Symbol("u", real=True)
-_WORDS = ("well", "start", "barrier", "start=well", "start=barrier")
 PAIRS = (("start", "well", "barrier"), ("barrier", "well", "start"))
 # Values that are tried for each free parameter, and the least of one that is positive.
 _TRIED = [Fraction(n, 32) for n in (0, 16, 32, 96, 256, -16, -32, -96, 8, -8, 64, 4, -4, 48, -48,
           -64, 2, -2, 24, -24, 128, -128, -256, 512, -512, 1, -1)]  # fmt: skip
 _LEAST = Fraction(1, 32)
 # Scenes whose signs are looked at, at so many points in u, and those of equal signs looked into.
-_MOST_TRIED, _POINTS, _LOOKED_INTO = 4_000, 400, 20
+_MOST_TRIED, _POINTS, _LOOKED_INTO = 4_000, 400, 8
 # How far zeros, the start and the ends are from each other at least.
 _APART = 1e-4
 
 
 @dataclass(frozen=True)
 class Case:
-    """Wells, barriers and the start, left to right, as words.
-
-    `example` are parameters at which the drift is in this case, where one has been looked for.
-    """
+    """Wells, barriers and the start, left to right, as words; `example`: parameters of such."""
 
     words: tuple[str, ...]
     example: dict[str, Any] = field(default_factory=dict, compare=False)
@@ -71,17 +68,11 @@ class Case:
 
 
 def read_case(text: str | Case) -> Case:
-    """The case that a text names.
-
-    Examples
-    --------
-    >>> read_case("start well barrier").kinds
-    ('well', 'barrier')
-    """
+    """The case that a text names."""
     words = tuple(str(text).split())
     kinds = [kind for word in words if (kind := word.removeprefix("start").lstrip("="))]
-    once = sum(word[:5] == "start" for word in words) == 1 and {*words} <= {*_WORDS}
-    if not once or any(a == b for a, b in itertools.pairwise(kinds)):
+    known = {*kinds} <= {"well", "barrier"} and sum(word[:5] == "start" for word in words) == 1
+    if not known or any(a == b for a, b in itertools.pairwise(kinds)):
         raise InputError(
             f"case is {text!r}; give the words 'start' (once), 'well' and 'barrier', which take "
             "turns, from left to right, as in 'start well barrier', or as in 'start=well barrier' "
@@ -90,9 +81,16 @@ def read_case(text: str | Case) -> Case:
     return Case(words)
 
 
+@lru_cache(maxsize=1)
+def _places(drift: Drift, start: Fraction) -> list[tuple[float, str]]:
+    """The kinks, wells, barriers and the start of a bound drift, left to right."""
+    field = balls.doubled(lambda _: balls.Field(drift, Fraction(2), start), 256)
+    return [(float(u), kind) for u, kind in field.places[1:-1]]
+
+
 def case_of(drift: Drift, start: Fraction) -> Case:
     """The case of a bound drift."""
-    words = tuple(kind for _, kind in places_of(drift, start) if kind != "kink")
+    words = tuple(kind for _, kind in _places(drift, start) if kind != "kink")
     return Case(words, drift.values)
 
 
@@ -105,7 +103,7 @@ def case_for(drift: Drift, start: Fraction, asked: Case | None, sliding: bool = 
         found = (asked,) if drift.free and asked else found_cases(drift, start, sliding)
         own, powers = next(iter(found), Case(("start",))), drift.expression().as_poly(U)
         fits = asked in (None, own) and (own.slides or not sliding) and len(found) > 0
-        fits = fits and bool(own.at_start) == zero_at(drift, start)
+        fits = fits and bool(own.at_start) == _zero_at(drift, start)
         fits = fits and (not powers or powers.degree() >= len(own.kinds) + bool(own.at_start))
     if not fits:
         raise InputError(
@@ -117,61 +115,44 @@ def case_for(drift: Drift, start: Fraction, asked: Case | None, sliding: bool = 
     return own
 
 
-def zero_at(drift: Drift, start: Fraction) -> bool:
+def _zero_at(drift: Drift, start: Fraction) -> bool:
     """True where A is 0 at a start in the layer, whatever free parameters are."""
     value = drift.expression().subs(U, sympy.Rational(start.numerator, start.denominator))
-    # What `simplify` loads takes a third of a second.
-    reduced = sympy.cancel if value.is_rational_function() else sympy.simplify
-    return abs(start) < 1 and bool(reduced(value) == 0)
+    return abs(start) < 1 and bool(sympy.cancel(value) == 0)
 
 
 @lru_cache(maxsize=32)
 def found_cases(drift: Drift, start: Fraction, sliding: bool = False) -> tuple[Case, ...]:
-    """The cases of a drift with free parameters that some values of them are in.
-
-    Values of a grid are tried; the list is not proved to be complete. First is a well before a
-    barrier, then are those with a well, with the fewest points. `sliding`: those whose outermost
-    points are wells.
-    """
+    """The cases that some values of a drift's free parameters are in: first a well before a
+    barrier, then those with a well, with the fewest points; `sliding`: wells are outermost."""
     if not drift.free:
         return (case_of(drift, start),)
-    lowest = dict.fromkeys(drift.model.not_negative, Fraction(0))
-    lowest |= dict.fromkeys(drift.model.positive, _LEAST)
+    least = dict.fromkeys(drift.model.not_negative, Fraction(0))
+    least |= dict.fromkeys(drift.model.positive, _LEAST)
     most = max(2, int(_MOST_TRIED ** (1 / len(drift.free))))
-    rows = [[x for x in _TRIED if x >= lowest.get(n, x)][:most] for n in drift.free]
-    choices, on_zero = list(itertools.product(*rows)), zero_at(drift, start)
+    rows = [[x for x in _TRIED if x >= least.get(n, x)][:most] for n in drift.free]
+    choices, on_zero = list(itertools.product(*rows)), _zero_at(drift, start)
     random.Random(0).shuffle(choices)  # neighbours may share what is wrong with them
-    powers, found, seen = drift.expression().as_poly(U), dict[Case, None](), Counter[Any]()
-    degree = powers.degree() if powers else 0
-    u = np.union1d(np.linspace(-1, 1, _POINTS), np.clip(float(start), -1, 1))
-    columns = np.array(choices, dtype=float).T[:, :, None]
+    found, seen, u = set[Case](), Counter[Any](), np.linspace(-1, 1, _POINTS)
+    powers, columns = drift.expression().as_poly(U), np.array(choices, dtype=float).T[:, :, None]
     with np.errstate(all="ignore"):
         signs = np.sign(drift.bind(**dict(zip(drift.free, columns, strict=True)))(u)).astype(int)
     for values, row in zip(choices, signs, strict=True):
         # Where the signs change, and on which side of the start.
         turns = np.flatnonzero(np.diff(row))
-        key = (*row[turns], np.sum(u[turns] < start), row[-1])
-        if row[0] and row[-1] and seen[key] < _LOOKED_INTO:
-            bound = drift.bind(**dict(zip(drift.free, values, strict=True)))
-            case = _apart(bound, start, degree)
-            as_seen = case and len(case.kinds) + 2 * bool(case.at_start) == len(turns)
-            seen[key] += _LOOKED_INTO if as_seen else 1
-            if case and bool(case.at_start) == on_zero and (case.slides or not sliding):
-                found.setdefault(case)
+        key = (*row[turns], np.sum(u[turns] < float(start)), row[-1])
+        if not (row[0] and row[-1] and seen[key] < _LOOKED_INTO):
+            continue
+        seen[key] += 1
+        bound = drift.bind(**dict(zip(drift.free, values, strict=True)))
+        if powers and len(bound.exact_coefficients() or ()) <= powers.degree():
+            continue
+        with suppress(SymasymError):
+            case, near = case_of(bound, start), np.diff([x for x, _ in _places(bound, start)])
+            fits = min(near) > _APART and (case.slides or not sliding)
+            if fits and bool(case.at_start) == on_zero:
+                found.add(case)
     return tuple(sorted(found, key=lambda c: (
         c.words != PAIRS[0], "well" not in (*c.words, c.at_start),
         len(c.words), c.before, c.words[::-1],
     )))  # fmt: skip
-
-
-def _apart(bound: Drift, start: Fraction, degree: int) -> Case | None:
-    """The case of a bound drift; None where zeros, the start and ends are not apart, or the degree
-    of A is lower."""
-    if degree and len(bound.exact_coefficients() or ()) <= degree:
-        return None
-    try:
-        places = places_of(bound, start)
-    except SymasymError:
-        return None
-    apart = min(np.diff([u for u, _ in places])) > _APART
-    return case_of(bound, start) if apart else None

@@ -7,10 +7,10 @@ over SymPy (`symasym.formulas.letters`).
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import Any, Literal, get_args
 
 import sympy
@@ -29,10 +29,8 @@ from symasym.formulas.weak import Contribution, Leading, leading, weak
 from symasym.quantities import escape_time, exit_probability, occupation
 from symasym.scenes import require_drift
 
-Expanded = Literal["T", "C", "1 - C", "P", "1 - P", "density"]
+Expanded = Literal["T", "C", "1 - C", "P", "1 - P"]
 Noise = Literal["weak", "strong", "uniform"]
-#: Those that depend on the start and the radius.
-OF_START = ("T", "C", "1 - C")
 _METHODS = {"weak": "laplace", "strong": "strong_noise", "uniform": "uniform"}
 _MOST = 8
 
@@ -41,20 +39,11 @@ _MOST = 8
 class Expansion:
     """The expansion of a quantity as a formula, as `expand` returns it.
 
-    Attributes
-    ----------
-    formula, definitions : expression, dict
-        The formula in symbols, and what each of these stands for: sums, series, heights,
-        derivatives of V, critical points, and ``R1+, R2+, ...`` and ``R1-, ...``, the finite parts
-        of int h_k du right and left of the start.
-    equations : dict
-        For each critical point without a closed form: A there, which is 0.
-    terms : tuple of Contribution
-        Of T; pairs of critical points, each with its exact coefficients.
-    conditions : tuple of SymPy predicates
-        Where the formula holds.
-    integrals : dict
-        The regular part as finite parts of h_k.
+    `formula` is in symbols, `definitions` say what each stands for: sums, series, heights,
+    derivatives of V, critical points, and ``R1+, R2+, ...`` and ``R1-, ...``, the finite parts of
+    int h_k du right and left of the start, which `integrals` has as such. `equations` has A, which
+    is 0, at each critical point without a closed form, `terms` of T the pairs of critical points
+    with exact coefficients, `conditions` where the formula holds, as SymPy's predicates.
     """
 
     quantity: Expanded
@@ -72,30 +61,17 @@ class Expansion:
 
     def __post_init__(self) -> None:
         # What the formula is made of, each condition once, and names that are told apart.
-        known = {s: v for s, v in _met(self.formula, self.definitions).items() if v is not None}
         kept = dict.fromkeys(c for c in self.conditions if c is not sympy.true)
-        object.__setattr__(self, "definitions", known)
+        object.__setattr__(self, "definitions", _met(self.formula, self.definitions))
         object.__setattr__(self, "conditions", tuple(kept))
-        A, own = self.drift.expression(), {_bare(name) for name in self._names.values()}
+        A, bare = self.drift.expression(), partial(re.sub, r"[{}]|\(.*", "")
+        own = {"T", "C", "P", *map(bare, self._names.values())}
         for s in sorted(A.free_symbols - {U}, key=str):
-            if _bare(self._latex(s)) in own | {"T", "C", "P"}:
+            if bare(self._latex(s)) in own:
                 raise InputError(
                     f"A = {A} has a parameter {s}, which the formula has as a name of its own; "
                     "rename the parameter."
                 )
-
-    @property
-    def error(self) -> str:
-        """The order of the terms that the formula leaves out."""
-        power = 2 * self.order + 2
-        if not self.definitions and not self.terms:
-            return "none, of a constant drift"
-        return {
-            "weak": f"each series in kappa^2 is short of O(kappa^{power}), "
-            "relative to its first term",
-            "strong": f"relative O(kappa^-{power}), whatever r/kappa^2",
-            "uniform": f"relative O(kappa^{power}), also where well and barrier coalesce",
-        }[self.noise] + "; evaluate(…, full=True) tells it" * (self.quantity != "density")
 
     @property
     def numbers(self) -> dict[Symbol, Expr]:
@@ -114,25 +90,19 @@ class Expansion:
 
     @property
     def leading(self) -> Leading:
-        """The one product of T that is exponentially larger than the others, in weak noise.
+        """The product of T in weak noise that is exponentially larger than the others as r -> oo.
 
-        Which it is depends on heights: of a bound drift on r alone, r -> oo being asked for; with
-        free parameters it is that of the case's example. `Leading.conditions` say where it holds.
+        With free parameters it is that at the case's example; its `conditions` say where.
         """
-        if self.noise != "weak" or self.quantity != "T":
-            raise InputError(
-                f"{self.quantity} in {self.noise} noise has no term that leads; T in weak has."
-            )
+        if (self.noise, self.quantity) != ("weak", "T"):
+            raise InputError(f"{self.quantity} in {self.noise} noise has no leading term, T has.")
         if Symbol("L", positive=True) not in self.definitions:  # one product, or a closed form
             return Leading(self.formula, self.conditions)
         return leading(self.drift, self.case, self.start)
 
     def cases(self) -> tuple[Case, ...]:
-        """The cases that the drift has, each with parameters where it holds.
-
-        They are found by trying values, and no proof that there are no others.
-        """
-        return found_cases(self.drift, self.start, self.quantity not in OF_START)
+        """The cases that are found by trying values, each with parameters where it holds."""
+        return found_cases(self.drift, self.start, self.quantity[-1] == "P")
 
     def bind(self, /, **values: Numbers) -> Expansion:
         """The expansion with these parameters set, exactly, as `Drift.bind` sets them."""
@@ -145,20 +115,14 @@ class Expansion:
         """The number of a bound drift, by the function of the quantity and this order.
 
         It takes the options of `symasym.escape_time`, and has numbers also where `conditions` do
-        not hold, such as r < 1; `expression` and emitted code have not. P needs no r.
+        not hold, such as r < 1. P needs no r.
         """
-        if self.quantity == "density" or r is None and self.quantity in OF_START:
-            raise InputError(
-                f"{self.quantity} has no number of kappa alone; give r for T and C, and use "
-                "sa.stationary_density for the density."
-            )
         known = {"method": _METHODS[self.noise], "order": self.order, **options}
-        known |= {"complement": self.quantity[0] == "1"} if self.quantity != "T" else {}
-        if r is None or self.quantity[-1] == "P":
+        known |= {"complement": True} if self.quantity[0] == "1" else {}
+        if self.quantity[-1] == "P":
             return occupation(self.drift, kappa, **known)
         verb: Any = escape_time if self.quantity == "T" else exit_probability
-        answer: Any = verb(self.drift, kappa, r, start=self.start, **known)
-        return answer
+        return verb(self.drift, kappa, r, start=self.start, **known)
 
     def emit(self, target: str = "numpy", name: str = "f") -> Any:
         """Source code of the formula, its free symbols being the arguments (`symasym.emit`)."""
@@ -172,36 +136,32 @@ class Expansion:
 
         return of_expansion(self, self.numbers, name)
 
-    # -- as text ----------------------------------------------------------------------------
-
     def latex(self) -> str:
         """The formula in LaTeX, with a line for each symbol that it is made of.
 
         The regular part's integrals stand as Hadamard's finite parts, whose closed form for a
         polynomial is in `definitions`.
         """
-        left, shown = "p_{ss}(y)" if self.quantity == "density" else self.quantity, self._shown
-        first, *rows = (
-            text.lines(name, sign, written_out(value), self._names)
-            for name, sign, value in [(left, r"\sim", self.formula), *(
-                (self._latex(s), "=", v) for s, v in shown.items() if v is not None)]
-        )  # fmt: skip
-        last = [f"0 &= {self._latex(a)}" for s, a in self.equations.items() if s in shown]
-        if self.integrals.keys() & shown.keys():
-            last.insert(0, r"h_1(u) &= \frac{1}{\phi(u)}, \quad h_{k+1} = -\frac{h_k'}{\phi}")
-        return text.aligned(first, rows, last)
+        rows = text.lines(self.quantity, r"\sim", written_out(self.formula), self._names)
+        for s, v in self._shown.items():
+            rows += text.lines(self._latex(s), "=", written_out(v), self._names)
+        if self.integrals.keys() & self._shown.keys():
+            rows.append(r"h_1(u) &= \frac{1}{\phi(u)}, \quad h_{k+1} = -\frac{h_k'}{\phi}")
+        used = _symbols([self.formula, *self._shown.values()])
+        rows += [f"0 &= {self._latex(a)}" for s, a in self.equations.items() if s in used]
+        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
 
     @cached_property
-    def _shown(self) -> dict[Symbol, Expr | None]:
+    def _shown(self) -> dict[Symbol, Expr]:
         """What the symbols stand for as it is printed, the regular part as integrals."""
         return _met(self.formula, {**self.definitions, **self.integrals})
 
     @cached_property
     def _names(self) -> dict[str, str]:
         """LaTeX of the symbols that are the formula's, not the drift's."""
-        met = {*self._shown, *_met(self.formula, self.definitions), KAPPA, R}
-        own = (met - self.drift.expression().free_symbols) | {U}
-        return {s.name: text.name_of(s.name) or text.latex(s, {}) for s in own}
+        met = _symbols([self.formula, *self._shown.values(), *self.definitions.values()])
+        own = ((met | {KAPPA, R}) - self.drift.expression().free_symbols) | {U}
+        return {s.name: text.name_of(s.name) for s in own}
 
     def _latex(self, e: Expr) -> str:
         return text.latex(e, self._names)
@@ -219,28 +179,29 @@ class Expansion:
         if self.terms and self.definitions:
             rows.append("contributions of pairs of critical points, times C or 1 - C")
             rows += [f"  ({t.weight}) {t.pair[0]}, {t.pair[1]}: {t.expression}" for t in self.terms]
-        shown = {s: v for s, v in self._shown.items() if v is not None}
-        rows += ["with", *(f"  {s} = {value}" for s, value in shown.items())] if shown else []
-        if self.integrals.keys() & shown.keys():
+        rows += ["with"] * bool(self._shown) + [f"  {s} = {v}" for s, v in self._shown.items()]
+        if self.integrals.keys() & self._shown.keys():
             rows.append("  FinitePart: Hadamard's finite part, h1 = 1/phi, h2 = -h1'/phi, ...")
-        where = ", ".join(f"{c.lhs} {c.rel_op} {c.rhs}" for c in self.conditions)
-        return "\n".join([*rows, "where", f"  {where}", "error", f"  {self.error}"])
+        where = ", ".join(f"{c.lhs} {c.rel_op} {c.rhs}" for c in self.conditions if c.args)
+        power = (-1) ** (self.noise == "strong") * (2 * self.order + 2)
+        left = f"O(kappa^{power}) of each series" if self.definitions else "none"
+        return "\n".join([*rows, "where", f"  {where}", "error",
+                          f"  {left}; evaluate(…, full=True) tells it"])  # fmt: skip
 
     __repr__ = __str__
 
 
-def _bare(latex: str) -> str:
-    """LaTeX without braces and what stands in parentheses."""
-    return re.sub(r"[{}]|\(.*", "", latex)
+def _symbols(expressions: Iterable[Expr]) -> set[Symbol]:
+    return set().union(*(e.free_symbols for e in expressions))
 
 
-def _met(formula: Expr, known: Mapping[Symbol, Expr]) -> dict[Symbol, Expr | None]:
-    """The symbols of a formula in the order in which they are met, and what they stand for."""
-    met: dict[Symbol, Expr | None] = {}
-    row: set[Symbol] = formula.free_symbols
+def _met(formula: Expr, known: Mapping[Symbol, Expr]) -> dict[Symbol, Expr]:
+    """What the symbols of a formula stand for, in the order in which they are met."""
+    met = dict[Symbol, Expr]()
+    row = formula.free_symbols & known.keys()
     while row:
-        met |= {s: known.get(s) for s in sorted(row, key=str)}
-        row = set().union(*(known[s].free_symbols for s in row if s in known)) - met.keys()
+        met |= {s: known[s] for s in sorted(row, key=str)}
+        row = _symbols(known[s] for s in row) & known.keys() - met.keys()
     return met
 
 
@@ -260,7 +221,7 @@ def expand(
     drift : Drift
         Its parameters may be free. ``Drift.general()`` names none: the formula of T is then that
         of one well and one barrier, in V's derivatives there.
-    quantity : {"T", "C", "1 - C", "P", "1 - P", "density"}
+    quantity : {"T", "C", "1 - C", "P", "1 - P"}
     noise : {"weak", "strong", "uniform"}
         kappa -> 0; kappa -> oo, of a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T
         through the coalescence of a well and a barrier, in Airy functions.
@@ -268,38 +229,34 @@ def expand(
         0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 N), or of
         2/kappa^2; 0 for ``noise="uniform"``.
     start : number, optional
-        Also on a simple zero of A, or outside the layer; for ``noise="uniform"`` inside.
+        In the layer, also on a simple zero of A; for ``noise="uniform"`` inside.
     case : str, optional
         The wells, barriers and the start from left to right, such as ``"start well barrier"``, or
-        ``"start=well barrier"`` of a start on the well; for P and the density ``"well"`` or the
-        like. For a bound drift it is found; else it is the first of `Expansion.cases`.
+        ``"start=well barrier"`` of a start on the well; for P ``"well"`` or the like. Of a bound
+        drift it is found; else it is the first of `Expansion.cases`.
 
-    Notes
-    -----
-    The text is that of ``method="laplace"`` and ``method="strong_noise"``, so that with numbers
-    put in the expression is `escape_time(…, method="laplace", order=order)`. r > 1 is assumed.
+    With numbers put in it is `escape_time(…, method="laplace", order=order)` and its like, for
+    r > 1.
 
     Examples
     --------
     >>> import symasym as sa
-    >>> e = sa.expand(sa.Drift.general(), "T", order=1)
-    >>> e.terms[0].coefficients[1]
-    5*V'''(u1)**2/(48*V''(u1)**3) - 5*V'''(u2)**2/(48*V''(u2)**3) + V^(4)(u2)/(16*V''(u2)**2) \
-- V^(4)(u1)/(16*V''(u1)**2)
+    >>> sa.expand(sa.Drift.general(), "T", order=0).formula
+    2*pi*exp(2*(-V(u1) + V(u2))/kappa**2)/(sqrt(V''(u1))*sqrt(-V''(u2)))
     """
     require_drift(drift, bound=False)
     quantity = choice("quantity", quantity, get_args(Expanded))
     noise = choice("noise", noise, get_args(Noise))
     order = count("order", (noise != "uniform") * 2 if order is None else order, 0, _MOST)
-    at = exact("start", start) if quantity in OF_START else Fraction(-1)  # V is measured from there
-    if isinstance(case, str) and quantity not in OF_START and "start" not in case:
+    at = exact("start", start) if quantity[-1] != "P" else Fraction(-1)  # V is measured from there
+    if isinstance(case, str) and quantity[-1] == "P" and "start" not in case:
         case = f"start {case}"
     asked = None if case is None else read_case(case)
-    of_time = noise == "uniform" and (quantity, order) == ("T", 0)
-    if not of_time and (noise == "uniform" or (noise, quantity) == ("strong", "density")):
+    if abs(at) > 1 or noise == "uniform" and (quantity, order) != ("T", 0):
         raise InputError(
-            f"quantity is {quantity!r} and order {order}; the formula for {noise} noise is that of "
-            f"{'T to order 0' if noise == 'uniform' else 'T, C and P'}."
+            f"{quantity} to order {order} from {float(at):.6g} has no formula for {noise} noise, "
+            "which T to order 0 has for uniform, all from -1 <= start <= 1 for weak and strong; "
+            f"take numbers of method={_METHODS[noise]!r}."
         )
     return _expanded(drift, quantity, noise, order, at, asked)
 
@@ -313,6 +270,6 @@ def _expanded(
     elif noise == "strong":
         found = strong(drift, quantity, order, start)
     else:
-        own = case_for(drift, start, case, quantity not in OF_START)
+        own = case_for(drift, start, case, quantity[-1] == "P")
         found = weak(drift, quantity, order, start, own)
     return Expansion(quantity, noise, order, drift, start, **found)

@@ -26,7 +26,7 @@ _Known = dict[Symbol, Expr]
 KAPPA, R, LAM, X = sympy.symbols("kappa r lam x", positive=True)
 #: lam and x = 1/lam in kappa.
 IN_KAPPA = {LAM: 2 / KAPPA**2, X: KAPPA**2 / 2}
-_BEYOND = Symbol("r - 1", positive=True)
+BEYOND = Symbol("r - 1", positive=True)
 
 
 class FinitePart(sympy.Function):  # type: ignore[misc]
@@ -75,7 +75,6 @@ class Field:
     def __init__(self, drift: Drift, case: Case, start: Fraction) -> None:
         self.general, self.A, self.case = drift == Drift.general(), drift.expression(), case
         self.start = Rational(start.numerator, start.denominator)
-        self.near = min(max(self.start, -S.One), S.One)
         self.poly = None if self.general else self.A.as_poly(U)
         self.values, self.equations, self.integrals = _Known(), _Known(), _Known()
         self.zeros = [Symbol(f"u{k}", real=True) for k in range(1, len(case.kinds) + 1)]
@@ -86,9 +85,11 @@ class Field:
             self.equations = {u: self.A.subs(U, u) for u in self.zeros}
         self.slopes = {side: self.named(f"phi({side})", self.at(S(side))) for side in (-1, 1)}
         row = [(-S.One, "kink"), *zip(self.zeros, case.kinds, strict=True), (S.One, "kink")]
-        place = case.before + 1 if abs(start) < 1 else 0 if start < 0 else len(row)
-        row.insert(place, (self.start, f"start={case.at_start}" if case.at_start else "start"))
-        row = [(u, kind) for u, kind in row if u != self.start or kind != "kink"]
+        own = self.start, f"start={case.at_start}" if case.at_start else "start"
+        if abs(start) == 1:
+            row[-(start > 0)] = own
+        else:
+            row.insert(case.before + 1, own)
         self.places = [(-R, "end"), *row, (R, "end")]
 
     def at(self, u: Expr) -> Expr | None:
@@ -128,9 +129,8 @@ class Field:
 
     def kind(self, u: Expr) -> str:
         """``"well"`` or ``"barrier"`` at a zero in the layer."""
-        if u in self.zeros:
-            return self.case.kinds[self.zeros.index(u)]
-        return self.case.at_start if u == self.start else ""
+        kinds = dict(zip(self.zeros, self.case.kinds, strict=True))
+        return str(kinds.get(u, self.case.at_start if u == self.start else ""))
 
     def derivative(self, j: int, u: Expr) -> Expr:
         """V^(j)(u) at a point of the layer."""
@@ -143,20 +143,18 @@ class Field:
 
     def taylor(self, u: Expr, count: int) -> list[Expr]:
         """phi's Taylor coefficients at a point of the layer, -V^(j+1)(u)/j!."""
-        if self.kind(u) or u in self.outer:
-            first: Expr = S.Zero
-        else:
-            first = self.slopes[int(u)] if abs(u) == 1 else -self.derivative(1, u)
+        zero = self.kind(u) or u in self.outer
+        first = S.Zero if zero else self.slopes.get(u) or -self.derivative(1, u)
         rest = (-self.derivative(j + 1, u) / sympy.factorial(j) for j in range(1, count))
         return [first, *rest]
 
     def sides(self, u: Expr, kind: str, count: int) -> tuple[list[Expr], list[Expr]]:
         """phi's Taylor coefficients left and right of u, empty beyond an end."""
-        side = {-R: -1, R: 1}.get(u) or (int(sympy.sign(u)) if abs(u) >= 1 else 0)
+        side = {-R: -1, R: 1}.get(u) or (int(u) if abs(u) == 1 else 0)
         beyond = [self.slopes[side], *[S.Zero] * (count - 1)] if side else []
         if kind == "end":
             return ([], beyond) if side < 0 else (beyond, [])
-        inside = beyond if abs(u) > 1 else self.taylor(u, count)
+        inside = self.taylor(u, count)
         return (inside if side >= 0 else beyond), (inside if side <= 0 else beyond)
 
     def height(self, u: Expr) -> Expr:
@@ -164,19 +162,14 @@ class Field:
         if u == self.start:
             return S.Zero
         if u in (-R, R):
-            side = 1 if u == R else -1
-            edge = max(S.One, side * self.start)
-            return self.height(side * edge) - side * self.slopes[side] * (R - edge)
-        beyond = self.start - self.near
-        outside = self.slopes[int(self.near)] * beyond if beyond else S.Zero
-        if u == self.near:
-            return outside
+            side = S.One if u == R else -S.One
+            return self.height(side) - side * self.slopes[side] * (R - 1)
         value = None
         if self.poly is not None:
             primitive = sympy.integrate(self.A, U)
-            value = primitive.subs(U, self.near) - primitive.subs(U, u) + outside
+            value = primitive.subs(U, self.start) - primitive.subs(U, u)
         elif not self.general:
-            value = outside - sympy.Integral(self.A, (U, self.near, u))
+            value = -sympy.Integral(self.A, (U, self.start, u))
         return self.named(f"V({u})", value)
 
     def regular(self, count: int) -> list[list[Expr]]:
@@ -184,17 +177,16 @@ class Field:
         found, more = [], [S.Zero] * count
         if self.case.at_start:
             more = finite_parts_in_s(self.taylor(self.start, 2 * count + 1), count, Letters)
-        for side, mark, lo, hi in ((-1, "-", -S.One, self.near), (1, "+", self.near, S.One)):
+        for side, mark, lo, hi in ((-1, "-", -S.One, self.start), (1, "+", self.start, S.One)):
             row = [S.Zero] * count if lo == hi else self._inside(mark, lo, hi, count)
-            row[0] += (R - max(S.One, side * self.start)) / self.slopes[side]
-            row[0] += max(-side * self.start - 1, S.Zero) / self.slopes[-side]
+            row[0] += (R - 1) / self.slopes[side]
             found.append([a + side * b for a, b in zip(row, more, strict=True)])
         return found
 
     def _inside(self, mark: str, lo: Expr, hi: Expr, count: int) -> list[Expr]:
         """Those of a part of the layer, as symbols: of even k by the ends alone, else integrals."""
         values: list[Any] = [None] * count
-        if self.poly is not None and self.poly.degree() == 0:
+        if not self.A.has(U):
             values = [(hi - lo) / self.A, *[S.Zero] * (count - 1)]
         elif self.poly is not None and self.poly.is_sqf:
             real = [*self.zeros, *[self.start] * bool(self.case.at_start)]
@@ -203,21 +195,20 @@ class Field:
         elif not self.general:
             phi = [sympy.diff(self.A, U, j) / sympy.factorial(j) for j in range(count)]
             values = [FinitePart(h, U, lo, hi) for h in slow(phi, count, Letters)]
-        closed = [k % 2 and not (self.case.at_start or self.general) for k in range(count)]
-        if any(closed):
+        closed = range(0) if self.case.at_start or self.general else range(1, count, 2)
+        if closed:
             ends = [slow(self.taylor(u, count), count, Letters) for u in (lo, hi)]
-            by_ends = by_parts(ends, lambda m: S.Zero, count)
-            values = [b if c else a for a, b, c in zip(values, by_ends, closed, strict=True)]
+            values[1::2] = by_parts(ends, lambda m: S.Zero, count)[1::2]
         row = [self.named(f"R{k}{mark}", value) for k, value in enumerate(values, 1)]
         for k, symbol in enumerate(row):
-            if symbol in self.values and not closed[k]:
+            if symbol in self.values and k not in closed:
                 self.integrals[symbol] = FinitePart(Symbol(f"h{k + 1}"), U, lo, hi)
         return row
 
 
 def expanded(e: Expr) -> Expr:
     """The expression expanded, r - 1 being left together."""
-    return sympy.expand(e.xreplace({R: 1 + _BEYOND})).xreplace({_BEYOND: R - 1})
+    return sympy.expand(e.xreplace({R: 1 + BEYOND})).xreplace({BEYOND: R - 1})
 
 
 def exponentials(e: Expr) -> dict[Expr, Expr]:
@@ -245,7 +236,7 @@ class Terms:
     def named(self, name: str, value: Any) -> Expr:
         """A symbol for a sum; the sum of L and R is theirs."""
         left, right, symbol = sympy.symbols(["L", "R", name], positive=True)
-        if name == "S" and left in self.known:
+        if name == "S":
             return left + right
         row = exponentials(sympy.sympify(value)).items()
         self.known[symbol] = sum((c * sympy.exp(LAM * sympy.factor_terms(h)) for h, c in row), S(0))
@@ -271,6 +262,6 @@ class Terms:
         """Such as B2 of a barrier, E+ of a kink, E0- left of a start, M+ right of it."""
         if letter[0] == "M":
             return letter
-        side = {"l": "-", "r": "+"}.get(letter[1:], "")
         places = {-S.One: "-", S.One: "+", self.start: "0"}
-        return letter[0] + (places.get(point.u) or str(point.u).removeprefix("u")) + side
+        place = places.get(point.u) or str(point.u).removeprefix("u")
+        return letter[0] + place + {"l": "-", "r": "+"}.get(letter[1:], "")

@@ -3,61 +3,43 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
-from contextlib import suppress
+from collections.abc import Iterable
 from fractions import Fraction
-from typing import Any, TypeVar
+from typing import Any
 
 import sympy
 from flint import arb
 from sympy import Expr, Symbol
 
-from symasym.base.balls import exact_ball, precision
-from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
-from symasym.expansions.balls import RING, Field, Unresolved
+from symasym.expansions.balls import RING, Field, Unresolved, doubled
 from symasym.series.local import finite_parts_in_s
 
-_T = TypeVar("_T")
-_DIGITS, _STEPS = 50, 5
-
-
-def places_of(drift: Drift, start: Fraction) -> list[tuple[float, str]]:
-    """The kinks, wells, barriers and the start of a bound drift, left to right."""
-    return _resolved(drift, start, lambda of: [(float(u), kind) for u, kind in of.places[1:-1]])
+_DIGITS = 50
 
 
 def numbers_of(symbols: Iterable[Symbol], drift: Drift, start: Fraction) -> dict[Symbol, Expr]:
     """Those of the symbols named as u1, V(u1), phi(1) or R1+, to 50 digits."""
     named = list(symbols)
-    return _resolved(drift, start, lambda field: _found(named, field))
 
+    def found(bits: int) -> dict[Symbol, Expr]:
+        of = Field(drift, Fraction(2), start)
+        places: dict[str, Any] = {f"u{k}": u for k, (u, _) in enumerate(of.zeros, 1)}
+        places |= {"1": arb(1), "-1": arb(-1)}
+        known = {f"V({name})": of.height(u) for name, u in places.items()} | places
+        known |= {f"phi({side})": of.a[side] for side in (-1, 1)}
+        if parts := [int(s.name[1:-1]) for s in named if re.fullmatch(r"R\d+[-+]", s.name)]:
+            # Within the layer, and of u as the variable also where the start is a zero.
+            count, more = max(parts), [0] * max(parts)
+            if of.on_zero:
+                more = finite_parts_in_s(of.taylor(of.x, 2 * count + 1), count, RING)
+            for side, row in zip((-1, 1), of.regular(count), strict=True):
+                row[0] -= 1 / of.a[side]
+                known |= {f"R{k}{' +-'[side]}": row[k - 1] - side * more[k - 1] for k in parts}
+        return {s: _number(known[s.name]) for s in named if s.name in known}
 
-def _resolved(drift: Drift, start: Fraction, find: Callable[[Field], _T]) -> _T:
-    """What is found of the drift, with so many bits that its zeros are apart."""
-    for step in range(_STEPS):
-        with suppress(Unresolved), precision(256 << step):
-            return find(Field(drift, abs(start) + 2, start))
-    raise AccuracyError(f"the zeros of {drift!r} are too close together; use method='exact'.")
-
-
-def _found(symbols: list[Symbol], field: Field) -> dict[Symbol, Expr]:
-    """The same at flint's precision."""
-    places: dict[str, Any] = {f"u{k}": u for k, (u, _) in enumerate(field.zeros, 1)}
-    places |= {"1": arb(1), "-1": arb(-1)}
-    found = {f"V({name})": field.height(u) for name, u in places.items()} | places
-    found |= {f"phi({side})": field.a[side] for side in (-1, 1)}
-    if parts := [int(s.name[1:-1]) for s in symbols if re.fullmatch(r"R\d+[-+]", s.name)]:
-        # Within the layer, and of u as the variable also where the start is a zero.
-        count, more = max(parts), [0] * max(parts)
-        if field.on_zero:
-            more = finite_parts_in_s(field.taylor(field.x, 2 * count + 1), count, RING)
-        for side, row in zip((-1, 1), field.regular(count), strict=True):
-            x, one = side * field.start, Fraction(1)
-            row[0] -= exact_ball(field.r - max(x, one)) / field.a[side]
-            row[0] -= exact_ball(max(-x, one) - one) / field.a[-side]
-            found |= {f"R{k}{' +-'[side]}": row[k - 1] - side * more[k - 1] for k in parts}
-    return {s: _number(found[s.name]) for s in symbols if s.name in found}
+    numbers: dict[Symbol, Expr] = doubled(found, 256)
+    return numbers
 
 
 def _number(x: Any) -> Expr:

@@ -53,27 +53,22 @@ class _Ring:
 
 def _layer(of: Field, order: int, side: int, b: Any, mark: str) -> Stretch:
     """The layer from -1 to b, in the mirror for side -1: f_0 = 1 or u + 1, f_k = int A f_(k-1)."""
-    A: Any = Poly(of.A, U).to_field()
-    A = A if side > 0 else -A.compose(Poly(-U, U))
-    rows = []
+
+    def primitive(f: Any) -> Any:
+        whole = f.integrate(U)
+        return whole - whole.eval(-1)
+
+    A, rows = Poly(side * of.A.subs(U, side * U), U).to_field(), []
     for f in (A * 0 + 1, Poly(U + 1, U)):
-        ends_of, areas = list[Expr](), list[Expr]()
-        for _ in range(max(order, 1) + 1):
-            ends_of.append(S(f.eval(b)))
-            areas.append(S(_primitive(f).eval(b)))
-            f = _primitive(A * f)
-        rows += [ends_of, areas]
+        row = [f]
+        for _ in range(max(order, 1)):
+            row.append(primitive(A * row[-1]))
+        rows += [[S(f.eval(b)) for f in row], [S(primitive(f).eval(b)) for f in row]]
     known = (
         [of.named(f"{letter}{k}{mark}", c) for k, c in enumerate(rows[n][: order + 1])]
         for n, letter in ((2, "n"), (1, "f"), (3, "m"))
     )
     return layer(Moments(of.named(f"d{mark}", rows[0][1]), *known), _Ring())
-
-
-def _primitive(f: Poly) -> Poly:
-    """The integral from -1."""
-    whole = f.integrate(U)
-    return whole - whole.eval(-1)
 
 
 def strong(drift: Drift, name: str, order: int, start: Fraction) -> dict[str, Any]:
@@ -86,15 +81,12 @@ def strong(drift: Drift, name: str, order: int, start: Fraction) -> dict[str, An
             "sa.escape_time(method='strong_noise') and its like take numbers."
         )
     for side, letter, mark in ((1, "L", "-"), (-1, "R", "+")) if name[-1] != "P" else ():
-        x, (before, after) = side * of.start, (side * of.slopes[s] for s in (-side, side))
-        row = [straight(before, R + min(x, -S.One), ring)]
-        row += [_layer(of, order, side, min(x, S.One), mark)] if x > -1 else []
-        row += [straight(after, x - 1, ring)] if x > 1 else []
+        x, row = side * of.start, [straight(side * of.slopes[-side], R - 1, ring)]
+        row += [_layer(of, order, side, x, mark)] if x > -1 else []
         # What is swept of a side stands as one stretch.
         sigma, w = swept(row)
-        named = of.named(letter, sigma), S.Zero, of.named(f"w{mark}", w), S.One
-        sides.append([Stretch(*named)])
+        sides.append([Stretch(of.named(letter, sigma), S.Zero, of.named(f"w{mark}", w), S.One)])
     slopes = of.slopes[-1], of.slopes[1]
     formula = quantity(name, sides or [[_layer(of, order, 1, S.One, "")]], slopes, LAM)
-    where, known = list(ends(of, name)), {**of.values, **IN_KAPPA}
-    return {"case": case, "formula": formula, "definitions": known, "conditions": where}
+    known = {**of.values, **IN_KAPPA}
+    return {"case": case, "formula": formula, "definitions": known, "conditions": ends(of, name)}

@@ -23,7 +23,7 @@ def name_of(name: str) -> str:
         head, place, side = parts.groups()
         index = f"_{{{place}}}" if place and place.isdigit() else f"_{place}" if place else ""
         return head + index + (f"^{{{side}}}" if side else "")
-    return ""
+    return latex(sympy.Symbol(name), {})
 
 
 def latex(e: Expr, names: dict[str, str]) -> str:
@@ -40,32 +40,20 @@ def latex(e: Expr, names: dict[str, str]) -> str:
 
 def lines(left: str, relation: str, value: Expr, names: dict[str, str]) -> list[str]:
     """An equation in as many lines as it needs, a sum broken between its terms."""
-    whole = f"{left} &{relation} {latex(value, names)}"
-    if width(whole) <= _WIDE or not value.is_Add:
-        return [whole]
     rows = [f"{left} &{relation} "]
+    whole = rows[0] + latex(value, names)
+    if _width(whole) <= _WIDE or not value.is_Add:
+        return [whole]
     for k, term in enumerate(value.as_ordered_terms()):
         text = latex(term, names)
-        if width(rows[-1] + text) > _WIDE:
+        if _width(rows[-1] + text) > _WIDE:
             rows.append(r"&\quad ")
         rows[-1] += f"{'' if text.startswith('-') or not k else '+ '}{text} "
     return [row.rstrip() for row in rows]
 
 
-def width(text: str) -> int:
+def _width(text: str) -> int:
     """Characters of a line, about, those of a fraction counted once."""
     letters = re.sub(r"\\(left|right|quad|mathrm|operatorname|sqrt|,|!)|[&\s{}_^]", "", text)
     more = 2 * len(re.findall("[-+=]", letters)) - 3 * letters.count(r"\frac")
     return len(re.sub(r"\\[A-Za-z]+", "x", letters)) + more
-
-
-def aligned(first: list[str], equations: list[list[str]], last: list[str]) -> str:
-    """Lines below each other, short equations on a common line."""
-    rows: list[str] = []
-    for line, *more in equations:
-        whole = rf"{rows[-1]}, \quad {line.replace('&', '', 1)}" if rows and not more else ""
-        if whole and width(line) <= _WIDE / 2 and width(whole) <= _WIDE:
-            rows[-1] = whole
-        else:
-            rows += [line, *more]
-    return "\\begin{aligned}\n" + " \\\\\n".join([*first, *rows, *last]) + "\n\\end{aligned}"

@@ -36,14 +36,6 @@ _THIRD = Rational(1, 3)
 _END, _START = 2, 4
 
 
-def formula(slope: Expr) -> Expr:
-    """T in the symbols; `slope` is a+."""
-    ai, bi = sympy.airyai(Z) ** 2, sympy.airybi(Z) ** 2
-    slopes = sympy.airyaiprime(Z) ** 2 + sympy.airybiprime(Z) ** 2
-    airy = P2 * LAM**_THIRD * (ai + bi) - Q2 / LAM**_THIRD * slopes
-    return sympy.pi**2 * airy + REST + END + (R - 1) / slope
-
-
 def beside_end(
     well: Expr, top: Expr, mean: Expr, rise: Expr, fall: Expr, slope: Expr
 ) -> dict[Any, Expr]:
@@ -150,10 +142,12 @@ def uniform(drift: Drift, start: Fraction, case: Case | None) -> dict[str, Any]:
             slope, more = side * of.slopes[side], {"integrals": of.integrals}
             more |= {"equations": of.equations}
         known |= {Z: LAM ** (2 * _THIRD) * ZETA, **IN_KAPPA}
-        return {"case": own, "formula": formula(slope), "definitions": known,
+        size = sympy.airyai(Z) ** 2 + sympy.airybi(Z) ** 2
+        steep = sympy.airyaiprime(Z) ** 2 + sympy.airybiprime(Z) ** 2
+        airy = sympy.pi**2 * (P2 * LAM**_THIRD * size - Q2 / LAM**_THIRD * steep)
+        return {"case": own, "formula": airy + REST + END + (R - 1) / slope, "definitions": known,
                 "conditions": [sympy.Gt(R, 1), slope > 0, *where], **more}  # fmt: skip
     raise InputError(
-        f"{drift!r} from {float(start):.6g} has no well with a barrier behind it in the layer, the "
-        "only zeros there or of a cubic, which the uniform formula is of; "
-        "sa.escape_time(method='uniform') has numbers."
+        f"{drift!r} from {float(start):.6g} has no uniform formula, as has a well with a barrier "
+        'behind it that is alone in the layer or of a cubic A; take numbers of method="uniform".'
     )

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -21,22 +20,20 @@ from symasym.drift.drift import Drift
 from symasym.expansions import weak as theorem
 from symasym.formulas import letters
 from symasym.formulas.cases import Case, U, found_cases
-from symasym.formulas.letters import IN_KAPPA, KAPPA, LAM, Field, Letters, R, Terms, X
+from symasym.formulas.letters import BEYOND, IN_KAPPA, KAPPA, LAM, Field, Letters, R, Terms, X
 from symasym.formulas.numbers import numbers_of
 
-_Y, _LOG = Symbol("y", real=True), Symbol("log(lam)", positive=True)
-# Heights and radii as near to each other as this are equal.
+_LOG = Symbol("log(lam)", positive=True)
+# Heights as near to each other as this are equal.
 _SAME = 1e-10
 
 
-@dataclass(frozen=True)
-class Contribution:
+class Contribution(NamedTuple):
     """One product of a critical point of e^{-lam V} with one of e^{lam V}.
 
     It adds weight * front * e^{exponent} (c_0 + c_1 kappa^2 + c_2 kappa^4 + ...) to T. `pair` are
-    the two points, such as ``("well u1", "barrier u2")``, `coefficients` c_0 = 1, c_1, ..., exact
-    in V's derivatives there, `weight` is ``"1 - C"`` right of the start, ``"C"`` left of it, ``"C
-    (1 - C)"`` of a start on a well.
+    the points, as ``("well u1", "barrier u2")``, `coefficients` c_0 = 1, c_1, ..., `weight` is
+    ``"1 - C"`` right of the start, ``"C"`` left of it, ``"C (1 - C)"`` of a start on a well.
     """
 
     pair: tuple[str, ...]
@@ -48,8 +45,15 @@ class Contribution:
     @property
     def expression(self) -> Expr:
         """The contribution without its weight."""
-        series = sum((c * KAPPA ** (2 * n) for n, c in enumerate(self.coefficients)), S.Zero)
+        series = sympy.Add(*(c * KAPPA ** (2 * n) for n, c in enumerate(self.coefficients)))
         return self.front * sympy.exp(self.exponent) * series
+
+
+class Leading(NamedTuple):
+    """The term of T that is exponentially larger than the others, and where it is."""
+
+    expression: Expr
+    conditions: tuple[Any, ...]
 
 
 def weak(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) -> dict[str, Any]:
@@ -57,7 +61,7 @@ def weak(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) -
     of, terms = Field(drift, case, start), tuple[Contribution, ...]()
     at = Terms(of.start)
     found: dict[str, Any] = {"case": case, "conditions": [*conditions(of, quantity)]}
-    if not of.A.has(U) and quantity[-1] in "TC" and not start:
+    if not of.A.has(U) and quantity[-1] != "P" and not start:
         # In the mirror both ends change places.
         half = (-of.A if quantity == "1 - C" else of.A) * R / KAPPA**2
         value = R * sympy.tanh(half) / of.A if quantity == "T" else 1 / (1 + sympy.exp(2 * half))
@@ -72,13 +76,9 @@ def weak(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) -
             formula = terms[0].expression
     elif quantity[-1] == "C":
         formula = theorem.exit_probability(points, at, quantity != "C")
-    elif quantity == "density":
-        whole = at.named("S", theorem.Sums(points[1:-1], -1, at).total())
-        formula = sympy.exp(-LAM * of.height(_Y)) / whole
     else:
         formula = theorem.outside_layer(points[1:-1], (of.slopes[-1], of.slopes[1]), at)
-        # The drift points to the layer.
-        formula = formula.xreplace({abs(a): -side * a for side, a in of.slopes.items()})
+        formula = formula.xreplace({abs(a): -side * a for side, a in of.slopes.items()})  # sliding
         formula = 1 - formula if quantity == "P" else formula
     known = {**at.known, **of.values, **IN_KAPPA}
     return {**found, "formula": formula, "definitions": known, "terms": terms,
@@ -90,13 +90,12 @@ def _contributions(
 ) -> Iterator[Contribution]:
     """The products of T's critical points, a start on a well with all others."""
     of, start = theorem.shares(points, regular, at), points[theorem.start_of(points)]
-    found = [(w, *pair) for w, side in zip(("C", "1 - C"), of.sides, strict=True) for pair in side]
+    sides = zip(("C", "1 - C"), of.sides, strict=True)
+    found = [(weight, *part) for weight, side in sides for part in side if part[0]]
     if of.own != 0:
         whole = zip(points, theorem.Sums(points, 1, at).whole, strict=True)
         found += [("C (1 - C)", (start, p), of.own * s) for p, s in whole if s != 0]
     for weight, pair, value in found:
-        if not pair:
-            continue
         ((height, c),) = letters.exponentials(value).items()
         front, product = LAM, [S.One, *[S.Zero] * order]
         for factor in sympy.Mul.make_args(c):
@@ -114,13 +113,12 @@ def _contributions(
         )  # fmt: skip
 
 
-def ends(of: Field, quantity: str) -> Iterator[Any]:
+def ends(of: Field, quantity: str) -> list[Any]:
     """The conditions on the radius and the ends."""
     low, high = of.at(-S.One), of.at(S.One)
-    if quantity[-1] in "TC":
-        yield from (sympy.Gt(R, max(S.One, abs(of.start))), sympy.Ne(low, 0), sympy.Ne(high, 0))
-    else:
-        yield from (sympy.Gt(low, 0), sympy.Lt(high, 0))
+    if quantity[-1] == "P":
+        return [sympy.Gt(low, 0), sympy.Lt(high, 0)]
+    return [sympy.Gt(R, 1), sympy.Ne(low, 0), sympy.Ne(high, 0)]
 
 
 def conditions(of: Field, quantity: str) -> Iterator[Any]:
@@ -142,16 +140,6 @@ def conditions(of: Field, quantity: str) -> Iterator[Any]:
         yield sympy.Ne(of.at(of.start), 0)
 
 
-# -- the leading term ------------------------------------------------------------------------------
-
-
-class Leading(NamedTuple):
-    """The term of T that is exponentially larger than the others, and where it is."""
-
-    expression: Expr
-    conditions: tuple[Any, ...]
-
-
 def leading(drift: Drift, case: Case, start: Fraction) -> Leading:
     """The leading term of T, and where it is that: of free parameters, as at the case's example."""
     bound, of = drift, Field(drift, case, start)
@@ -163,25 +151,26 @@ def leading(drift: Drift, case: Case, start: Fraction) -> Leading:
     points, regular = theorem.points_of(of, 3, Letters), of.regular(3)
     numbers = numbers_of({s for p in points for s in p.height.free_symbols}, bound, start)
     numbers |= {Symbol(n, real=True): sympy.Rational(str(x)) for n, x in bound.values.items()}
-    at = _Tops(of.start, numbers, bool(drift.free))
+    at = _Tops(of.start, numbers)
     value = at.named("T", theorem.escape_time(points, regular, at))
     value = value.xreplace({_LOG: sympy.log(LAM), X: 1 / LAM}).xreplace(IN_KAPPA)
-    where = dict.fromkeys(c for c in at.conditions if c is not sympy.true)
-    if at.beyond > max(1.0, float(abs(start))) * (1 + _SAME):
-        where[sympy.Gt(R, sympy.Float(at.beyond * (1 + 1e-9), 12))] = None
+    where = dict[Any, None]()
+    for equal, higher in at.apart:
+        if not drift.free:
+            higher = S.Zero if equal else higher.xreplace(numbers).n(15)
+        higher = sympy.expand(higher.xreplace({R: 1 + BEYOND}))
+        where[(sympy.Eq if equal else sympy.Gt)(higher, 0).xreplace({BEYOND: R - 1})] = None
+    where.pop(sympy.true, None)
     return Leading(sympy.powdenest(sympy.powsimp(value), force=True), tuple(where))
 
 
 class _Tops(Terms):
-    """Of each sum the highest exponential alone, and the conditions under which it is that.
+    """Of each sum the highest exponential alone, as r -> oo, and where it is that."""
 
-    Of a bound drift `beyond` is the radius from which on it is so.
-    """
-
-    def __init__(self, start: Expr, numbers: dict[Symbol, Expr], free: bool) -> None:
+    def __init__(self, start: Expr, numbers: dict[Symbol, Expr]) -> None:
         super().__init__(start)
-        self.lam, self.log_lam, self.numbers, self.free = 1 / X, _LOG, numbers, free
-        self.conditions, self.beyond = list[Any](), 1.0
+        self.lam, self.log_lam, self.numbers = 1 / X, _LOG, numbers
+        self.apart = list[tuple[bool, Expr]]()
 
     def term(self, letter: str, point: Any, height: Any, halves: int, row: Any) -> Any:
         """The first term of a series."""
@@ -192,28 +181,20 @@ class _Tops(Terms):
         """The largest term; of those as high all that have the least power of x."""
         value = self.known["L"] + self.known["R"] if name == "S" else value
         terms = letters.exponentials(sympy.expand(value))
-        sizes = {h: self._size(h) for h in terms}
+        sizes = {}
+        for h in terms:
+            size = sympy.expand(h.xreplace(self.numbers))
+            sizes[h] = float(size.coeff(R, 1)), float(size.coeff(R, 0))
         top, powers = max(sizes, key=sizes.__getitem__), dict[Expr, Expr]()
-        for h, (slope, level) in sizes.items():
-            more = sizes[top][0] - slope, sizes[top][1] - level
-            equal = max(abs(x) for x in more) < _SAME
+        for h, size in sizes.items():
+            equal = max(abs(a - b) for a, b in zip(sizes[top], size, strict=True)) < _SAME
             for a in sympy.Add.make_args(sympy.expand(terms[h])) if equal else ():
                 factor, power = sympy.powsimp(a).as_coeff_exponent(X)
                 powers[power] = powers.get(power, S.Zero) + factor
-            if self.free:
-                self.conditions.append(
-                    (sympy.Eq if equal else sympy.Gt)(letters.expanded(top - h), 0)
-                )
-            elif more[0] > _SAME:
-                self.beyond = max(self.beyond, -more[1] / more[0])
+            self.apart.append((equal, top - h))
         kept = [power for power, a in powers.items() if sympy.expand(a) != 0]
         if not kept:
             raise InputError("the leading terms of T cancel, and none leads; use `terms`.")
         c = sympy.factor_terms(letters.expanded(powers[min(kept)]))
         self.known[name] = c * X ** min(kept) * sympy.exp(LAM * top)
         return self.known[name]
-
-    def _size(self, height: Expr) -> tuple[float, float]:
-        """The coefficients of r and of 1."""
-        value = sympy.expand(height.xreplace(self.numbers))
-        return float(value.coeff(R, 1)), float(value.coeff(R, 0))

@@ -1,9 +1,10 @@
 """Expressions in balls, and the integral of g e^(lam f) itself, enclosed.
 
 The integral is flint's (F. Johansson, Numerical integration in arbitrary-precision ball arithmetic,
-2018). At infinity, or where the integrand is not analytic at an end, it is cut off at some distance
-and what lies beyond is bounded on shells, each of twice the distance of the last one, or half of
-it: to 1e300 or until they are below 2^-(10^9), and to 1e-300 or the square of the digits.
+2018), proved on a finite interval with the integrand analytic at both ends. At infinity, or at a
+singular end, it is cut off at some distance and what lies beyond is bounded on shells, each of
+twice the distance of the last one, or half of it: to 1e300 or until they are below 2^-(10^9), and
+to 1e-300 or the square of the digits. That they go on as the last two do is assumed.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import accumulate, pairwise
-from typing import Any
+from typing import Any, ClassVar
 
 from flint import acb, arb, ctx
 from sympy import Expr, S, Symbol
@@ -51,6 +52,12 @@ class Zero:
     x: Symbol
     lo: Any
     hi: Any
+    # As of a number in SymPy.
+    is_infinite: ClassVar[bool] = False
+    free_symbols: ClassVar[frozenset[Symbol]] = frozenset()
+
+    def xreplace(self, row: Any) -> Zero:
+        return self
 
     def ball(self) -> Any:
         """By bisection."""
@@ -70,22 +77,27 @@ class Zero:
         return str(self.ball().str(12, radius=False))
 
 
-def integral(f: Expr, g: Expr, x: Symbol, marks: list[Any], lam: Any, top: Any, bits: int) -> Any:
+def integral(
+    f: Expr, g: Expr, x: Symbol, marks: list[Any], lam: Any, top: Any, bits: int
+) -> tuple[Any, bool]:
     """int g e^(lam (f - top)) from the first mark to the last to about 2^-`bits`, in a ball that is
-    not finite where it can't be enclosed. Between marks f is monotonic; f and g may be singular at
-    them."""
+    not finite where it can't be enclosed; and True if nothing is assumed.
+
+    Marks split the integral, so that f and g may be singular there; the ball holds with any.
+    """
     height, slope, bend, weight = (code(e, x) for e in (f, f.diff(x), f.diff(x, 2), g))
 
     def integrand(z: Any) -> Any:
         value = height(z)
-        if not lam * value.rad() < 1:
+        # The ball is finite only where f is analytic; f'' may be simpler, and finite elsewhere.
+        if value.is_finite() and not lam * value.rad() < 1:
             # Beside a maximum the ball of its Taylor polynomial is narrower.
             m = z.mid()
             near = height(m) + (z - m) * (slope(m) + (z - m) * bend(z) / 2)
-            value = near if not near.rad() > value.rad() else value
+            value = near if near.rad() < value.rad() else value
         return weight(z) * (lam * (value - top)).exp()
 
-    total, tiny = arb(0), arb(2) ** -bits
+    total, tiny, proved = arb(0), arb(2) ** -bits, True
     for lo, hi in pairwise(marks):
         if not lo < hi:
             continue
@@ -94,11 +106,12 @@ def integral(f: Expr, g: Expr, x: Symbol, marks: list[Any], lam: Any, top: Any, 
         (a, before), (b, after) = (_cut(integrand, end, inside, tiny) for end in (lo, hi))
         found = acb.integral(lambda z, _: acb(integrand(z)), acb(a), acb(b), tiny, tiny)
         total += found.real + arb(0, before + after)
-    return total
+        proved = proved and before == after == 0
+    return total, proved
 
 
 def _cut(integrand: Any, end: Any, inside: Any, tiny: Any) -> tuple[Any, Any]:
-    """Where to end towards an end, and a bound on the integral beyond."""
+    """Where to end towards an end, and what bounds the integral beyond: 0 at a regular end."""
     far = not end.is_finite()
     if not far and integrand(acb(end) + box(0, tiny, tiny)).is_finite():
         return end, arb(0)

@@ -1,4 +1,4 @@
-"""An expression beside a point as a sum of t^e times a power series, t >= 0 the distance from it.
+"""An expression beside a point as t^e times a power series, t >= 0 the distance from it.
 
 Over a ring: balls, or exactly over the field that the parameters and the irrational constants met
 (sqrt(2), e^c) generate, in which arithmetic is canonical.
@@ -10,7 +10,7 @@ import random
 from collections.abc import Callable
 from fractions import Fraction
 from functools import reduce
-from operator import add
+from operator import mul
 from typing import Any
 
 import sympy
@@ -51,7 +51,7 @@ def sign_of(e: Expr) -> int | None:
 
 
 class NotAnalytic(InputError):
-    """An expression is no sum of powers times power series at the point."""
+    """An expression is no power times a power series at the point."""
 
 
 class Balls:
@@ -148,28 +148,23 @@ class Point:
 
     def taylor(self, e: Expr) -> Series:
         """The series of an expression that is analytic on this side."""
-        terms = self.terms(e) or [(S.Zero, self._series([]))]
-        front, series = terms[0]
-        if len(terms) > 1 or not front.is_Integer or front < 0:
+        front, series = self.term(e)
+        if not front.is_Integer or front < 0:
             raise NotAnalytic(f"{e} has no Taylor series at {self.at}.")
-        return self._series([self.zero] * int(front) + series.c)
+        return self._padded([self.zero] * int(front) + series.c)
 
-    def _series(self, c: list[Any]) -> Series:
+    def _padded(self, c: list[Any]) -> Series:
         return Series([*c, *[self.zero] * (self.count - len(c))][: self.count])
 
-    def terms(self, e: Expr) -> list[Term]:
-        """The terms, whose exponents differ by no whole number."""
+    def term(self, e: Expr) -> Term:
+        """The exponent and the series behind it, empty where nothing but zeros is known."""
         if e == self.x or not e.has(self.x):
-            return self._sum(
-                [(S.Zero, self._series(self.line if e == self.x else [self.ring.of(e)]))]
-            )
+            return self._led(S.Zero, self._padded(self.line if e == self.x else [self.ring.of(e)]))
         if e.is_Add:
-            return self._sum([term for part in e.args for term in self.terms(part)])
+            return reduce(self._plus, map(self.term, e.args))
         if e.is_Mul:
-            total = self.terms(S.One)
-            for part in e.args:
-                total = self._sum([(p + q, a * b) for p, a in total for q, b in self.terms(part)])
-            return total
+            fronts, factors = zip(*map(self.term, e.args), strict=True)
+            return self._led(sympy.expand(sum(fronts)), reduce(mul, factors))
         if e.is_Pow and not e.exp.has(self.x):
             return self._raised(e)
         function, inner = (
@@ -178,31 +173,34 @@ class Point:
         found = self.ring.composed(function, self.taylor(inner))
         if not self.ring.exact and not all(c.is_finite() for c in found):
             raise NotAnalytic(f"{e} is singular or complex at {self.at}.")
-        return self._sum([(S.Zero, Series(found))])
+        return self._led(S.Zero, Series(found))
 
-    def _raised(self, e: Expr) -> list[Term]:
+    def _raised(self, e: Expr) -> Term:
         """The power of a term: of its exponent, and of its series."""
-        terms, p = self.terms(e.base), e.exp
-        if len(terms) != 1 or not (p.is_Integer or self.ring.sign(terms[0][1][0]) == 1):
+        (front, series), p = self.term(e.base), e.exp
+        if not len(series) or not (p.is_Integer or self.ring.sign(series[0]) == 1):
             raise NotAnalytic(
                 f"{e} is no real power times a power series at {self.at}; give symbols with "
                 "positive=True, or another expression."
             )
-        ((front, series),) = terms
         first = series[0] ** int(p) if p.is_Integer else self.ring.power(series[0], p)
         rational = Fraction(int(p.p), int(p.q)) if p.is_Rational else self.ring.of(p)
-        return [(sympy.expand(front * p), series.power(rational, first))]
+        return sympy.expand(front * p), series.power(rational, first)
 
-    def _sum(self, terms: list[Term]) -> list[Term]:
-        """Terms whose exponents differ by a whole number as one, leading zeros in the exponent."""
-        rows: dict[Expr, list[tuple[int, Series]]] = {}
-        for front, series in terms:
-            whole = sympy.floor(sympy.expand(front).as_coeff_Add()[0])
-            rows.setdefault(sympy.expand(front - whole), []).append((int(whole), series))
-        found = []
-        for front, row in rows.items():
-            low = min(whole for whole, _ in row)
-            c = reduce(add, (Series([self.zero] * (n - low) + s.c) for n, s in row)).c
-            first = next((k for k, y in enumerate(c) if self.ring.sign(y) != 0), len(c))
-            found += [(front + low + first, Series(c[first:]))] if first < len(c) else []
-        return found
+    def _plus(self, a: Term, b: Term) -> Term:
+        if not len(a[1]) or not len(b[1]):
+            return a if len(a[1]) else b
+        gap = sympy.expand(b[0] - a[0])
+        if not gap.is_Integer:
+            raise NotAnalytic(
+                f"the powers {a[0]} and {b[0]} of the distance from {self.at} are added; give "
+                "each an integral of its own."
+            )
+        if gap < 0:
+            return self._plus(b, a)
+        return self._led(a[0], a[1] + Series([self.zero] * int(gap) + b[1].c))
+
+    def _led(self, front: Expr, series: Series) -> Term:
+        """Leading zeros as part of the exponent."""
+        first = next((k for k, y in enumerate(series.c) if self.ring.sign(y) != 0), len(series))
+        return front + first, Series(series.c[first:])

@@ -8,9 +8,9 @@ answer must be the same at all values tried that their assumptions allow.
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, reduce
-from itertools import pairwise, product
+from itertools import pairwise
 from math import cos, pi
 from typing import Any, NamedTuple
 
@@ -41,20 +41,22 @@ _PIECEWISE: dict[Any, Any] = {
 
 @dataclass(frozen=True)
 class Piece:
-    """f and g on (lo, hi), where both are smooth."""
+    """f and g on (lo, hi), where both are smooth; `exact` if all kinks are surely known."""
 
     x: Symbol
     lo: Expr
     hi: Expr
     f: Expr
     g: Expr
+    exact: bool
 
     @property
     def middle(self) -> Expr:
         """A point inside, not where a Piecewise's own special values like to be."""
-        if self.lo.is_infinite:
-            return Rational(1, 7) if self.hi.is_infinite else self.hi - 1
-        return self.lo + (1 if self.hi.is_infinite else (self.hi - self.lo) * Rational(4, 9))
+        lo, hi = (Rational(str(e)) if isinstance(e, Zero) else e for e in (self.lo, self.hi))
+        if lo.is_infinite:
+            return Rational(1, 7) if hi.is_infinite else hi - 1
+        return lo + (1 if hi.is_infinite else (hi - lo) * Rational(4, 9))
 
     @cached_property
     def ends(self) -> dict[int, Any]:
@@ -92,7 +94,7 @@ class Piece:
 
     def bound(self, row: dict[Symbol, Expr]) -> Piece:
         """With numbers, or other symbols, for parameters."""
-        return Piece(self.x, *(e.xreplace(row) for e in (self.lo, self.hi, self.f, self.g)))
+        return replace(self, **{e: getattr(self, e).xreplace(row) for e in ("lo", "hi", "f", "g")})
 
 
 class Maximum(NamedTuple):
@@ -112,14 +114,14 @@ def cut(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Piece]:
     """[a, b] cut at the kinks of f and g, with the branches that hold between."""
     for kind, rule in _PIECEWISE.items():
         f, g = (e.replace(kind, rule) for e in (f, g))
-    tests = {r.lhs - r.rhs for e in (f, g) for p in e.atoms(Piecewise) for r in p.atoms(_RELATION)}
+    gaps = {r.lhs - r.rhs for e in (f, g) for p in e.atoms(Piecewise) for r in p.atoms(_RELATION)}
+    # A sign also changes at poles.
+    tests = {sympy.prod(sympy.fraction(sympy.together(e))) for e in gaps if e.has(x)}
     kinks, orders = {z for e in tests for z in zeros(e, x, a, b)}, set()
-    for z in kinks:
-        if isinstance(z, Zero):
-            raise InputError(
-                f"the kink near {x} = {z} has no closed form; split the integral there."
-            )
-    for row in samples(free_symbols(x, a, b, *tests)):
+    closed = all(isinstance(z, Expr) for z in kinks)
+    exact = closed and all(_rational(e, x) is not None for e in tests)
+    free = free_symbols(x, a, b, *tests)
+    for row in samples(free):
         lo, hi = (e.xreplace(row) for e in (a, b))
         placed = {z: v for z in kinks if number(lo) < (v := number(z.xreplace(row))) < number(hi)}
         orders.add(tuple(sorted(placed, key=lambda z: placed[z].mid())))
@@ -127,15 +129,15 @@ def cut(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Piece]:
             if not any(number(z).overlaps(v) for v in placed.values()):
                 orders.add((z,))
     if len(orders) > 1:
-        raise _undecided(f"where the kinks of f = {f} and g = {g} lie")
-    raw = [Piece(x, lo, hi, f, g) for lo, hi in pairwise([a, *orders.pop(), b])]
-    return [Piece(x, p.lo, p.hi, *(_smooth(e, x, p.middle) for e in (f, g))) for p in raw]
+        raise _undecided(f"where the kinks of f = {f} and g = {g} lie", free)
+    whole = [Piece(x, lo, hi, f, g, exact) for lo, hi in pairwise([a, *orders.pop(), b])]
+    return [replace(p, **{e: _smooth(getattr(p, e), x, p.middle) for e in "fg"}) for p in whole]
 
 
-def _undecided(what: str) -> InputError:
-    return InputError(
-        f"{what} depends on the parameters; give symbols with assumptions, or numbers."
-    )
+def _undecided(what: str, free: set[Symbol]) -> InputError:
+    signs = sorted(f"Symbol('{s}', positive=True)" for s in free if s.is_extended_nonzero is None)
+    hint = f", or symbols with assumptions that decide, such as {signs[0]}" if signs else ""
+    return InputError(f"{what} depends on {', '.join(sorted(map(str, free)))}; give numbers{hint}.")
 
 
 def _smooth(e: Expr, x: Symbol, middle: Any) -> Expr:
@@ -145,7 +147,7 @@ def _smooth(e: Expr, x: Symbol, middle: Any) -> Expr:
         at = condition.xreplace({x: middle})
         found = {at.xreplace(row) for row in samples(at.free_symbols)}
         if len(found) > 1 or not found <= {S.true, S.false}:
-            raise _undecided(f"whether {condition} holds")
+            raise _undecided(f"whether {condition} holds", at.free_symbols)
         return bool(found.pop())
 
     while nodes := e.atoms(Piecewise):
@@ -164,26 +166,31 @@ def zeros(e: Expr, x: Symbol, lo: Expr, hi: Expr) -> list[Any]:
     """
     if not e.has(x):
         return []
-    above = sympy.fraction(sympy.together(e))[0] if e.is_rational_function(x) else None
     if free_symbols(x, e, lo, hi):
         parts = [e]
-        if above is not None:
+        if e.is_rational_function(x):
+            above = sympy.fraction(sympy.together(e))[0]
             parts = [y for y, _ in sympy.factor_list(above)[1] if 0 < sympy.degree(y, x) <= 2]
         elif len([n for n in e.atoms(sympy.Function, sympy.Pow) if n.has(x)]) > 1:
             return []  # which might take for ever
         with suppress(NotImplementedError):
             return [z for y in parts for z in sympy.solve(y, x) if z.is_real is not False]
         return []
-    poly, a, b = above and above.as_poly(x), number(lo), number(hi)
-    exact = poly is not None and poly.domain in (sympy.ZZ, sympy.QQ)
-    found = _algebraic(poly, x) if exact else _on_grid(e, x, a, b)
+    poly, a, b = _rational(e, x), number(lo), number(hi)
+    found = _algebraic(poly, x) if poly else _on_grid(e, x, a, b)
     found = [z for z in found if a < number(z) < b]
     if len(found) > _MOST:
         raise InputError(
             f"{e} has more than {_MOST} zeros for {x} in ({lo}, {hi}); give an integral with "
             "fewer kinks and critical points."
         )
-    return [_recognised(z) if isinstance(z, Zero) and not exact else z for z in found]
+    return [_recognised(z) if isinstance(z, Zero) and not poly else z for z in found]
+
+
+def _rational(e: Expr, x: Symbol) -> Any:
+    """The polynomial whose zeros are those of e, if it is one with rational coefficients."""
+    poly = e.is_rational_function(x) and sympy.fraction(sympy.together(e))[0].as_poly(x)
+    return poly if poly and poly.domain in (sympy.ZZ, sympy.QQ) else None
 
 
 def _algebraic(poly: Any, x: Symbol) -> list[Any]:
@@ -267,49 +274,30 @@ def highest(pieces: list[Piece]) -> tuple[list[Maximum], list[Maximum]]:
 
 
 def with_parameters(pieces: list[Piece]) -> list[Maximum]:
-    """Where f is largest while parameters are free; a sign that decides is asked for."""
-    free = free_symbols(pieces[0].x, *(e for p in pieces for e in (p.lo, p.hi, p.f, p.g)))
-    unknown = sorted((s for s in free if s.is_positive is s.is_negative is None), key=str)
-    signs = [*product(("positive", "negative"), repeat=len(unknown))] if len(unknown) < 4 else []
-    try:
-        return _the_same(pieces)
-    except InputError as refusal:
-        error, calls = refusal, []
-    for row in signs if unknown else []:
-        swap = {s: Symbol(s.name, **{sign: True}) for s, sign in zip(unknown, row, strict=True)}
-        with suppress(InputError):
-            _the_same([p.bound(swap) for p in pieces])
-            calls.append(
-                ", ".join(
-                    f"Symbol('{s}', {sign}=True)" for s, sign in zip(unknown, row, strict=True)
-                )
-            )
-    if not calls:
-        raise error
-    raise InputError(
-        f"where f = {pieces[0].f} is largest depends on the sign of "
-        f"{', '.join(map(str, unknown))}; pass {' or '.join(calls)}."
-    )
-
-
-def _the_same(pieces: list[Piece]) -> list[Maximum]:
-    """The highest of the ends, kinks and zeros of f' at all samples."""
-    x, points = pieces[0].x, [e for p in pieces for e in (p.lo, p.hi) if not e.is_infinite]
+    """The highest of the ends, kinks and zeros of f' while parameters are free, at all samples."""
+    x, points = pieces[0].x, [e for p in pieces for e in (p.lo, p.hi) if e.is_infinite is False]
     points += [z for p in pieces for z in zeros(p.f.diff(x), x, p.lo, p.hi)]
-    placed, chosen, maxima = dict[Expr, Any](), set[Any](), list[Maximum]()
-    for row in samples(free_symbols(x, *(e for p in pieces for e in (p.lo, p.hi, p.f, p.g)))):
+    free = free_symbols(x, *(e for p in pieces for e in (p.lo, p.hi, p.f, p.g)))
+    placed, chosen = dict[Expr, Any](), set[Any]()
+    for row in samples(free):
         bound = [p.bound(row) for p in pieces]
-        tops = [m.point for m in highest(bound)[0]]
-        for z in [*points, *(z for z in tops if isinstance(z, Expr))] if not chosen else ():
+        try:
+            tops = [m.point for m in highest(bound)[0]]
+        except InputError:
+            if all(s.is_extended_nonzero for s in free):
+                raise
+            raise _undecided(f"whether f = {pieces[0].f} has a maximum", free) from None
+        for z in () if chosen else [*points, *tops]:
             here = number(z.xreplace(row))
-            if here.is_finite() and not any(here.overlaps(y) for y in placed.values()):
-                placed |= {z: here} if z.count_ops() <= _SHORT else {}
-                first = bound
-        at, known = {z: number(z.xreplace(row)) for z in placed}, list(map(number, tops))
-        found = [z for z, v in at.items() if any(v.is_finite() and v.overlaps(y) for y in known)]
+            known = any(here.overlaps(y) for y in placed.values())
+            if here.is_finite() and not known and isinstance(z, Expr) and z.count_ops() <= _SHORT:
+                placed[z], first = here, bound
+        at, there = {z: number(z.xreplace(row)) for z in placed}, list(map(number, tops))
+        found = [z for z, v in at.items() if any(v.is_finite() and v.overlaps(y) for y in there)]
         chosen.add(tuple(found))
         if len(found) < len(tops) or len(chosen) > 1:
-            raise _undecided(f"where f = {pieces[0].f} is largest")
+            raise _undecided(f"where f = {pieces[0].f} is largest", free)
+    maxima = []
     for z in chosen.pop():
         sides = [(p, "left" if z == p.hi else "right") for p in pieces if z in (p.lo, p.hi)]
         inside = (number(p.lo) < placed[z] < number(p.hi) for p in first)

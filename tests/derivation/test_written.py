@@ -10,19 +10,24 @@ from collections.abc import Callable
 from typing import Any
 
 import mpmath
+import numpy as np
 import pytest
 from flint import arb
 
 import derivations.sections  # noqa: F401
 import symasym as sa
-from symasym import paper
+from derivations.sections.section5.positive import E_s
 from symasym.derivation.derivation import build
 from symasym.derivation.proof import numeric
-from symasym.drift.ready_made import friction as of_friction
+from symasym.exact import balls, floats
+from symasym.expansions.canonical import straight
 
 
-def in_balls(function: Callable[..., Any], *names: str) -> Callable[..., float]:
-    return lambda **at: float(function(*(arb(at[name]) for name in names)))
+def by_paper(verb: Any) -> Callable[..., float]:
+    """Of the linear drift."""
+    return lambda a_minus, a_plus, **scene: float(
+        verb(sa.linear(a_minus, a_plus), **scene, method="paper")
+    )
 
 
 def constant(verb: Any) -> Callable[..., float]:
@@ -36,6 +41,45 @@ def friction(u: float | None = None, of: str = "__call__") -> Callable[..., floa
     )
 
 
+def panel(k: int, sign: int = 1) -> Callable[..., float]:
+    """An entry of the record of a panel of width 1 on which lam phi is x, or -x."""
+    return lambda x: float(
+        np.exp(floats.constant(np.array([sign * x]), np.array([1.0]), np.zeros(1)).log[k, 0])
+    )
+
+
+def way(of: str, sign: int = 1) -> Callable[..., float]:
+    """The same of the canonical form, over the largest value of its integrand."""
+    return lambda x: float(
+        getattr(straight(arb(sign * x), arb(1), arb(1)), of) * arb(min(0, sign * x)).exp()
+    )
+
+
+def in_floats(k: int, absorbing: bool = False) -> Callable[..., float]:
+    """sigma (k = 0) or w (1) after a panel."""
+
+    def value(lam=1, f=1, c=1, E_s=1, F_s=1, D_s=1, sigma=1, w=1):  # type: ignore[no-untyped-def]
+        rate = np.array([float(lam)])
+        before = floats.Logs(np.log([[1 / sigma], [w], [1]]), np.zeros((3, 1)))
+        crossed = floats.Logs(np.log([[f], [c], [E_s], [F_s], [D_s]]), np.zeros((5, 1)))
+        after = floats.carried(floats.absorbing(rate) if absorbing else before, crossed, rate)
+        return float(np.exp(after.log[k, 0] * (2 * k - 1)))
+
+    return value
+
+
+def enclosed(k: int, absorbing: bool = False) -> Callable[..., float]:
+    """The same in balls, which carry lam Q = w sigma."""
+
+    def value(lam=1, f=1, c=1, E_s=1, F_s=1, D_s=1, sigma=1, w=1):  # type: ignore[no-untyped-def]
+        before = balls.State(arb(sigma), (arb(1), arb(w * sigma)))
+        crossed = balls.Record(arb(E_s / c), arb(lam * F_s / f), arb(lam * D_s / f), arb(c / f))
+        eta, zeta = balls.carried(balls.ABSORBING if absorbing else before, crossed)
+        return float((eta, zeta[1] / eta)[k])
+
+    return value
+
+
 ROWS: list[tuple[str, str, Callable[..., float]]] = [
     ("eq:tildexykappa", "kappa",
      lambda kappa_phys, epsilon: float(sa.rescale(epsilon, kappa_phys, 1).kappa)),
@@ -44,17 +88,25 @@ ROWS: list[tuple[str, str, Callable[..., float]]] = [
     ("eq:phifric0", "inside", friction()),
     ("eq:phifric0", "right", friction(2.0)),
     ("eq:Vfric", "inside", friction(of="potential_at")),
-    ("turning-points", "zero", of_friction.turning_point),
-    ("beta", "force at the turning point", of_friction.breakaway),
+    ("turning-points", "zero", lambda mu: sa.friction(mu, 1).turning_points()),
+    ("beta", "force at the turning point", lambda mu, alpha: sa.friction(mu, alpha).beta()),
     ("folds", "right fold", lambda mu, alpha: float(sa.friction(mu, alpha).folds().z0[0])),
     ("constant-drift", "from 0", constant(sa.escape_time)),
     ("constant-drift", "exit through -r, from 0", constant(sa.exit_probability)),
-    ("eq:Ttildesmall", "sum",
-     in_balls(paper.weak_noise_time, "kappa", "r", "a_plus", "A_1", "A_2", "D")),
-    ("C-bound", "", in_balls(paper.exit_bound, "kappa", "r", "a_minus", "a_plus")),
-    ("eq:Plarge2", "", in_balls(paper.strong_noise_occupation, "kappa", "a_minus", "a_plus")),
-    ("L-bound", "", in_balls(paper.occupation_bound, "kappa", "a_minus", "a_plus", "L", "V_1")),
+    ("C-bound", "", by_paper(sa.exit_probability)),
+    ("eq:Plarge2", "", by_paper(sa.occupation)),
+    ("constant-panel", "single", panel(2)),
+    ("constant-panel", "double, V falls", panel(4)),
+    ("constant-panel", "double, V rises", panel(4, -1)),
+    ("constant-panel", "single", way("m")),
+    ("constant-panel", "double, V rises", way("J")),
+    ("constant-panel", "double, V falls", way("J", -1)),
+    *(("panel-step", step, of(k, "end" in step)) for of in (in_floats, enclosed) for step, k in (
+        ("sigma, scaled", 0), ("w, scaled", 1),
+        ("sigma from an absorbing end", 0), ("w from an absorbing end", 1))),
 ]  # fmt: skip
+#: Where the paper's formulas begin to hold.
+FAR = {("C-bound", "r"): 8, ("eq:Plarge2", "kappa"): 5}
 
 
 @pytest.mark.parametrize(
@@ -64,10 +116,12 @@ def test_what_is_written_is_what_is_derived(
     label: str, step: str, written: Callable[..., float]
 ) -> None:
     stated = build(label).right(step or None)
+    if label == "constant-panel":
+        stated = stated.subs(E_s, build(label).right("single"))
     symbols = sorted(stated.free_symbols, key=str)
     derived, rng = numeric(stated, symbols), random.Random(label + step)
     for _ in range(3):
-        sizes = {s: rng.randint(60, 95) / 100 for s in symbols}
+        sizes = {s: rng.randint(60, 95) / 100 * FAR.get((label, s.name), 1) for s in symbols}
         at = {s.name: -x if s.is_negative else x for s, x in sizes.items()}
         wanted = float(derived(*map(mpmath.mpf, at.values())))
         assert written(**at) == pytest.approx(wanted, rel=1e-12)

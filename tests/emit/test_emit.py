@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import itertools
 import json
 import math
 import random
+import re
 import shutil
 import subprocess
 from contextlib import suppress
@@ -26,7 +28,7 @@ from symasym.emit.printing import own
 
 u, x, y = sympy.Symbol("u", real=True), *sympy.symbols("x y", real=True)
 
-# A file, the name of a function in it, its arguments; the value, or None where no one asks.
+# A file, the name of a function in it, its arguments.
 Call = tuple[Source, str, tuple[float, ...]]
 
 
@@ -48,27 +50,37 @@ def run(target: str, calls: list[Call], folder: Path) -> list[Any]:
         )
         told = subprocess.run(["node", folder / "main.mjs"], capture_output=True, text=True)
         assert not told.stderr, told.stderr
-        rows = [[float(t.replace("Infinity", "inf")) for t in r.split()] for r in
-                told.stdout.splitlines()]  # fmt: skip
+        lines = told.stdout.replace("Infinity", "inf").splitlines()
+        rows = [[*map(float, line.split())] for line in lines]
         return [row[0] if len(row) == 1 else row for row in rows]
     loaded = {key: source.load() for key, source in files.items()}
     return [getattr(loaded[id(source)], name)(*given) for source, name, given in calls]
 
 
 def in_c(files: dict[int, Source], calls: list[Call], folder: Path) -> Any:
+    loaded = {}
     for key, source in files.items():
-        source.write(folder / f"f{key}.c")
-        strict = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1", "-fPIC", "-shared"]
-        command = ["cc", *strict, f"f{key}.c", "-o", f"f{key}.so", "-lm"]
-        told = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+        at = source.write(folder / f"f{key}.c")
+        strict = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared"]
+        command = ["cc", *strict, at, "-o", at.with_suffix(".so"), "-lm"]
+        told = subprocess.run(command, capture_output=True, text=True)
         assert told.returncode == 0, told.stderr
-    loaded = {key: ctypes.CDLL(str(folder / f"f{key}.so")) for key in files}
+        loaded[key] = ctypes.CDLL(str(at.with_suffix(".so")))
     for source, name, given in calls:
-        many, of = source._counts[name], loaded[id(source)][name]
-        of.restype = ctypes.c_double if many == 1 else None
-        out = (ctypes.c_double * many)()
-        value = of(*map(ctypes.c_double, given), *([out] if many > 1 else []))
-        yield value if many == 1 else list(out)
+        several, of = re.search(rf"void {name}\(.*out\[(\d+)\]", source), loaded[id(source)][name]
+        out = (ctypes.c_double * int(several[1]))() if several else ()
+        of.restype = None if several else ctypes.c_double
+        value = of(*map(ctypes.c_double, given), *([out] if several else []))
+        yield list(out) if several else value
+
+
+def no_value(target: str, source: Source, name: str, given: tuple[float, ...], at: Path) -> None:
+    """Python says so, other languages give nan."""
+    if target in ("numpy", "mpmath"):
+        with pytest.raises(ValueError, match="value"):
+            run(target, [(source, name, given)], at)
+    else:
+        assert math.isnan(run(target, [(source, name, given)], at)[0])
 
 
 def gap(got: Any, want: Any) -> float:
@@ -79,7 +91,7 @@ def gap(got: Any, want: Any) -> float:
 
 TARGETS = ("numpy", "mpmath", "c", "javascript")
 
-# -- formulas --------------------------------------------------------------------------------------
+NO_CODE = (sympy.Integral, sympy.Derivative, sympy.DiracDelta, sympy.core.function.AppliedUndef)
 
 
 @cache
@@ -87,10 +99,7 @@ def formulas() -> tuple[list[Function], list[tuple[str, tuple[float, ...]]], lis
     """The functions of every label that are expressions, each at one point, and SymPy's values."""
     rng, functions, calls, wanted = random.Random(5), {}, [], []
     for f in (f for label in sa.labels() for f in sa.formula(label).functions()):
-        kinds = {type(a) for v in f.values for a in sympy.preorder_traversal(v)}
-        if kinds & {sympy.Integral, sympy.Derivative, sympy.DiracDelta} or any(
-            v.atoms(sympy.core.function.AppliedUndef) for v in f.values
-        ):
+        if any(v.atoms(*NO_CODE) for v in f.values):
             continue
         point = [(-1 if a.is_negative else 1) * Fraction(rng.randint(20, 60), 32) for a in
                  f.arguments]  # fmt: skip
@@ -118,63 +127,53 @@ def test_every_formula(target: str, tmp_path: Path) -> None:
         assert gap(got, want) < 1e-13, call[1:]
 
 
-# -- T, C, P, the density, V and phi of a drift, exactly -------------------------------------------
-
 FRICTION = sa.friction()
-Text = tuple[str, ...]
-SCENES: list[tuple[sa.Drift, Text, Text, Text]] = [
-    (FRICTION, ("3", "1", "-0.4"), ("0.02",), ("10000",)),
-    (FRICTION, ("3", "1", "-0.4"), ("0.1", "1", "30"), ("0.3", "1", "10000")),
-    (FRICTION, ("0.5", "1", "0.5"), ("0.07", "1", "30"), ("0.3", "10000")),
-    (sa.tanh(), ("1", "-1", "1000"), ("0.1", "30"), ("0.3", "10")),
-    (sa.tanh(), ("-1", "0.5", "1000"), ("0.1", "1"), ("0.3", "10000")),
-    (sa.sine(), ("1", "-1", "3"), ("0.1", "3"), ("1.5",)),
-    (sa.hill(), ("1", "-1", "0.3"), ("0.3",), ("1.5",)),
+SCENES: list[tuple[sa.Drift, tuple[float, ...], tuple[float, ...], tuple[float, ...]]] = [
+    (FRICTION, (3, 1, -0.4), (0.02,), (10000,)),
+    (FRICTION, (3, 1, -0.4), (0.1, 30), (0.3, 1, 10000)),
+    (FRICTION, (0.5, 1, 0.5), (0.07, 1, 30), (0.3, 10000)),
+    (sa.tanh(), (1, -1, 1000), (0.1, 30), (10,)),
+    (sa.tanh(), (-1, 0.5, 1000), (0.1, 1), (0.3, 10000)),
+    (sa.sine(), (1, -1, 3), (0.1, 3), (1.5,)),
+    (sa.hill(), (1, -1, 0.3), (0.3,), (1.5,)),
     # Bumps of a thousandth, that no grid sees.
-    (sa.Drift("1/2 - exp(-(1000*(u - 3/10))**2)"), (), ("0.1", "30"), ("0.4", "10")),
-    (sa.Drift("1 - 2/(1 + (1000*(u + 37/100))**2)"), (), ("0.1", "30"), ("0.4", "10")),
+    (sa.Drift("1/2 - exp(-(1000*(u - 3/10))**2)"), (), (0.1, 30), (0.4,)),
+    (sa.Drift("1 - 2/(1 + (1000*(u + 37/100))**2)"), (), (0.1, 30), (10,)),
+    (sa.Drift("(1 - u + u**5)/2"), (), (0.07, 1), (0.4, 9999.7)),
+    (sa.Drift("1/3 - u + u**3/5 - 2*u**16"), (), (0.07, 1), (9999.7,)),
 ]
-
-
-def polynomials() -> list[Any]:
-    rng, rows = random.Random(11), []
-    for degree in (1, 3, 5, 16):
-        A = sum(sympy.Rational(rng.randint(-300, 300), 128) * u**k for k in range(degree + 1))
-        rows.append((sa.Drift(A), (), ("0.07", "0.7"), ("0.4", "9999.7")))
-    return rows
 
 
 @cache
 def exact_rows() -> list[tuple[sa.Drift, str, str, tuple[float, ...], float]]:
     """Drift, label, function and its numbers, and the library's logarithm."""
     rows: list[Any] = []
-    for drift, values, kappas, radii in (*SCENES, *polynomials()):
-        numbers = tuple(map(float, values))
-        bound = drift.bind(**dict(zip(drift.free, numbers, strict=True)))
-        for kappa, r in ((float(k), float(r)) for k in kappas for r in radii):
+    for drift, values, kappas, radii in SCENES:
+        bound = drift.bind(**dict(zip(drift.free, values, strict=True)))
+        for kappa, r in itertools.product(kappas, radii):
             T = sa.escape_time(bound, kappa, r, log=True)
-            rows.append((drift, "eq:Ttilde", "log_Ttilde", (kappa, r, *numbers), T))
+            rows.append((drift, "eq:Ttilde", "log_Ttilde", (kappa, r, *values), T))
             for rest, name in enumerate(("log_C", "log_complement")):
                 with suppress(sa.RangeError):  # log C below -1e308
                     C = sa.exit_probability(bound, kappa, r, complement=bool(rest), log=True)
-                    rows.append((drift, "eq:C", name, (kappa, r, *numbers), C))
+                    rows.append((drift, "eq:C", name, (kappa, r, *values), C))
         if bound.region == "sliding":
             for rest, name in enumerate(("log_P", "log_complement")):
                 P = sa.occupation(bound, kappa, complement=bool(rest), log=True)
-                rows.append((drift, "eq:P", name, (kappa, *numbers), P))
-            for at in (-1.7, 0.31):
+                rows.append((drift, "eq:P", name, (kappa, *values), P))
+            for at in (-1.7, 0.31, 1.0):
                 p = sa.stationary_density(bound, kappa, at, log=True)
-                rows.append((drift, "eq:pss", "log_pss", (kappa, at, *numbers), p))
+                rows.append((drift, "eq:pss", "log_pss", (kappa, at, *values), p))
     return rows
 
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_exact(target: str, tmp_path: Path) -> None:
     """Logarithms against the library's to 1e-13."""
-    rows = exact_rows()
+    rows = exact_rows()[:: 2 if target == "numpy" else 1]
     if target == "mpmath":
-        rows = [row for row in rows if row[3][0] >= 1][:12]
-    files = {(d, label): sa.emit(label, target, drift=d) for d, label, *_ in rows}
+        rows = [row for row in rows if row[3][0] >= 1][:9]
+    files = {key: sa.emit(key[1], target, drift=key[0]) for key in {row[:2] for row in rows}}
     calls = [(files[row[:2]], row[2], row[3]) for row in rows]
     for row, got in zip(rows, run(target, calls, tmp_path), strict=True):
         assert gap(got, row[4]) < 1e-13, row
@@ -182,25 +181,23 @@ def test_exact(target: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_phi_and_V(target: str, tmp_path: Path) -> None:
-    for drift in (sa.tanh(1, "-1/2", 3), sa.friction(3, 1, "-0.4")):
-        files = [sa.emit(label, target, drift=drift) for label in ("eq:phi", "eq:V")]
-        calls = [(s, s.functions[-1], (at,)) for s in files for at in (-2.0, -0.9, 0.3, 1.5)]
-        pieces = [drift.phi()] * 4 + [drift.potential()] * 4
-        exact = [e.subs(u, sympy.Rational(c[2][0])) for e, c in zip(pieces, calls, strict=True)]
-        for call, got, want in zip(calls, run(target, calls, tmp_path), exact, strict=True):
-            assert gap(got, mpmath.mpf(sympy.N(want, 25))) < 1e-14, call[1:]
+    drift, points = sa.tanh(1, "-1/2", 3), (-2.0, -0.9, 1.5)
+    for label, e in (("eq:phi", drift.phi()), ("eq:V", drift.potential())):
+        source = sa.emit(label, target, drift=drift)
+        calls = [(source, label[3:], (at,)) for at in points]
+        for at, got in zip(points, run(target, calls, tmp_path), strict=True):
+            assert gap(got, mpmath.mpf(sympy.N(e.subs(u, sympy.Rational(at)), 25))) < 1e-14
 
 
 def test_digits() -> None:
     """Any number of digits, of decimals as they are written."""
     T = sa.emit("eq:Ttilde", "mpmath", drift=FRICTION).load().Ttilde
-    f = sa.expand(sa.friction(3, 1, "-0.4"), order=1).emit("mpmath").load().f
+    drift = sa.friction(3, 1, "-0.4")
+    f = sa.expand(drift, order=1).emit("mpmath").load().f
     with mpmath.workdps(30):
-        want = sa.escape_time(sa.friction(3, 1, "-0.4"), "1", 10, dps=35)
+        want = sa.escape_time(drift, "1", 10, dps=35)
         assert abs(T("1", 10, 3, 1, "-0.4") / want - 1) < mpmath.mpf(10) ** -29
-        want = sa.escape_time(
-            sa.friction(3, 1, "-0.4"), "0.1", 10, method="laplace", order=1, dps=35
-        )
+        want = sa.escape_time(drift, "0.1", 10, method="laplace", order=1, dps=35)
         assert abs(f("0.1", 10) / want - 1) < mpmath.mpf(10) ** -28
 
 
@@ -212,21 +209,19 @@ def test_arrays() -> None:
     want = sa.escape_time(sa.friction(mu=3, alpha=1, z0=z0), kappa, 10, log=True)
     assert np.abs(T(kappa, 10, 3, 1, z0) - want).max() < 1e-13
     assert np.abs(T(kappa[:, 0], 10, 3, 1, -0.4) - want[:, 1]).max() < 1e-13
-    assert uniform(1, 0.1, 3, [[0.5], [2]], z0).shape == (2, 3)
+    lacking = np.isnan(uniform(1, 0.1, 3, [[0.5], [2]], z0))  # r = 1/2; sliding
+    assert lacking.tolist() == [[True, True, True], [False, False, True]]
 
 
-def test_no_value(tmp_path: Path) -> None:
+@pytest.mark.parametrize("target", TARGETS)
+def test_no_value(target: str, tmp_path: Path) -> None:
     """Too small a kappa, and outside of the region."""
-    with pytest.raises(ValueError, match="sa.expand"):
-        sa.emit("eq:Ttilde", drift=FRICTION).load().Ttilde(1e-4, 10, 3, 1, -0.4)
-    for target in ("c", "javascript"):
-        T, P = (sa.emit(label, target, drift=FRICTION) for label in ("eq:Ttilde", "eq:P"))
-        numbers = (3.0, 1.0, -0.4)
-        calls = [(T, "Ttilde", (1e-4, 10.0, *numbers)), (P, "P", (1.0, *numbers))]
-        assert all(map(math.isnan, run(target, calls, tmp_path)))
+    T, P = (sa.emit(label, target, drift=FRICTION) for label in ("eq:Ttilde", "eq:P"))
+    if target != "mpmath":  # where it takes minutes
+        no_value(target, T, "Ttilde", (1e-4, 10.0, 3.0, 1.0, -0.4), tmp_path)
+    (share,) = run(target, [(P, "P", (1.0, 3.0, 1.0, -0.4))], tmp_path)
+    assert math.isnan(share)
 
-
-# -- expansions ------------------------------------------------------------------------------------
 
 EXPANSIONS = [
     (sa.friction(3, 1, "-0.4"), "T", "weak", 2, 0), (sa.friction(3, 1, "-0.4"), "C", "weak", 1, 0),
@@ -238,7 +233,7 @@ EXPANSIONS = [
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_expansions(target: str, tmp_path: Path) -> None:
-    """The numbers of the methods; nan for r < 1."""
+    """The numbers of the methods; none for r < 1."""
     calls, wanted = [], []
     for drift, quantity, noise, order, start in EXPANSIONS:
         e = sa.expand(drift, quantity, noise=noise, order=order, start=start)
@@ -251,13 +246,13 @@ def test_expansions(target: str, tmp_path: Path) -> None:
                 wanted.append(e.evaluate(kappa, r, log=name == "log_g"))
     for call, got, want in zip(calls, run(target, calls, tmp_path), wanted, strict=True):
         assert gap(got, want) < 1e-13, call[1:]
-    beside = [(calls[0][0], "log_g", (0.1, 0.5)), (calls[0][0], "g", (0.1, 1.0))]
-    assert all(math.isnan(v) for v in run(target, beside, tmp_path))
+    no_value(target, calls[0][0], "log_g", (0.1, 0.5), tmp_path)
+    no_value(target, calls[0][0], "g", (0.1, 1.0), tmp_path)
 
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_uniform(target: str, tmp_path: Path) -> None:
-    """Through the fold at z0 = -7/9, with free parameters, against exact times; nan for r < 1."""
+    """Through the fold at z0 = -7/9, with free parameters, against exact times; none for r < 1."""
     source = sa.expand(FRICTION, "T", noise="uniform").emit(target)
     z0 = (-1.5, -0.9, -7 / 9, -0.6, -0.3)
     rows = [(k, r, z) for z in z0 for k in (0.05, 0.1, 0.2) for r in (1.5, 10.0)]
@@ -265,15 +260,14 @@ def test_uniform(target: str, tmp_path: Path) -> None:
     for (k, r, z), got in zip(rows, run(target, calls, tmp_path), strict=True):
         want = sa.escape_time(sa.friction(mu=3, alpha=1, z0=z), k, r)
         assert abs(got / want - 1) < 0.3 * k**2, (k, r, z)
-    assert math.isnan(run(target, [(source, "f", (1.0, 0.2, 3.0, 0.4, -0.4))], tmp_path)[0])
+    no_value(target, source, "f", (1.0, 0.2, 3.0, 0.4, -0.4), tmp_path)  # where T is 0.739
 
 
-# -- expressions of one's own ----------------------------------------------------------------------
-
+ERFCX = own("erfcx")(x)
 SPECIAL = [
     *((k(x), (-80.0, -9.1, -5.0, -0.1, 0.5, 1.1, 8.9, 9.1, 20.0)) for k in (
         sympy.airyai, sympy.airyaiprime, sympy.airybi, sympy.airybiprime)),
-    (sympy.erf(x), (-3.0, 1e-9, 0.4, 0.6)), (own("erfcx")(x), (0.0, 0.3, 5.9, 6.1, 50.0)),
+    (sympy.erf(x), (-3.0, 1e-9, 0.4, 0.6)), (ERFCX, (0.0, 0.3, 5.9, 6.1, 50.0)),
     (sympy.exp(-(x**2)) * sympy.erfi(x), (-2.0, 0.1, 0.6, 20.0, 29.0, 31.0)),
     (sympy.hyper([sympy.S.Half, 1], [sympy.S.Half * 3], x), (-30.0, -1e-5, 1e-6, 0.9)),
     (sympy.log(1 + sympy.exp(x)), (-800.0, 3.0, 800.0)), (sympy.exp(x) - 1, (1e-12, -2.0)),
@@ -283,27 +277,18 @@ SPECIAL = [
 ]  # fmt: skip
 
 
-LACKING = {
-    "erfcx": lambda t: mpmath.exp(t * t) * mpmath.erfc(t),
-    "airyaiprime": lambda t: mpmath.airyai(t, derivative=1),
-    "airybiprime": lambda t: mpmath.airybi(t, derivative=1),
-}
-
-
 @pytest.mark.parametrize("target", TARGETS)
 def test_functions_that_languages_lack(target: str, tmp_path: Path) -> None:
-    calls, wanted = [], []
-    for e, points in SPECIAL:
-        source = sa.emit(e, target)
-        of = sympy.lambdify(x, e, [LACKING, "mpmath"])
+    sources = [(e, sa.emit(e, target), points) for e, points in SPECIAL]
+    calls = [(source, "f", (at,)) for _, source, points in sources for at in points]
+    got = iter(run(target, calls, tmp_path))
+    for e, _, points in sources:
+        known = sympy.exp(x**2) * sympy.erfc(x) if e == ERFCX else e
         for at in points:
-            calls.append((source, "f", (at,)))
-            with mpmath.workdps(30):
-                wanted.append(of(mpmath.mpf(at)))
-    for call, got, want in zip(calls, run(target, calls, tmp_path), wanted, strict=True):
-        # Airy functions oscillate with an amplitude of |x|^(1/4)/pi^(1/2) at the most.
-        size = max(abs(want), 2 if call[2][0] < -1 and abs(want) < 2 else 0)
-        assert abs(got - want) <= 2e-13 * size, (call[0], call[2], want)
+            want = sympy.N(known.subs(x, sympy.Rational(at)), 25)
+            # Airy functions oscillate with an amplitude of |x|^(1/4)/pi^(1/2) at the most.
+            size = max(abs(want), 2 if at < -1 and abs(want) < 2 else 0)
+            assert abs(next(got) - want) <= 2e-13 * size, (e, at, want)
 
 
 def test_parameters_and_names(tmp_path: Path) -> None:
@@ -325,24 +310,17 @@ def test_other_languages() -> None:
     assert "double V4_u1" in e.emit("c")
 
 
-@pytest.mark.parametrize(
-    "ask",
-    [
-        lambda: sa.emit("eq:Ttilde", "basic"),
-        lambda: sa.emit("eq:Ttilde", "c"),
-        lambda: sa.emit("eq:nothing"),
-        lambda: sa.emit([], "c"),
-        lambda: sa.emit(x > 0),
-        lambda: sa.emit(sympy.Symbol("x; y")),
-        lambda: sa.emit(x, name="f()"),
-        lambda: sa.emit(sympy.Function("q")(x), "c"),
-        lambda: sa.emit(sympy.hyper([1, 2], [3], x), "c"),
-        lambda: sa.emit(x, "c", {"y": 1}),
-        lambda: sa.emit("eq:Ttilde", drift=sa.Drift("kappa - u", u)),
-        lambda: sa.emit(x, "javascript").load(),
-        lambda: sa.expand(sa.tanh(1, -1, 3), "density", order=1).emit("c"),
-    ],
-)
+REFUSED: list[Any] = [
+    lambda: sa.emit("eq:Ttilde", "basic"), lambda: sa.emit("eq:Ttilde", "c"),
+    lambda: sa.emit(x > 0), lambda: sa.emit([], "c"), lambda: sa.emit(sympy.Symbol("x; y")),
+    lambda: sa.emit(x, name="f()"), lambda: sa.emit(sympy.Function("q")(x), "c"),
+    lambda: sa.emit(sympy.hyper([1, 2], [3], x), "c"), lambda: sa.emit(x, "c", {"y": 1}),
+    lambda: sa.emit("eq:Ttilde", drift=sa.Drift("kappa - u", u)), lambda: sa.emit(x, "c").load(),
+    lambda: sa.expand(sa.tanh(1, -1, 3), "density", order=1).emit("c"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("ask", REFUSED)
 def test_refused(ask: Any) -> None:
     with pytest.raises(sa.InputError):
         ask()

@@ -17,7 +17,7 @@ import pytest
 
 import symasym as sa
 from symasym.methods import METHODS
-from tests.problems import PROBLEMS, Problem, constant_drift
+from symasym.workshop.problems import PROBLEMS, Problem, constant_drift
 
 F = Fraction
 ENDS = {"T": sa.escape_time, "C": sa.exit_probability}

@@ -54,7 +54,7 @@ SCENES = [
     Scene(sa.linear(), {"a_minus": 1, "a_plus": "-1/2"}, "1/5", slides=True),
     Scene(sa.Drift("u*(c - u**2)"), {"c": "1/2"}, "1/6", "1/4"),
     Scene(sa.Drift("-(u - c)*(u + 1/2)*(u - 2/3)*(1 + u/3)"), {"c": "1/4"}, "1/20", "-1/5"),
-    Scene(sa.Drift("c - u + u**3/3"), {"c": "1/5"}, "2/5", "-9/8"),
+    Scene(sa.Drift("c - u + u**3/3"), {"c": "1/5"}, "2/5", "-1"),
     Scene(sa.Drift("u/2 - u**2 - c"), {"c": "1/20"}, "1/20", "1"),
     Scene(sa.Drift("c", "u"), {"c": "2/3"}, "1/2", "1/5"),
     Scene(sa.Drift("c", "u"), {"c": "-2/3"}, "1/2"),
@@ -70,7 +70,7 @@ ON_ZERO = [
 ]
 STRONG = [
     friction("0.5", "7/2", slides=True), friction("-0.4", "7/2", "1/5", r="4"),
-    friction("0.5", "10", "-2", r="4"),
+    friction("0.5", "10", "-1", r="4"),
 ]  # fmt: skip
 
 
@@ -162,7 +162,7 @@ def test_the_leading_term_leads(scene: Scene, kappa: str, what: str) -> None:
     """T over it tends to 1, as kappa^2 or kappa; its conditions hold."""
     bound, free = sa.expand(scene.drift, order=0, start=scene.start), scene.formula("T", 0)
     leading, one, errors = bound.leading, free.leading, []
-    assert {str(c) for c in leading.conditions} <= {"r > 1.5"}
+    assert all(c.subs(sympy.Symbol("r", positive=True), 2) for c in leading.conditions)
     with mpmath.workdps(40):
         for k in (kappa, str(Fraction(kappa) / 4)):
 
@@ -195,8 +195,8 @@ def test_what_is_written() -> None:
 @needs_latex
 def test_latex_compiles(tmp_path: Path) -> None:
     options: list[dict[str, Any]] = [
-        {"order": 1}, {"quantity": "1 - C", "order": 1}, {"quantity": "density", "order": 1},
-        {"noise": "strong", "order": 1}, {"noise": "uniform"},
+        {"order": 1}, {"quantity": "1 - C", "order": 1}, {"noise": "strong", "order": 1},
+        {"noise": "uniform"},
     ]  # fmt: skip
     texts = [sa.expand(sa.friction(), **option).latex() for option in options]
     page = tmp_path / "page.tex"
@@ -214,7 +214,7 @@ def test_latex_compiles(tmp_path: Path) -> None:
          "start well barrier, start well, well start, barrier well start, start"),
         (sa.friction(), "P", "start well"),
         (sa.hill(1, -1), "T", "start well, well start"),
-        (sa.Drift("b + c*u - u**3"), "density", "start well, start well barrier well"),
+        (sa.Drift("b + c*u - u**3"), "P", "start well, start well barrier well"),
         (sa.Drift("u*(c - u**2)"), "T", "start=well, well start=barrier well, start=barrier"),
         # Zeros 1e-3 apart are two.
         (sa.Drift("c*(u - 1/2)*(u - 501/1000)"), "T", "start well barrier, start barrier well"),
@@ -249,10 +249,6 @@ def test_numbers_of_a_bound_drift() -> None:
             for s, x in one.numbers.items():
                 want = by_definitions(one, one.drift, "1", "2", s)
                 assert abs(mpmath.mpf(str(x)) / want - 1) < 1e-35, s
-    density = sa.expand(sa.friction(3, 1, "0.5"), "density", order=3)
-    want = sa.stationary_density(density.drift, "0.2", "0.3")
-    got = float(by_definitions(density, density.drift, "0.2", "3"))
-    assert got == pytest.approx(float(want), rel=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -268,7 +264,9 @@ def test_numbers_of_a_bound_drift() -> None:
         (sa.friction(), {"quantity": "P", "case": "barrier"}, "with wells outermost"),
         (sa.Drift.general(), {"quantity": "P"}, "Drift.general"),
         (sa.Drift.general(), {"case": "well barrier start"}, "case 'well barrier start'"),
-        (sa.friction(), {"quantity": "density", "noise": "strong"}, "T, C and P"),
+        (sa.friction(), {"start": "-9/8"}, "from -1.125 has no formula"),
+        (sa.Drift("c + sin(2*u) + 2*u**2"), {"noise": "uniform", "case": "start"},
+         "take numbers of method=.uniform"),
         (sa.Drift.general(), {"noise": "strong"}, "no polynomial"),
         (sa.Drift("1 + sin(u)"), {"noise": "strong"}, "no polynomial in u, so that the moments"),
         *[(sa.Drift(f"{name} + u - 4*u**3"), {"order": 1}, f"has a parameter {name}")

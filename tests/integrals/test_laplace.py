@@ -23,6 +23,10 @@ x, nu = sympy.Symbol("x"), sympy.Symbol("nu", positive=True)
 c, y = sympy.Symbol("c", positive=True), sympy.Symbol("y")
 
 
+#: Where f or g is singular at an end, or inside.
+SINGULAR = ("beta, symmetric", "branch point inside", "singular end", "removable")
+
+
 @cache
 def expansion(name: str, order: Any) -> Any:
     row = NAMED[name]
@@ -31,11 +35,16 @@ def expansion(name: str, order: Any) -> Any:
 
 @pytest.mark.parametrize("name", [row.name for row in INTEGRALS])
 def test_right_and_honest(name: str) -> None:
-    """The claimed error is the true one, also of float64; and as small as the order says."""
+    """The claimed error is the true one, also of float64; and as small as the order says.
+
+    It is a bound on closed intervals with regular ends.
+    """
+    row = NAMED[name]
     for order, lam in ((3, 4), ("optimal", 30)):
         found = expansion(name, order).evaluate(lam, dps=25, full=True)
         value, error = scaled(expansion(name, order), found, lam)
-        assert found.error_kind == "bound"
+        sampled = "oo" in (row.a, row.b) or name in SINGULAR
+        assert found.error_kind == ("estimate" if sampled else "bound")
         with mp.workdps(DIGITS):
             true = abs(value - truth(name, lam))
             assert true <= error <= true * mpf("1.01") + mpf(10) ** -22
@@ -51,6 +60,22 @@ def test_right_and_honest(name: str) -> None:
     # There what the near end cuts off is all there is.
     small = name == "cut close" or errors[1] < mpf(10) ** -18
     assert small or min(abs(slope - power) for power in powers) < 0.06
+
+
+@pytest.mark.parametrize(
+    ("f", "g", "cuts", "kind"),
+    [  # kinks without a closed form, found on a grid, and where a sign changes at a pole
+        ("-Abs(x**3 - x - 1) - x/9", "1 + x", "1.324717957244746", "estimate"),
+        ("-x - Abs(sin(2*x))", "1", "1.5707963267948966", "estimate"),
+        ("-x**2", "Piecewise((1, 1/(x - 1) > -2), (3, True))", "0.5 1", "bound"),
+    ],
+)
+def test_kinks(f: str, g: str, cuts: str, kind: str) -> None:
+    found = sa.laplace_integral(f, g, x, 0, 2).evaluate(5, full=True)
+    of = [sympy.lambdify(x, sympy.sympify(e), "mpmath") for e in (f, g)]
+    true = mp.quad(lambda z: of[1](z) * mp.exp(5 * of[0](z)), [0, *map(mpf, cuts.split()), 2])
+    assert found.error_kind == kind
+    assert abs(abs(found.value - true) - found.error) < 1e-9
 
 
 def hankel(k: int) -> Any:
@@ -133,10 +158,9 @@ def test_arrays_logarithms_and_precisions_of_the_caller() -> None:
 @pytest.mark.parametrize("target", ["numpy", "mpmath"])
 def test_the_formula_is_the_sum(target: str) -> None:
     free = sa.laplace_integral(-(x**2) / 2 - c * x**4 - x**3 / 9, 1 + x**2, x, "-oo", "oo", 4)
-    assert free.error_kind == "none"
     assert "compared at sampled" in free.conditions[0]
     want = free.bind(c="1/3").evaluate(37)
-    code = free.emit(target, name="f").load().f(1 / 3, 37.0)
+    code = sa.emit(free.expression, target, name="f").load().f(1 / 3, 37.0)
     names = {
         s: 37 if str(s) == "lam" else sympy.Rational(1, 3) for s in free.expression.free_symbols
     }
@@ -152,6 +176,7 @@ def test_the_formula_is_the_sum(target: str) -> None:
         (x, 1, x, 0, "oo"), ("cos(x)", 1, x, 0, "oo"), ("1/(1 + x**2)", 1, x, 0, "oo"),
         (-x, "exp(x**2)", x, 0, "oo"), ("1/x", 1, x, 0, 1), ("sin(1/x)", 1, x, 0, 1),
         (-x, 1 / x, x, 0, 1), (-(x**2), "sqrt(x)", x, -1, 1), (-(x**2), "log(x)", x, 0, 1),
+        (-x, "sqrt(x) + x", x, 0, 1),
         (-(sympy.Abs(x) ** sympy.Rational(3, 2)), 1, x, -1, 1), (sympy.I * x, 1, x, 0, 1),
         (-x, "oo*x", x, 0, 1), (sympy.Integer(3), 1, x, 0, 1), (-sympy.gamma(x), 1, x, 1, 3),
         (-x, 1, x, 1, 0), (-x, 1, x, 0, x), (-x, 0, x, 0, 1), (-x, [1], x, 0, 1), (-x, 1, 3, 0, 1),
@@ -170,7 +195,7 @@ def test_bad_integrals(given: Any) -> None:
 
 
 def test_a_sign_that_decides_is_asked_for() -> None:
-    with pytest.raises(sa.InputError, match=r"pass Symbol\('c', positive=True\)\."):
+    with pytest.raises(sa.InputError, match=r"Symbol\('c', positive=True\)"):
         sa.laplace_integral("-x**2/2 - c*x**4", 1, x, "-oo", "oo")
 
 
@@ -186,5 +211,7 @@ def test_a_sign_that_decides_is_asked_for() -> None:
 def test_bad_values(name: str, lam: Any, options: Any, error: Any) -> None:
     with pytest.raises(error):
         expansion(name, 3).evaluate(lam, **options)
-    with pytest.raises(sa.AccuracyError):
-        sa.laplace_integral(-(x**2), "1/(x - 1/2)", x, -1, 1).evaluate(9, full=True)
+    # A pole; a jump of f where its derivatives are simpler than f.
+    for f, g, b in ((-(x**2), "1/(x - 1/2)", 1), ("-x - atan(tan(x))/2", 1, 3)):
+        with pytest.raises(sa.AccuracyError):
+            sa.laplace_integral(f, g, x, 0, b).evaluate(9, full=True)
