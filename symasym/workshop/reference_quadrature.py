@@ -181,7 +181,8 @@ class _Grid:
         # e^{2t} on [-1, 1] is integrated to n digits by about n/2 + 10 nodes, while n < 200.
         nodes = int(work * 0.55) + 14 + 6 * level
         kinks = [Fraction(x) for x in (-1, 1) if min(marks) < x < max(marks)]
-        waiting, self.edges = [*pairwise(sorted({*marks, *kinks}))][::-1], []
+        waiting = [*pairwise(sorted({*marks, *kinks}))][::-1]
+        self.edges: list[Fraction] = []
         while waiting:
             a, b = waiting.pop()
             outside = a >= 1 or b <= -1
