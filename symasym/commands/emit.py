@@ -43,7 +43,8 @@ def _run(arguments: argparse.Namespace) -> None:
     quantity = arguments.label.removeprefix("expansion:")
     if quantity != arguments.label:
         drift = (drift or sa.Drift.general()).bind(**values)
-        source = sa.expand(drift, quantity, order=arguments.order).emit(arguments.target)
+        shown = sa.expand(drift, quantity.replace("1-", "1 - "), order=arguments.order)
+        source = shown.emit(arguments.target)
     elif arguments.order is not None:
         raise InputError(f"--order is of an expansion such as expansion:T, not {arguments.label}.")
     else:

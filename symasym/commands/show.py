@@ -94,7 +94,8 @@ def _show_expansion(arguments: argparse.Namespace) -> None:
         raise InputError("--set sets a drift's parameter; give --drift or --expr.")
     asked = {n: getattr(arguments, n) for n in ("noise", "order", "start", "case")}
     given = {n: x for n, x in asked.items() if x is not None}
-    shown = sa.expand(drift, arguments.label.removeprefix("expansion:"), **given)
+    name = arguments.label.removeprefix("expansion:").replace("1-", "1 - ")
+    shown = sa.expand(drift, name, **given)
     quantity = quantity_of(shown.quantity)
     verb = quantity.verb.replace("_", "-") + " --complement" * quantity.complement
     numbers = f"symasym value {verb} --method {_METHODS[shown.noise]} --json"

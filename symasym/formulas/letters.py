@@ -100,7 +100,7 @@ class Field:
         """The zeros of a polynomial; those beside a start on one are zeros of A/(u - start)."""
         case, inside = self.case, len(self.zeros)
         poly = poly.quo(sympy.Poly(U - self.start, U)) if case.at_start else poly
-        more = range(inside + 1, poly.degree() + 1)
+        more = range(inside + 1, max(poly.degree(), 0) + 1)
         self.outer = [Symbol(f"u{k}", **{"real": True} if len(more) == 1 else {}) for k in more]
         every, c = [*self.zeros, *self.outer], poly.all_coeffs()[::-1]
         if poly.degree() == 2:

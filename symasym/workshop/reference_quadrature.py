@@ -181,23 +181,25 @@ class _Grid:
         # e^{2t} on [-1, 1] is integrated to n digits by about n/2 + 10 nodes, while n < 200.
         nodes = int(work * 0.55) + 14 + 6 * level
         kinks = [Fraction(x) for x in (-1, 1) if min(marks) < x < max(marks)]
-        waiting, self.edges = [*pairwise(sorted({*marks, *kinks}))][::-1], []
+        waiting = [*pairwise(sorted({*marks, *kinks}))][::-1]
+        self.edges: list[Fraction] = []
         while waiting:
             a, b = waiting.pop()
             outside = a >= 1 or b <= -1
             points = [self._mpf(a + (b - a) * Fraction(k, 6)) for k in range(7)]
-            steep = self.lam * max(abs(self.phi(u)) for u in points) * self._mpf(b - a)
-            parts = int(steep / growth) + 1 if outside else 2
-            if steep <= growth and (outside or b - a <= widest):
-                self.edges.append(a)
-            else:
-                cuts = [a + (b - a) * Fraction(k, parts) for k in range(parts + 1)]
-                waiting += [*pairwise(cuts)][::-1] if parts * nodes**2 < _MOST else []
-            if not parts * nodes**2 < _MOST > (len(self.edges) + len(waiting)) * nodes**2:
+            rises = [self.lam * abs(self.phi(u)) * self._mpf(b - a) for u in points]
+            steep, needed = max(rises), int(sum(rises) / 7 / growth)
+            if (needed + len(self.edges) + len(waiting)) * nodes**2 > _MOST:
                 raise AccuracyError(
                     "plain quadrature would take minutes here; take stronger noise, a smaller r "
                     "or fewer digits."
                 )
+            if steep <= growth and (outside or b - a <= widest):
+                self.edges.append(a)
+            else:
+                parts = int(steep / growth) + 1 if outside else 2
+                cuts = [a + (b - a) * Fraction(k, parts) for k in range(parts + 1)]
+                waiting += [*pairwise(cuts)][::-1]
         self.edges.append(max(marks))
         self.nodes, self.weights, self.rows = _rule(work, nodes)
 

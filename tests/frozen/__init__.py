@@ -1,1 +1,0 @@
-"""Answers kept from before a rebuilding, and the comparison with them."""
