@@ -304,7 +304,7 @@ def laplace_integral(f: Any, g: Any, x: Any, a: Any, b: Any, order: Any = 3) -> 
     >>> stirling.contributions[0].coefficients
     (sqrt(2)*sqrt(pi), sqrt(2)*sqrt(pi)/12, sqrt(2)*sqrt(pi)/288)
     >>> print(stirling.evaluate(1000, dps=20, log=True, full=True))
-    -1002.53485577295 ± 5.85e-12 (estimate, laplace)
+    -1002.5348557729532 ± 2.73e-12 (estimate, laplace)
     >>> stirling.evaluate([10.0, 100.0]).round(12).tolist()
     [3.6288097e-05, 0.0]
     """

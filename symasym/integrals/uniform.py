@@ -231,10 +231,10 @@ def uniform_integral(
     ...     "z*sinh(t) - t", "1/(2*pi*I)", "t", "oo - I*pi", "oo + I*pi", order=4
     ... )
     >>> print(bessel.bind(z=1).evaluate(100, dps=20, full=True))
-    0.09636667330 ± 6.82e-12 (estimate, uniform)
+    0.09636667329519 ± 2.02e-12 (estimate, uniform)
     >>> gamma = sa.uniform_integral("log(x) - x", "1/x", "x", "mu", "oo", order=4, near=1)
     >>> print(gamma.bind(mu="1.01").evaluate(100, dps=20, log=True, full=True))
-    -102.18777793477 ± 3.70e-12 (estimate, uniform)
+    -102.1877779347692 ± 2.93e-12 (estimate, uniform)
     """
     f, g, x, a, b = read(f, g, x, a, b, FUNCTIONS, pairs=True)
     order, beside = count("order", order, 1, _MOST, " of terms"), exact("near", near)
