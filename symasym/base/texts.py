@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
@@ -64,5 +63,4 @@ def carried_text(value: Any, error: Any, most: int) -> tuple[str, str | None]:
     if "+/-" not in text:
         return text, "0"
     middle, radius = text.strip("[]").split(" +/- ") if text[1] != "+" else ("0", text[5:-1])
-    # 1.20e+3 is read by Decimal as it stands.
-    return format(Decimal(middle), "") if "e" in middle else middle, radius
+    return middle, radius
