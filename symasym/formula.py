@@ -6,6 +6,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import InputError
+from symasym.base.inputs import shown
 
 if TYPE_CHECKING:
     from symasym.derivation.derivation import Derivation
@@ -136,6 +137,8 @@ def formula(label: str) -> Formula:
     from derivations.labels import DEFINITIONS
     from symasym.derivation.derivation import build
 
+    if not isinstance(label, str):
+        raise InputError(f"label is {shown(label)}; give one of sa.labels().")
     try:
         d = build(label)
     except KeyError as missing:

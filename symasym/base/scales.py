@@ -120,7 +120,11 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
             raise InputError(
                 f"the shapes do not broadcast ({shapes}); give ones that do."
             ) from None
-        return Scales(noises / np.sqrt(widths), radii / widths, widths.copy())
+        with np.errstate(over="ignore"):
+            scaled = Scales(noises / np.sqrt(widths), radii / widths, widths.copy())
+        if not (np.isfinite(scaled.kappa) & np.isfinite(scaled.r)).all():
+            raise InputError("kappa/sqrt(eps) or r/eps leaves float64; give larger eps.")
+        return scaled
     e, k, radius = (positive(name, exact(name, x)) for name, x in given.items())
     root = Fraction(isqrt(e.numerator), isqrt(e.denominator))
     return Scales(k / root if root * root == e else _noise(k, e), radius / e, e)

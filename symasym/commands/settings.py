@@ -23,6 +23,13 @@ class Parser(argparse.ArgumentParser):
         self.epilog = "\n\n".join(ending() for ending in self.endings) or None
         return super().format_help()
 
+    def parse_known_args(self, *given: Any, **named: Any) -> Any:
+        """Refuse what is left with this command's own usage and options."""
+        found, left = super().parse_known_args(*given, **named)
+        if left:
+            self.error(f"unrecognized arguments: {' '.join(left)}")
+        return found, left
+
     def error(self, message: str) -> NoReturn:
         known: list[str] = [name for action in self._actions for name in action.option_strings]
         word = re.search(r"unrecognized arguments: (\S+)", message)

@@ -88,7 +88,7 @@ def _show_expansion(arguments: argparse.Namespace) -> None:
 
     values = settings(arguments.set)
     drift = sa.Drift.general()
-    if arguments.drift or arguments.expr:
+    if (arguments.drift, arguments.expr) != (None, None):
         drift = named_drift(arguments.drift, arguments.expr, values)
     elif values:
         raise InputError("--set sets a drift's parameter; give --drift or --expr.")

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Reduction", "numbers_of", "reduce"]
 
+_MOST_OPERATIONS = 200  # of a component, which SymPy simplifies
+
 
 @dataclass(frozen=True)
 class Reduction:
@@ -249,7 +251,12 @@ def reduce(
             raise InputError(
                 f"{name} has {len(components)} components; give {len(x)}, one for each coordinate."
             )
-        return sympy.Matrix([parse(name, c, known) for c in components])
+        found = sympy.Matrix([parse(name, c, known) for c in components])
+        if (size := max(map(sympy.count_ops, found))) > _MOST_OPERATIONS:
+            raise InputError(
+                f"{name} has a component of {size} operations; give at most {_MOST_OPERATIONS}."
+            )
+        return found
 
     fields = [column(n, f) for n, f in (("f_minus", f_minus), ("f_plus", f_plus), ("F", F))]
     for side, outer, name in ((1, fields[1], "f_plus"), (-1, fields[0], "f_minus")):

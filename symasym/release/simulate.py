@@ -14,7 +14,7 @@ from symasym.base.inputs import FloatArray
 from symasym.release.march import Scene
 
 _SHIFT = 0.5825971579390106  # -zeta(1/2)/sqrt(2 pi)
-_MOST_STEPS = 20_000_000
+_MOST_STEPS, _MOST_DRAWN = 20_000_000, 2 * 10**9
 
 
 def simulate(scene: Scene, paths: int, h: float, seed: int, tau: float) -> tuple[FloatArray, ...]:
@@ -30,7 +30,10 @@ def simulate(scene: Scene, paths: int, h: float, seed: int, tau: float) -> tuple
     colour = normal(paths) / np.sqrt(2.0 * tau) if tau else np.zeros(paths)
     u, z, index = np.full(paths, scene.u), np.full(paths, scene.z), np.arange(paths)
     times, ends, sides = (np.empty(paths) for _ in range(3))
+    drawn = 0
     for step in range(1, _MOST_STEPS):
+        if (drawn := drawn + u.size) > _MOST_DRAWN:
+            break
         push = (h * colour if tau else np.sqrt(h) * normal(u.size)) * scene.noise(u)
         if tau:
             colour = np.exp(-h / tau) * colour + fresh * normal(u.size)
@@ -42,7 +45,10 @@ def simulate(scene: Scene, paths: int, h: float, seed: int, tau: float) -> tuple
             u, z, colour, index = u[~gone], z[~gone], colour[~gone], index[~gone]
             if not u.size:
                 return times, ends, sides
-    raise AccuracyError(f"{u.size} paths are held after {step} steps; take method='march'.")
+    raise AccuracyError(
+        f"{u.size} paths are held after {step} steps of {h:.3g}; "
+        "give a longer step or fewer paths, or take method='march'."
+    )
 
 
 def step_of(scene: Scene, tau: float) -> float:
