@@ -138,7 +138,7 @@ def formula(label: str) -> Formula:
     from symasym.derivation.derivation import build
 
     if not isinstance(label, str):
-        raise InputError(f"label is {shown(label)}; give one of sa.labels().")
+        raise InputError(f"{shown(label)} is no label of a formula; give one of sa.labels().")
     try:
         d = build(label)
     except KeyError as missing:
