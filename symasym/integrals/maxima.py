@@ -117,7 +117,7 @@ def cut(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Piece]:
     gaps = {r.lhs - r.rhs for e in (f, g) for p in e.atoms(Piecewise) for r in p.atoms(_RELATION)}
     # A sign also changes at poles.
     tests = {sympy.prod(sympy.fraction(sympy.together(e))) for e in gaps if e.has(x)}
-    kinks, orders = {z for e in tests for z in zeros(e, x, a, b)}, set()
+    kinks, orders = {z for e in tests for z in zeros(e, x, a, b, turns=True)}, set()
     closed = all(isinstance(z, Expr) for z in kinks)
     exact = closed and all(_rational(e, x) is not None for e in tests)
     free = free_symbols(x, a, b, *tests)
@@ -125,7 +125,7 @@ def cut(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Piece]:
         lo, hi = (e.xreplace(row) for e in (a, b))
         placed = {z: v for z in kinks if number(lo) < (v := number(z.xreplace(row))) < number(hi)}
         orders.add(tuple(sorted(placed, key=lambda z: placed[z].mid())))
-        for z in (z for e in tests if row for z in zeros(e.xreplace(row), x, lo, hi)):
+        for z in (z for e in tests if row for z in zeros(e.xreplace(row), x, lo, hi, turns=True)):
             if not any(number(z).overlaps(v) for v in placed.values()):
                 orders.add((z,))
     if len(orders) > 1:
@@ -159,10 +159,11 @@ def _smooth(e: Expr, x: Symbol, middle: Any) -> Expr:
 # -- zeros -------------------------------------------------------------------------------------
 
 
-def zeros(e: Expr, x: Symbol, lo: Expr, hi: Expr) -> list[Any]:
+def zeros(e: Expr, x: Symbol, lo: Expr, hi: Expr, turns: bool = False) -> list[Any]:
     """Real zeros in (lo, hi): all of a rational function, others where the sign changes on a grid.
 
-    With parameters those of linear and quadratic factors, or that SymPy solves for.
+    With parameters those of linear and quadratic factors, or that SymPy solves for; with `turns`
+    also where the sign changes at a pole or a jump, as tan's does.
     """
     if not e.has(x):
         return []
@@ -177,7 +178,7 @@ def zeros(e: Expr, x: Symbol, lo: Expr, hi: Expr) -> list[Any]:
             return [z for y in parts for z in sympy.solve(y, x) if z.is_real is not False]
         return []
     poly, a, b = _rational(e, x), number(lo), number(hi)
-    found = _algebraic(poly, x) if poly else _on_grid(e, x, a, b)
+    found = _algebraic(poly, x) if poly else _on_grid(e, x, a, b, turns)
     found = [z for z in found if a < number(z) < b]
     if len(found) > _MOST:
         raise InputError(
@@ -207,7 +208,7 @@ def _algebraic(poly: Any, x: Symbol) -> list[Any]:
     return found
 
 
-def _on_grid(e: Expr, x: Symbol, a: Any, b: Any) -> list[Any]:
+def _on_grid(e: Expr, x: Symbol, a: Any, b: Any, turns: bool) -> list[Any]:
     """Zeros where the sign changes between points of a grid."""
     of, found = code(e, x), []
     reach = [arb(2) ** (arb(k) / 30 - 27) for k in range(1600)]
@@ -220,7 +221,7 @@ def _on_grid(e: Expr, x: Symbol, a: Any, b: Any) -> list[Any]:
     known = [(y.mid(), v) for y in grid if (v := of(y)).is_finite() and not v.contains(0)]
     for (p, u), (q, v) in pairwise(known):
         zero = Zero(e, x, p, q)
-        if u * v < 0 and abs(of(zero.ball())) < max(abs(u), abs(v)):  # else a pole
+        if u * v < 0 and (turns or abs(of(zero.ball())) < max(abs(u), abs(v))):  # else a pole
             found.append(zero)
         if len(found) > _MOST:
             break

@@ -67,6 +67,7 @@ def test_right_and_honest(name: str) -> None:
     [  # kinks without a closed form, found on a grid, and where a sign changes at a pole
         ("-Abs(x**3 - x - 1) - x/9", "1 + x", "1.324717957244746", "estimate"),
         ("-x - Abs(sin(2*x))", "1", "1.5707963267948966", "estimate"),
+        ("-(x - 1)**2", "2 + sign(tan(x))", "1.5707963267948966", "estimate"),
         ("-x**2", "Piecewise((1, 1/(x - 1) > -2), (3, True))", "0.5 1", "bound"),
     ],
 )
