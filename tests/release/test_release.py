@@ -113,6 +113,7 @@ def test_simulation_by_the_verb() -> None:
     whole = marched(2, 5, 0.01, (0, -0.4))
     assert abs(answer.mean - whole.mean) < min(answer.error, 0.02 * whole.mean)
     assert answer.exit[0] == pytest.approx(whole.exit[0], abs=0.02)
+    assert 3 <= 100 * answer.error / answer.std < 8
     assert answer.time.quantile(0.5) == pytest.approx(whole.time.quantile(0.5), rel=0.03)
     assert sa.release(BLOCK, 2, 5, paths=10_000, seed=11, **ask).mean == answer.mean
 
