@@ -35,6 +35,7 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
+from flint import arb
 
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import is_array
@@ -88,12 +89,8 @@ class Logs(NamedTuple):
 def matrices(terms: int, nodes: int = _NODES) -> Any:
     """What acts on Chebyshev coefficients, so many terms, and on values at Gauss's nodes."""
     cheb, leg = np.polynomial.chebyshev, np.polynomial.legendre
-    x = leg.leggauss(nodes)[0]
-    for _ in range(2):  # NumPy's are right to 1e-13 only
-        p = leg.legvander(x, nodes)
-        slope = nodes * (x * p[:, -1] - p[:, -2]) / (x * x - 1)
-        x = x - p[:, -1] / slope
-    weights = 2 / ((1 - x * x) * slope**2)
+    roots = [arb.legendre_p_root(nodes, k, weight=True) for k in reversed(range(nodes))]
+    x, weights = np.array([[float(y) for y in root] for root in roots]).T
     to_series = (np.arange(nodes)[:, None] + 0.5) * leg.legvander(x, nodes - 1).T * weights
     until, ends = np.append(x, 1.0), np.append(x, [-1.0, 1.0])
     k, marks = np.arange(terms), np.linspace(-1.0, 1.0, _CELLS + 1)

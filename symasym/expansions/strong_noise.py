@@ -17,7 +17,6 @@ A ring gives e^(lam g), (e^y - 1)/y and (e^y - 1 - y)/y^2 at y = lam g, and poly
 
 from __future__ import annotations
 
-import math
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -190,14 +189,11 @@ class Floats(AtLams):
 
     def exprel(self, growth: Any, n: int) -> Scaled:
         """(e^y - 1)/y for n = 1, (e^y - 1 - y)/y^2 for n = 2."""
-        y, up = self.lam * float(growth), float(growth) > 0
-        size = np.abs(y)
-        near = sum(y**k / math.factorial(k + n) for k in range(18, -1, -1))
-        fall = -np.expm1(-size)
-        far = fall / size
-        if n == 2:
-            far = ((fall - size * (1 - fall)) if up else (size - fall)) / size**2
-        m = np.where(size < 1, near * np.exp(-np.maximum(y, 0)), far)
+        from scipy.special import hyp1f1
+
+        # Kummer's transformation, DLMF 13.2.39, where growth > 0.
+        up, fall = float(growth) > 0, -self.lam * abs(float(growth))
+        m = hyp1f1(n if up else 1, n + 1, fall) / n
         return Scaled(m, growth if up else arb(0), self.lam)
 
     def total(self, row: list[Any]) -> Scaled:

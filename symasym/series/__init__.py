@@ -1,1 +1,1 @@
-"""Power series and what bounds them: truncated, formal, Taylor models; quadratic factors."""
+"""Truncated power series, and local expansions of Laplace-type integrals, over any ring."""

@@ -1,4 +1,4 @@
-"""The ball engine: each bounded step alone, closed forms, and what it refuses."""
+"""The ball engine: closed forms, and what it refuses."""
 
 from fractions import Fraction as F
 
@@ -34,14 +34,6 @@ def same(found, true, digits):
     """True where `true`, right to more digits, lies in the ball."""
     value, error = found
     return abs(value - true) <= error + abs(true) * mpmath.mpf(10) ** (-digits - 15)
-
-
-# -- the bounded steps, alone ----------------------------------------------------------------------
-
-
-def simpson(f, h):
-    """Integrals from the first point to every second one."""
-    return np.concatenate([[0], np.cumsum((f[:-2:2] + 4 * f[1:-1:2] + f[2::2]) * h / 3)])
 
 
 # -- closed forms ----------------------------------------------------------------------------------
@@ -141,6 +133,10 @@ def test_square_root_is_not_continued_across_its_cut():
     inside, beyond = np.minimum(u, 1), np.maximum(u - 1, 0)
     v = (inside * np.sqrt(inside**2 + 0.01) + 0.01 * np.arcsinh(10 * inside) - inside) / 2
     v = lam * (v + beyond * (np.sqrt(1.01) - 0.5))  # -V on the right, V on the left
+
+    def simpson(f, h):  # from the first point to every second one
+        return np.concatenate([[0], np.cumsum((f[:-2:2] + 4 * f[1:-1:2] + f[2::2]) * h / 3)])
+
     total, q = [], []
     for sign in (1, -1):  # S and the integral of e^{-lam V} S from the end, on both sides
         parts = simpson(np.exp(sign * v), u[1])

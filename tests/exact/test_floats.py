@@ -107,7 +107,7 @@ def test_many_like_rows_share_panels(kappa: float, name: str) -> None:
     assert (found.errors <= floats.TOLERANCE * np.maximum(1.0, np.abs(found.logs))).all()
 
 
-# -- what once went wrong --------------------------------------------------------------------------
+# -- traps -----------------------------------------------------------------------------------------
 
 CHEBYSHEV = sa.polynomial("-0.9", "-0.5", 18, 0, -48, 0, 32)
 TRAPS = {
@@ -158,6 +158,3 @@ def test_a_spike_between_the_nodes_is_found(place: str) -> None:
     found = require_honest(drift, "T", kappa, 2.0)
     without = sa.escape_time(sa.polynomial("1/2", -1), kappa, 2, log=True)
     assert (np.abs(found.logs - without) > 1e5 * found.errors).all()
-
-
-# -- the complex step ------------------------------------------------------------------------------

@@ -108,7 +108,6 @@ def test_occupation(text: str) -> None:
     ],
 )
 def test_zeros_just_beyond_an_end(text: str, kappa: str, r: str, true: float | None) -> None:
-    """Earlier versions claimed 26866 ± 20 for the first, and emitted 29.3 for the last."""
     drift = sa.Drift(text)
     exact = sa.escape_time(drift, kappa, r)
     assert true is None or exact == pytest.approx(true, rel=1e-3)
