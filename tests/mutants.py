@@ -41,20 +41,19 @@ def places(path: Path) -> list[tuple[int, int, str]]:
     found = []
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.BinOp) and type(node.op) in _OTHER:
-            pairs = [(node.left, node.op, node.right)]
+            left, op, right = node.left, node.op, node.right
         elif isinstance(node, ast.Compare) and type(node.ops[0]) in _OTHER:
-            pairs = [(node.left, node.ops[0], node.comparators[0])]
+            left, op, right = node.left, node.ops[0], node.comparators[0]
         elif isinstance(node, ast.Constant) and type(node.value) is int and node.value < 100:
             found.append((at(node), at(node, end=True), str(node.value + 1)))
             continue
         else:
             continue
-        for left, op, right in pairs:
-            begin, end = at(left, end=True), at(right)
-            between = text[begin:end].decode()
-            sign = between.strip("() \n")
-            if sign and "\n" not in between and not between.count("#"):
-                found.append((begin, end, between.replace(sign, _OTHER[type(op)])))
+        begin, end = at(left, end=True), at(right)
+        between = text[begin:end].decode()
+        sign = between.strip("() \n")
+        if sign and "\n" not in between and "#" not in between:
+            found.append((begin, end, between.replace(sign, _OTHER[type(op)])))
     return found
 
 

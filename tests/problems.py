@@ -6,34 +6,11 @@ from typing import Any
 
 import mpmath
 
-from symasym.workshop.problems import (
-    BY_NAME,
-    FOLD,
-    KNOWN_WRONG,
-    PROBLEMS,
-    TAGS,
-    Problem,
-    answered,
-    constant_drift,
-    linear_sliding,
-    tagged,
-)
+from symasym.workshop.problems import BY_NAME, FOLD, PROBLEMS, Problem, tagged
 
 __all__ = [
-    "BY_NAME",
-    "FOLD",
-    "KNOWN_WRONG",
-    "PROBLEMS",
-    "TAGS",
-    "Problem",
-    "answered",
-    "constant_drift",
-    "distance",
-    "linear_sliding",
-    "logarithm",
-    "relative",
-    "tagged",
-]
+    "BY_NAME", "FOLD", "PROBLEMS", "Problem", "distance", "logarithm", "relative", "tagged",
+]  # fmt: skip
 
 
 def _context(*numbers: Any) -> Any:

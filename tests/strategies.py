@@ -12,7 +12,6 @@ from symasym.drift.texts import FUNCTIONS
 SAMPLE = settings(
     max_examples=24,
     derandomize=True,
-    deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import csv
 import json
 import math
-import signal
+import subprocess
+import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
@@ -18,7 +19,6 @@ import symasym as sa
 from symasym.commands.main import main
 from symasym.tables import read_spec, write_table
 from symasym.workshop import reference_quadrature
-from tests.processes import PROGRAM, started
 
 SMALL = """\
 drift = "friction"
@@ -87,16 +87,19 @@ def test_the_same_bytes(tmp_path: Path) -> None:
 
 def test_killed_and_resumed(tmp_path: Path) -> None:
     (tmp_path / "spec.toml").write_text(LONG)
-    command = [*PROGRAM, "table", str(tmp_path / "spec.toml"), "-o", str(tmp_path / "t.jsonl")]
-    with started([*command, "--workers", "2"]) as process:
-        while not (tmp_path / "t.jsonl").exists() or not (tmp_path / "t.jsonl").stat().st_size:
+    out = tmp_path / "t.jsonl"
+    arguments = ["table", str(tmp_path / "spec.toml"), "-o", str(out)]
+    program = "from symasym.commands.main import main; main()"
+    with subprocess.Popen([sys.executable, "-c", program, *arguments, "--workers", "2"]) as process:
+        while not out.exists() or not out.stat().st_size:
+            assert process.poll() is None
             time.sleep(0.01)
-        process.send_signal(signal.SIGKILL)
-    cut = (tmp_path / "t.jsonl").read_bytes()
-    assert main(command[len(PROGRAM) :]) == 0
-    resumed = (tmp_path / "t.jsonl").read_bytes()
+        process.kill()
+    cut = out.read_bytes()
+    assert main(arguments) == 0
+    resumed = out.read_bytes()
     assert resumed.startswith(cut[: cut.rfind(b"\n") + 1])
-    (tmp_path / "t.jsonl").unlink()
+    out.unlink()
     assert made(tmp_path, LONG) == resumed
 
 
@@ -119,7 +122,8 @@ def test_a_changed_digit_is_found(tmp_path: Path) -> None:
         ("friction", "fricton"), ('"T"', '"U"'), ("dps = 20", "dps = 0"), ("dps", "digits"),
         ('["0.5", 1.0]', '["0.5", "x"]'), ("r = 3\n", ""), ("mu = 3", "nu = 3"), ("alpha = 1", ""),
         ("points = 2", "points = 1"), ("points = 2", "step = 0.3"), ("[parameters]", "[parameters"),
-        ("points = 2", "points = 9999999999"), ("= 3\nalpha", "= [[3]]\nalpha"),
+        ("points = 2", "points = 9999999999"), ("points = 2", 'points = 2, spacing = "lg"'),
+        ('to = "-0.6", ', ""), ('["0.5", 1.0]', "[]"), ("= 3\nalpha", "= [[3]]\nalpha"),
     ],
 )  # fmt: skip
 def test_a_wrong_spec(tmp_path: Path, old: str, new: str) -> None:

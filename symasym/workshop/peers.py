@@ -1,8 +1,7 @@
 """The same escape times by the tools that people have, for polynomial drifts started at 0.
 
 Each peer is given what helps it: V in closed form, integrals split at the kinks -1 and 1 and at 0,
-the largest exponent taken out. `asymptotic` (built on SymPy) stands beside ours on a Laplace-type
-integral, where it is installed.
+the largest exponent taken out.
 """
 
 from __future__ import annotations

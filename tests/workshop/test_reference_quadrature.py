@@ -12,6 +12,8 @@ import sympy
 from symasym.base.errors import AccuracyError, RegionError
 from symasym.drift.ready_made import smoothings
 from symasym.workshop import reference_quadrature
+from symasym.workshop.problems import BY_NAME, constant_drift
+from tests.problems import relative
 
 
 class Corner:
@@ -22,22 +24,6 @@ class Corner:
 
     def expression(self) -> Any:
         return 1 + sympy.Abs(sympy.Symbol("u", real=True) - sympy.Rational(1, 3))
-
-
-def constant_drift(a: F, kappa: F, r: F, start: F) -> tuple[Any, Any]:
-    """T and C of a constant drift a, to 60 digits."""
-    mp = mpmath.MPContext()
-    mp.dps = 200  # the closed form of T cancels where a is small
-    a_, k, r_, x = (mp.mpf(v.numerator) / v.denominator for v in (a, kappa, r, start))
-    rate = 2 * a_ / k**2
-    C = (mp.exp(-rate * x) - mp.exp(-rate * r_)) / (mp.exp(rate * r_) - mp.exp(-rate * r_))
-    # E[u at exit] = start + a T, as u - a t is a martingale.
-    return (r_ * (1 - 2 * C) - x) / a_, C
-
-
-def relative(value: Any, reference: Any) -> Any:
-    with mpmath.workdps(80):
-        return abs(mpmath.mpf(value) - mpmath.mpf(reference)) / abs(mpmath.mpf(reference))
 
 
 @pytest.mark.parametrize(
@@ -52,32 +38,22 @@ def relative(value: Any, reference: Any) -> Any:
     ],
 )
 def test_constant_drift(a: F, kappa: F, r: F, start: F) -> None:
-    time, probability = constant_drift(a, kappa, r, start)
-    drift = smoothings.polynomial(a)
-    assert relative(reference_quadrature.escape_time(drift, kappa, r, start, 25), time) < 1e-25
-    side = reference_quadrature.exit_probability(drift, kappa, r, start, 25)
-    assert relative(side, probability) < 1e-25
+    scene = smoothings.polynomial(a), kappa, r, start
+    closed, context = constant_drift(str(a)), mpmath.MPContext()
+    context.dps = 200  # the closed form of T cancels where a is small
+    numbers = [context.mpf(x.numerator) / x.denominator for x in (kappa, r, start)]
+    for name, of in (
+        ("T", reference_quadrature.escape_time), ("C", reference_quadrature.exit_probability)
+    ):  # fmt: skip
+        assert relative(of(*scene, 25), closed[name](context, *numbers)) < 1e-25
 
 
-def test_linear_potential_well_on_the_line() -> None:
-    # V = |u|-like tails and a parabola between: every integral is an error function.
-    drift, kappa = smoothings.linear(1, -1), F(1, 2)
-    with mpmath.workdps(40):
-        lam = mpmath.mpf(8)
-        inside = mpmath.exp(lam / 2) * mpmath.sqrt(2 * mpmath.pi / lam)
-        inside *= mpmath.erf(mpmath.sqrt(lam / 2))
-        tails = 2 / lam
-        P = inside / (inside + tails)
-        density = mpmath.exp(lam / 2 - lam / 18) / (inside + tails)
-        far = mpmath.exp(-lam * 3) / (inside + tails)
-    assert relative(reference_quadrature.occupation(drift, kappa, 25), P) < 1e-25
-    rest = reference_quadrature.occupation(drift, kappa, 25, complement=True)
-    assert relative(rest, tails / (inside + tails)) < 1e-14
-    assert (
-        relative(reference_quadrature.stationary_density(drift, kappa, F(1, 3), 25), density)
-        < 1e-25
-    )
-    assert relative(reference_quadrature.stationary_density(drift, kappa, F(-4), 25), far) < 1e-25
+def test_linear_sliding() -> None:
+    """A parabola between lines: every integral is an error function."""
+    problem = BY_NAME["linear sliding"]
+    asked = problem.by_quadrature()
+    for name in ("C", "P", "1-P", "p(3/10)", "p(-5/2)"):
+        assert relative(asked[name](25), problem.known(name, 40)) < 1e-25
 
 
 def test_global_precision_is_neither_used_nor_changed() -> None:

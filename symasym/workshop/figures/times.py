@@ -12,16 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import symasym as sa
-from symasym.workshop.figures.style import (
-    BLUE,
-    INK,
-    OCHRE,
-    RED,
-    TEAL,
-    new_figure,
-    shade,
-    style,
-)
+from symasym.workshop.figures.style import BLUE, INK, OCHRE, RED, TEAL, new_figure, shade, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
