@@ -74,7 +74,7 @@ _HOMES = {
 class _Package(ModuleType):
     """This package, whose public names are loaded when first asked for.
 
-    Five verbs have the name of their module (``symasym.plan``): importing the module
+    Six verbs have the name of their module (``symasym.plan``): importing the module
     would put it in the verb's place.
     """
 

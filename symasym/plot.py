@@ -7,14 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import (
-    FloatArray,
-    Numbers,
-    axes,
-    choice,
-    floats,
-    is_array,
-)
+from symasym.base.inputs import FloatArray, Numbers, axes, choice, floats, is_array
 from symasym.drift.drift import Drift
 from symasym.quantities import call_named, stationary_density
 from symasym.scenes import QUANTITIES, require_drift

@@ -139,7 +139,6 @@ def sensitivity(
     quantity = choice("quantity", quantity, QUANTITIES)
     require_drift(drift)
     numbers = _numbers(quantity, kappa, r, start)
-    require_drift(drift)
     if QUANTITIES[quantity].sliding:
         require_sliding(drift)
     if dps is not None:

@@ -15,7 +15,7 @@ from flint import arb, ctx, fmpq
 
 from symasym.base.balls import exact_ball, precision, to_mpf
 from symasym.base.errors import InputError
-from symasym.base.inputs import Floats, Numbers, choice
+from symasym.base.inputs import Floats, Numbers, choice, digits
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
 from symasym.expansions.canonical import Field, central_map
@@ -27,7 +27,7 @@ from symasym.scenes import (
     read_scene,
     require_drift,
     scene_at,
-)  # fmt: skip
+)
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -91,15 +91,16 @@ def stokes_multiplier(
         each = (scene_at(scenes, row) for row in range(len(scenes.lam)))
         values = np.array([float(_multiplier(s, method, FLOAT_DIGITS).mid()) for s in each])
         return values.reshape(scenes.shape)
-    value = _multiplier(read_scene(drift, numbers), method, dps or FLOAT_DIGITS)
-    return float(value.mid()) if dps is None else to_mpf(value, dps)[0]
+    places = FLOAT_DIGITS if dps is None else digits(dps)
+    value = _multiplier(read_scene(drift, numbers), method, places)
+    return float(value.mid()) if dps is None else to_mpf(value, places)[0]
 
 
-def _multiplier(scene: Scene, method: str, digits: int) -> Any:
+def _multiplier(scene: Scene, method: str, places: int) -> Any:
     """G(Z)/(G(Z) + G(-Z)) of the pair that is nearest to its fold."""
-    bits = int(4 * digits) + 60 + int(math.log2(2 + scene.lam))
+    bits = 4 * places + 60 + int(math.log2(2 + scene.lam))
     with precision(bits):
-        ctx.cap = 4 * digits + 40
+        ctx.cap = 4 * places + 40
         zetas = []
         field = Field(pieces(scene.drift, fmpq(1))[0].phi)
         for cluster in field.clusters():

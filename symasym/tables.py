@@ -126,8 +126,9 @@ def read_spec(path: str | os.PathLike[str]) -> Spec:
 def _axis(name: str, given: Any) -> list[Fraction]:
     """The values of one number, a list of them, or a range."""
     if not isinstance(given, dict):
-        return [exact(name, x) for x in (given if isinstance(given, list) else [given])]
-    low, high = (exact(f"{name}.{end}", given[end]) for end in ("from", "to"))
+        several = isinstance(given, list) and given
+        return [exact(name, x) for x in (given if several else [given])]
+    low, high = (exact(f"{name}.{end}", given.get(end)) for end in ("from", "to"))
     if "step" in given:
         step = exact(f"{name}.step", given["step"])
         count = (high - low) / step if step else Fraction(1, 2)
@@ -138,7 +139,7 @@ def _axis(name: str, given: Any) -> list[Fraction]:
     if count.denominator > 1 or not 2 <= count <= _MOST:
         raise InputError(f"points is {count}; give a whole number of at least 2, or a step.")
     parts = [Fraction(k, int(count) - 1) for k in range(int(count))]
-    if given.get("spacing", "linear") != "log":
+    if choice("spacing", given.get("spacing", "linear"), ("linear", "log")) == "linear":
         return [low + x * (high - low) for x in parts]
     if not 0 < low < high:
         raise InputError(f"spacing is log from {low} to {high}; give ends above 0.")

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 @contextmanager
 def stage(
     name: str, total: int, *, done: int = 0, every: float | None = None
-) -> Iterator[Callable[..., object]]:
+) -> Iterator[Callable[[], object]]:
     """Announce a stage of `total` steps; call what it gives after every step.
 
     A bar with rate and time left on a terminal, one line a stage elsewhere.
@@ -39,20 +39,20 @@ def stage(
         return
     before = f", {done} of them made before" if done else ""
     print(f"{name}: {total} steps{before}", file=sys.stderr, flush=True)
-    yield (lambda count=1: None) if every is None else _lines(name, total, done, every)
+    yield (lambda: None) if every is None else _lines(name, total, done, every)
 
 
-def _lines(name: str, total: int, done: int, every: float) -> Callable[..., object]:
+def _lines(name: str, total: int, done: int, every: float) -> Callable[[], object]:
     """Lines on the standard error stream, at least `every` seconds apart."""
     begun = printed = time.monotonic()
     made = 0
 
-    def step(count: int = 1) -> None:
-        """Count the steps that were made, and print a line if it is time."""
+    def step() -> None:
+        """Count a step that was made, and print a line if it is time."""
         nonlocal made, printed
-        made += count
+        made += 1
         now = time.monotonic()
-        if now - printed < every or not made:
+        if now - printed < every:
             return
         printed, rate = now, made / (now - begun)
         left = round((total - done - made) / rate)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import re
 import signal
 import sys
@@ -14,7 +13,7 @@ from symasym.base.errors import SymasymError
 from symasym.commands import derive, emit, release, show, table, value, workshop
 from symasym.commands.settings import Parser, document
 
-_BAD_INPUT, _INTERRUPTED, _BROKEN_PIPE = 2, 130, 141
+_BAD_INPUT, _INTERRUPTED = 2, 130
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -29,7 +28,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     -------
     int
         0, or 1 for a derivation or check that fails, 2 after an error that is said in one
-        sentence, 130 after an interrupt, 141 where whoever read the output has left.
+        sentence, 130 after an interrupt.
     """
     if argv is None:
         argv = sys.argv[1:]
@@ -37,8 +36,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         arguments = _parser().parse_args(_join_negative(argv))
-        status = int(arguments.run(arguments) or 0)
-        sys.stdout.flush()
+        return int(arguments.run(arguments) or 0)
     except SymasymError as error:
         # A stranger's file may hold what a terminal would obey.
         text = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(error))
@@ -47,11 +45,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("symasym: interrupted; every file that was written is whole.", file=sys.stderr)
         return _INTERRUPTED
-    except BrokenPipeError:
-        # What is still buffered goes nowhere, or Python fails on it again at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return _BROKEN_PIPE
-    return status
 
 
 def _join_negative(argv: Sequence[str]) -> list[str]:

@@ -6,14 +6,7 @@ import argparse
 import json
 from typing import Any
 
-from symasym.commands.settings import (
-    Commands,
-    command,
-    document,
-    listed,
-    settings,
-    takes_settings,
-)
+from symasym.commands.settings import Commands, command, document, listed, settings, takes_settings
 
 
 def add_parser(commands: Commands) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import re
-import sys
 from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import InputError
@@ -16,8 +15,6 @@ if TYPE_CHECKING:
     from symasym.formula import Formula
 
 _OF_EXPANSION = ("drift", "expr", "set", "noise", "order", "start", "case")
-#: The methods that have an expansion's numbers.
-_METHODS = {"weak": "laplace", "strong": "strong_noise", "uniform": "uniform"}
 
 
 def add_parser(commands: Commands) -> None:
@@ -84,7 +81,6 @@ def _show(shown: Formula, latex: bool, steps: bool) -> None:
 def _show_expansion(arguments: argparse.Namespace) -> None:
     """Print the expansion of a quantity, as text or in LaTeX."""
     import symasym as sa
-    from symasym.scenes import quantity_of
 
     values = settings(arguments.set)
     drift = sa.Drift.general()
@@ -96,11 +92,7 @@ def _show_expansion(arguments: argparse.Namespace) -> None:
     given = {n: x for n, x in asked.items() if x is not None}
     name = arguments.label.removeprefix("expansion:").replace("1-", "1 - ")
     shown = sa.expand(drift, name, **given)
-    quantity = quantity_of(shown.quantity)
-    verb = quantity.verb.replace("_", "-") + " --complement" * quantity.complement
-    numbers = f"symasym value {verb} --method {_METHODS[shown.noise]} --json"
-    told = str(shown).replace("evaluate(…, full=True)", numbers)
-    print(shown.latex() if arguments.latex else told)
+    print(shown.latex() if arguments.latex else shown)
 
 
 def pretty(step: Step) -> str:
@@ -109,11 +101,9 @@ def pretty(step: Step) -> str:
 
     from symasym.derivation.tex import tex
 
-    unicode = (sys.stdout.encoding or "").lower().startswith("utf")
-
     def drawn(e: Any) -> str:
         names = {s: sympy.Symbol(plain(tex(s))) for s in e.free_symbols}
-        return str(sympy.pretty(e.xreplace(names), use_unicode=unicode, num_columns=10_000))
+        return str(sympy.pretty(e.xreplace(names), num_columns=10_000))
 
     if isinstance(step.left, str):
         left = step.left.removesuffix("=").strip()

@@ -104,6 +104,7 @@ TAKERS: dict[str, Callable[[Any], Any]] = {
     "r": lambda x: sa.escape_time(FRICTION, 1, x),
     "start": lambda x: sa.escape_time(FRICTION, 1, 10, start=x),
     "dps": lambda x: sa.escape_time(FRICTION, 1, 10, dps=x),
+    "dps, Stokes": lambda x: sa.stokes_multiplier(FRICTION, 1, dps=x),
     "method": lambda x: sa.occupation(SLIDING, 1, method=x),
     "order": lambda x: sa.escape_time(FRICTION, 1, 10, method="laplace", order=x),
     "drift": lambda x: sa.escape_time(x, 1, 10),

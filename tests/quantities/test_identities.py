@@ -55,10 +55,8 @@ def test_scaling_drift_and_noise_together_scales_time(name: str, factor: str) ->
         allowed = 2e-25 if dps else 4e-12
         T = problem.questions()["T"](dps=dps)
         faster = sa.escape_time(scaled, kappa, problem.r, start=problem.start, dps=dps)
-        scale = mpmath.mpf(c.numerator) / c.denominator
         with mpmath.workdps(40):
             assert relative(faster * (mpmath.mpf(c.numerator) / c.denominator), T) <= allowed
-        assert scale > 0
         C = problem.questions()["C"](dps=dps)
         same = sa.exit_probability(scaled, kappa, problem.r, start=problem.start, dps=dps)
         assert relative(same, C) <= allowed * max(1, abs(float(mpmath.log(C))))

@@ -122,12 +122,8 @@ def test_float64_claims_hold_on_the_table(problem: Problem) -> None:
     for quantity in names:
         scene = {} if "P" in quantity else {"r": problem.r, "start": problem.start}
         options = {"quantity": quantity, **scene}
-        try:
-            proved = sa.sensitivity(drift, problem.kappa, **options, dps=17)
-            found = sa.sensitivity(drift, problem.kappa, **options)
-        except (sa.AccuracyError, sa.RangeError, InputError):
-            assert problem.tags & {"extreme", "may refuse", "narrow"}
-            continue
+        proved = sa.sensitivity(drift, problem.kappa, **options, dps=17)
+        found = sa.sensitivity(drift, problem.kappa, **options)
         assert proved.error_kind == "bound"
         for name, value in found.derivative.items():
             off = abs(mpf(value) - proved.derivative[name])
