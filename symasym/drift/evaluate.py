@@ -377,7 +377,7 @@ class Sampled:
         return real + 1j * value.imag if np.iscomplexobj(value) else real
 
     def carefully(self) -> Sampled:
-        """The same by compensated Horner's rule, for polynomials; it takes 10 us a row."""
+        """The same by compensated Horner's rule, for polynomials."""
         pairs = []
         with precision(160):
             for row in range(self._rows if self._arrays else 1):

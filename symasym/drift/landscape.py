@@ -2,44 +2,45 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symasym.base.errors import RangeError
+from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.inputs import FloatArray
 
 if TYPE_CHECKING:
     from symasym.drift.critical_points import CriticalPoint
     from symasym.drift.drift import Drift
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
-
-
-def _integral(A: Callable[[Any], Any], upper: FloatArray, panels: int) -> FloatArray:
-    """The integral of A from -1 on so many Gauss-Legendre panels."""
-    half = (upper + 1) / panels / 2
-    total: FloatArray = np.zeros(upper.shape)
-    for k in range(panels):
-        for node, weight in zip(_NODES, _WEIGHTS, strict=True):
-            total = total + weight * half * A(-1 + half * (2 * k + 1 + node))
-    return total
-
 
 def potential_at(drift: Drift, u: FloatArray) -> float | FloatArray:
-    """V in float64 with V(-1) = 0, on as many panels as A takes."""
+    """V in float64 with V(-1) = 0, by Gauss and Legendre's rule on the panels that hold A."""
+    from symasym.drift.evaluate import sampled
+
     position = np.broadcast_to(u, drift.shape_with("u", u))
     inside = np.clip(position, -1.0, 1.0)
+    drift.require_bound()
+    parameters, cuts = drift.flat_values(drift.shape), {-1.0, 1.0}
+    for row in range(math.prod(drift.shape)):
+        arrays = {k: x[row : row + 1] for k, x in parameters.items() if isinstance(x, np.ndarray)}
+        held = sampled(drift, arrays, 1)
+        if held.cuts is None:
+            raise AccuracyError(f"V of {drift!r} takes too many panels; take a less steep A.")
+        cuts.update(held.cuts.tolist())
+        if held.exact:
+            break
+    rule = np.polynomial.legendre.leggauss(held.terms // 2 + 1)
     with np.errstate(over="ignore", invalid="ignore"):
-        beside = drift(position) * (position - inside)
-        before = _integral(drift.evaluate_float, inside, 32)
-        for panels in (128, 512, 2048, 8192):
-            found = _integral(drift.evaluate_float, inside, panels)
-            if np.abs(found - before).max() <= 1e-13 * (np.abs(found).max() + 1e-300):
-                break
-            before = found
-    total: FloatArray = -found - beside
+        total: FloatArray = -drift(position) * (position - inside)
+        for left, right in pairwise(sorted(cuts)):
+            low = np.minimum(inside, left)
+            half = (np.minimum(inside, right) - low) / 2
+            for node, weight in zip(*rule, strict=True):
+                total = total - weight * half * drift.evaluate_float(low + half * (1 + node))
     if not np.isfinite(total).all():
         raise RangeError(
             f"V of {drift!r} leaves the range of float64; rescale the drift, or give u nearer to 0."

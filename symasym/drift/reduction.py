@@ -89,14 +89,13 @@ class Reduction:
         import sympy
 
         numbers = numbers_of("values", values)
-        put = {s: numbers[s.name] for s in self._symbols() if s.name in numbers}
-        minus, plus = (sympy.sympify(n).subs(put) for n in (self.normal_minus, self.normal_plus))
+        minus, plus = (_put(n, numbers) for n in (self.normal_minus, self.normal_plus))
         if not (minus * plus).is_negative:
             raise RegionError(
                 f"the normal components are {minus} and {plus} there, which is no sliding; "
                 "choose a point where they have opposite signs."
             )
-        return tuple(sympy.simplify(component.subs(put)) for component in self.sliding)
+        return tuple(sympy.simplify(_put(component, numbers)) for component in self.sliding)
 
     def drag_time(self, eps: Number, values: Mapping[Any, Any] | None = None) -> float:
         """Scaled time in which the motion of the frozen coordinates changes a well by its depth.
@@ -145,8 +144,7 @@ class Reduction:
         frozen = []
         for expression in (self.normal_inside, change):
             at = sympy.sympify(expression).subs({**self.point, self.layer: u}, simultaneous=True)
-            put = {s: numbers[s.name] for s in at.free_symbols if s.name in numbers}
-            frozen.append(Drift(at.subs(put), u))
+            frozen.append(Drift(_put(at, numbers), u))
             if frozen[-1].parameters:
                 raise InputError(
                     f"values has no {frozen[-1].parameters[0]}; give it a number there, as to each "
@@ -156,11 +154,6 @@ class Reduction:
         return landscape.drag_time(
             phi.critical_points(), phi.evaluate_float, lambda y: width * rate.evaluate_float(y)
         )
-
-    def _symbols(self) -> list[Any]:
-        """Every symbol of the sliding field and the normal components, by name."""
-        every = set().union(*(c.free_symbols for c in (*self.sliding, self.normal_minus)))
-        return sorted(every | self.normal_plus.free_symbols, key=str)
 
 
 def reduce(
@@ -224,9 +217,8 @@ def reduce(
     Examples
     --------
     >>> import symasym as sa
-    >>> from symasym.drift.reduction import reduce
-    >>> reduced = reduce(("2 - z", "-z"), ("-1 - z", "-z"), ("1/2 - 3*s/2 - z", "-z"),
-    ...                  ((3, 4), (0, 0)), ("y", "z"), at={"z": 0})
+    >>> reduced = sa.reduce(("2 - z", "-z"), ("-1 - z", "-z"), ("1/2 - 3*s/2 - z", "-z"),
+    ...                     ((3, 4), (0, 0)), ("y", "z"), at={"z": 0})
     >>> drift, amplitude = reduced
     >>> drift.region, amplitude
     ('sliding', 5)
@@ -295,6 +287,13 @@ def numbers_of(name: str, values: Any) -> dict[str, Any]:
     if not isinstance(values, Mapping):
         raise InputError(f"{name} is {shown(values)}; give a mapping such as {{'z': 0}}.")
     return {str(k): sympy.Rational(*exact(str(k), v).as_integer_ratio()) for k, v in values.items()}
+
+
+def _put(expression: Any, numbers: Mapping[str, Any]) -> Any:
+    """An expression with its symbols of these names put in."""
+    return expression.subs(
+        {s: numbers[s.name] for s in expression.free_symbols if s.name in numbers}
+    )
 
 
 def _symbol(name: str, given: Any) -> Any:

@@ -23,6 +23,10 @@ POTENTIALS: dict[str, tuple[Callable[[], sa.Drift], Callable[[Any], Any]]] = {
         lambda u: (mpmath.log(mpmath.cosh(5 * u)) - mpmath.log(mpmath.cosh(5)))
         / (5 * mpmath.tanh(5)),
     ),
+    "step": (
+        lambda: sa.tanh(1, -1, "1e6"),
+        lambda u: (abs(u) - 1 + mpmath.log1p(mpmath.exp(-2e6 * abs(u))) / 1e6),
+    ),
     "exponential": (
         lambda: sa.Drift("exp(3*u) - 1"),
         lambda u: -((mpmath.exp(3 * u) - mpmath.exp(-3)) / 3 - u - 1),
@@ -47,8 +51,8 @@ def test_potential_in_float64(name: str) -> None:
         inside = np.array([float(closed(mpmath.mpf(max(-1, min(1, x))))) for x in u])
     a_minus, a_plus = (float(a) for a in drift.ends)
     wanted = inside - a_minus * np.minimum(u + 1, 0) - a_plus * np.maximum(u - 1, 0)
-    assert found == pytest.approx(wanted, rel=1e-10, abs=1e-12)
-    assert drift.potential_at(0.3) == pytest.approx(wanted[4], rel=1e-10)
+    assert found == pytest.approx(wanted, rel=1e-13, abs=1e-14)
+    assert drift.potential_at(0.3) == pytest.approx(wanted[4], rel=1e-13)
 
 
 @pytest.mark.parametrize("make", [lambda: sa.friction(3, 1, "-0.3"), lambda: sa.hill(1, -2, "1/2")])
@@ -76,3 +80,7 @@ def test_potential_of_free_and_of_array_parameters() -> None:
     assert many.potential_at(1.0) == pytest.approx([-2.0, 0.0, 2.0], abs=1e-14)
     assert many.potential_at([[0.0], [1.0]]).shape == (2, 3)
     assert many([[0.0], [1.0]]).shape == (2, 3)
+    peaks = sa.Drift("1 + exp(-(10**4*(u - c))**2)").bind(c=[-0.7, 0.3, 0.7])
+    assert peaks.potential_at(1.0) == pytest.approx(3 * [-2 - np.pi**0.5 / 1e4], rel=1e-13)
+    with pytest.raises(sa.AccuracyError, match="too many panels"):
+        sa.sine(1, 1, 4, waves=1000).potential_at(0.3)
