@@ -16,7 +16,10 @@ import numpy as np
 import pytest
 
 import symasym as sa
+from symasym.expansions.answer import LAPLACE
+from symasym.expansions.strong_noise import STRONG_NOISE
 from symasym.methods import METHODS
+from symasym.scenes import float_scenes, scene_at
 from symasym.workshop.problems import PROBLEMS, Problem, constant_drift
 
 F = Fraction
@@ -171,6 +174,7 @@ def test_one_scene_is_proved(problem: Problem) -> None:
 @pytest.mark.parametrize("method", ["laplace", "strong_noise"])
 def test_a_value_has_its_claim_when_exact_values_are_not_asked_for(method: str) -> None:
     """Without full=True a scene is refused by the same rule; the value is the same."""
+    claims = 0
     for kappa in ("0.05", "0.3", 1, 5):
         values = []
         for full in (False, True):
@@ -179,6 +183,8 @@ def test_a_value_has_its_claim_when_exact_values_are_not_asked_for(method: str) 
                 values.append(float(sa.escape_time(drift, kappa, 10, method=method, full=full)))
         assert len(values) != 1
         assert len(set(values)) <= 1
+        claims += len(values)
+    assert claims
 
 
 # -- the same in every arithmetic ------------------------------------------------------------------
@@ -221,6 +227,20 @@ def test_one_formula(problem: Problem, method: str, order: int) -> None:
             with mpmath.workdps(40):
                 found = mpmath.log(put_in(digits.f, kappa=str(kappa), r=str(r), dps=25))
                 assert abs(found - known) < mpmath.mpf("1e-23") * max(1, abs(known))
+
+
+@pytest.mark.parametrize(
+    ("expansion", "kappa"), [(LAPLACE, [0.04, 0.05]), (STRONG_NOISE, [0.7, 1.0, 5.0, 40.0])]
+)
+@pytest.mark.parametrize("start", [0.0, 1.5, -1.5])
+def test_floats_sum_what_balls_do(expansion: Any, kappa: Any, start: float) -> None:
+    """Before they are compared: where floats are off the verbs sum in balls, so none would tell."""
+    scenes = float_scenes(sa.friction(3, 1, "-0.4"), {"kappa": kappa, "r": 10.0, "start": start})
+    for name in ("T", "C", "1 - C"):
+        series = expansion._series(scene_at(scenes, 0), name, 3)
+        for lam, log in zip(scenes.lam, series.logs(scenes.lam, 2), strict=True):
+            true = float(series.balls(F(lam), [2], 16, True)[1][0])
+            assert abs(log - true) < 1e-13 * max(1.0, abs(true)), (name, lam)
 
 
 def test_many_drifts_and_radii_are_a_loop() -> None:
