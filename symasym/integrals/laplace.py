@@ -325,7 +325,7 @@ def laplace_integral(f: Any, g: Any, x: Any, a: Any, b: Any, order: Any = 3) -> 
         sides = [partial(contribution, p, m.point, s, 2) for m in tops for p, s in m.sides]
         first = [exactly(work) if free else work(Balls()) for work in sides]
         steps = {c.exponents[1] - c.exponents[0] for c in first}
-        if order == "borel" and not (borel.applies(f, g, x, a, b) and steps == {1}):
+        if order == "borel" and (free or steps != {1} or not borel.applies(f, g, x, a, b)):
             raise InputError(
                 f"order is 'borel', f = {f} and g = {g}; it is for polynomials with numbers, f' "
                 "and f'' without common zeros inside, and terms in steps of 1/lam: give another "

@@ -82,7 +82,7 @@ def by_definitions(
     e: sa.Expansion, drift: sa.Drift, kappa: str, r: str, formula: Any = None
 ) -> Any:
     """The value of the formula, or of another expression in its symbols, for a bound drift."""
-    given = {**drift.values, "kappa": kappa, "r": r, "y": "3/10"}
+    given = {**drift.values, "kappa": kappa, "r": r}
     known = Symbols({n: mpmath.mpf(Fraction(x).numerator) / Fraction(x).denominator
                      for n, x in given.items()})  # fmt: skip
     known.definitions = {s.name: v for s, v in e.definitions.items()}
