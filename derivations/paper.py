@@ -72,7 +72,6 @@ S | | Stokes multiplier of the well's term | a number
 p | | density of the position at a time | per scaled length
 R | | density integrated over all time | scaled time per scaled length
 C | | probability of leaving through $-r$ | a number
-C_high | C_{\mathrm{bound}} | upper bound on $C$ | a number
 J | | flux of $R$ to the left | a number
 kappa_c | \kappa_{c,p} | noise below which escape is exponentially slow | unscaled
 kappa_e | | noise at which the well's term of $T$ is $r/a^+$ | scaled: $\kappa_p/\sqrt{\varepsilon}$
@@ -82,7 +81,6 @@ K | | normalizing constant of $p_{\mathrm{ss}}$, its value at $u = -1$ | per sca
 N | | integral of $e^{-2V/\kappa^2}$ inside the layer | scaled length
 M | | integral of $e^{-2V/\kappa^2}$ outside the layer | scaled length
 P | | stationary probability of $\lvert u\rvert \le 1$ | a number
-P_low | P_{\mathrm{bound}} | lower bound on $P$ | a number
 L | | length of an interval $(1 - L, 1)$ where $V \le V(1)$ | scaled: $y/\varepsilon$
 I_left | | integral of $e^{-2V/\kappa^2}$ over $u < -1$ | scaled length
 I_right | | integral of $e^{-2V/\kappa^2}$ over $u > 1$ | scaled length
@@ -103,7 +101,7 @@ for row in TABLE.strip().splitlines():
     if shown:
         NAMES[name] = shown
 
-u, v, w, x = (Symbol(name, real=True) for name in "uvwx")
+u, v, x = (Symbol(name, real=True) for name in "uvx")
 t, r, T, C = (Symbol(name, positive=True) for name in "trTC")
 kappa, kappa_physical = Symbol("kappa", positive=True), Symbol("kappa_phys", positive=True)
 eps, r_physical = Symbol("epsilon", positive=True), Symbol("r_phys", positive=True)

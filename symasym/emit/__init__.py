@@ -1,6 +1,6 @@
 """Source code of a formula: NumPy, mpmath, C, JavaScript, LaTeX."""
 
 from symasym.emit.emit import emit
-from symasym.emit.printing import PRINTERS, TARGETS, Function, Source
+from symasym.emit.printing import Function, Source
 
-__all__ = ["PRINTERS", "TARGETS", "Function", "Source", "emit"]
+__all__ = ["Function", "Source", "emit"]

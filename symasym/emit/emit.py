@@ -63,6 +63,12 @@ def emit(
     if kind == "latex" and hasattr(what, "latex") and drift is None and not values:
         return Source(f"{what.latex()}\n", kind)
     label, functions = _functions(what, name)
+    names = [f.name for f in functions]
+    for f in functions:
+        met = sympy.Tuple(f.arguments, f.values, f.shared).free_symbols
+        names += sorted(s.name for s in met)
+    if odd := [n for n in names if not is_name(n)]:
+        raise InputError(f"{shown(odd[0])} is no name of letters, digits and _; rename it.")
     more: dict[str, str] = {}
     if drift is not None:
         drift = drift.bind(**{n: values.pop(n) for n in drift.free if n in values})
@@ -95,7 +101,5 @@ def _functions(what: Any, name: str) -> tuple[str, list[Function]]:
         values = tuple(parse("the expression", x) for x in several)
     if not values or not all(isinstance(v, Expr) for v in values):
         raise InputError(f"{shown(what)} is no formula, label or expression; give one of these.")
-    symbols = sorted(set().union(*(v.free_symbols for v in values)), key=str)
-    if odd := [n for n in (name, *(s.name for s in symbols)) if not is_name(n)]:
-        raise InputError(f"{shown(odd[0])} is no name of letters, digits and _; rename it.")
+    symbols = sorted(sympy.Tuple(*values).free_symbols, key=str)
     return label, [Function(name, tuple(symbols), values)]

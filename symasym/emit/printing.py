@@ -25,7 +25,6 @@ from sympy.codegen.cfunctions import expm1, log1p
 from sympy.printing.c import C99CodePrinter
 from sympy.printing.codeprinter import CodePrinter, PrintMethodNotImplementedError
 from sympy.printing.jscode import JavascriptCodePrinter
-from sympy.printing.latex import LatexPrinter
 from sympy.printing.numpy import SciPyPrinter
 from sympy.printing.pycode import MpmathPrinter
 
@@ -84,11 +83,6 @@ class _NumPy(SciPyPrinter):  # type: ignore[misc]
         return f"scipy.special.hyp2f1({', '.join(map(self._print, (*e.ap, *e.bq, e.argument)))})"
 
 
-class _Mpmath(MpmathPrinter):  # type: ignore[misc]
-    def _print_Float(self, e: Any) -> str:
-        return f"mpmath.mpf('{e}')"
-
-
 class _Braces:
     """Constants as numbers, and x*x for x^2, where a language has no operator for powers."""
 
@@ -130,9 +124,9 @@ class _JavaScript(_Braces, JavascriptCodePrinter):  # type: ignore[misc]
 
 #: Target -> its printer.
 PRINTERS: dict[str, Any] = {
-    "numpy": _NumPy, "mpmath": _Mpmath, "c": _C, "javascript": _JavaScript, "latex": LatexPrinter,
+    "numpy": _NumPy, "mpmath": MpmathPrinter, "c": _C, "javascript": _JavaScript,
 }  # fmt: skip
-TARGETS = tuple(PRINTERS)
+TARGETS = (*PRINTERS, "latex")
 _OWN = ("logaddexp", "erfcx", "dawsn", "airye", "drift", "end", "rate", "log")
 _NAMED: dict[str, dict[str, Any]] = {
     "numpy": {"logaddexp": "numpy.logaddexp", "erfcx": "scipy.special.erfcx",
@@ -301,7 +295,7 @@ def _function(f: Function, target: str, printer: Any) -> str:
         lines += [f"out[{k}] = {text};" for k, text in enumerate(texts)]
     else:
         lines.append((one if len(texts) == 1 else several).format(", ".join(texts)))
-    doc = f.doc or f.name
+    doc = " ".join((f.doc or f.name).split()).replace('"', "'")  # what cannot end it
     raw = "r" * ("\\" in doc)
     head = start.format(f.name, ", ".join(names), ", ".join(typed) or "void", doc, raw)
     lines = [re.sub(r"\s*\n\s*", " ", line) for line in lines]

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import random
 import re
-import shutil
-import subprocess
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -22,6 +20,7 @@ from derivations.labels import BEYOND, DEFINITIONS, NUMBERS
 from symasym.derivation.derivation import BUILT, CHANGED, LABELS, build
 from symasym.derivation.mistakes import mutants, notices, passes, survivors
 from tests.derivations import anchors_a, anchors_b, anchors_c
+from tests.latex import compiled, needs_latex
 
 STEPS = [(label, step.name) for label in LABELS for step in build(label).steps]
 CONCLUDED = {(label, step.name) for label in LABELS for step in build(label).concluded}
@@ -125,14 +124,13 @@ def test_sentences_have_their_formulas_between_dollars(label: str) -> None:
         assert not re.search(r"[\\^_]", re.sub(r"\$[^$]*\$", "", sentence)), sentence
 
 
-@pytest.mark.skipif(not shutil.which("pdflatex"), reason="there is no pdflatex")
+@needs_latex
 def test_latex_compiles(tmp_path: Path) -> None:
     text = pages.document()
     snippets = "\n".join(map(pages.latex, LABELS))
-    (tmp_path / "all.tex").write_text(text.replace(r"\end{document}", snippets + r"\end{document}"))
-    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "all.tex"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, errors="replace")
-    assert done.returncode == 0, [x for x in done.stdout.splitlines() if x.startswith(("!", "l."))]
+    path = tmp_path / "all.tex"
+    path.write_text(text.replace(r"\end{document}", snippets + r"\end{document}"))
+    compiled(path)
 
 
 def test_pages_are_written(tmp_path: Path) -> None:

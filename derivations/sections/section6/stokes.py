@@ -13,7 +13,7 @@ from symasym.derivation.derivation import derives
 SMOOTH = Scene((Fraction(2, 3), Fraction(1, 2)))
 BEHIND = Scene((Fraction(8, 25), Fraction(18, 5), Fraction(4)))
 AT_TOP = Scene((Fraction(0), Fraction(3, 2), Fraction(27, 8), Fraction(3, 8)))
-S, far, c, rho, s = sympy.symbols(r"S Z c \rho s", positive=True)
+S, s = sympy.symbols("S s", positive=True)
 phi_0, t_s = sympy.symbols("phi_0 t_s", positive=True)
 V_0, Z = sympy.symbols("V_0 Z", real=True)
 

@@ -13,7 +13,7 @@ from symasym.derivation.derivation import derives
 a, b, h, V_top, V_1, V_2, c3, c4 = sympy.symbols(r"\hat{u} \hat{v} h V_top V_u1 V_u2 c_3 c_4", real=True)
 D, S1, S2, c2, depth, height = sympy.symbols("D s_1 s_2 c_2 d g", positive=True)
 A1, A2 = Symbol("A_1", negative=True), Symbol("A_2", positive=True)
-G, T1, T2, T3, T4 = sympy.symbols("G T_1:5", positive=True)
+G, T1, T2, T3 = sympy.symbols("G T_1:4", positive=True)
 WEAK = ("1e-3", "1e-4")
 
 
