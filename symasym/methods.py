@@ -87,7 +87,7 @@ METHODS = {
         _ALL, "symasym.expansions.strong_noise", "in powers of 2/kappa^2", (2, 100)
     ),
     "bound": Method(
-        ("C", "1 - C"), "symasym.expansions.bound", "proved bounds around the exact value"
+        ("C", "1 - C"), "symasym.exact.balls", "proved bounds around the exact value"
     ),
 }  # fmt: skip
 

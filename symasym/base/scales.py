@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import Number, Numbers, exact, floats, is_array, positive
+from symasym.base.inputs import Numbers, exact, floats, is_array, positive
 from symasym.base.texts import number_text
 
 __all__ = ["Scales", "rescale"]
@@ -34,30 +34,6 @@ class Scales:
     kappa: Any
     r: Any
     time: Any
-
-    def drag_time(self, distance: Number, velocity: Number = 1) -> Any:
-        """Scaled time in which a slow variable goes a distance: the distance over eps velocity.
-
-        With the distance that the drift can bear, such as that to a fold, a time T of the scaled
-        equation describes the whole system where it is far shorter.
-
-        Parameters
-        ----------
-        distance, velocity : number
-            Physical, greater than 0.
-
-        Examples
-        --------
-        >>> import symasym as sa
-        >>> scales = sa.rescale(eps="0.01", kappa="0.01", r="0.1")
-        >>> round(scales.drag_time("0.378"), 3)  # of friction, from z0 = -0.4 to the fold
-        37.8
-        """
-        given = {"distance": distance, "velocity": velocity}
-        way, speed = (positive(name, exact(name, x)) for name, x in given.items())
-        if is_array(self.time):
-            return float(way / speed) / self.time
-        return float(way / speed / self.time)
 
     def __repr__(self) -> str:
         return f"Scales({', '.join(f'{name}={_shown(x)}' for name, x in vars(self).items())})"

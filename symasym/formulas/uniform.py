@@ -36,26 +36,21 @@ _THIRD = Rational(1, 3)
 _END, _START = 2, 4
 
 
-def beside_end(
-    well: Expr, top: Expr, mean: Expr, rise: Expr, fall: Expr, slope: Expr
-) -> dict[Any, Expr]:
+def beside_end(well: Expr, mean: Expr, rise: Expr, fall: Expr, slope: Expr) -> dict[Any, Expr]:
     """What the layer's end changes before a barrier: its Gaussian is cut off there, and a straight
-    line of slope a+ follows, x_1^2 = lam (V(u2) - V(1)). `well` and `top` are |V''| at both, `mean`
-    their geometric mean, `rise` is V(u2) - V(u1), `fall` V(u2) - V(1), `slope` a+.
+    line of slope a+ follows, x_1^2 = lam (V(u2) - V(1)). `well` is V'' there, `mean` the geometric
+    mean of |V''| at both, `rise` V(u2) - V(u1), `fall` V(u2) - V(1), `slope` a+.
 
-    First the time in the well times the change of int e^{lam V} behind it; then the time beyond
-    the end, where int e^{-lam V} before it is no longer e^{-lam V(1)}/(lam a+). A pair that is
-    close together, as seen from the end, has all of it in its Airy functions.
+    It is the time in the well times the change of int e^{lam V} behind it. A pair that is close
+    together, as seen from the end, has all of it in its Airy functions.
     """
     pi, tail, near = sympy.pi, sympy.exp(-(BESIDE**2)), 8 * LAM * rise / BESIDE**2
     left = sympy.exp(-LAM * slope * (R - 1)) / (LAM * slope)
     gauss = tail / (sympy.sqrt(pi) * BESIDE) - sympy.erfc(BESIDE)
     cut = pi / mean * sympy.exp(LAM * rise) * gauss
     over = sympy.sqrt(2 * pi * LAM / well) * sympy.exp(LAM * rise - BESIDE**2) * left
-    dawson = sympy.sqrt(pi) / 2 * tail * sympy.erfi(BESIDE)
-    slow = sympy.sqrt(2 * LAM / top) * (dawson - 1 / (2 * BESIDE)) * (1 / (LAM * slope) - left)
     share = 1 - (1 + near) * sympy.exp(-near)
-    return {BESIDE: sympy.sqrt(LAM * fall), END: share * (cut - over + slow)}
+    return {BESIDE: sympy.sqrt(LAM * fall), END: share * (cut - over)}
 
 
 def of_cubic(A: Expr, start: Expr) -> tuple[dict[Any, Expr], list[Any]]:
@@ -89,7 +84,7 @@ def of_cubic(A: Expr, start: Expr) -> tuple[dict[Any, Expr], list[Any]]:
         + PSI1 * log((PSI0 + PSI1 * y1) / (PSI0 + PSI1 * y0))
     ) / N**2  # fmt: skip
     end = beside_end(
-        2 * root * (PSI0 - PSI1 * root), 2 * root * (PSI0 + PSI1 * root), 2 * root * N,
+        2 * root * (PSI0 - PSI1 * root), 2 * root * N,
         Rational(4, 3) * Z ** Rational(3, 2) / LAM, from_middle(y1) - from_middle(root), SLOPE,
     )  # fmt: skip
     known |= {
@@ -118,7 +113,7 @@ def of_pair(of: Field) -> tuple[dict[Any, Expr], list[Any]]:
     known = {
         ZETA: (3 * rise / 4) ** (2 * _THIRD), P2: (left + right) ** 2 / 4,
         Q2: (right - left) ** 2 / (4 * ZETA), REST: side * rest, **of.values,
-        **beside_end(second, top, sympy.sqrt(second * top), rise, fall, slope),
+        **beside_end(second, sympy.sqrt(second * top), rise, fall, slope),
     }  # fmt: skip
     return known, [LAM * fall > _END, -LAM * of.height(well) > _START]
 

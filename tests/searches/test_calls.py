@@ -133,7 +133,7 @@ AFTER: dict[str, dict[str, list[list[Any]]]] = {
                          "expression_in": [["n"]], "emit": [TARGETS]},
     "uniform_integral": {"evaluate": [[10, "1e3", 50]], "__str__": []},
     "formula": {"latex": [], "__str__": [], "emit": [TARGETS]},
-    "rescale": {"__str__": [], "drag_time": [NUMBER, NUMBER]},
+    "rescale": {"__str__": []},
     "reduce": {"drag_time": [KAPPA, [{"z": 0}]], "sliding_at": [[{"z": 0}]]},
     "oscillator": {"frozen": [KAPPA], "drag_time": [KAPPA, KAPPA], "__str__": []},
     "System": {"frozen": [KAPPA], "__str__": []},

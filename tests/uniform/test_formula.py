@@ -12,11 +12,11 @@ import symasym as sa
 from tests.formulas.values import by_definitions
 
 
-def relative(e: sa.Expansion, drift: sa.Drift, kappa: str) -> float:
-    """The error of a formula of free parameters at these, r being 10."""
-    exact = sa.escape_time(drift, kappa, 10, start=e.start, dps=20)
+def relative(e: sa.Expansion, drift: sa.Drift, kappa: str, r: str = "10") -> float:
+    """The error of a formula of free parameters at these."""
+    exact = sa.escape_time(drift, kappa, r, start=e.start, dps=20)
     with mpmath.workdps(30):
-        return abs(float(by_definitions(e, drift, kappa, "10") / exact - 1))
+        return abs(float(by_definitions(e, drift, kappa, r) / exact - 1))
 
 
 def test_friction_through_the_fold() -> None:
@@ -28,7 +28,8 @@ def test_friction_through_the_fold() -> None:
         for z0 in ("-2", "-1.2", "-7/9", "-0.75", "-0.4", "-0.05", "-0.001"):
             for kappa in ("0.1", "0.3"):
                 drift = sa.friction(mu=mu, alpha=1, z0=z0)
-                assert relative(e, drift, kappa) < 0.3 * float(kappa) ** 2, (mu, z0, kappa)
+                for r in ("1.1", "10"):
+                    assert relative(e, drift, kappa, r) < 0.3 * float(kappa) ** 2, (mu, z0, kappa)
 
 
 def test_digits_at_the_fold() -> None:
