@@ -31,6 +31,14 @@ def test_where_nothing_moves_it_is_the_exact_engine(kappa: Any, r: Any, start: A
     assert answer.exit == pytest.approx((left, 1 - left), abs=1e-7)
 
 
+def test_the_time_does_not_depend_on_an_idle_clock() -> None:
+    """Where phi is without z, its velocity changes nothing, though it depends on u."""
+    ask = {"eps": "0.01", "start": ("0.3", 0), "rtol": 1e-8}
+    still, idle = (sa.release(sa.System(CUBIC, g), "0.5", 2, **ask) for g in ("-1", "-1 - u/4"))
+    assert idle.mean == pytest.approx(still.mean, rel=1e-7)
+    assert idle.std == pytest.approx(still.std, rel=1e-6)
+
+
 def test_noise_that_depends_on_the_state() -> None:
     """Against the scale function and speed measure on a fine grid (Ito)."""
     kappa, r = 0.5, 2.0
@@ -106,6 +114,14 @@ def test_the_mirrored_block_is_released_at_the_same_time() -> None:
     assert other.std == pytest.approx(one.std, rel=1e-5)
 
 
+def test_laws_are_as_far_as_they_say() -> None:
+    rough, fine = (marched("0.3", 5, "0.02", (0, "-0.4"), rtol=x) for x in (1e-3, 1e-7))
+    for law, true in ((rough.time, fine.time), (rough.z, fine.z)):
+        at = true.quantile(np.linspace(0.01, 0.99, 99))
+        away = np.abs(law.cdf(at) - true.cdf(at)).max()
+        assert 0 < away <= law.error + true.error
+
+
 def test_simulation_by_the_verb() -> None:
     """With strong noise and a long step the boundary's shift is most of the answer."""
     ask = {"eps": "0.01", "start": (0, "-0.4"), "method": "simulate", "step": "0.02"}
@@ -114,6 +130,9 @@ def test_simulation_by_the_verb() -> None:
     assert abs(answer.mean - whole.mean) < min(answer.error, 0.02 * whole.mean)
     assert answer.exit[0] == pytest.approx(whole.exit[0], abs=0.02)
     assert 3 <= 100 * answer.error / answer.std < 8
+    at = whole.time.quantile(np.linspace(0.01, 0.99, 99))
+    away = np.abs(answer.time.cdf(at) - whole.time.cdf(at)).max()
+    assert away <= answer.time.error + whole.time.error < 8 * away
     assert answer.time.quantile(0.5) == pytest.approx(whole.time.quantile(0.5), rel=0.03)
     assert sa.release(BLOCK, 2, 5, paths=10_000, seed=11, **ask).mean == answer.mean
 
