@@ -234,7 +234,7 @@ def report(
 
 
 def _markdown(found: list[Record]) -> str:
-    """A table a scene; seconds as multiples of the exact value's in float64, in the same run."""
+    """A table a scene; seconds as multiples of the proved float64 value's, in the same run."""
     lines = []
     for scene in dict.fromkeys(r.scene for r in found):
         some = [r for r in found if r.scene == scene]
