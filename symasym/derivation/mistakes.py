@@ -1,9 +1,8 @@
-"""Mistakes made on purpose: a check that lets one pass proves nothing, a step that no later one
-notices says nothing."""
+"""Mistakes made on purpose: a check that lets one pass proves nothing."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from itertools import product
 from typing import Any
@@ -12,7 +11,7 @@ import sympy
 from sympy import Integral, S
 from sympy.core.function import AppliedUndef
 
-from symasym.derivation.derivation import BUILT, CHANGED, Step, build
+from symasym.derivation.derivation import Step
 
 
 def mutants(e: Any) -> Iterator[Any]:
@@ -70,23 +69,3 @@ def passes(step: Step, stated: Any) -> bool:
     with suppress(Exception):
         return bool(step.check(stated))
     return False
-
-
-def notices(label: str, name: str, users: Iterable[str]) -> bool:
-    """Whether a step fails when another's right side is changed and its own check left out.
-
-    Asked are the steps of its label and of `users`, the labels that rest on that.
-    """
-    step = next(s for s in build(label).steps if s.name == name)
-    again = (label, *users)
-    kept = {x: BUILT.pop(x) for x in again if x in BUILT}
-    CHANGED[label, name] = next(mutants(step.right))
-    try:
-        return not all(passes(s, s.right) for x in again for s in build(x).steps)
-    except Exception:  # the changed expression does not even fit
-        return True
-    finally:
-        CHANGED.clear()
-        for x in again:
-            BUILT.pop(x, None)
-        BUILT.update(kept)

@@ -112,9 +112,8 @@ def second(d):
     d.eq("sharp order", T2, 2 * pi / sqrt(-A1 * A2) * exp(2 * D / kappa**2), "the odd order cancels: relative "
          r"$O(\kappa^2)$, where the paper has $O(\kappa)$", by=both.subs(dict.fromkeys((c3, c4, *q[1:]), 0)))
     d.conclude(error=lead * kappa**2,
-               note=r"$D$ is the barrier's height. With its correction, $1 + (\kappa^2/2) (Q(u_1) + Q(u_2))$, "
-                    r"the error is relative $O(\kappa^4)$: $Q = 5 c_3^2/(24 c_2^3) - c_4/(8 c_2^2)$, $c_j$ the "
-                    r"derivatives of $V$ at the well and of $-V$ at the barrier (saddle-series)")
+               note=r"$D$ is the barrier's height. With its correction, the step 'next order', the error is "
+                    r"relative $O(\kappa^4)$; $c_j = V^{(j)}(u_1)$ and $q_j = -V^{(j)}(u_2)$ (saddle-series)")
 
 
 @derives("eq:fourthTerm2", "The fourth piece in weak noise")
