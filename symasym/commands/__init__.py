@@ -1,1 +1,1 @@
-"""The command line, one module a command; those of the workshop together."""
+"""The command line: a table of commands (`main`), and what carries them out."""
