@@ -96,6 +96,12 @@ class IntegralExpansion:
         """At one lam, from the sum and its error over e^level."""
         wanted = dps or 17
         level, total, error, notes = self._at(inputs.positive("lam", lam), dps, full)
+        if not (total.is_finite() and error.is_finite()):
+            raise AccuracyError(
+                f"the integral of f = {self.f} at lam = {inputs.float_text(lam)} could not be "
+                "enclosed, because of a singularity, a slow decay or more than two saddles close "
+                "together; split it there, or leave full out for the sum alone."
+            )
         with precision(7 * wanted + 300 + lam.numerator.bit_length()):
             size = float((level + abs(total).log()).mid()) if total != 0 else 0.0
             if dps is None and not log and not -708.39 < size < 709.78:

@@ -24,18 +24,18 @@ from functools import cached_property, partial
 from typing import Any
 
 import sympy
-from flint import arb, fmpq
+from flint import arb
 from sympy import Expr, Float, Rational, S, Symbol
 
-from symasym.base.balls import precision
-from symasym.base.errors import AccuracyError, InputError
-from symasym.base.inputs import count, float_text
+from symasym.base.balls import exact_ball, precision
+from symasym.base.errors import InputError
+from symasym.base.inputs import count
 from symasym.derivation.tex import tex
 from symasym.drift.evaluate import FUNCTIONS
 from symasym.integrals import borel, maxima
 from symasym.integrals.enclosure import Zero, integral, number
 from symasym.integrals.integral import IntegralExpansion, read
-from symasym.integrals.local import Balls, NotAnalytic, Point, exactly, sign_of
+from symasym.integrals.local import Balls, NotAnalytic, Point, exactly, exponent, sign_of
 from symasym.series.local import watson
 from symasym.series.power_series import Series
 
@@ -68,6 +68,11 @@ class Contribution:
     exponents: tuple[Expr, ...]
     coefficients: tuple[Expr, ...]
 
+    @property
+    def step(self) -> Expr:
+        """Between two exponents."""
+        return Rational(2 if self.side == "both" else 1, self.contact)
+
 
 def contribution(piece: maxima.Piece, point: Any, side: str, order: int, ring: Any) -> Contribution:
     """That of a maximum."""
@@ -78,31 +83,27 @@ def contribution(piece: maxima.Piece, point: Any, side: str, order: int, ring: A
         contact = next((k for k, y in enumerate(c) if k and ring.sign(y) != 0), maxima.FLAT)
         here = Point(x, point, sign, step * order + contact + _SPARE, ring)
         lead, (front, weight) = here.taylor(f).c, here.term(g)
+        first = front % 2 if side == "both" and front.is_Integer else 0
+        ks = range(int(first), int(first) + step * order, step)
+        if ring.sign(-lead[contact]) != 1 or (side == "both" and contact % 2):
+            raise NotAnalytic(f"{f} is flat or not surely largest")
+        if len(weight) <= ks[-1]:
+            raise NotAnalytic(f"{g} vanishes, or cancels, to all orders looked at")
+        if sign_of(front + 1) != 1 or (side == "both" and not front.is_Integer):
+            raise NotAnalytic(f"{g} behaves as a power {sympy.simplify(front)} of the distance")
     except NotAnalytic as error:
         raise InputError(
-            "Laplace's method takes f with a Taylor series on each side of its maximum, and g a "
-            f"power of the distance times such; but {error}"
+            f"{error} at {x} = {point}, where f is largest; Laplace's method takes f with a Taylor "
+            "series on each side, and g a power of the distance, above -1 and whole inside unless "
+            "g has Abs, times such: change f or g, or give their symbols assumptions."
         ) from None
-    if ring.sign(-lead[contact]) != 1 or (side == "both" and contact % 2) or not len(weight):
-        raise InputError(
-            f"f = {f} is flat or not largest at {x} = {point}, or g = {g} vanishes there, to all "
-            "orders looked at; give others, or symbols with assumptions that decide."
-        )
-    beta, first = front + 1, front % 2 if side == "both" else 0
-    if sign_of(beta) != 1 or (side == "both" and not front.is_Integer):
-        raise InputError(
-            f"g behaves as a power {sympy.simplify(front)} of the distance from {x} = {point}, "
-            "where f is largest; the power must be above -1, and whole inside unless g has "
-            "Abs: change g or give its symbols assumptions."
-        )
-    ks = range(int(first), int(first) + step * order, step)
-    if len(weight) <= ks[-1]:
-        raise AccuracyError(f"g = {g} cancels too many orders at {x} = {point}; simplify g.")
+    beta, n = front + 1, ks[-1] + 1
     exponents, values = tuple((k + beta) / contact for k in ks), []
-    a, n = ring.expression(-lead[contact]), ks[-1] + 1
+    a = ring.expression(-lead[contact])
     steep = Series([ring.of(S.One), *(y / lead[contact] for y in lead[contact + 1 :])][:n])
-    power: Any = Fraction(int(beta.p), int(beta.q)) if beta.is_Rational else ring.of(beta)
-    reduced = watson(steep, Series(weight.c[:n]), contact, power, first=ks[0], step=step)
+    reduced = watson(
+        steep, Series(weight.c[:n]), contact, exponent(beta, ring), first=ks[0], step=step
+    )
     for d, s in zip(reduced, exponents, strict=True):
         # On each side the moment of t^(mu s - 1) e^(-a t^mu).
         gamma = sympy.gamma(s) if ring.exact else number(s).gamma()
@@ -124,6 +125,7 @@ class LaplaceExpansion(IntegralExpansion):
     conditions: tuple[str, ...] = ()
     _pieces: tuple[maxima.Piece, ...] = field(default=(), compare=False)
     _tops: tuple[maxima.Maximum, ...] = field(default=(), compare=False)
+    _known: dict[int, list[Contribution]] = field(default_factory=dict, compare=False)
 
     def _again(self, f: Any, g: Any, a: Any, b: Any) -> LaplaceExpansion:
         return laplace_integral(f, g, self.x, a, b, self.order)
@@ -135,7 +137,7 @@ class LaplaceExpansion(IntegralExpansion):
     @property
     def _terms(self) -> int:
         named = {"optimal": _OPTIMAL, "borel": borel.TERMS}
-        return self.order if isinstance(self.order, int) else named[self.order]
+        return named.get(self.order, self.order)
 
     @cached_property
     def contributions(self) -> tuple[Contribution, ...]:
@@ -155,47 +157,30 @@ class LaplaceExpansion(IntegralExpansion):
 
     def _in_balls(self, bits: int) -> list[Contribution]:
         """The contributions in balls, kept."""
-        known: dict[int, list[Contribution]] = self.__dict__.setdefault("_known", {})
-        if bits not in known:
+        if bits not in self._known:
             with precision(bits + 6 * self._terms):
-                known[bits] = self._expanded(Balls())
-        return known[bits]
+                self._known[bits] = self._expanded(Balls())
+        return self._known[bits]
 
     # -- numbers ------------------------------------------------------------------------------
 
-    @cached_property
-    def _marked(self) -> list[tuple[maxima.Piece, list[Any]]]:
-        """The pieces, and where to split their integrals: zeros of f' and poles of g."""
-        found = []
-        for p in self._pieces:
-            poles = (n.base for n in p.g.atoms(sympy.Pow) if n.exp.is_negative)
-            tests = (p.f.diff(self.x), *poles)
-            found.append((p, [z for e in tests for z in maxima.zeros(e, self.x, p.lo, p.hi)]))
-        return found
-
     def _at(self, lam: Fraction, dps: int | None, full: bool) -> tuple[Any, ...]:
         """The sum over e^(lam height), and the distance to the integral with `full`."""
-        wanted, error, proved = dps or 17, arb(0), True
+        wanted, whole, proved = dps or 17, arb(0), True
         first = int(3.33 * wanted) + 64 + (borel.BITS if self.order == "borel" else 0)
         for bits in (first << k for k in range(4)):
             with precision(bits):
-                large = arb(fmpq(lam.numerator, lam.denominator))
+                large = exact_ball(lam)
                 total, top, used = self._sum(large, bits)
-                if total.rel_accuracy_bits() > 3.33 * wanted + 4:
-                    break
+            if total.rel_accuracy_bits() > 3.33 * wanted + 4:
+                break
         with precision(bits):
-            for p, inside in self._marked if full else ():
-                marks = [number(p.lo), *sorted(map(number, inside), key=float), number(p.hi)]
-                part, known = integral(p.f, p.g, self.x, marks, large, top, bits)
-                error, proved = error + part, proved and known and p.exact
-            error = abs(total - error) if full else error
-            if not error.is_finite():
-                raise AccuracyError(
-                    f"the integral at lam = {float_text(lam)} could not be enclosed, because of a "
-                    "singularity or a slow decay; leave full out for the sum alone."
-                )
-            shares = tuple(f"{self.x} = {short(m.point)}: {used} terms" for m in self._tops)
+            for p in self._pieces if full else ():
+                part, known = integral(p.f, p.g, self.x, p.marks(), large, top, bits)
+                whole, proved = whole + part, proved and known and p.exact
+            error = abs(total - whole) if full else arb(0)
             kind = "bound" if proved else "estimate"
+            shares = tuple(f"{self.x} = {short(m.point)}: {used} terms" for m in self._tops)
             return large * top, total, error, (kind, "laplace", used, shares, self.dropped)
 
     def _sum(self, lam: Any, bits: int) -> tuple[Any, Any, int]:
@@ -205,15 +190,13 @@ class LaplaceExpansion(IntegralExpansion):
         for c in found:
             s = [number(e) for e in c.exponents]
             terms = [y * lam**-e for y, e in zip(c.coefficients, s, strict=True)]
-            n = len(terms)
             if self.order == "optimal":
                 sizes = [arb.pos_inf() if t.contains(0) else abs(t.mid()) for t in terms]
-                n = max(1, min(range(n), key=sizes.__getitem__))
-            borels = self.order == "borel"
-            part = (
-                borel.median_sum([*c.coefficients], s[0], lam) if borels else sum(terms[:n], arb(0))
-            )
-            total, used = total + part * (lam * (c.height - top)).exp(), max(used, n)
+                terms = terms[: max(1, min(range(len(sizes)), key=sizes.__getitem__))]
+            part = sum(terms, arb(0))
+            if self.order == "borel":
+                part = borel.median_sum([*c.coefficients], s[0], lam)
+            total, used = total + part * (lam * (c.height - top)).exp(), max(used, len(terms))
         return total, top, used
 
     # -- as a formula -------------------------------------------------------------------------
@@ -233,9 +216,8 @@ class LaplaceExpansion(IntegralExpansion):
     @property
     def error(self) -> Expr:
         """The order of the first term left out."""
-        lam, steps = Symbol("lam", positive=True), {"both": 2, "left": 1, "right": 1}
-        rows = ((c.exponents[-1], Rational(steps[c.side], c.contact)) for c in self.contributions)
-        omitted = sympy.Min(*(last + step for last, step in rows))
+        lam = Symbol("lam", positive=True)
+        omitted = sympy.Min(*(c.exponents[-1] + c.step for c in self.contributions))
         return sympy.exp(lam * self.contributions[0].height) * lam**-omitted
 
     def latex(self) -> str:
@@ -322,20 +304,20 @@ def laplace_integral(f: Any, g: Any, x: Any, a: Any, b: Any, order: Any = 3) -> 
             )
         pieces = maxima.cut(f, g, x, a, b)
         tops, others = (maxima.with_parameters(pieces), []) if free else maxima.highest(pieces)
-        sides = [partial(contribution, p, m.point, s, 2) for m in tops for p, s in m.sides]
-        first = [exactly(work) if free else work(Balls()) for work in sides]
-        steps = {c.exponents[1] - c.exponents[0] for c in first}
+        dropped = tuple(
+            f"maximum at {x} = {short(m.point)}: smaller by a factor "
+            f"e^(-{short(tops[0].height - m.height)} lam)"
+            for m in others
+        )
+        how = "compared at sampled parameters"
+        said = tuple(f"f is largest at {x} = {m.point} ({how})" for m in tops if free)
+        found = LaplaceExpansion(f, g, x, a, b, order, dropped, said, tuple(pieces), tuple(tops))
+        one = partial(found._expanded, terms=1)
+        steps = {c.step for c in (exactly(one) if free else one(Balls()))}
         if order == "borel" and (free or steps != {1} or not borel.applies(f, g, x, a, b)):
             raise InputError(
                 f"order is 'borel', f = {f} and g = {g}; it is for polynomials with numbers, f' "
                 "and f'' without common zeros inside, and terms in steps of 1/lam: give another "
                 "order, such as 'optimal'."
             )
-        dropped = tuple(
-            f"maximum at {x} = {short(m.point)}: smaller by a factor "
-            f"e^(-{short(tops[0].height - m.height)} lam)"
-            for m in others
-        )
-    how = "compared at sampled parameters"
-    said = tuple(f"f is largest at {x} = {m.point} ({how})" for m in tops if free)
-    return LaplaceExpansion(f, g, x, a, b, order, dropped, said, tuple(pieces), tuple(tops))
+    return found

@@ -18,7 +18,7 @@ from flint import arb_series, ctx
 from sympy import Expr, Rational, S, Symbol
 
 from symasym.base.balls import precision
-from symasym.base.errors import AccuracyError, InputError
+from symasym.base.errors import AccuracyError
 from symasym.integrals.enclosure import code, number
 from symasym.series.power_series import Series
 
@@ -45,13 +45,12 @@ def sign_of(e: Expr) -> int | None:
     """The sign of an expression: by assumptions, else by samples; None if they differ."""
     if e.is_positive or e.is_negative or e.is_zero:
         return 1 if e.is_positive else -1 if e.is_negative else 0
-    balls = [number(e.xreplace(row)) for row in samples(e.free_symbols)]
-    signs = {(v > 0) - (v < 0) if v.is_finite() else None for v in balls}
+    signs = {Balls().sign(number(e.xreplace(row))) for row in samples(e.free_symbols)}
     return signs.pop() if len(signs) == 1 else None
 
 
-class NotAnalytic(InputError):
-    """An expression is no power times a power series at the point."""
+class NotAnalytic(Exception):
+    """An expression is no power times a power series at the point; what it is instead."""
 
 
 class Balls:
@@ -107,17 +106,17 @@ class Exact:
 
     def composed(self, function: Any, a: Series) -> list[Any]:
         """By Taylor's formula in powers of a - a(0)."""
-        first, slopes = sympy.expand(self.expression(a[0])), [function(_W)]
+        first, slope = sympy.expand(self.expression(a[0])), function(_W).diff(_W)
         value = function(first)
         if value.has(sympy.zoo, sympy.nan, sympy.oo, sympy.I):
-            raise NotAnalytic(f"{function.__name__} is singular or complex")
-        if function(_W).diff(_W).is_algebraic_expr(_W):
-            slope = Point(_W, first, 1, len(a), self).taylor(function(_W).diff(_W))
-            taylor = [self.of(value), *(c / (k + 1) for k, c in enumerate(slope.c))]
-        else:
-            for k in range(1, len(a)):
-                slopes.append(sympy.expand(slopes[-1].diff(_W) / k))
-            taylor = [self.of(slope.xreplace({_W: first})) for slope in slopes]
+            raise NotAnalytic(f"{value} is singular or complex")
+        taylor = [self.of(value)]
+        if slope.is_algebraic_expr(_W):
+            series = Point(_W, first, 1, len(a), self).taylor(slope)
+            taylor += [c / (k + 1) for k, c in enumerate(series.c)]
+        for k in range(len(taylor), len(a)):
+            taylor.append(self.of(slope.xreplace({_W: first})))
+            slope = sympy.expand(slope.diff(_W) / (k + 1))
         zero, total = a[0] * 0, Series([a[0] * 0] * len(a))
         for value in taylor[len(a) - 1 :: -1]:
             total = total * Series([zero, *a.c[1:]])
@@ -142,15 +141,14 @@ class Point:
     """Expressions in x beside a point, on one side, to `count` terms."""
 
     def __init__(self, x: Symbol, point: Any, side: int, count: int, ring: Any) -> None:
-        self.x, self.at, self.count, self.ring = x, f"{x} = {point}", count, ring
-        self.zero = ring.of(S.Zero)
-        self.line = [ring.of(point), ring.of(S(side))]
+        self.x, self.count, self.ring = x, count, ring
+        self.zero, self.line = ring.of(S.Zero), [ring.of(point), ring.of(S(side))]
 
     def taylor(self, e: Expr) -> Series:
         """The series of an expression that is analytic on this side."""
         front, series = self.term(e)
         if not front.is_Integer or front < 0:
-            raise NotAnalytic(f"{e} has no Taylor series at {self.at}.")
+            raise NotAnalytic(f"{e} has no Taylor series")
         return self._padded([self.zero] * int(front) + series.c)
 
     def _padded(self, c: list[Any]) -> Series:
@@ -172,30 +170,23 @@ class Point:
         )
         found = self.ring.composed(function, self.taylor(inner))
         if not self.ring.exact and not all(c.is_finite() for c in found):
-            raise NotAnalytic(f"{e} is singular or complex at {self.at}.")
+            raise NotAnalytic(f"{e} is singular or complex")
         return self._led(S.Zero, Series(found))
 
     def _raised(self, e: Expr) -> Term:
         """The power of a term: of its exponent, and of its series."""
         (front, series), p = self.term(e.base), e.exp
         if not len(series) or not (p.is_Integer or self.ring.sign(series[0]) == 1):
-            raise NotAnalytic(
-                f"{e} is no real power times a power series at {self.at}; give symbols with "
-                "positive=True, or another expression."
-            )
+            raise NotAnalytic(f"{e} is not surely a real power times a power series")
         first = series[0] ** int(p) if p.is_Integer else self.ring.power(series[0], p)
-        rational = Fraction(int(p.p), int(p.q)) if p.is_Rational else self.ring.of(p)
-        return sympy.expand(front * p), series.power(rational, first)
+        return sympy.expand(front * p), series.power(exponent(p, self.ring), first)
 
     def _plus(self, a: Term, b: Term) -> Term:
         if not len(a[1]) or not len(b[1]):
             return a if len(a[1]) else b
         gap = sympy.expand(b[0] - a[0])
         if not gap.is_Integer:
-            raise NotAnalytic(
-                f"the powers {a[0]} and {b[0]} of the distance from {self.at} are added; give "
-                "each an integral of its own."
-            )
+            raise NotAnalytic(f"a sum of powers {a[0]} and {b[0]} of the distance")
         if gap < 0:
             return self._plus(b, a)
         return self._led(a[0], a[1] + Series([self.zero] * int(gap) + b[1].c))
@@ -204,3 +195,8 @@ class Point:
         """Leading zeros as part of the exponent."""
         first = next((k for k, y in enumerate(series.c) if self.ring.sign(y) != 0), len(series))
         return front + first, Series(series.c[first:])
+
+
+def exponent(p: Expr, ring: Any) -> Any:
+    """A power as `Series` takes it."""
+    return Fraction(int(p.p), int(p.q)) if p.is_Rational else ring.of(p)

@@ -1,4 +1,4 @@
-"""Where f is largest on [a, b]: pieces between kinks, zeros of f', ends, and which is highest.
+"""Where f is largest on [a, b]: pieces between kinks, and f beside their ends and the zeros of f'.
 
 At a kink (a zero of what stands in Abs or sign, a crossing of the arguments of Max and Min, an end
 of a Piecewise's condition) each side is an end of its own (DLMF 2.3(iii)). With parameters free the
@@ -28,6 +28,7 @@ FLAT = 24
 _MOST, _SHORT = 60, 40
 # Powers of 2 near an end, and far out, at which a limit shows; and lam there.
 _NEAR, _FAR, _LARGE = range(-25, -201, -25), range(14, 21), 10**4
+_SIDES = {-1: "left", 0: "both", 1: "right"}
 _RELATION = sympy.core.relational.Relational
 # What has kinks, as a Piecewise.
 _PIECEWISE: dict[Any, Any] = {
@@ -59,38 +60,41 @@ class Piece:
         return lo + (1 if hi.is_infinite else (hi - lo) * Rational(4, 9))
 
     @cached_property
-    def ends(self) -> dict[int, Any]:
-        """f's limits at the lower end (side 1) and the upper one (side -1); None for -oo."""
-        return {1: self._limit(self.lo, 1), -1: self._limit(self.hi, -1)}
+    def critical(self) -> list[Any]:
+        """The zeros of f'."""
+        return zeros(self.f.diff(self.x), self.x, self.lo, self.hi)
 
-    def _limit(self, end: Expr, side: int) -> Any:
-        """By f's Taylor series, else by numbers, which show if the integral diverges."""
-        far = end.is_infinite
+    def marks(self) -> list[Any]:
+        """Where to split the integral, in balls: the ends, zeros of f' and poles of g."""
+        poles = [n.base for n in self.g.atoms(sympy.Pow) if n.exp.is_negative]
+        inside = [z for e in poles for z in zeros(e, self.x, self.lo, self.hi)]
+        inside = sorted(map(number, (*self.critical, *inside)), key=float)
+        return [number(self.lo), *inside, number(self.hi)]
+
+    def beside(self, point: Any, side: int) -> list[Any]:
+        """f's Taylor coefficients in the distance from a point, to one side or, 0, to both.
+
+        Where it has none, its limit by numbers, which also show divergence; nothing for -oo.
+        """
+        far = point.is_infinite
         with suppress(NotAnalytic):
             if not far:
-                return Point(self.x, end, side, 2, Balls()).taylor(self.f)[0]
-        start, way = number(self.middle if far else end), -side if far else side
+                return Point(self.x, point, side or 1, FLAT + 1, Balls()).taylor(self.f).c
+        start, way = number(self.middle if far else point), -side if far else side or 1
         at = [start + way * arb(2) ** k for k in (_FAR if far else _NEAR)]
         f, g = ([code(e, self.x)(y) for y in at] for e in (self.f, self.g))
         gap = abs(f[-1] - f[-2])
         if not far and gap < 1e-9 * (1 + abs(f[-1])):
-            return f[-1] + arb(0, gap)
+            return [f[-1] + arb(0, gap)]
         rows = zip(at, f, g, strict=True)
         sizes = [(_LARGE * h + (abs(w) * abs(y - start)).log()).mid() for y, h, w in rows]
         if not all(later < earlier for earlier, later in pairwise(sizes)):
             raise InputError(
-                f"f = {self.f} does not fall as {self.x} tends to {end}, or g = {self.g} grows, so "
-                "that the integral diverges or has no maximum to expand at; give others, or ends."
+                f"f = {self.f} does not fall as {self.x} tends to {point}, or g = {self.g} grows, "
+                "so that the integral diverges or has no maximum to expand at; give others, or "
+                "ends."
             )
-        return None
-
-    def falls(self, point: Any, side: int) -> bool:
-        """True if f falls from a point to one side; also where it has no Taylor series there."""
-        try:
-            c = Point(self.x, point, side, FLAT + 1, Balls()).taylor(self.f).c[1:]
-        except NotAnalytic:
-            return True
-        return next((s for y in c if (s := Balls().sign(y)) != 0), 1) == -1
+        return []
 
     def bound(self, row: dict[Symbol, Expr]) -> Piece:
         """With numbers, or other symbols, for parameters."""
@@ -246,23 +250,25 @@ def _recognised(zero: Zero) -> Any:
 # -- maxima ------------------------------------------------------------------------------------
 
 
+def _falls(c: list[Any], side: int) -> bool:
+    """True if f of these Taylor coefficients falls; also where it has no more than a limit."""
+    signs = ((k, s) for k, y in enumerate(c) if k and (s := Balls().sign(y)) != 0)
+    contact, sign = next(signs, (2, -1 if len(c) == 1 else 0))
+    return sign == -1 and (side != 0 or contact % 2 == 0)
+
+
 def highest(pieces: list[Piece]) -> tuple[list[Maximum], list[Maximum]]:
     """The maxima that share the largest height, and the others; parameters have numbers."""
-    maxima = []
-    for left, right in pairwise([None, *pieces, None]):
-        sides = [(p, s) for p, s in ((left, -1), (right, 1)) if p and p.ends[s] is not None]
-        top = max((p.ends[s] for p, s in sides), key=lambda h: h.mid(), default=None)
-        sides = [(p, s) for p, s in sides if p.ends[s].overlaps(top)]
-        end: Any = right.lo if right else left.hi  # type: ignore[union-attr]
-        if sides and all(p.falls(end, s) for p, s in sides):
-            named = [(p, "left" if s < 0 else "right") for p, s in sides]
-            maxima.append(Maximum(end, top, named))
-    maxima += [
-        Maximum(z, code(p.f, p.x)(number(z)), [(p, "both")])
-        for p in pieces
-        for z in zeros(p.f.diff(p.x), p.x, p.lo, p.hi)
-        if p.falls(z, 1) and p.falls(z, -1)
-    ]
+    places, maxima = dict[Any, list[tuple[Piece, int]]](), []
+    for p in pieces:
+        for z, side in ((p.lo, 1), (p.hi, -1), *((z, 0) for z in p.critical)):
+            places.setdefault(z, []).append((p, side))
+    for z, around in places.items():
+        sides = [(p, s, c) for p, s in around if (c := p.beside(z, s))]
+        top = max((c[0] for _, _, c in sides), key=lambda h: h.mid(), default=None)
+        sides = [(p, s, c) for p, s, c in sides if c[0].overlaps(top)]
+        if sides and all(_falls(c, s) for _, s, c in sides):
+            maxima.append(Maximum(z, top, [(p, _SIDES[s]) for p, s, _ in sides]))
     if not maxima:
         p = pieces[0]
         raise InputError(
@@ -275,33 +281,25 @@ def highest(pieces: list[Piece]) -> tuple[list[Maximum], list[Maximum]]:
 
 
 def with_parameters(pieces: list[Piece]) -> list[Maximum]:
-    """The highest of the ends, kinks and zeros of f' while parameters are free, at all samples."""
-    x, points = pieces[0].x, [e for p in pieces for e in (p.lo, p.hi) if e.is_infinite is False]
-    points += [z for p in pieces for z in zeros(p.f.diff(x), x, p.lo, p.hi)]
+    """The highest while parameters are free: in the same place at all samples."""
+    x, known, found = pieces[0].x, list[Any](), set[Any]()
     free = free_symbols(x, *(e for p in pieces for e in (p.lo, p.hi, p.f, p.g)))
-    placed, chosen = dict[Expr, Any](), set[Any]()
     for row in samples(free):
         bound = [p.bound(row) for p in pieces]
         try:
-            tops = [m.point for m in highest(bound)[0]]
+            tops = sorted(highest(bound)[0], key=lambda m: number(m.point).mid())
         except InputError:
             if all(s.is_extended_nonzero for s in free):
                 raise
             raise _undecided(f"whether f = {pieces[0].f} has a maximum", free) from None
-        for z in () if chosen else [*points, *tops]:
-            here = number(z.xreplace(row))
-            known = any(here.overlaps(y) for y in placed.values())
-            if here.is_finite() and not known and isinstance(z, Expr) and z.count_ops() <= _SHORT:
-                placed[z], first = here, bound
-        at, there = {z: number(z.xreplace(row)) for z in placed}, list(map(number, tops))
-        found = [z for z, v in at.items() if any(v.is_finite() and v.overlaps(y) for y in there)]
-        chosen.add(tuple(found))
-        if len(found) < len(tops) or len(chosen) > 1:
+        if not found:
+            known = [z for p in pieces for z in (p.lo, p.hi, *p.critical)]
+            known += [m.point for m in tops if isinstance(m.point, Expr)]
+            known = [z for z in known if z.count_ops() <= _SHORT]
+        at = [(z, v) for z in known if (v := number(z.xreplace(row))).is_finite()]
+        names = [next((z for z, v in at if v.overlaps(number(m.point))), None) for m in tops]
+        sides = (tuple((bound.index(p), s) for p, s in m.sides) for m in tops)
+        found.add(tuple(zip(names, sides, strict=True)))
+        if None in names or len(found) > 1:
             raise _undecided(f"where f = {pieces[0].f} is largest", free)
-    maxima = []
-    for z in chosen.pop():
-        sides = [(p, "left" if z == p.hi else "right") for p in pieces if z in (p.lo, p.hi)]
-        inside = (number(p.lo) < placed[z] < number(p.hi) for p in first)
-        sides = sides or [(p, "both") for p, here in zip(pieces, inside, strict=True) if here]
-        maxima.append(Maximum(z, None, sides))
-    return maxima
+    return [Maximum(z, None, [(pieces[k], s) for k, s in of]) for z, of in found.pop()]

@@ -15,12 +15,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import reduce
+from functools import cached_property, reduce
 from itertools import pairwise
 from typing import Any
 
 import sympy
 from flint import acb, arb, ctx
+from sympy import Expr
 
 from symasym.base.balls import exact_ball, precision, to_mpf
 from symasym.base.errors import AccuracyError, InputError
@@ -66,45 +67,36 @@ class UniformExpansion(IntegralExpansion):
         That is the distance to the integral of a real f, enclosed; else, and without `full`, three
         times the sum of the next three differences.
         """
-        wanted, first, turned = 14 if dps is None else dps, self.order - 1, self._turn != 1
+        wanted, first = 14 if dps is None else dps, self.order - 1
         nats = math.log(10) * (wanted + 2) + math.log(2 + lam)
         with precision(int(2 * nats) + 60):
             ctx.cap = math.ceil(-nats / math.log(canonical.SHARE))
-            # True where no end adds anything.
+            large, turned = exact_ball(lam), self.kind == "oscillating"
+            # Where no end adds anything.
             whole = self.kind == "contour" or (turned and self.a.is_infinite and self.b.is_infinite)
             try:
-                row = (self._by_airy if whole else self._by_panels)(exact_ball(lam), nats)
-            except AccuracyError:
+                row = self._by_airy(large) if whole else self._by_panels(large, nats)
+            except (AccuracyError, ArithmeticError, ValueError):  # of zeros, and of singularities
                 row = [arb.nan()] * (self.order + _NEXT)
-            value, gaps = acb(row[first]), [abs(y - x) for x, y in pairwise(row[first:])]
-            error = _SAFETY * sum(gaps, arb(0)) + abs(value) * arb(10) ** -wanted
-            kind, found = "estimate", value if turned else value.real
+            value = acb(row[first])
+            found, kind = value if turned else value.real, "estimate"
+            gaps = sum((abs(y - x) for x, y in pairwise(row[first:])), arb(0))
+            error = _SAFETY * gaps + abs(value) * arb(10) ** -wanted
             if full and self.kind == "real" and value.is_finite():
-                error, kind = self._distance(exact_ball(lam), found, int(nats / math.log(2)) + 60)
-            if not (value.is_finite() and error.is_finite()):
-                raise AccuracyError(
-                    f"f = {self.f} has more than two saddles close together, or f or g is singular "
-                    "inside, or falls too slowly; split the integral there."
-                )
+                near, lo, hi = exact_ball(self.near), number(self.a), number(self.b)
+                marks = [lo, *([near] if lo < near < hi else []), hi]
+                # In units of the sum.
+                size = abs(found).upper()
+                size = size if size > 0 else arb(1)
+                bits, top = int(nats / math.log(2)) + 60, size.log() / large
+                true, proved = integral(self.f, self.g, self.x, marks, large, top, bits)
+                error, kind = abs(found.mid() - size * true), "bound" if proved else "estimate"
             return arb(0), found.mid(), error.upper(), (kind, "uniform", self.order)
 
-    def _distance(self, lam: Any, found: Any, bits: int) -> tuple[Any, str]:
-        """From the sum to the integral, enclosed in units of the sum's size, and its kind."""
-        near, lo, hi = exact_ball(self.near), number(self.a), number(self.b)
-        marks = [lo, *([near] if lo < near < hi else []), hi]
-        size = abs(found).upper() if found != 0 or found.rad() > 0 else arb(1)
-        whole, proved = integral(self.f, self.g, self.x, marks, lam, size.log() / lam, bits)
-        return abs(found.mid() - size * whole), "bound" if proved else "estimate"
-
-    @property
-    def _turn(self) -> Any:
-        """i where f is imaginary, else 1."""
-        return sympy.I if self.kind == "oscillating" else sympy.S.One
-
-    @property
-    def _phase(self) -> Any:
-        """f over that, as a function of balls."""
-        return code(sympy.expand(self.f / self._turn), self.x)
+    @cached_property
+    def _real(self) -> Expr:
+        """f, or f/i where f is imaginary."""
+        return sympy.expand(self.f / sympy.I) if self.kind == "oscillating" else self.f
 
     def _weights(self) -> tuple[Any, list[Any]]:
         """The constant factors of g and h, and the rest as functions of balls; None for 1."""
@@ -116,8 +108,7 @@ class UniformExpansion(IntegralExpansion):
         return front, rest
 
     def _field(self, lo: Any, hi: Any) -> Field:
-        slope = -sympy.diff(sympy.expand(self.f / self._turn), self.x)
-        return Field(code(slope, self.x), float(lo), float(hi))
+        return Field(code(-sympy.diff(self._real, self.x), self.x), float(lo), float(hi))
 
     def _pair(self, terms: int) -> tuple[int, Any, list[tuple[Any, Any]], Any]:
         """eps, zeta, (p_k, q_k) and f_0 of the two saddles nearest to `near`."""
@@ -131,13 +122,13 @@ class UniformExpansion(IntegralExpansion):
         g = field.taylor(centre, weight or (lambda y: 0 * y + 1))
         top = canonical.primitive(2, found.zeta, canonical.at(found.s, arb(0)))
         rows = canonical.by_parts(pi, found, g, terms - 1)[0]
-        return found.eps, found.zeta, rows, self._phase(centre) + found.eps * top
+        return found.eps, found.zeta, rows, code(self._real, self.x)(centre) + found.eps * top
 
-    def _by_airy(self, lam: Any, nats: float) -> list[Any]:
+    def _by_airy(self, lam: Any) -> list[Any]:
         eps, zeta, pairs, level = self._pair(self.order + _NEXT)
         third, total, rows = lam.root(3), acb(0), []
         # With s = i t on the path of an oscillating integral.
-        turn = acb(0, 1) if self._turn == sympy.I else acb(1)
+        turn = acb(0, 1) if self.kind == "oscillating" else acb(1)
         ai, slope, _, _ = (turn * turn * zeta * third**2).airy()
         front = 2 * arb.pi() * (turn * lam * level).exp() * acb(0, 1) / turn * self._weights()[0]
         for k, (p, q) in enumerate(pairs):
@@ -151,35 +142,32 @@ class UniformExpansion(IntegralExpansion):
         middle, last = min(max(float(self.near), float(lo)), float(hi)), self.order + _NEXT - 1
         low, high = max(lo, arb(middle - _CORE)), min(hi, arb(middle + _CORE))
         field = self._field(low, high)
-        away = [(low, lo, low), (high, high, hi)]
-        outer = [
-            canonical.panel(field, at, Factor(0), p, q, last, *weights)
-            for at, p, q in away
-            if p < q
-        ]
-        parts = field.panels(low, high, last, *weights)
-        parts = [*outer[: lo < low], *parts, *outer[lo < low :]]
-        turned = acb(0, lam) if self._turn == sympy.I else lam
+        before, after = (
+            [canonical.panel(field, at, Factor(0), p, q, last, *weights)] if p < q else []
+            for at, p, q in ((low, lo, low), (high, high, hi))
+        )
+        parts = [*before, *field.panels(low, high, last, *weights), *after]
+        turned = acb(0, lam) if self.kind == "oscillating" else lam
         rows = zip(*(canonical.ways(one, turned, nats) for one in parts), strict=True)
         whole = [reduce(Way.then, row) for row in rows]
         if self.kind == "iterated":
             return [front * y.J for y in whole]
-        return [front * (turned * self._phase(lo)).exp() * y.B for y in whole]
+        return [front * (turned * code(self._real, self.x)(lo)).exp() * y.B for y in whole]
 
     def _ends(self, lam: float, nats: float) -> list[Any]:
         """The ends, where infinite or f is -oo moved to where e^{lam f} is below all digits."""
-        f, inside, found = self._phase, float(self.near), list[Any]()
+        f, inside, found = code(self._real, self.x), float(self.near), list[Any]()
         for end, side in ((self.a, -1), (self.b, 1)):
-            here = number(end)
-            if not here.is_finite() and self.kind == "iterated":
+            here, top = number(end), -math.inf
+            far = not here.is_finite()
+            if far and self.kind == "iterated":
                 # The part with u near v falls like a power.
                 here = arb(inside + side * math.exp(nats))
-            elif not f(here).is_finite():
-                # Outwards, or half of what is left at a time.
-                far, top = not here.is_finite(), -math.inf
+            elif far or not f(here).is_finite():
                 for k in range(60):
-                    mark = inside + side * 2.0**k if far else here + (inside - here) / 2.0**k
-                    height = float(f(arb(mark)))
+                    # Outwards, or half of what is left at a time.
+                    mark = arb(inside + side * 2**k) if far else here + (inside - here) / 2**k
+                    height = float(f(mark))
                     top = max(top, height)
                     if lam * (top - height) > nats + 10:
                         break
@@ -188,7 +176,7 @@ class UniformExpansion(IntegralExpansion):
                         f"f = {self.f} does not fall as {self.x} tends to {end}, so the integral "
                         "diverges; give other ends."
                     )
-                here = arb(mark)
+                here = mark
             found.append(here)
             inside = max(inside, float(here) + 1)
         return found
