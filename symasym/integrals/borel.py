@@ -6,9 +6,9 @@ a saddle of f seen from the maximum p (M. V. Berry and C. J. Howls, Proc. R. Soc
 A minimum q of f has F > 0: real lam is on the series' Stokes line, and the real integral is the
 mean of the sums that pass F above and below (E. Delabaere and F. Pham, Ann. IHP 71 (1999) 1), q
 having no share of its own unless f'' vanishes there: such f are refused. Padé's approximant
-continues B; with its poles p_j and residues, z = -p_j,
+continues B; with its poles p_j and residues, z = -p_j, and t in units of 1/lam,
 
-    int_0^oo e^(-lam t) t^(b - 1)/(t - p_j) dt = Gamma(b) z^(b - 1) e^(lam z) Gamma(1 - b, lam z)
+    int_0^oo e^(-t) t^(b - 1)/(t - p_j) dt = Gamma(b) z^(b - 1) e^z Gamma(1 - b, z)
 
 (DLMF 8.6.4), of which for p_j > 0 the real part is the mean. Beyond a complex pair of singulants
 with Re F > 0 the approximants may follow another branch: the sum is then as good as
@@ -35,16 +35,16 @@ def applies(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> bool:
     return not any(a < z and z < b for z in sympy.gcd(slope, slope.diff(x)).real_roots())
 
 
-def median_sum(c: list[Any], first: Any, lam: Any) -> Any:
-    """The sum of c_k lam^-(first + k), c_k in balls."""
+def median_sum(terms: list[Any], first: Any) -> Any:
+    """The sum of c_k lam^-(first + k), terms in balls."""
     b = first / 2
-    whole, poles = approximant([x / (b + k).gamma() for k, x in enumerate(c)])
-    total = sum((a * (b + k).gamma() * lam ** -(b + k) for k, a in enumerate(whole)), arb(0))
+    whole, poles = approximant([x / (b + k).gamma() for k, x in enumerate(terms)])
+    total = sum((a * (b + k).gamma() for k, a in enumerate(whole)), arb(0))
     for pole, residue in poles:
         z = -pole
-        share = acb(b).gamma() * z ** (b - 1) * (lam * z).exp() * (lam * z).gamma_upper(1 - b)
+        share = acb(b).gamma() * z ** (b - 1) * z.exp() * z.gamma_upper(1 - b)
         total += (residue * share).real
-    return total * lam ** (b - first)
+    return total
 
 
 def approximant(b: list[Any]) -> tuple[list[Any], list[tuple[Any, Any]]]:
@@ -53,11 +53,6 @@ def approximant(b: list[Any]) -> tuple[list[Any], list[tuple[Any, Any]]]:
     Numerator and denominator have half the degree of the series, less where it is that of a lower
     one: then the equations for the denominator are singular.
     """
-    last = max((k for k, x in enumerate(b) if k and not x.contains(0)), default=0)
-    # In units of the radius of convergence, about, coefficients and zeros keep their digits.
-    scaled = last and not b[0].contains(0)
-    unit = (abs(b[0] / b[last]) ** (arb(1) / last)).mid() if scaled else arb(1)
-    b = [x * unit**k for k, x in enumerate(b)]
     for m in range((len(b) - 1) // 2, 0, -1):
         rows = [[b[m + i - j] for j in range(1, m + 1)] for i in range(1, m + 1)]
         try:
@@ -69,6 +64,5 @@ def approximant(b: list[Any]) -> tuple[list[Any], list[tuple[Any, Any]]]:
         if zeros:
             p = acb_poly((acb_poly(b[: m + 1]) * q).coeffs()[: m + 1])
             poles = [acb(z.real) if z.imag.contains(0) else z for z in zeros]
-            pairs = [(unit * z, unit * p(z) / q.derivative()(z)) for z in poles]
-            return [(p[m] / q[m]).real], pairs
-    return [x * unit**-k for k, x in enumerate(b)], []
+            return [(p[m] / q[m]).real], [(z, p(z) / q.derivative()(z)) for z in poles]
+    return b, []

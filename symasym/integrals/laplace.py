@@ -193,9 +193,8 @@ class LaplaceExpansion(IntegralExpansion):
             if self.order == "optimal":
                 sizes = [arb.pos_inf() if t.contains(0) else abs(t.mid()) for t in terms]
                 terms = terms[: max(1, min(range(len(sizes)), key=sizes.__getitem__))]
-            part = sum(terms, arb(0))
-            if self.order == "borel":
-                part = borel.median_sum([*c.coefficients], s[0], lam)
+            borels = self.order == "borel"
+            part = borel.median_sum(terms, s[0]) if borels else sum(terms, arb(0))
             total, used = total + part * (lam * (c.height - top)).exp(), max(used, len(terms))
         return total, top, used
 

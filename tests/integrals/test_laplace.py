@@ -125,9 +125,12 @@ def test_reversion_and_moments_agree(contact: int, beta: Any) -> None:
         ("-x**4 + x**3/2 - x/2", "1", "-oo", "oo", 16, 1e-3),
         # A minimum just outside, whose singulant is a thousandth of the next.
         ("-3*x/4 - x**2 + 3*x**3/4 - x**4/4 - x**6", "2 - x**2", "-1/4", "3/4", 16, 1e-3),
+        # Small and large singulants: zeros keep their digits only where lam is put in first.
+        ("-(x**2 - 1)**2/10**100", "1", "-3", "3", 10**101, 1e-17),
+        ("-10**100*(x**2 - 1)**2", "1", "-3", "3", mpf(10) ** -99, 1e-17),
     ],
 )
-def test_median_sums(f: str, g: str, a: str, b: str, lam: int, most: float) -> None:
+def test_median_sums(f: str, g: str, a: str, b: str, lam: Any, most: float) -> None:
     """Right by quadrature, honest, and beyond the optimal order."""
     code = [sympy.lambdify(x, sympy.sympify(e), "mpmath") for e in (f, g)]
     with mp.workdps(40):
