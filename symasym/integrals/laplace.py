@@ -136,8 +136,7 @@ class LaplaceExpansion(IntegralExpansion):
 
     @property
     def _terms(self) -> int:
-        named = {"optimal": _OPTIMAL, "borel": borel.TERMS}
-        return named.get(self.order, self.order)
+        return int({"optimal": _OPTIMAL, "borel": borel.TERMS}.get(self.order, self.order))
 
     @cached_property
     def contributions(self) -> tuple[Contribution, ...]:

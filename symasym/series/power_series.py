@@ -51,9 +51,6 @@ class Series:
             q.append(_over(self.c[k] - dot(q, b[k:0:-1]) if k else self.c[0], b[0]))
         return Series(q)
 
-    def __pow__(self, p: Any) -> Series:
-        return self.power(p)
-
     def power(self, p: Any, first: Any = None) -> Series:
         """The power p, rational or an element of the ring; `first` is that of the coefficient c[0].
 
@@ -69,15 +66,11 @@ class Series:
                 for k in range(1, n + 1)
                 if (a[k] == 0) is not True
             ]
-            b.append(_over(_sum(row) / (n * below), a[0]) if row else a[0] * 0)
+            total = sum(row[1:], row[0]) / (n * below) if row else a[0] * 0
+            b.append(_over(total, a[0]))
         return Series(b)
 
-    def exp(self, first: Any) -> Series:
-        """The exponential, `first` that of c[0], from y' = a' y."""
-        y, slope = [first], self.slope().c
-        for n in range(1, len(self)):
-            y.append(dot(slope[:n], y[::-1]) / n)
-        return Series(y)
+    __pow__ = power
 
     def slope(self) -> Series:
         """The derivative."""
@@ -90,14 +83,8 @@ class Series:
 
 def dot(a: list[Any], b: list[Any]) -> Any:
     """The sum of a_k b_k."""
-    return _sum([x * y for x, y in zip(a, b, strict=False)])
-
-
-def _sum(row: list[Any]) -> Any:
-    total = row[0]
-    for a in row[1:]:
-        total = total + a
-    return total
+    row = [x * y for x, y in zip(a, b, strict=False)]
+    return sum(row[1:], row[0])
 
 
 def _over(x: Any, y: Any) -> Any:
