@@ -9,6 +9,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+import sympy
 
 import symasym as sa
 from tests.problems import BY_NAME, relative
@@ -96,14 +97,8 @@ def test_backward_equation(name: str) -> None:
 
 def mpmath_fraction(drift: sa.Drift, u: F) -> F:
     """A(u) to 120 digits, as a rational."""
-    from symasym.base.inputs import exact
-    from symasym.workshop.reference_quadrature import in_mpmath
-
-    context = mpmath.MPContext()
-    context.dps = 120
-    inside = max(F(-1), min(F(1), u))
-    at = context.mpf(inside.numerator) / inside.denominator
-    return exact("A", context.mpf(in_mpmath(drift, context)(at)))
+    inside = sympy.Rational(max(F(-1), min(F(1), u)))
+    return F(str(drift.expression().subs(sympy.Symbol("u", real=True), inside).evalf(120)))
 
 
 SLIDING = ["linear sliding", "linear sliding, uneven", "friction sliding", "tanh"]

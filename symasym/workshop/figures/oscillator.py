@@ -1,0 +1,320 @@
+"""The oscillator (frictionOsc), its force (fricforce), potentials (potentialSketch), orbits.
+
+The block's extension is z and its velocity relative to the belt y, with z' = y - 1 and
+y' = 1 - z - y - F(y) (eq:osc2), in physical units. F is sgn(y) (eq:forcePWC, alpha = 1; fil and
+phase) or smoothed over |y| <= eps (eq:forcePerturbed; flows).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Rectangle
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import symasym as sa
+from symasym.workshop.figures import style
+from symasym.workshop.figures.style import BLUE, FAINT, INK, OCHRE, RED, TEAL, along, straight
+
+_EPS = 0.1
+_SURFACE: dict[str, Any] = {"linewidth": 2.0, "zorder": 3, "color": INK}
+_CROSSED: dict[str, Any] = {**_SURFACE, "linestyle": (0, (4, 2)), "linewidth": 1.4}
+#: The layer |u| <= 1.
+_BAND: dict[str, Any] = {"color": "0.93", "linewidth": 0, "zorder": 0}
+
+
+@style.figure(6.6, 2.7)
+def friction_osc(figure: Figure) -> None:
+    """The oscillator with a block that sticks, and the forces on it (Fig. frictionOsc).
+
+    A block on a belt that runs to the left at unit speed, with a linear spring and damper; the
+    spring is extended by z = 0.4 from its rest length (dashed). The block sticks, and the arrows
+    show the forces on it to one scale: they add up to zero as long as friction can supply 0.6, of
+    at most beta = 1.78.
+    """
+    z = 0.4
+    axes = figure.subplots()
+    axes.set(xlim=(-3.6, 5.6), ylim=(-1.0, 2.5), aspect="equal")
+    axes.set_axis_off()
+    _machine(axes, z)
+    # On the belt z' = -1 and y = 0: spring -z, damper -z' = 1, and friction against their sum.
+    forces = (("spring", -z, BLUE), ("damper", 1.0, RED), ("friction", z - 1, TEAL))
+    middle = 4.1
+    axes.plot([middle, middle], [0.75, 2.15], color=FAINT, linewidth=0.8)
+    for height, (name, size, color) in zip((1.95, 1.45, 0.95), forces, strict=True):
+        side, align = (-0.12, "right") if size > 0 else (0.12, "left")
+        straight(axes, (middle, height), (middle + 1.2 * size, height), color, 2.2)
+        text = f"{name} {size:+.3g}".replace("-", "−")
+        look: dict[str, Any] = {"color": style.shade(color, 0.8), "va": "center", "ha": align}
+        axes.text(middle + side, height, text, **look)
+
+
+def _machine(axes: Axes, z: float) -> None:
+    """Wall, spring, damper, block and belt, the block at its extension."""
+    wall, wide, high = -3.0, 1.3, 1.2
+    line: dict[str, Any] = {"color": INK, "linewidth": 1.3}
+    axes.plot([wall, wall], [0, 1.6], **line)
+    for y in np.linspace(0.1, 1.6, 7):
+        axes.plot([wall - 0.18, wall], [y - 0.16, y], color=FAINT, linewidth=0.8)
+    turns = np.linspace(wall + 0.35, z - 0.35, 22)
+    heights = 0.88 + 0.16 * np.r_[0, np.tile([1, -1], 10), 0]
+    axes.plot(np.r_[wall, turns, z], np.r_[0.88, heights, 0.88], **line)
+    # The damper: a rod from the wall with a piston, in a cup on a rod to the block.
+    piston, cup = (wall + z) / 2 - 0.1, (wall + z) / 2 + np.array([0.5, -0.35, -0.35, 0.5])
+    axes.plot([wall, piston, piston, piston], [0.36, 0.36, 0.25, 0.47], **line)
+    axes.plot(cup, [0.52, 0.52, 0.2, 0.2], **line)
+    axes.plot([cup[0], z], [0.36, 0.36], **line)
+    axes.add_patch(Rectangle((z, 0), wide, high, facecolor="0.9", edgecolor=INK, zorder=3))
+    for y in (0, -0.8):
+        axes.plot([-2.5, 4.9], [y, y], color=INK, linewidth=1.8)
+    for x in (-2.5, 4.9):
+        axes.add_patch(Circle((x, -0.4), 0.4, facecolor="white", edgecolor=INK, linewidth=1.3))
+        axes.add_patch(Circle((x, -0.4), 0.06, facecolor=INK, edgecolor=INK))
+    straight(axes, (1.7, -0.4), (0.7, -0.4), INK, 1.2)
+    axes.text(1.85, -0.4, "belt, speed 1", va="center")
+    axes.plot([0, 0], [0, 2.1], linestyle=(0, (4, 3)), color=FAINT, linewidth=1)
+    straight(axes, (0, 1.8), (z, 1.8), INK, 1.0)
+    axes.plot([z, z], [high, 2.1], color=FAINT, linewidth=0.8)
+    axes.text(z / 2, 2.2, f"$z = {z}$", ha="center")
+
+
+@style.figure(5.6, 3.6)
+def fricforce(figure: Figure) -> None:
+    """The smoothed friction force against the velocity, y/eps (Fig. fricforce).
+
+    The friction force smoothed over |y| <= eps, alpha = 1, for mu = 0, 1/2, 3. Above mu = 1/2 it
+    turns twice inside the layer, at -y_s and y_s, and its largest value beta, the breakaway force,
+    is more than the alpha of a block in motion.
+    """
+    u = np.union1d(np.linspace(-2.1, 2.1, 421), [-1.0, 1.0])
+    axes = figure.subplots()
+    axes.set(xlim=(-2.1, 2.1), xlabel=r"$y/\varepsilon$", ylabel=r"$\mathcal{F}(y)$")
+    axes.axvspan(-1, 1, **_BAND)
+    axes.axhline(0, color=FAINT, linewidth=0.6)
+    for mu, color in (("0", FAINT), ("1/2", BLUE), ("3", OCHRE)):
+        # At z0 = 1 the spring balances the belt's drag, and the drift is the friction alone.
+        axes.plot(u, -sa.friction(mu, 1, 1)(u), color=color, label=rf"$\mu = {mu}$")
+    drift = sa.friction(3, 1)
+    turn, beta = drift.turning_points(), drift.beta()
+    axes.plot([-turn, turn], [-beta, beta], "o", color=INK, markersize=4, zorder=4)
+    for side, name, up in ((1, r"$y_s/\varepsilon$", -11), (-1, r"$-y_s/\varepsilon$", 4)):
+        x, y = side * turn, side * beta
+        axes.plot([x, x, np.nan, -2.1, x], [0, y, 0, y, y], ":", color=FAINT, lw=1, zorder=1)
+        axes.annotate(name, (x, 0), (0, up), textcoords="offset points", ha="center")
+    names = [r"$-\beta$", r"$-\alpha$", "0", r"$\alpha$", r"$\beta$"]
+    axes.set_yticks([-beta, -1, 0, 1, beta], names)
+    axes.legend(loc="lower right")
+
+
+@style.figure(9.6, 3.0)
+def potential_sketch(figure: Figure) -> None:
+    """The potential in the three cases of flows (Fig. potentialSketch).
+
+    The potential of the scaled drift, alpha = 1, the layer in grey; wells are full dots, barriers
+    open ones. (i) Sliding, mu = 0, z0 = 1: one well that nothing leaves. (ii) Crossing, mu = 0,
+    z0 = -0.39: no well. (iii) The same with mu = 3: a well in the layer behind a barrier, which
+    noise alone can cross.
+    """
+    u = np.union1d(np.linspace(-2.5, 2.5, 501), [-1.0, 1.0])
+    cases = (
+        ("(i)  global well", 0, "1"), ("(ii)  no well", 0, "-0.39"),
+        ("(iii)  local well", 3, "-0.39"),
+    )  # fmt: skip
+    for axes, (title, mu, z0) in zip(figure.subplots(1, 3), cases, strict=True):
+        drift = sa.friction(mu=mu, alpha=1, z0=z0)
+        height = drift.potential_at(u)
+        axes.axvspan(-1, 1, **_BAND)
+        axes.plot(u, height, color=BLUE)
+        axes.set(title=title, xlabel="$u$", xlim=(-2.5, 2.5), xticks=[-2, -1, 0, 1, 2])
+        # Room for the well's name below it.
+        axes.set_ylim(bottom=height.min() - 0.14 * np.ptp(height))
+        for number, point in enumerate(drift.critical_points(), 1):
+            at = float(point.u), float(drift.potential_at(float(point.u)))
+            fill, way, side = (INK, -7, "top") if point.kind == "well" else ("w", 7, "bottom")
+            axes.plot(*at, "o", zorder=4, markersize=5.5, color=INK, markerfacecolor=fill)
+            axes.annotate(
+                f"$u_{number}$", at, (0, way), textcoords="offset points", ha="center", va=side
+            )
+    figure.axes[0].set_ylabel("$V(u)$")
+
+
+def filippov(z: float, y: float, duration: float) -> list[Any]:
+    """The slipping pieces of an orbit under Coulomb friction, by Filippov's convention.
+
+    It crosses y = 0 where both fields point the same way, and slides along it at z' = -1 where they
+    oppose each other, 0 < z < 2, up to z = 0.
+    """
+
+    def landing(t: float, x: Any, side: float) -> float:
+        return float(x[1])
+
+    pieces, left, landed = [], duration, True
+    landing.terminal = True  # type: ignore[attr-defined]
+    while landed and left > 1e-6:
+        if y == 0 and 1e-9 < z < 2:
+            z, left = max(0.0, z - left), left - z
+            continue
+        side = np.sign(y) or (1.0 if z < 1 else -1.0)
+        landing.direction = -side  # type: ignore[attr-defined]
+        found = solve_ivp(
+            lambda t, x, side: (x[1] - 1, 1 - x[0] - x[1] - side), (0, left),
+            (z, y + 1e-12 * side), events=landing, args=(side,), max_step=0.02, rtol=1e-8,
+        )  # fmt: skip
+        pieces.append(found.y.T)
+        z, y, left, landed = found.y[0, -1], 0.0, left - found.t[-1], found.status == 1
+    return pieces
+
+
+def _orbits(axes: Axes, starts: Any, duration: float, color: str = "") -> None:
+    """Orbits by Filippov's convention, with an arrow on each piece, in the colour of its side."""
+    for z, y in starts:
+        for path in filippov(z, y, duration):
+            shown = color or (BLUE if path[:, 1].sum() > 0 else RED)
+            axes.plot(*path.T, color=shown, linewidth=1.1)
+            along(axes, path, shown)
+
+
+def _surface(axes: Axes) -> None:
+    """The surface y = 0: solid where it slides, dashed where it is crossed."""
+    low, high = axes.get_xlim()
+    for a, b, look in ((low, 0, _CROSSED), (0, 2, _SURFACE), (2, high, _CROSSED)):
+        if max(a, low) < min(b, high):
+            axes.plot([max(a, low), min(b, high)], [0, 0], **look)
+    axes.set(xlabel="$z$", ylabel="$y$")
+
+
+@style.figure(7.2, 3.3)
+def fil(figure: Figure) -> None:
+    """Orbits of the ideal switch by Filippov's convention: sliding and crossing (Fig. fil).
+
+    The ideal switch at y = 0, here Coulomb friction of strength alpha = 1 on the oscillator. (i)
+    Both fields point to the surface: orbits reach it and slide along it with the combination (bold)
+    of f+ and f- that is tangent to it. (ii) Both fields point the same way: orbits cross at once,
+    with a kink.
+    """
+    sliding, crossing = figure.subplots(1, 2)
+    for axes, middle, title in (
+        (sliding, 1.0, "(i)  sliding"),
+        (crossing, -0.85, "(ii)  crossing"),
+    ):
+        axes.set(xlim=(middle - 0.75, middle + 0.75), ylim=(-0.75, 0.75), yticks=[0], title=title)
+        _surface(axes)
+    _orbits(sliding, [(z, 0.75) for z in np.linspace(0.65, 2.0, 5)], 1.5)
+    _orbits(sliding, [(z, -0.75) for z in np.linspace(0.45, 1.6, 5)], 1.5)
+    _orbits(crossing, [(z, -0.75) for z in np.linspace(-1.5, 0.1, 6)], 4.0)
+    # f+, f- and their tangent combination at z = 1.
+    long = 0.5 / np.sqrt(2)
+    for side, color, name in ((1, BLUE, "$f^+$"), (-1, RED, "$f^-$")):
+        tip, dark = (1 - long, -side * long), style.shade(color, 0.75)
+        straight(sliding, (1, 0), tip, dark, 2.0)
+        sliding.annotate(
+            name, tip, (-3, -4 * side), textcoords="offset points", ha="right", va="center",
+            color=dark, zorder=5, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6},
+        )  # fmt: skip
+    sliding.plot([1 - long, 1 - long], [-long, long], ":", color=INK, linewidth=1)
+    straight(sliding, (1, 0), (1 - long, 0), INK, 3.4)
+
+
+@style.figure(5.6, 4.2)
+def phase(figure: Figure) -> None:
+    """The phase portrait of the oscillator with Coulomb friction (Fig. phase).
+
+    Phase portrait of the oscillator with Coulomb friction, alpha = 1, by Filippov's convention. On
+    y = 0 the block sticks to the belt along the solid stretch, 1 - alpha < z < 1 + alpha, rides to
+    the left and slips into y > 0 at its end (black); on the dashed stretches orbits cross, from
+    y < 0 (red) or from y > 0 (blue). The dot is the rest point of the slipping block.
+    """
+    axes = figure.subplots()
+    axes.set(xlim=(-2.6, 3.6), ylim=(-2.2, 3.0))
+    _surface(axes)
+    _orbits(axes, [(z, -2.2) for z in np.linspace(-2.2, 3.4, 6)], 25.0)
+    _orbits(axes, [(z, 3.0) for z in np.linspace(-3.4, 1.6, 5)], 25.0)
+    # The orbit that leaves the end of the sliding stretch, which all that stick share.
+    _orbits(axes, [(0.0, 0.0)], 25.0, INK)
+    for z in (0.44, 1.0, 1.56):
+        straight(axes, (z + 0.12, 0), (z - 0.12, 0), INK, 1.8)
+    axes.plot([-1], [1], "o", color=INK, markersize=5)
+    axes.set_xticks([-1, 0, 2], [r"$-\alpha$", r"$1-\alpha$", r"$1+\alpha$"])
+    axes.set_yticks([0, 1])
+    looks: dict[str, dict[str, Any]] = {
+        "slips, $y > 0$": {"color": BLUE, "linewidth": 1.1},
+        "slips, $y < 0$": {"color": RED, "linewidth": 1.1},
+        "sticks": _SURFACE,
+        "crosses": _CROSSED,
+    }
+    handles = [Line2D([], [], label=name, **look) for name, look in looks.items()]
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize="small")
+
+
+def _smoothed(drift: Any, z: float, u: float, time: float, way: int = 1) -> Any:
+    """The orbit of (z, u) in the smoothed oscillator, or back; `drift` is that at z0 = 0."""
+
+    def field(t: float, x: Any) -> tuple[float, float]:
+        return way * (_EPS * x[1] - 1), way * ((drift(x[1]) - x[0]) / _EPS - x[1])
+
+    return solve_ivp(field, (0, time), (z, u), "LSODA", max_step=0.01, rtol=1e-8, atol=1e-10).y.T
+
+
+@style.figure(9.6, 3.4)
+def flows(figure: Figure) -> None:
+    """Orbits through the layer of the smoothed switch, in three cases (Fig. flows).
+
+    The smoothed switch with a layer |u| <= 1 of half-width eps = 1/10 (grey), u = y/eps, alpha = 1.
+    Bold: the slow manifold, attracting where solid, repelling where dashed. (i) Sliding region:
+    orbits settle on the attracting one. (ii.a) Crossing region, linear smoothing: nothing stops
+    them. (ii.b) The same region with mu = 3: orbits from below stay in the layer until the manifold
+    ends at the fold, z = −0.778 (the dot is that of the curve of zero drift); those that begin on
+    the repelling branch leave it either way.
+    """
+    linear, cubic = (sa.friction(mu=m, alpha=1, z0=0) for m in (0, 3))
+    fold, turn = float(cubic.folds().z0[0]), float(cubic.turning_points())
+    # On its zeros the drift is z. Orbits forget where they began along the manifold: along the
+    # repelling branch, which attracts backwards, when they are followed back.
+    begin, back = (
+        brentq(lambda u, z=z: cubic(u) - z, a, b)
+        for z, a, b in ((0.48, -turn, turn), (fold + 1e-3, turn, 1))
+    )
+    attracting = _smoothed(linear, 1.99, -0.99, 3.25), _smoothed(cubic, 0.48, begin, 2.8)
+    repelling = _smoothed(cubic, fold + 1e-3, back, -1.2 * fold, way=-1)
+    repelling = repelling[(repelling <= (0, 1)).all(axis=1)]
+    bold = {**_SURFACE, "linewidth": 2.2}
+    panels = figure.subplots(1, 3, sharey=True)
+    for axes, drift, low, high, title in (
+        (panels[0], linear, 0.25, 1.75, "(i)  sliding"),
+        (panels[1], linear, -1.2, 0.0, r"(ii.a)  crossing, $\mu = 0$"),
+        (panels[2], cubic, -1.2, 0.0, r"(ii.b)  crossing, $\mu = 3$"),
+    ):
+        axes.set(xlim=(low, high), ylim=(-3, 3), title=title, xlabel="$z$")
+        axes.axhspan(-1, 1, **_BAND)
+        for edge in (-1, 1):
+            axes.axhline(edge, color=FAINT, linewidth=0.6)
+        span = high - low
+        starts = [(z, -3.0) for z in np.linspace(low + 0.1 * span, high + 0.25 * span, 7)]
+        if high > 1:
+            starts += [(z, 3.0) for z in np.linspace(low + 0.25 * span, high + 0.3 * span, 6)]
+        if drift is cubic:
+            for k, share in enumerate((0.15, 0.35, 0.55, 0.75)):
+                z, u = repelling[int(share * (len(repelling) - 1))]
+                starts.append((z, u + (2e-2 if k % 2 else -2e-2)))
+        for z, u in starts:
+            path = _smoothed(drift, z, u, 1.5 * span)
+            out = np.flatnonzero((path[1:, 0] < low) | (np.abs(path[1:, 1]) > 3 + 1e-9))
+            path = path[: out[0] + 2] if out.size else path
+            color = BLUE if u > 0 else RED
+            axes.plot(*path.T, color=color, linewidth=1.0)
+            along(axes, path, color, 0.75 if abs(u) < 1.5 else 0.18)
+    for axes, path, end in ((panels[0], attracting[0], 0.25), (panels[2], attracting[1], fold)):
+        axes.plot(*path[(path[:, 0] >= end) & (path[:, 0] <= axes.get_xlim()[1])].T, **bold)
+    panels[0].set_ylabel(r"$u = y/\varepsilon$")
+    panels[0].set_yticks([-3, -1, 0, 1, 3])
+    for axes in panels[1:]:
+        axes.set_xticks([-1, -0.6, -0.2])
+    panels[2].plot(*repelling.T, **{**bold, "linestyle": (0, (3, 1.5))})
+    panels[2].plot([fold], [turn], "o", color=INK, markersize=4)
+    panels[2].plot([fold, fold], [-3, turn], ":", color=FAINT, linewidth=1)
+    panels[2].annotate("$z_0^{(+)}$", (fold, -3), (3, 4), textcoords="offset points")
