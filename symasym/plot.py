@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import FloatArray, Numbers, axes, choice, floats, is_array
+from symasym.base.inputs import FloatArray, Numbers, axes, choice, floats, is_array, taken
 from symasym.drift.drift import Drift
 from symasym.quantities import call_named, stationary_density
-from symasym.scenes import QUANTITIES, require_drift
+from symasym.scenes import quantity_of, require_drift
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -91,13 +91,8 @@ def plot(
     """
     choice("quantity", quantity, _LABELS)
     require_drift(drift)
-    takes = ("kappa", "y") if quantity == "p_ss" else QUANTITIES[quantity].numbers
-    given: dict[str, Any] = {"kappa": kappa, "r": r, "start": start, "y": y}
-    numbers = {name: x for name, x in given.items() if x is not None and name in takes}
-    if wrong := [n for n in ("r", "y") if (n in takes) != (given[n] is not None)]:
-        raise InputError(
-            f"{quantity} depends on {', '.join(takes)}; give these, and no {wrong[0]}."
-        )
+    given = {"kappa": kappa, "r": r, "start": start, "y": y}
+    numbers = taken(quantity, quantity_of(quantity).numbers, given)
     arrays = {name: x for name, x in (drift.values | numbers).items() if is_array(x)}
     x = floats(*next(iter(arrays.items()))) if len(arrays) == 1 else np.empty(0)
     if x.ndim != 1 or not x.size:

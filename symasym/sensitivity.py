@@ -15,9 +15,9 @@ import numpy as np
 from flint import acb, arb, fmpq
 
 from symasym.base.balls import precision, to_mpf
-from symasym.base.errors import AccuracyError, InputError, RangeError
+from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.estimate import IN_WORDS, ErrorKind, with_error
-from symasym.base.inputs import FloatArray, Numbers, choice, digits
+from symasym.base.inputs import FloatArray, Numbers, choice, digits, taken
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import Piece, pieces, rational, sampled
 from symasym.drift.models import Expression
@@ -138,23 +138,14 @@ def sensitivity(
     """
     quantity = choice("quantity", quantity, QUANTITIES)
     require_drift(drift)
-    numbers = _numbers(quantity, kappa, r, start)
+    given = {"kappa": kappa, "r": r, "start": start}
+    numbers = taken(quantity, QUANTITIES[quantity].numbers, given)
     if QUANTITIES[quantity].sliding:
         require_sliding(drift)
     if dps is not None:
         dps = digits(dps, _MOST_DIGITS)
         return _in_digits(quantity, read_scene(drift, numbers), dps)
     return _in_floats(quantity, float_scenes(drift, numbers))
-
-
-def _numbers(quantity: str, kappa: Numbers, r: Numbers | None, start: Numbers) -> dict[str, Any]:
-    """The quantity's own numbers; InputError where r is missing or given in vain."""
-    given = {"kappa": kappa, "r": r, "start": start}
-    takes = QUANTITIES[quantity].numbers
-    if ("r" in takes) != (r is not None):
-        rule = "is missing; give the escape radius" if r is None else "is given, but unused"
-        raise InputError(f"r {rule}: {quantity} depends on {', '.join(takes)}.")
-    return {name: given[name] for name in takes}
 
 
 # -- in balls --------------------------------------------------------------------------------------

@@ -6,12 +6,15 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import flint
 from flint import arb
 
 from symasym.base.errors import AccuracyError
+
+if TYPE_CHECKING:
+    from mpmath import mpf
 
 _lock = threading.RLock()
 
@@ -34,35 +37,28 @@ def exact_ball(value: Fraction) -> Any:
     return flint.arb(flint.fmpq(value.numerator, value.denominator))
 
 
-def to_mpf(ball: arb, dps: int) -> tuple[Any, Any]:
-    """Midpoint, rounded to `dps` digits, and a radius that covers the rounding as well.
+def rounded(value: mpf, error: mpf, dps: int) -> tuple[mpf, mpf]:
+    """A number to `dps` digits, and its error, which the rounding adds to.
 
-    Parameters
-    ----------
-    ball : flint.arb
-        A finite enclosure.
-    dps : int
-        Decimal digits of the midpoint.
-
-    Returns
-    -------
-    tuple of mpf
-        ``(mid, rad)`` such that [mid - rad, mid + rad] contains the ball. The precision
-        of mpmath's global context is neither used nor changed.
+    The precision of mpmath's global context is neither used nor changed.
     """
+    import mpmath
+    from mpmath import libmp
+
+    near = libmp.mpf_pos(value._mpf_, libmp.dps_to_prec(dps), "n")
+    # Differences without a precision are exact in libmp; only the sum of the two errors rounds.
+    shift = libmp.mpf_abs(libmp.mpf_sub(value._mpf_, near))
+    radius = libmp.mpf_add(error._mpf_, shift, 53, "u")
+    return mpmath.mp.make_mpf(near), mpmath.mp.make_mpf(radius)
+
+
+def to_mpf(ball: arb, dps: int) -> tuple[mpf, mpf]:
+    """Midpoint of a finite ball, `rounded` to `dps` digits, and a radius that covers it all."""
     import mpmath
     from mpmath import libmp
 
     if not ball.is_finite():
         raise AccuracyError("the ball is not finite and has no midpoint; enclose the value first.")
-
-    def exact(number: arb) -> Any:
-        mantissa, exponent = number.man_exp()
-        return libmp.from_man_exp(int(mantissa), int(exponent))
-
-    center = exact(ball.mid())
-    rounded = libmp.mpf_pos(center, libmp.dps_to_prec(dps), "n")
-    # Differences without a precision are exact in libmp; only the sum of the two errors rounds.
-    shift = libmp.mpf_abs(libmp.mpf_sub(center, rounded))
-    radius = libmp.mpf_add(exact(ball.rad()), shift, 53, "u")
-    return mpmath.mp.make_mpf(rounded), mpmath.mp.make_mpf(radius)
+    parts = ([int(x) for x in part.man_exp()] for part in (ball.mid(), ball.rad()))
+    middle, radius = (mpmath.mp.make_mpf(libmp.from_man_exp(*part)) for part in parts)
+    return rounded(middle, radius, dps)

@@ -10,6 +10,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Literal
 
 from symasym.base.errors import InputError
+from symasym.base.texts import interval_text
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -139,11 +140,7 @@ def with_error(value: Any, error: Any) -> str:
 
 
 def _element(value: Any, error: Any) -> str:
-    """By Arb, which rounds the radius upwards; at no global precision."""
-    from flint import arb
-
-    from symasym.base.balls import precision
-
+    """A value to the third digit of its error."""
     if isinstance(value, complex) or hasattr(value, "_mpc_"):
         re, im = (_element(part, error) for part in (value.real, value.imag))
         return f"({re}) + ({im})i"
@@ -151,15 +148,15 @@ def _element(value: Any, error: Any) -> str:
     if not error or value != value:
         shown = f"{float(value):.15g}" if plain else _digits(value)
         return shown if error is None or value != value else f"{shown} ± 0"
-    middle: Any
     middle, radius = (x if hasattr(x, "_mpf_") else float(x) for x in (value, error))
-    with precision(60 + (53 if plain else middle._mpf_[3])):
-        # To the third digit of the error.
+    from flint import arb
+
+    from symasym.base.balls import precision
+
+    with precision(120):
         ratio = float((abs(arb(middle)) / arb(radius)).log()) / math.log(10)
-        digits = min(max(3 + int(ratio), 1), 50 if plain else 10_000) if math.isfinite(ratio) else 1
-        text = arb(middle, radius).str(digits, more=True)
-    middle, _, radius = text.strip("[]").partition("+/- ")
-    return f"{middle.strip() or '0'} ± {radius or '0'}"
+    digits = min(max(3 + int(ratio), 1), 50 if plain else 10_000) if math.isfinite(ratio) else 1
+    return " ± ".join(interval_text(middle, radius, digits, more=True))
 
 
 def _digits(value: Any) -> str:

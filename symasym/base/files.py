@@ -20,14 +20,7 @@ if TYPE_CHECKING:
 
 
 def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
-    """Write a file that is either whole or not there, and make its folder where needed.
-
-    Parameters
-    ----------
-    path : path
-        Where to write. What was there stays until the new file is complete.
-    data : bytes
-        The whole content.
+    """Write a file that is either whole or as it was before, and make its folder where needed.
 
     Raises
     ------
@@ -40,21 +33,19 @@ def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
     beside = target.with_name(f".{target.name}.{os.getpid()}.tmp")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            with open(beside, "wb") as file:
-                file.write(data)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(beside, target)
-        except BaseException:
-            with suppress(OSError):
-                beside.unlink()
-            raise
+        with open(beside, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(beside, target)
     except OSError as error:
         raise OutputError(
             f"{target} cannot be written ({error.strerror or error}); "
             "make room or choose another place, what was there before is untouched."
         ) from None
+    finally:
+        with suppress(OSError):
+            beside.unlink()
 
 
 def write_json(path: str | os.PathLike[str], data: object) -> None:
@@ -80,18 +71,6 @@ def decimal_text(value: mpf, dps: int) -> str:
 def decimal_ball(value: mpf, error: mpf, dps: int) -> tuple[str, str]:
     """`value` rounded to `dps` digits, and an `error` that has grown by the rounding.
 
-    Parameters
-    ----------
-    value, error : mpf
-        A number, best with a few more than `dps` digits, and its absolute error.
-    dps : int
-        Decimal digits of the first text.
-
-    Returns
-    -------
-    mid, rad : str
-        The true number is within ``rad`` of ``mid`` if it is within `error` of `value`.
-
     Examples
     --------
     >>> from mpmath import mp, mpf
@@ -111,16 +90,9 @@ def decimal_ball(value: mpf, error: mpf, dps: int) -> tuple[str, str]:
 
 
 def reference_value(x: Mapping[str, str], estimate: Estimate, dps: int) -> dict[str, Any]:
-    """One reference value as it stands in a JSON file: decimal strings, never floats.
+    """One value, of exact inputs `x`, as it stands in a JSON file: decimal strings, never floats.
 
-    Parameters
-    ----------
-    x : mapping of str to str
-        The exact inputs.
-    estimate : Estimate
-        Of mpf numbers, best with a few more than `dps` digits.
-    dps : int
-        Decimal digits to print (see `decimal_ball`).
+    The estimate's numbers are mpf, best with a few more than `dps` digits.
     """
     mid, rad = decimal_ball(estimate.value, estimate.error, dps)
     return {
@@ -134,17 +106,8 @@ def reference_value(x: Mapping[str, str], estimate: Estimate, dps: int) -> dict[
     }
 
 
-def versions(*libraries: str) -> dict[str, str]:
-    """Versions of symasym, Python and those of `libraries` that are installed."""
-    known = {"symasym": _version("symasym"), "python": platform.python_version()}
-    known |= {name: _version(name) for name in libraries}
-    return {name: version for name, version in known.items() if version}
-
-
 @cache
-def _version(distribution: str) -> str:
-    """The version of a distribution that is installed, else an empty text."""
-    try:
-        return metadata.version(distribution)
-    except metadata.PackageNotFoundError:
-        return ""
+def versions(*libraries: str) -> dict[str, str]:
+    """Versions of symasym, Python and `libraries`."""
+    python = {"symasym": metadata.version("symasym"), "python": platform.python_version()}
+    return python | {name: metadata.version(name) for name in libraries}

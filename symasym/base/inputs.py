@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Mapping
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any, TypeVar
@@ -94,14 +94,35 @@ def is_array(value: object) -> bool:
     return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
+def common_shape(shapes: Mapping[str, tuple[int, ...]]) -> tuple[int, ...]:
+    """The shape to which arrays of these shapes broadcast; messages call them by their names."""
+    try:
+        return np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        given = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+        raise InputError(
+            f"the shapes do not broadcast ({given}); give arrays of shapes that NumPy broadcasts."
+        ) from None
+
+
 def sequence(name: str, value: object) -> list[Any]:
     """The items of a list, tuple, array or other collection; InputError for anything else."""
-    if isinstance(value, (str, bytes, dict)) or not isinstance(value, Iterable):
-        raise InputError(f"{name} is {shown(value)}; give a sequence.")
     try:
-        return list(value)
+        if isinstance(value, (str, bytes, dict)):
+            raise TypeError
+        found: list[Any] = list(value)  # type: ignore[call-overload]
     except (TypeError, ValueError):
         raise InputError(f"{name} is {shown(value)}; give a sequence.") from None
+    return found
+
+
+def taken(of: str, names: Collection[str], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Those of the arguments that `of` depends on; the others must be None, but for a start."""
+    for name, value in given.items():
+        if name != "start" and (name in names) != (value is not None):
+            way = "give" if value is None else "leave out"
+            raise InputError(f"{of} depends on {', '.join(names)}; {way} {name}.")
+    return {name: given[name] for name in names}
 
 
 def axes(name: str, value: Any, many: int = 1) -> list[Any]:
@@ -192,19 +213,15 @@ def floats(name: str, value: Numbers, copy: bool = True) -> FloatArray:
         return np.asarray(float(value))
     if not is_array(value):
         return np.asarray(float(exact(name, value)))
-    wrong = f"{name} is {shown(value)}; give an array of finite real numbers."
     try:
         array = np.asarray(value)
-        if array.dtype.kind in "OUS":
-            flat = [float(exact(name, item)) for item in array.ravel()]
-            array = np.array(flat, dtype=np.float64).reshape(array.shape)
-    except InputError:
-        raise
     except ValueError:  # ragged
-        raise InputError(wrong) from None
+        array = np.empty(0)
+    if array.dtype.kind in "OUS":
+        array = np.array([float(exact(name, x)) for x in array.flat]).reshape(array.shape)
     masked = isinstance(value, np.ma.MaskedArray)
     if masked or array.dtype.kind not in "iuf" or not array.size or not np.isfinite(array).all():
-        raise InputError(wrong)
+        raise InputError(f"{name} is {shown(value)}; give an array of finite real numbers.")
     array = array.astype(np.float64, copy=copy)
     if not copy:
         array = array.view()

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import Numbers, exact, floats, is_array, positive
+from symasym.base.inputs import Numbers, common_shape, exact, floats, is_array, positive
 from symasym.base.texts import number_text
 
 __all__ = ["Scales", "rescale"]
@@ -89,13 +89,8 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
         for name, x in arrays.items():
             if not (x > 0).all():
                 raise InputError(f"{name} has an entry {x.min():.6g}; it must be greater than 0.")
-        try:
-            widths, noises, radii = np.broadcast_arrays(*arrays.values())
-        except ValueError:
-            shapes = ", ".join(f"{n} {x.shape}" for n, x in arrays.items())
-            raise InputError(
-                f"the shapes do not broadcast ({shapes}); give ones that do."
-            ) from None
+        common_shape({name: x.shape for name, x in arrays.items()})
+        widths, noises, radii = np.broadcast_arrays(*arrays.values())
         with np.errstate(over="ignore"):
             scaled = Scales(noises / np.sqrt(widths), radii / widths, widths.copy())
         if not (np.isfinite(scaled.kappa) & np.isfinite(scaled.r)).all():

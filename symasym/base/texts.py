@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
-__all__ = ["carried_text", "number_repr", "number_text"]
+__all__ = ["carried_text", "interval_text", "number_repr", "number_text"]
 
 _EVALUATED = 12  # digits of a float64 value without a stated error
 
@@ -19,11 +20,8 @@ def number_text(x: Fraction) -> str:
     ('-0.125', '1/3', '7')
     """
     for decimals in range(20):
-        scaled = x * 10**decimals
-        if scaled.denominator == 1:
-            whole, part = divmod(abs(scaled.numerator), 10**decimals)
-            tail = f".{part:0{decimals}d}" if decimals else ""
-            return f"{'-' if x < 0 else ''}{whole}{tail}"
+        if (scaled := x * 10**decimals).denominator == 1:
+            return f"{Decimal(f'{scaled.numerator}e-{decimals}'):f}"
     return f"{x.numerator}/{x.denominator}"
 
 
@@ -40,27 +38,37 @@ def number_repr(x: Fraction) -> str:
     return repr(float(x)) if Fraction(float(x)) == x else repr(number_text(x))
 
 
-def carried_text(value: Any, error: Any, most: int) -> tuple[str, str | None]:
-    """The digits of `value` that its error leaves, at most `most`, and the error of that text.
+def interval_text(value: Any, error: Any, digits: int, more: bool = False) -> tuple[str, str]:
+    """Middle and radius of ``value ± error``, true as they stand: Arb rounds the radius upwards.
 
-    The last digit is off by at most one. Without an error: `most` digits, 12 of a float.
+    The middle has at most `digits` digits, and unless `more` are wanted only those that the error
+    leaves: the last one is off by at most one.
 
     Examples
     --------
-    >>> carried_text(2.0 / 3, 1e-6, 17)
-    ('0.66667', '4.34e-6')
+    >>> interval_text(2 / 3, 1e-6, 8, more=True), interval_text(2 / 3, 1e-6, 8)
+    (('0.66666667', '1.01e-6'), ('0.66667', '4.34e-6'))
     """
     from flint import arb
-    from mpmath import libmp
 
     from symasym.base.balls import precision
 
-    if error is None:
-        plain = isinstance(value, float)
-        return (f"{value:.{_EVALUATED}g}" if plain else libmp.to_str(value._mpf_, most)), None
-    with precision(4 * most + 200):
-        text = arb(value, error).str(most)
-    if "+/-" not in text:
-        return text, "0"
-    middle, radius = text.strip("[]").split(" +/- ") if text[1] != "+" else ("0", text[5:-1])
-    return middle, radius
+    bits = value._mpf_[3] if hasattr(value, "_mpf_") else 53
+    with precision(4 * digits + 200 + bits):
+        text = arb(value, error).str(digits, more=more)
+    middle, _, radius = text.strip("[]").partition("+/- ")
+    return middle.strip() or "0", radius or "0"
+
+
+def carried_text(value: Any, error: Any, most: int) -> tuple[str, str | None]:
+    """At most `most` digits of `value`, as many as its error leaves, and the error of that text.
+
+    Without an error: `most` digits, 12 of a float.
+    """
+    if error is not None:
+        return interval_text(value, error, most)
+    if isinstance(value, float):
+        return f"{value:.{_EVALUATED}g}", None
+    from mpmath import libmp
+
+    return libmp.to_str(value._mpf_, most), None
