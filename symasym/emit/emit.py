@@ -16,7 +16,7 @@ from symasym.base.errors import InputError
 from symasym.base.inputs import choice, exact, is_name, shown
 from symasym.drift.expressions import parse
 from symasym.emit import drifts
-from symasym.emit.printing import SHAPES, TARGETS, Function, Source, by_printer, written
+from symasym.emit.printing import SHAPES, TARGETS, Function, Source, by_printer, reserved, written
 
 if TYPE_CHECKING:
     from symasym.drift.drift import Drift
@@ -65,10 +65,13 @@ def emit(
     label, functions = _functions(what, name)
     names = [f.name for f in functions]
     for f in functions:
-        met = sympy.Tuple(f.arguments, f.values, f.shared).free_symbols
-        names += sorted(s.name for s in met)
-    if odd := [n for n in names if not is_name(n)]:
-        raise InputError(f"{shown(odd[0])} is no name of letters, digits and _; rename it.")
+        names += sorted(map(str, sympy.Tuple(f.arguments, f.values, f.shared).free_symbols))
+    odd = [n for n in names if not is_name(n)]
+    if odd := odd or sorted({f.name for f in functions} & reserved(kind)):
+        raise InputError(
+            f"{shown(odd[0])} is no name in code: letters, digits and _, and of a function no word "
+            "of the language; rename it."
+        )
     more: dict[str, str] = {}
     if drift is not None:
         drift = drift.bind(**{n: values.pop(n) for n in drift.free if n in values})

@@ -140,11 +140,16 @@ _NAMED: dict[str, dict[str, Any]] = {
     "c": {},
     "javascript": {"expm1": "Math.expm1", "log1p": "Math.log1p", "erf": "erf_", "log": "Math.log"},
 }  # fmt: skip
-# Words that no argument may have as its name.
+# Words of the languages.
 _WORDS = """numpy scipy mpmath Math out y0 y1 j0 j1 jn yn const double exp fabs float fmax fmin int
     log long pow sqrt char void short signed static struct switch typedef union unsigned extern enum
     sin cos tan tanh sinh cosh default case do goto export function let new null this throw var
     catch delete eval arguments class extends super typeof instanceof yield""".split()  # noqa: SIM905
+
+
+def reserved(target: str) -> set[str]:
+    """Words of the file that no function has as its name; an argument gets a _ behind it."""
+    return {*_WORDS, *_OWN, *helpers(target), *keyword.kwlist, *vars(builtins)}
 
 
 def printer_of(target: str, functions: Sequence[Function]) -> Any:
@@ -153,7 +158,7 @@ def printer_of(target: str, functions: Sequence[Function]) -> Any:
     settings: dict[str, Any] = {"user_functions": {n: n for n in names} | _NAMED[target]}
     settings |= {"math_macros": {}} if target == "c" else {}
     printer = PRINTERS[target](settings)
-    printer.reserved_words = {*_WORDS, *names, *keyword.kwlist, *vars(builtins)}
+    printer.reserved_words = reserved(target).union(names)
     return printer
 
 

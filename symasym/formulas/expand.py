@@ -19,6 +19,8 @@ from sympy import Expr, Symbol
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, Numbers, choice, count, exact
 from symasym.drift.drift import Drift
+from symasym.emit import emit
+from symasym.emit.expansions import of_expansion
 from symasym.formulas import text
 from symasym.formulas.cases import Case, U, case_for, found_cases, read_case
 from symasym.formulas.letters import KAPPA, R
@@ -126,14 +128,10 @@ class Expansion:
 
     def emit(self, target: str = "numpy", name: str = "f") -> Any:
         """Source code of the formula, its free symbols being the arguments (`symasym.emit`)."""
-        from symasym.emit import emit
-
         return emit(self, target, name=name)
 
     def functions(self, name: str = "f") -> Any:
         """What `symasym.emit` writes."""
-        from symasym.emit.expansions import of_expansion
-
         return of_expansion(self, self.numbers, name)
 
     def latex(self) -> str:

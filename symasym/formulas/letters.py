@@ -18,6 +18,7 @@ from sympy import QQ, Expr, Rational, S, Symbol
 from sympy.polys.rings import ring as polynomial_ring
 
 from symasym.drift.drift import Drift
+from symasym.emit.expansions import expanded
 from symasym.formulas.cases import Case, U
 from symasym.series.local import by_parts, finite_parts_in_s, pole_sums, slow
 from symasym.series.power_series import Series
@@ -204,11 +205,6 @@ class Field:
             if symbol in self.values and k not in closed:
                 self.integrals[symbol] = FinitePart(Symbol(f"h{k + 1}"), U, lo, hi)
         return row
-
-
-def expanded(e: Expr) -> Expr:
-    """The expression expanded, r - 1 being left together."""
-    return sympy.expand(e.xreplace({R: 1 + BEYOND})).xreplace({BEYOND: R - 1})
 
 
 def exponentials(e: Expr) -> dict[Expr, Expr]:

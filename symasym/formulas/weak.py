@@ -17,6 +17,7 @@ from sympy import Expr, S, Symbol
 
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
+from symasym.emit.expansions import expanded
 from symasym.expansions import weak as theorem
 from symasym.formulas import letters
 from symasym.formulas.cases import Case, U, found_cases
@@ -195,6 +196,6 @@ class _Tops(Terms):
         kept = [power for power, a in powers.items() if sympy.expand(a) != 0]
         if not kept:
             raise InputError("the leading terms of T cancel, and none leads; use `terms`.")
-        c = sympy.factor_terms(letters.expanded(powers[min(kept)]))
+        c = sympy.factor_terms(expanded(powers[min(kept)]))
         self.known[name] = c * X ** min(kept) * sympy.exp(LAM * top)
         return self.known[name]

@@ -313,7 +313,8 @@ def test_other_languages() -> None:
 REFUSED: list[Any] = [
     lambda: sa.emit("eq:Ttilde", "basic"), lambda: sa.emit("eq:Ttilde", "c"),
     lambda: sa.emit(x > 0), lambda: sa.emit([], "c"), lambda: sa.emit(sympy.Symbol("x; y")),
-    lambda: sa.emit(x, name="f()"), lambda: sa.emit(sympy.Function("q")(x), "c"),
+    lambda: sa.emit(x, name="f()"), lambda: sa.emit(x, name="lambda"),
+    lambda: sa.emit(x, name="numpy"), lambda: sa.emit(sympy.Function("q")(x), "c"),
     lambda: sa.emit(sympy.hyper([1, 2], [3], x), "c"), lambda: sa.emit(x, "c", {"y": 1}),
     lambda: sa.emit("eq:Ttilde", drift=sa.Drift("kappa - u", u)), lambda: sa.emit(x, "c").load(),
     lambda: sa.expand(sa.tanh(1, -1, 3), "density", order=1).emit("c"),
