@@ -11,19 +11,18 @@ from symasym.derivation.tex import tex
 
 # Characters on a line of A4 in small type, and operations worth reducing.
 _WIDE, _FEW = 125, 40
+_KNOWN = {"lam": r"\lambda", "phi(-1)": "a^-", "phi(1)": "a^+"}
 
 
 def name_of(name: str) -> str:
-    """LaTeX of a symbol: W1 as W_{1}, E0- as E_{0}^-, V^(4)(u1) as V^{(4)}(u_{1})."""
-    if name in (known := {"lam": r"\lambda", "phi(-1)": "a^-", "phi(1)": "a^+"}):
-        return known[name]
+    """LaTeX of a symbol: W1 as W_1, E0- as E_0^-, V^(4)(u1) as V^{(4)}(u_1)."""
     if name[0] == "V":
         return re.sub(r"u(\d+)", r"u_{\1}", re.sub(r"\^\((\d+)\)", r"^{(\1)}", name))
-    if parts := re.fullmatch(r"([A-Za-z])(\d+|[-+])?([-+])?", name):
-        head, place, side = parts.groups()
-        index = f"_{{{place}}}" if place and place.isdigit() else f"_{place}" if place else ""
-        return head + index + (f"^{{{side}}}" if side else "")
-    return latex(sympy.Symbol(name), {})
+    if parts := re.fullmatch(r"([A-Za-z])(\d*)([-+]?)([-+]?)", name):
+        head, place, *sides = parts.groups()
+        low, high = (place, sides[0]) if place else sides
+        return head + f"_{{{low}}}" * bool(low) + f"^{{{high}}}" * bool(high)
+    return _KNOWN.get(name) or tex(sympy.Symbol(name))
 
 
 def latex(e: Expr, names: dict[str, str]) -> str:
@@ -40,20 +39,17 @@ def latex(e: Expr, names: dict[str, str]) -> str:
 
 def lines(left: str, relation: str, value: Expr, names: dict[str, str]) -> list[str]:
     """An equation in as many lines as it needs, a sum broken between its terms."""
-    rows = [f"{left} &{relation} "]
-    whole = rows[0] + latex(value, names)
-    if _width(whole) <= _WIDE or not value.is_Add:
-        return [whole]
-    for k, term in enumerate(value.as_ordered_terms()):
-        text = latex(term, names)
-        if _width(rows[-1] + text) > _WIDE:
+    rows, parts = [f"{left} &{relation} "], [latex(value, names)]
+    if value.is_Add and _width(rows[0] + parts[0]) > _WIDE:
+        parts = [latex(term, names) for term in value.as_ordered_terms()]
+    for k, part in enumerate(parts):
+        if k and _width(rows[-1] + part) > _WIDE:
             rows.append(r"&\quad ")
-        rows[-1] += f"{'' if text.startswith('-') or not k else '+ '}{text} "
+        rows[-1] += f"{'' if part.startswith('-') or not k else '+ '}{part} "
     return [row.rstrip() for row in rows]
 
 
 def _width(text: str) -> int:
-    """Characters of a line, about, those of a fraction counted once."""
-    letters = re.sub(r"\\(left|right|quad|mathrm|operatorname|sqrt|,|!)|[&\s{}_^]", "", text)
-    more = 2 * len(re.findall("[-+=]", letters)) - 3 * letters.count(r"\frac")
-    return len(re.sub(r"\\[A-Za-z]+", "x", letters)) + more
+    """Characters of a line, about."""
+    shown = re.sub(r"\\(left|right|quad|frac|sqrt|mathrm)|[&\s{}^_]", "", text)
+    return len(re.sub(r"\\[A-Za-z]+", "x", shown))
