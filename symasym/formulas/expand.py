@@ -158,7 +158,8 @@ class Expansion:
     def _names(self) -> dict[str, str]:
         """LaTeX of the symbols that are the formula's, not the drift's."""
         met = _symbols([self.formula, *self._shown.values(), *self.definitions.values()])
-        own = ((met | {KAPPA, R}) - self.drift.expression().free_symbols) | {U}
+        own = {KAPPA, R, U, *self.definitions, *self.equations}
+        own |= met - self.drift.expression().free_symbols
         return {s.name: text.name_of(s.name) for s in own}
 
     def _latex(self, e: Expr) -> str:

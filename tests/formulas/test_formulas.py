@@ -271,6 +271,9 @@ def test_numbers_of_a_bound_drift() -> None:
         (sa.Drift("1 + sin(u)"), {"noise": "strong"}, "no polynomial in u, so that the moments"),
         *[(sa.Drift(f"{name} + u - 4*u**3"), {"order": 1}, f"has a parameter {name}")
           for name in ("kappa", "T", "C", "h1", "W_1", "lambda", "R", "r")],
+        (sa.Drift("L - u + u**3"), {"noise": "strong"}, "has a parameter L"),
+        (sa.Drift("1/4 - u + D*u**3"), {"noise": "uniform"}, "has a parameter D"),
+        (sa.Drift("1/4 - u + u1*u**3"), {"order": 1}, "has a parameter u1"),
     ],
 )  # fmt: skip
 def test_bad_input(drift: sa.Drift, options: dict[str, Any], words: str) -> None:
