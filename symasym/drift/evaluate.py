@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache, partial, reduce
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -200,6 +200,8 @@ class Polynomial:
         self._poly = _poly(coefficients)
 
     def __call__(self, x: Any) -> Any:
+        if isinstance(x, (arb_series, acb_series)):
+            return reduce(lambda total, c: total * x + c, reversed(self.coefficients), 0 * x)
         return self._poly(x)
 
     def taylor(self, middle: Any, half: Any, digits: int) -> tuple[Any, Any]:

@@ -227,6 +227,7 @@ EXPANSIONS = [
     (sa.friction(3, 1, "-0.4"), "T", "weak", 2, 0), (sa.friction(3, 1, "-0.4"), "C", "weak", 1, 0),
     (sa.friction(3, 1, "1/2"), "P", "weak", 1, 0), (sa.sine(1, -1, 3), "1 - P", "weak", 1, 0),
     (sa.Drift("1/2 - sin(2*u)"), "T", "weak", 2, "1/3"), (sa.linear(1, 3), "1 - C", "weak", 0, 0),
+    (sa.Drift("1/4 - sqrt(2)*u"), "T", "weak", 2, 0),
     (sa.friction(3, 1, "-0.4"), "T", "strong", 3, 0), (sa.linear(1, -1), "P", "strong", 2, 0),
 ]  # fmt: skip
 
