@@ -21,7 +21,8 @@ BEYOND = {
     **dict.fromkeys(
         ("positive-form", "positive-density", "constant-panel", "panel-step", "saddle-series",
          "saddle-start", "endpoint-series", "canonical-form", "release-time", "release-order",
-         "release-adiabatic", "frozen-time", "fold-delay"), ""),
+         "release-adiabatic", "frozen-time", "fold-delay", "exit-transform", "exit-moments",
+         "exit-eigenvalue", "state-noise", "state-noise-time", "state-noise-rate"), ""),
     **dict.fromkeys(("airy-form", "cubic-pair"), "ChesterFriedmanUrsell"),
     "truncated-gaussian": "Bleistein",
 }  # fmt: skip

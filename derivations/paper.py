@@ -91,6 +91,15 @@ I0 | | integral of $e^{\lambda V}$ over $(0, r)$ | scaled length
 I1 | | integral of $e^{\lambda V}$ over $(-r, 0)$ | scaled length
 J0 | | $e^{\lambda V(v)}$ times $\int_{-r}^v e^{-\lambda V}$, over $(0, r)$ | scaled length squared
 J1 | | $e^{\lambda V(v)}$ times $\int_{-r}^v e^{-\lambda V}$, over $(-r, 0)$ | scaled length squared
+\eta^- | | $y/e$ for $\mathcal{L} y = s y$ from $-r$, $e = e^{\lambda V}$ | scaled length
+\eta^+ | | $y/e$ for $\mathcal{L} y = s y$ from $r$, $e = e^{\lambda V}$ | scaled length
+\zeta^- | | $y'/e$ of $\eta^-$ | a number
+\zeta^+ | | $-y'/e$ of $\eta^+$ | a number
+W | | Wronskian of both over $e$ | scaled length
+\lambda_1 | | principal eigenvalue of the exit problem | 1/scaled time
+\alpha | | where in a step the noise is taken: 0 Ito, 1/2 Stratonovich | a number
+V_\sigma | | potential for this noise, $V_\sigma' = -\phi/\sigma^2$ | scaled position times velocity
+Sigma | | scale function, 0 at $-r$ | scaled length
 """
 
 #: Name -> meaning and unit, in TeX.

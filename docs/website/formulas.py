@@ -32,6 +32,7 @@ SECTIONS = {
     "6": "Section 6: Strong and weak noise",
     "7": "Section 7: The friction oscillator",
     "8": "Beyond the paper: the whole system",
+    "9": "Beyond the paper: the law of the exit time, and noise that depends on the state",
 }
 #: What code is emitted for, and how it is coloured.
 _LANGUAGES = ("python", "python", "c", "javascript", "latex")

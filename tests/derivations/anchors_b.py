@@ -98,6 +98,10 @@ def bounds(rng):
     L = next((x for x in np.linspace(0.01, 1.5, 150) if s.V(1 - x) > s.V(1)), 1.5) - 0.01
     (inside, outside), low = s.masses(), value("L-bound", s.known(L=L))
     yield low, min(low, inside / (inside + outside))
+    rates = (np.arange(1, 99) * pi * s.kappa / s.r) ** 2 / 8  # of Brownian motion
+    sums = {"n": 3, "S_n": sum(rates**-3.0), "S_{n+1}": sum(rates**-4.0)}
+    low, high = (value("exit-eigenvalue", sums, f"from {x}") for x in ("below", "above"))
+    yield from ((low, min(low, rates[0])), (high, max(high, rates[0])))
 
 
 def strong(rng):

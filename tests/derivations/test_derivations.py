@@ -1,6 +1,6 @@
 """The paper's derivations: each step holds, each changed step fails, alone and with its users.
 
-What is concluded is what it is about: the rows of `anchors_a`, `anchors_b` and `anchors_c`.
+What is concluded is what it is about: the rows of `anchors_a` to `anchors_d`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from derivations import pages
 from derivations.labels import BEYOND, DEFINITIONS, NUMBERS
 from symasym.derivation.derivation import BUILT, CHANGED, LABELS, build
 from symasym.derivation.mistakes import mutants, passes, survivors
-from tests.derivations import anchors_a, anchors_b, anchors_c
+from tests.derivations import anchors_a, anchors_b, anchors_c, anchors_d
 from tests.latex import compiled, needs_latex
 
 STEPS = [(label, step.name) for label in LABELS for step in build(label).steps]
@@ -33,8 +33,8 @@ REMARKS = {
     ("fr2", "barrier"),
     ("fr2", "no root in u < 0 when crossing"),
 }
-ANCHORS = anchors_a.ANCHORS | anchors_b.ANCHORS | anchors_c.ANCHORS
-TOLERANCE = anchors_a.TOLERANCE | anchors_b.TOLERANCE | anchors_c.TOLERANCE
+ANCHORS = anchors_a.ANCHORS | anchors_b.ANCHORS | anchors_c.ANCHORS | anchors_d.ANCHORS
+TOLERANCE = anchors_a.TOLERANCE | anchors_b.TOLERANCE | anchors_c.TOLERANCE | anchors_d.TOLERANCE
 USERS = {label: [x for x in LABELS if label in build(x).rests_on] for label in LABELS}
 
 

@@ -32,11 +32,11 @@ def at_scene(scene):
 AT = at_scene(SCENE)
 
 
-def about(scene, zero, low, high, k, ctx):
+def about(scene, zero, low, high, k, ctx, weight=lambda x: 1):
     """The integral of e^{+-lam V} about a zero of the drift (0 the well, 1 the barrier), by quadrature."""
     rate, at = (-2, 2)[zero] / k**2, scene.roots(ctx)[zero]
     ends = around(ctx, at, 1 / ctx.sqrt(rate * scene.phi(ctx, at, 1)), low, high)
-    value = integral(ctx, lambda x: ctx.exp(rate * (scene.V(ctx, x) - scene.V(ctx, at))), ends)
+    value = integral(ctx, lambda x: weight(x) * ctx.exp(rate * (scene.V(ctx, x) - scene.V(ctx, at))), ends)
     return value * ctx.exp(rate * scene.V(ctx, at))
 
 
