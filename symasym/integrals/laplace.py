@@ -293,19 +293,20 @@ def laplace_integral(f: Any, g: Any, x: Any, a: Any, b: Any, order: Any = 3) -> 
     f, g, x, a, b = read(f, g, x, a, b, (*FUNCTIONS, *_KINKED))
     with precision(_BITS):
         ends = [number(e) for e in (a, b) if not e.free_symbols]
-        free = maxima.free_symbols(x, f, g, a, b)
+        whole = maxima.Piece(x, a, b, f, g)
+        free = whole.free
         known = len(ends) < 2 or ends[0] < ends[1]
         if sympy.Tuple(f, g, a, b).has(sympy.I) or not known or "lam" in map(str, free):
             raise InputError(
                 f"f = {f}, g = {g}, a = {a}, b = {b}; give real f and g (oscillating integrals "
                 "need stationary phase), real ends with a less than b, and no parameter lam."
             )
-        pieces = maxima.cut(f, g, x, a, b)
-        tops, others = (maxima.with_parameters(pieces), []) if free else maxima.highest(pieces)
+        pieces, tops, others = maxima.located(whole)
         dropped = tuple(
             f"maximum at {x} = {short(m.point)}: smaller by a factor "
             f"e^(-{short(tops[0].height - m.height)} lam)"
             for m in others
+            if not free
         )
         how = "compared at sampled parameters"
         said = tuple(f"f is largest at {x} = {m.point} ({how})" for m in tops if free)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property, reduce
+from functools import lru_cache, reduce
 from itertools import pairwise
 from math import cos, pi
 from typing import Any, NamedTuple
@@ -49,7 +49,12 @@ class Piece:
     hi: Expr
     f: Expr
     g: Expr
-    exact: bool
+    exact: bool = False
+
+    @property
+    def free(self) -> set[Symbol]:
+        """The parameters."""
+        return sympy.Tuple(self.lo, self.hi, self.f, self.g).free_symbols - {self.x}
 
     @property
     def middle(self) -> Expr:
@@ -59,7 +64,7 @@ class Piece:
             return Rational(1, 7) if hi.is_infinite else hi - 1
         return lo + (1 if hi.is_infinite else (hi - lo) * Rational(4, 9))
 
-    @cached_property
+    @property
     def critical(self) -> list[Any]:
         """The zeros of f'."""
         return zeros(self.f.diff(self.x), self.x, self.lo, self.hi)
@@ -96,9 +101,14 @@ class Piece:
             )
         return []
 
-    def bound(self, row: dict[Symbol, Expr]) -> Piece:
-        """With numbers, or other symbols, for parameters."""
-        return replace(self, **{e: getattr(self, e).xreplace(row) for e in ("lo", "hi", "f", "g")})
+    def smooth(self, at: dict[Symbol, Expr]) -> Piece:
+        """With the branches of Piecewise that hold there."""
+
+        def branch(*of: Any) -> Any:
+            return next((v for v, holds in of if holds.xreplace(at) is S.true), S.NaN)
+
+        f, g = (e.replace(Piecewise, branch) for e in (self.f, self.g))
+        return replace(self, f=f, g=g)
 
 
 class Maximum(NamedTuple):
@@ -109,60 +119,109 @@ class Maximum(NamedTuple):
     sides: list[tuple[Piece, str]]
 
 
-def free_symbols(x: Symbol, *parts: Any) -> set[Symbol]:
-    """The parameters."""
-    return set().union(*(e.free_symbols for e in parts)) - {x}
+def located(whole: Piece) -> tuple[list[Piece], list[Maximum], list[Maximum]]:
+    """The pieces of an interval, the maxima that share the largest height, and the others.
 
-
-def cut(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Piece]:
-    """[a, b] cut at the kinks of f and g, with the branches that hold between."""
+    Of free parameters all samples must give the same.
+    """
     for kind, rule in _PIECEWISE.items():
-        f, g = (e.replace(kind, rule) for e in (f, g))
-    gaps = {r.lhs - r.rhs for e in (f, g) for p in e.atoms(Piecewise) for r in p.atoms(_RELATION)}
+        whole = replace(whole, f=whole.f.replace(kind, rule), g=whole.g.replace(kind, rule))
+    if not whole.free:
+        pieces = _cut(whole)
+        return pieces, *_highest(pieces)
+    found = list[Any]()
+    for k, row in enumerate(samples(whole.free)):
+        with suppress(InputError):
+            found.append(_in_symbols(whole, row))
+        if len(found) == k or found[-1] != found[0]:
+            first, *_ = names = sorted(map(str, whole.free))
+            raise InputError(
+                f"where f = {whole.f} is largest, if anywhere, or f or g = {whole.g} has kinks, "
+                f"depends on {', '.join(names)}; give numbers, or symbols with assumptions that "
+                f"decide, such as Symbol('{first}', positive=True)."
+            )
+    return *found[0], []
+
+
+def _in_symbols(whole: Piece, row: dict[Symbol, Expr]) -> tuple[list[Piece], list[Maximum]]:
+    """Pieces and maxima in the parameters, as they are at a row of numbers."""
+
+    def named(point: Any, known: list[Any]) -> Any:
+        for z in known:
+            if isinstance(z, Expr) and z.count_ops() <= _SHORT:
+                here = number(z.xreplace(row))
+                if here.is_finite() and here.overlaps(number(point)):
+                    return z
+        raise InputError(f"{point} has no closed form.")
+
+    ends = ("lo", "hi", "f", "g")
+    numbers = _cut(replace(whole, **{e: getattr(whole, e).xreplace(row) for e in ends}))
+    tops = sorted(_highest(numbers)[0], key=lambda m: number(m.point).mid())
+    kinks, _ = _kinks(whole)
+    marks = [whole.lo, *(named(p.hi, kinks) for p in numbers[:-1]), whole.hi]
+    pieces = [
+        replace(whole, lo=lo, hi=hi).smooth({whole.x: p.middle, **row})
+        for (lo, hi), p in zip(pairwise(marks), numbers, strict=True)
+    ]
+    known = [z for p in pieces for z in (p.lo, p.hi, *p.critical)]
+    return pieces, [
+        Maximum(named(z, [*known, z]), None, [(pieces[numbers.index(p)], s) for p, s in sides])
+        for z, _, sides in tops
+    ]
+
+
+def _kinks(p: Piece) -> tuple[list[Any], bool]:
+    """Those of f and g, and whether they are surely all."""
+    gaps = {r.lhs - r.rhs for r in sympy.Tuple(p.f, p.g).atoms(_RELATION)}
     # A sign also changes at poles.
-    tests = {sympy.prod(sympy.fraction(sympy.together(e))) for e in gaps if e.has(x)}
-    kinks, orders = {z for e in tests for z in zeros(e, x, a, b, turns=True)}, set()
-    closed = all(isinstance(z, Expr) for z in kinks)
-    exact = closed and all(_rational(e, x) is not None for e in tests)
-    free = free_symbols(x, a, b, *tests)
-    for row in samples(free):
-        lo, hi = (e.xreplace(row) for e in (a, b))
-        placed = {z: v for z in kinks if number(lo) < (v := number(z.xreplace(row))) < number(hi)}
-        orders.add(tuple(sorted(placed, key=lambda z: placed[z].mid())))
-        for z in (z for e in tests if row for z in zeros(e.xreplace(row), x, lo, hi, turns=True)):
-            if not any(number(z).overlaps(v) for v in placed.values()):
-                orders.add((z,))
-    if len(orders) > 1:
-        raise _undecided(f"where the kinks of f = {f} and g = {g} lie", free)
-    whole = [Piece(x, lo, hi, f, g, exact) for lo, hi in pairwise([a, *orders.pop(), b])]
-    return [replace(p, **{e: _smooth(getattr(p, e), x, p.middle) for e in "fg"}) for p in whole]
+    tests = {sympy.prod(sympy.fraction(sympy.together(e))) for e in gaps if e.has(p.x)}
+    found = {z for e in tests for z in zeros(e, p.x, p.lo, p.hi, turns=True)}
+    rational = all(_rational(e, p.x) is not None for e in tests)
+    return list(found), rational and all(isinstance(z, Expr) for z in found)
 
 
-def _undecided(what: str, free: set[Symbol]) -> InputError:
-    signs = sorted(f"Symbol('{s}', positive=True)" for s in free if s.is_extended_nonzero is None)
-    hint = f", or symbols with assumptions that decide, such as {signs[0]}" if signs else ""
-    return InputError(f"{what} depends on {', '.join(sorted(map(str, free)))}; give numbers{hint}.")
+def _cut(whole: Piece) -> list[Piece]:
+    """An interval cut at the kinks, with the branches that hold between."""
+    kinks, exact = _kinks(whole)
+    marks = [whole.lo, *sorted(kinks, key=lambda z: number(z).mid()), whole.hi]
+    pieces = [replace(whole, lo=lo, hi=hi, exact=exact) for lo, hi in pairwise(marks)]
+    return [p.smooth({p.x: p.middle}) for p in pieces]
 
 
-def _smooth(e: Expr, x: Symbol, middle: Any) -> Expr:
-    """The branch of every Piecewise that holds at `middle`, innermost first."""
+def _highest(pieces: list[Piece]) -> tuple[list[Maximum], list[Maximum]]:
+    """The maxima that share the largest height, and the others."""
+    places, maxima = dict[Any, list[tuple[Piece, int]]](), []
+    for p in pieces:
+        for z, side in ((p.lo, 1), (p.hi, -1), *((z, 0) for z in p.critical)):
+            places.setdefault(z, []).append((p, side))
+    for z, around in places.items():
+        sides = [(p, s, c) for p, s in around if (c := p.beside(z, s))]
+        top = max((c[0] for _, _, c in sides), key=lambda h: h.mid(), default=None)
+        sides = [(p, s, c) for p, s, c in sides if c[0].overlaps(top)]
+        if sides and all(_falls(c, s) for _, s, c in sides):
+            maxima.append(Maximum(z, top, [(p, _SIDES[s]) for p, s, _ in sides]))
+    if not maxima:
+        p = pieces[0]
+        raise InputError(
+            f"f = {p.f} has no isolated maximum for {p.x} in [{p.lo}, {pieces[-1].hi}]; give an f "
+            "that is not constant, and an interval on which it is largest somewhere."
+        )
+    maxima.sort(key=lambda m: -m.height.mid())
+    tops = [m for m in maxima if m.height.overlaps(maxima[0].height)]
+    return tops, maxima[len(tops) :]
 
-    def holds(condition: Any) -> bool:
-        at = condition.xreplace({x: middle})
-        found = {at.xreplace(row) for row in samples(at.free_symbols)}
-        if len(found) > 1 or not found <= {S.true, S.false}:
-            raise _undecided(f"whether {condition} holds", at.free_symbols)
-        return bool(found.pop())
 
-    while nodes := e.atoms(Piecewise):
-        node = min(nodes, key=lambda n: (sympy.count_ops(n), str(n)))
-        e = e.xreplace({node: next((v for v, c in node.args if holds(c)), S.NaN)})
-    return e
+def _falls(c: list[Any], side: int) -> bool:
+    """True if f of these Taylor coefficients falls; also where it has no more than a limit."""
+    signs = ((k, s) for k, y in enumerate(c) if k and (s := Balls().sign(y)) != 0)
+    contact, sign = next(signs, (2, -1 if len(c) == 1 else 0))
+    return sign == -1 and (side != 0 or contact % 2 == 0)
 
 
 # -- zeros -------------------------------------------------------------------------------------
 
 
+@lru_cache(maxsize=512)
 def zeros(e: Expr, x: Symbol, lo: Expr, hi: Expr, turns: bool = False) -> list[Any]:
     """Real zeros in (lo, hi): all of a rational function, others where the sign changes on a grid.
 
@@ -171,7 +230,7 @@ def zeros(e: Expr, x: Symbol, lo: Expr, hi: Expr, turns: bool = False) -> list[A
     """
     if not e.has(x):
         return []
-    if free_symbols(x, e, lo, hi):
+    if any(y.free_symbols - {x} for y in (e, lo, hi)):
         parts = [e]
         if e.is_rational_function(x):
             above = sympy.fraction(sympy.together(e))[0]
@@ -245,61 +304,3 @@ def _recognised(zero: Zero) -> Any:
                 if sympy.simplify(zero.equation.xreplace({zero.x: closed})) == 0:
                     return closed
     return zero
-
-
-# -- maxima ------------------------------------------------------------------------------------
-
-
-def _falls(c: list[Any], side: int) -> bool:
-    """True if f of these Taylor coefficients falls; also where it has no more than a limit."""
-    signs = ((k, s) for k, y in enumerate(c) if k and (s := Balls().sign(y)) != 0)
-    contact, sign = next(signs, (2, -1 if len(c) == 1 else 0))
-    return sign == -1 and (side != 0 or contact % 2 == 0)
-
-
-def highest(pieces: list[Piece]) -> tuple[list[Maximum], list[Maximum]]:
-    """The maxima that share the largest height, and the others; parameters have numbers."""
-    places, maxima = dict[Any, list[tuple[Piece, int]]](), []
-    for p in pieces:
-        for z, side in ((p.lo, 1), (p.hi, -1), *((z, 0) for z in p.critical)):
-            places.setdefault(z, []).append((p, side))
-    for z, around in places.items():
-        sides = [(p, s, c) for p, s in around if (c := p.beside(z, s))]
-        top = max((c[0] for _, _, c in sides), key=lambda h: h.mid(), default=None)
-        sides = [(p, s, c) for p, s, c in sides if c[0].overlaps(top)]
-        if sides and all(_falls(c, s) for _, s, c in sides):
-            maxima.append(Maximum(z, top, [(p, _SIDES[s]) for p, s, _ in sides]))
-    if not maxima:
-        p = pieces[0]
-        raise InputError(
-            f"f = {p.f} has no isolated maximum for {p.x} in [{p.lo}, {pieces[-1].hi}]; give an f "
-            "that is not constant, and an interval on which it is largest somewhere."
-        )
-    maxima.sort(key=lambda m: -m.height.mid())
-    tops = [m for m in maxima if m.height.overlaps(maxima[0].height)]
-    return tops, maxima[len(tops) :]
-
-
-def with_parameters(pieces: list[Piece]) -> list[Maximum]:
-    """The highest while parameters are free: in the same place at all samples."""
-    x, known, found = pieces[0].x, list[Any](), set[Any]()
-    free = free_symbols(x, *(e for p in pieces for e in (p.lo, p.hi, p.f, p.g)))
-    for row in samples(free):
-        bound = [p.bound(row) for p in pieces]
-        try:
-            tops = sorted(highest(bound)[0], key=lambda m: number(m.point).mid())
-        except InputError:
-            if all(s.is_extended_nonzero for s in free):
-                raise
-            raise _undecided(f"whether f = {pieces[0].f} has a maximum", free) from None
-        if not found:
-            known = [z for p in pieces for z in (p.lo, p.hi, *p.critical)]
-            known += [m.point for m in tops if isinstance(m.point, Expr)]
-            known = [z for z in known if z.count_ops() <= _SHORT]
-        at = [(z, v) for z in known if (v := number(z.xreplace(row))).is_finite()]
-        names = [next((z for z, v in at if v.overlaps(number(m.point))), None) for m in tops]
-        sides = (tuple((bound.index(p), s) for p, s in m.sides) for m in tops)
-        found.add(tuple(zip(names, sides, strict=True)))
-        if None in names or len(found) > 1:
-            raise _undecided(f"where f = {pieces[0].f} is largest", free)
-    return [Maximum(z, None, [(pieces[k], s) for k, s in of]) for z, of in found.pop()]
