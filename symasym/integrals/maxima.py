@@ -107,7 +107,12 @@ class Piece:
         def branch(*of: Any) -> Any:
             return next((v for v, holds in of if holds.xreplace(at) is S.true), S.NaN)
 
-        f, g = (e.replace(Piecewise, branch) for e in (self.f, self.g))
+        try:
+            f, g = (e.replace(Piecewise, branch) for e in (self.f, self.g))
+        except TypeError:  # SymPy's, of a comparison
+            raise InputError(
+                f"f = {self.f} or g = {self.g} compares what is complex; give real conditions."
+            ) from None
         return replace(self, f=f, g=g)
 
 

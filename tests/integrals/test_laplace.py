@@ -190,6 +190,7 @@ def test_the_formula_is_the_sum(target: str) -> None:
         ("log(x) - x", 1, x, 0, "oo", "borel"), ("-x**4", 1, x, "-oo", "oo", "borel"),
         ("-x**2 - x**3", "x", x, 0, 1, "borel"), (-c * x**2, 1, x, "-oo", "oo", "borel"),
         (-(x**61), 1, x, 0, 1), ("-Abs(sin(99*x))", 1, x, 0, 9),
+        (-(x**2), "Piecewise((1, sqrt(x) < 1), (2, True))", x, -1, 2),
         ("-1/(x+" * 15 + "1" + ")" * 15, 1, x, 1, 2),
     ],
 )  # fmt: skip
@@ -215,7 +216,8 @@ def test_a_sign_that_decides_is_asked_for() -> None:
 def test_bad_values(name: str, lam: Any, options: Any, error: Any) -> None:
     with pytest.raises(error):
         expansion(name, 3).evaluate(lam, **options)
-    # A pole; a jump of f where its derivatives are simpler than f.
-    for f, g, b in ((-(x**2), "1/(x - 1/2)", 1), ("-x - atan(tan(x))/2", 1, 3)):
+    # A pole; a jump, and a corner, of f where its derivatives are simpler than f.
+    jump, corner = ("-x - atan(tan(x))/2", 1, 3), ("-x - sqrt((x - 1)**2)/2", 1, 2)
+    for f, g, b in ((-(x**2), "1/(x - 1/2)", 1), jump, corner):
         with pytest.raises(sa.AccuracyError):
             sa.laplace_integral(f, g, x, 0, b).evaluate(9, full=True)

@@ -113,6 +113,7 @@ def test_arrays_and_refusals() -> None:
         lambda: sa.uniform_integral("t + I*t**2", 1, "t", 0, 1),
         lambda: sa.uniform_integral(f"I*{waves}", 1, "x", -1, 1),
         lambda: sa.uniform_integral("-x**2", "1 + I*x", "x", -1, 1),
+        lambda: sa.uniform_integral("-x - sqrt((x - 1)**2)/2", 1, "x", 0, 2).evaluate(9),
         lambda: sa.uniform_integral("I*t**3", "t**30", "t", "-oo", "oo"),
     ]
     for call in refused:
