@@ -54,7 +54,7 @@ class Piece:
     @property
     def free(self) -> set[Symbol]:
         """The parameters."""
-        return sympy.Tuple(self.lo, self.hi, self.f, self.g).free_symbols - {self.x}
+        return set(sympy.Tuple(self.lo, self.hi, self.f, self.g).free_symbols) - {self.x}
 
     @property
     def middle(self) -> Expr:
