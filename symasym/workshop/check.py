@@ -16,6 +16,7 @@ import time
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -23,28 +24,27 @@ from mpmath import mp, mpf
 
 import symasym as sa
 from symasym.base import progress
-from symasym.base.errors import InputError, SymasymError
+from symasym.base.errors import SymasymError
 from symasym.base.files import write_bytes
-from symasym.quantities import call_named
-from symasym.scenes import QUANTITIES
+from symasym.base.inputs import choice
 from symasym.workshop.problems import BY_NAME, PROBLEMS, Problem
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _TRUTH, _QUADRATURE = 60, 25  # digits of the truth in balls, and by quadrature
-#: Method, its orders, and the digits asked for (None: float64).
-RUNS: list[tuple[str, tuple[int | None, ...], tuple[int | None, ...]]] = [
-    ("exact", (None,), (None, 20, 50)),
-    ("paper", (None,), (20,)),
-    ("laplace", (0, 1, 2, 4), (20,)),
-    ("uniform", (0, 1, 2), (20,)),
-    ("strong_noise", (0, 2, 8), (20,)),
-    ("bound", (None,), (20,)),
+_ORDERS: dict[str, tuple[int | None, ...]] = {
+    "paper": (None,), "laplace": (0, 1, 2, 4), "uniform": (0, 1, 2), "strong_noise": (0, 2, 8),
+    "bound": (None,),
+}  # fmt: skip
+#: Method, order, and the digits asked for (None: float64).
+RUNS: list[tuple[str, int | None, int | None]] = [
+    *(("exact", None, digits) for digits in (None, 20, 50)),
+    *((method, order, 20) for method, orders in _ORDERS.items() for order in orders),
 ]
-_SCENES = (
+_SCENES = [
     "friction", "friction k=0.3", "friction k=1", "friction past the fold", "sine", "tanh",
-)  # fmt: skip
+]  # fmt: skip
 
 
 class Record(NamedTuple):
@@ -66,59 +66,36 @@ class Record(NamedTuple):
         return self.stated is None or self.error <= self.stated
 
 
-class Truth(NamedTuple):
-    """A value, and its own relative error."""
-
-    value: Any
-    error: float
-
-
-def truth(problem: Problem, quantity: str) -> Truth:
-    """The value, known independently where the scene allows it."""
-    name = quantity.replace(" - ", "-")
-    if name in problem.closed:
-        return Truth(problem.known(name, _TRUTH), 10.0**-_TRUTH)
-    if "quadrature" in problem.tags and name in (known := problem.by_quadrature()):
-        return Truth(known[name](_QUADRATURE), 10.0 ** (1 - _QUADRATURE))
-    numbers = {"kappa": problem.kappa, "r": problem.r, "start": problem.start}
-    value = call_named(quantity, problem.make(), numbers, dps=_TRUTH)
-    return Truth(value, 10.0 ** (1 - _TRUTH))
+def truth(problem: Problem, quantity: str) -> tuple[Any, float]:
+    """The value, known independently where the scene allows it, and its own relative error."""
+    if quantity in problem.closed:
+        return problem.known(quantity, _TRUTH), 10.0**-_TRUTH
+    if "quadrature" in problem.tags and quantity != "1 - C":
+        return problem.by_quadrature(quantity, _QUADRATURE), 10.0 ** (1 - _QUADRATURE)
+    return problem.ask(quantity, dps=_TRUTH), 10.0 ** (1 - _TRUTH)
 
 
-def records(problem: Problem, quantities: Iterable[str] = QUANTITIES) -> Iterator[Record]:
+def records(problem: Problem, quantities: Iterable[str] = ()) -> Iterator[Record]:
     """Every method's answers for a scene; a method that refuses it gives none."""
-    drift = problem.make()
-    numbers = {"kappa": problem.kappa, "r": problem.r, "start": problem.start}
-    for quantity in quantities:
-        if QUANTITIES[quantity].sliding and not problem.slides:
-            continue
+    for quantity in quantities or problem.quantities:
         try:
-            true = truth(problem, quantity)
+            true, known_to = truth(problem, quantity)
         except SymasymError:
             continue
-        for method, orders, digits in RUNS:
-            for order in orders:
-                for dps in digits:
-                    try:
-                        began = time.process_time()
-                        found = call_named(
-                            quantity, drift, numbers,
-                            method=method, order=order, dps=dps, full=True,
-                        )  # fmt: skip
-                    except SymasymError:
-                        continue
-                    seconds = time.process_time() - began
-                    known = problem.name, quantity, method, order, dps, seconds
-                    yield Record(*known, *_compared(found, true), found.error_kind)
-
-
-def _compared(found: Any, true: Truth) -> tuple[float, float | None]:
-    """The relative errors, true and stated; what the truth may miss counts for the value."""
-    with mp.workdps(2 * _TRUTH):
-        size = abs(mpf(true.value))
-        error = max(abs(mpf(found.value) - true.value) / size - true.error, 0)
-        stated = None if found.error is None else _small(mpf(found.error) / size)
-        return _small(error), stated
+        for method, order, dps in RUNS:
+            began = time.process_time()
+            try:
+                found = problem.ask(quantity, method=method, order=order, dps=dps, full=True)
+            except SymasymError:
+                continue
+            seconds = time.process_time() - began
+            with mp.workdps(2 * _TRUTH):
+                size = abs(mpf(true))
+                # What the truth may miss counts for the value.
+                error = _small(max(abs(mpf(found.value) - true) / size - known_to, 0))
+                stated = None if found.error is None else _small(mpf(found.error) / size)
+            known = problem.name, quantity, method, order, dps
+            yield Record(*known, seconds, error, stated, found.error_kind)
 
 
 def _small(x: Any) -> float:
@@ -137,12 +114,11 @@ def verify(level: str = "quick", seed: int = 1) -> tuple[list[Record], str]:
     list of Record, str
         And a table: cases, failures, and the worst true error over the stated one.
     """
-    if level not in ("quick", "full"):
-        raise InputError(f"level is {level!r}; give quick or full.")
-    tags = {"refused"} if level == "full" else {"refused", "slow", "may refuse", "extreme"}
-    scenes = [p for p in PROBLEMS if not p.tags & tags]
-    if level == "full":
+    scenes = [p for p in PROBLEMS if "refused" not in p.tags]
+    if choice("level", level, ("quick", "full")) == "full":
         scenes += [random_scene(seed, k) for k in range(200)]
+    else:
+        scenes = [p for p in scenes if not p.tags & {"slow", "may refuse", "extreme"}]
     found: list[Record] = []
     with progress.stage("verify", len(scenes), every=5.0) as step:
         for problem in scenes:
@@ -168,8 +144,7 @@ def random_scene(seed: int, index: int) -> Problem:
     def number(low: float, high: float) -> Fraction:
         return Fraction(draw.randint(int(low * 1000), int(high * 1000)), 1000)
 
-    smooth = index % 3 == 0
-    ends = number(-3, 3), number(-3, 3)
+    smooth, ends = index % 3 == 0, (number(-3, 3), number(-3, 3))
     make: Any
     make, arguments = [
         (sa.friction, (number(0, 8), number(0.1, 4), number(-4, 6))),
@@ -181,11 +156,11 @@ def random_scene(seed: int, index: int) -> Problem:
     kappa = Fraction(f"{10 ** (draw.uniform(-0.3, 1) if smooth else draw.uniform(-1.5, 4)):.5e}")
     r = Fraction(f"{10 ** draw.uniform(-0.5, 1):.5e}")
     start = draw.choice((Fraction(0), r * number(-0.99, 0.99)))
-    a, b = make(*arguments).ends
-    tags = {"sliding" if a > 0 > b else "up", *(["quadrature"] if smooth else [])}
-    made = lambda: make(*arguments)  # noqa: E731
-    name = f"random {index} of seed {seed}"
-    return Problem(name, made, str(kappa), str(r), str(start), frozenset(tags))
+    low, high = make(*arguments).ends
+    facts = {"sliding": low > 0 > high, "quadrature": smooth}
+    tags = {tag for tag, holds in facts.items() if holds}
+    numbers = str(kappa), str(r), str(start)
+    return Problem(f"random {index} of seed {seed}", partial(make, *arguments), *numbers, tags)
 
 
 # -- report ----------------------------------------------------------------------------------------
@@ -203,23 +178,21 @@ def report(
     """
     from symasym.workshop import peers
 
-    names = names or list(_SCENES[1:4] if quick else _SCENES)
-    unknown = [n for n in names if n not in BY_NAME]
-    if unknown:
-        raise InputError(f"{unknown[0]} is no scene; they are {', '.join(BY_NAME)}.")
+    names = names or (_SCENES[1:4] if quick else _SCENES)
+    scenes = [BY_NAME[choice("scene", name, BY_NAME)] for name in names]
     found: list[Record] = []
-    with progress.stage("report", len(names), every=5.0) as step:
-        for name in names:
-            problem = BY_NAME[name]
+    with progress.stage("report", len(scenes), every=5.0) as step:
+        for problem in scenes:
             found += records(problem, ["T"])
-            true = truth(problem, "T")
+            true, _ = truth(problem, "T")
             for peer, call in peers.of(problem, quick):
                 began = time.process_time()
                 value = call()
                 seconds = time.process_time() - began
                 with mp.workdps(_TRUTH):
-                    error = _small(abs(mpf(value) / true.value - 1))
-                found.append(Record(name, "T", peer, None, None, seconds, error, None, "none"))
+                    error = _small(abs(mpf(value) / true - 1))
+                known = problem.name, "T", peer, None, None
+                found.append(Record(*known, seconds, error, None, "none"))
             step()
     place = Path(folder)
     out = io.StringIO()
@@ -259,28 +232,26 @@ def work_precision(found: list[Record]) -> Figure:
     from symasym.workshop.figures.style import style
 
     scenes = list(dict.fromkeys(r.scene for r in found))
-    columns = min(2, len(scenes))
-    rows = math.ceil(len(scenes) / columns)
     methods = list(dict.fromkeys(r.method for r in found))
+    rows, columns = math.ceil(len(scenes) / 2), min(2, len(scenes))
     with style():
         figure = Figure(figsize=(7.4, 2.5 * rows + 1.0))
-        panels = figure.subplots(rows, columns, squeeze=False, sharey=True).ravel()
-        for axes, scene in zip(panels, scenes, strict=False):
+        panels = figure.subplots(rows, columns, squeeze=False, sharey=True)
+        for axes, scene in zip(panels.flat, scenes, strict=False):
             for k, method in enumerate(methods):
                 some = [r for r in found if (r.scene, r.method) == (scene, method)]
                 x, y = [max(r.error, 1e-62) for r in some], [r.seconds for r in some]
-                look = f"C{k % 4}", "os^vxD+*1<>"[k % 11]
-                axes.plot(x, y, color=look[0], marker=look[1], lw=0.8, ms=5, label=method)
+                look = {"color": f"C{k % 4}", "marker": "os^vxD+*1<>"[k % 11]}
+                axes.plot(x, y, **look, lw=0.8, ms=5, label=method)
             axes.set(title=scene, xscale="log", yscale="log", xlim=(1e-64, 10))
-            axes.set_xticks([1e-60, 1e-40, 1e-20, 1])
+            axes.set(xlabel="relative error of T", xticks=[1e-60, 1e-40, 1e-20, 1])
             axes.minorticks_off()
             axes.grid(True, color="0.92", linewidth=0.6)
-        for axes in panels[len(scenes) :]:
+        for axes in panels.flat[len(scenes) :]:
             axes.set_visible(False)
-        for k, axes in enumerate(panels[: len(scenes)]):
-            axes.set_xlabel("relative error of T")
-            if k % columns == 0:
-                axes.set_ylabel("seconds")
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=5)
+        for axes in panels[:, 0]:
+            axes.set_ylabel("seconds")
+        figure.legend(
+            *panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5
+        )
     return figure

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from functools import partial
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -52,14 +53,19 @@ def _potentials(c: list[Any]) -> list[Callable[[Any], Any]]:
     return [lambda u: -low * (u + 1), lambda u: value(v, u), lambda u: top - high * (u - 1)]
 
 
+def _time(lam: Any, single: Any, double: Any) -> Any:
+    """eq:Ttilde with eq:C, from the integrals left and right of the start."""
+    C = single[1] / (single[0] + single[1])
+    return lam * ((1 - C) * double[1] - C * double[0])
+
+
 def by_mpmath(c: list[Fraction], kappa: Fraction, r: Fraction, dps: int) -> Any:
-    """eq:Ttilde with eq:C by nested `mpmath.quad`."""
-    from mpmath import mp, mpf
+    """By nested `mpmath.quad`."""
+    from mpmath import mp
 
     with mp.workdps(dps + 5):
-        parts = _potentials([mpf(x.numerator) / x.denominator for x in c])
-        lam = 2 * mpf(kappa.denominator) ** 2 / kappa.numerator**2
-        R = mpf(r.numerator) / r.denominator
+        parts = _potentials([mp.convert(x) for x in c])
+        lam, R = 2 / mp.convert(kappa) ** 2, mp.convert(r)
 
         def V(u: Any) -> Any:
             return parts[0 if u < -1 else 1 if u < 1 else 2](u)
@@ -68,14 +74,13 @@ def by_mpmath(c: list[Fraction], kappa: Fraction, r: Fraction, dps: int) -> Any:
             cuts = [-R, *(x for x in (-1, 1) if x < v), v]
             return mp.quad(lambda u: mp.exp(lam * (V(v) - V(u))), cuts)
 
-        single = [mp.quad(lambda v: mp.exp(lam * V(v)), x) for x in ([-R, -1, 0], [0, 1, R])]
-        double = [mp.quad(inner, x) for x in ([-R, -1, 0], [0, 1, R])]
-        C = single[1] / (single[0] + single[1])
-        return lam * ((1 - C) * double[1] - C * double[0])
+        sides = [-R, -1, 0], [0, 1, R]
+        single = [mp.quad(lambda v: mp.exp(lam * V(v)), x) for x in sides]
+        return _time(lam, single, [mp.quad(inner, x) for x in sides])
 
 
 def by_scipy(c: list[Fraction], kappa: Fraction, r: Fraction) -> float:
-    """The same by `scipy.integrate.dblquad`."""
+    """By `scipy.integrate.dblquad`."""
     from scipy.integrate import dblquad, quad
 
     parts, lam, R = _potentials([float(x) for x in c]), 2 / float(kappa) ** 2, float(r)
@@ -86,51 +91,46 @@ def by_scipy(c: list[Fraction], kappa: Fraction, r: Fraction) -> float:
     def kernel(u: float, v: float) -> float:
         return float(np.exp(lam * (V(v) - V(u))))
 
-    def single(a: float, b: float) -> float:
-        kinks = [x for x in (-1, 1) if a < x < b]
-        return float(quad(lambda v: np.exp(lam * V(v)), a, b, points=kinks)[0])
-
-    def double(a: float, b: float) -> float:
-        cuts = [a, *(x for x in (-1, 1) if a < x < b), b]
+    def double(*cuts: float) -> float:
         return float(sum(
             dblquad(kernel, x, y, lo, partial(min, hi))[0]
-            for x, y in zip(cuts, cuts[1:], strict=False)
+            for x, y in pairwise(cuts)
             for lo, hi in ((-R, -1), (-1, 1), (1, R)) if lo < y
         ))  # fmt: skip
 
-    C = single(0, R) / (single(-R, 0) + single(0, R))
-    return lam * ((1 - C) * double(0, R) - C * double(-R, 0))
+    single = [
+        quad(lambda v: np.exp(lam * V(v)), a, b, points=[kink])[0]
+        for a, b, kink in ((-R, 0, -1), (0, R, 1))
+    ]
+    return float(_time(lam, single, [double(-R, -1, 0), double(0, 1, R)]))
 
 
 def by_arb(c: list[Fraction], kappa: Fraction, r: Fraction, dps: int) -> Any:
-    """The same by nested `acb.integral`, which is rigorous."""
-    from flint import acb, arb, fmpq
+    """By nested `acb.integral`, which is rigorous."""
+    from flint import acb, arb
 
-    from symasym.base.balls import precision, to_mpf
+    from symasym.base.balls import exact_ball, precision, to_mpf
 
     with precision(int(3.4 * dps) + 40):
-        parts = _potentials([arb(fmpq(x.numerator, x.denominator)) for x in c])
-        lam = arb(fmpq(2 * kappa.denominator**2, kappa.numerator**2))
-        R, one = arb(fmpq(r.numerator, r.denominator)), arb(1)
-        marks = [(-R, -one, 0), (-one, one, 1), (one, R, 2)]
+        parts = _potentials([exact_ball(x) for x in c])
+        lam, R, one, zero = exact_ball(2 / kappa**2), exact_ball(r), arb(1), arb(0)
+        starts = -R, -one, one
 
-        def inverse(k: int, a: Any, b: Any) -> Any:
-            return acb.integral(lambda u, _: (-lam * parts[k](u)).exp(), a, b)
+        def integral(sign: int, k: int, a: Any, b: Any) -> Any:
+            return acb.integral(lambda u, _: (sign * lam * parts[k](u)).exp(), a, b)
 
         def nested(k: int, a: Any, b: Any) -> Any:
-            before = sum((inverse(j, *marks[j][:2]) for j in range(k)), acb(0))
+            before = sum((integral(-1, j, starts[j], starts[j + 1]) for j in range(k)), acb(0))
             return acb.integral(
-                lambda v, _: (lam * parts[k](v)).exp() * (before + inverse(k, marks[k][0], v)),
+                lambda v, _: (lam * parts[k](v)).exp()
+                * (before + integral(-1, k, starts[k], v)),
                 a, b,
             )  # fmt: skip
 
-        def single(k: int, a: Any, b: Any) -> Any:
-            return acb.integral(lambda v, _: (lam * parts[k](v)).exp(), a, b)
-
-        left, right = [(0, -R, -one), (1, -one, arb(0))], [(1, arb(0), one), (2, one, R)]
-        e, d = ([sum((f(*x) for x in s), acb(0)) for s in (left, right)] for f in (single, nested))
-        C = e[1] / (e[0] + e[1])
-        return to_mpf((lam * ((1 - C) * d[1] - C * d[0])).real, dps)[0]
+        sides = [(0, -R, -one), (1, -one, zero)], [(1, zero, one), (2, one, R)]
+        single = [sum((integral(1, *x) for x in side), acb(0)) for side in sides]
+        double = [sum((nested(*x) for x in side), acb(0)) for side in sides]
+        return to_mpf(_time(lam, single, double).real, dps)[0]
 
 
 def by_numpy(c: list[Fraction], kappa: Fraction, r: Fraction, panels: int) -> float:
@@ -146,12 +146,11 @@ def by_numpy(c: list[Fraction], kappa: Fraction, r: Fraction, panels: int) -> fl
     before, single, double = 0.0, [0.0, 0.0], [0.0, 0.0]
     for low, high, V in ((-R, -1.0, parts[0]), (-1.0, 1.0, parts[1]), (1.0, R, parts[2])):
         ends = np.linspace(low, high, 2 * panels + 1)  # 0 among them
-        for a, b in zip(ends[:-1], ends[1:], strict=True):
+        for a, b in pairwise(ends):
             h = (b - a) / 2
             e = np.exp(lam * V(a + h * (x + 1)))
             side = int(a >= 0)
             single[side] += h * (w @ e)
             double[side] += h * (w @ (e * (before + h * (running @ (1 / e)))))
             before += h * (w @ (1 / e))
-    C = single[1] / (single[0] + single[1])
-    return float(lam * ((1 - C) * double[1] - C * double[0]))
+    return float(_time(lam, single, double))

@@ -91,12 +91,12 @@ def test_strings_are_exact_and_floats_are_binary() -> None:
 def test_threads_get_what_one_thread_gets() -> None:
     names = ["friction k=0.3", "tanh", "linear sliding", "hill"]
     jobs = [(n, d) for n in names for d in (20, 35, 50)] * 2
-    wanted = {job: BY_NAME[job[0]].questions()["T"](dps=job[1]) for job in jobs}
+    wanted = {job: BY_NAME[job[0]].ask("T", dps=job[1]) for job in jobs}
     found: dict[int, Any] = {}
 
     def work(index: int) -> None:
         name, dps = jobs[index]
-        found[index] = BY_NAME[name].questions()["T"](dps=dps)
+        found[index] = BY_NAME[name].ask("T", dps=dps)
 
     threads = [threading.Thread(target=work, args=(k,)) for k in range(len(jobs))]
     for thread in threads:

@@ -54,11 +54,11 @@ def test_scaling_drift_and_noise_together_scales_time(name: str, factor: str) ->
     kappa = F(problem.kappa) * F(factor)
     for dps in (25, None):
         allowed = 2e-25 if dps else 4e-12
-        T = problem.questions()["T"](dps=dps)
+        T = problem.ask("T", dps=dps)
         faster = sa.escape_time(scaled, kappa, problem.r, start=problem.start, dps=dps)
         with mpmath.workdps(40):
             assert relative(faster * (mpmath.mpf(c.numerator) / c.denominator), T) <= allowed
-        C = problem.questions()["C"](dps=dps)
+        C = problem.ask("C", dps=dps)
         same = sa.exit_probability(scaled, kappa, problem.r, start=problem.start, dps=dps)
         assert relative(same, C) <= allowed * max(1, abs(float(mpmath.log(C))))
 

@@ -14,7 +14,7 @@ from mpmath import mp
 
 import symasym as sa
 from symasym.workshop import check, peers
-from symasym.workshop.problems import BY_NAME
+from symasym.workshop.problems import BY_NAME, Problem
 
 SCENES = [BY_NAME[name] for name in ("linear sliding", "constant", "friction k=1")]
 
@@ -23,7 +23,9 @@ SCENES = [BY_NAME[name] for name in ("linear sliding", "constant", "friction k=1
 def few(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three scenes, and what each method does in a moment."""
     monkeypatch.setattr(check, "PROBLEMS", SCENES)
-    monkeypatch.setattr(check, "RUNS", [(m, o[:2], d[:2]) for m, o, d in check.RUNS])
+    monkeypatch.setattr(
+        check, "RUNS", [r for r in check.RUNS if r[1] in (None, 0, 1) and r[2] != 50]
+    )
 
 
 def test_every_claim_holds(few: None) -> None:
@@ -50,7 +52,7 @@ def test_every_claim_holds(few: None) -> None:
 def test_a_wrong_claim_is_noticed(
     few: None, monkeypatch: pytest.MonkeyPatch, method: str, change: Any
 ) -> None:
-    ask = check.call_named
+    ask = Problem.ask
 
     def wrong(*given: Any, **options: Any) -> Any:
         found = ask(*given, **options)
@@ -58,7 +60,7 @@ def test_a_wrong_claim_is_noticed(
         with mp.workdps(60):
             return dataclasses.replace(found, **change(found)) if broken else found
 
-    monkeypatch.setattr(check, "call_named", wrong)
+    monkeypatch.setattr(Problem, "ask", wrong)
     found, table = check.verify()
     failed = {r.method for r in found if not r.holds}
     assert failed == {method}
@@ -69,11 +71,10 @@ def test_a_wrong_claim_is_noticed(
 def test_truths_agree(name: str) -> None:
     """Closed form, quadrature, and the exact value in balls."""
     problem = BY_NAME[name]
-    for quantity, ask in problem.questions().items():
-        if quantity in ("T", "C", "P", "1 - P"):
-            true = check.truth(problem, quantity)
-            with mp.workdps(60):
-                assert abs(ask(dps=30) / true.value - 1) <= true.error + 1e-29
+    for quantity in problem.quantities:
+        true, error = check.truth(problem, quantity)
+        with mp.workdps(60):
+            assert abs(problem.ask(quantity, dps=30) / true - 1) <= error + 1e-29
 
 
 def test_random_scenes_are_the_same_for_a_seed() -> None:
