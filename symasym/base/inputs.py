@@ -229,11 +229,20 @@ def floats(name: str, value: Numbers, copy: bool = True) -> FloatArray:
     return array
 
 
-def positive(name: str, value: Fraction) -> Fraction:
-    """`value` if it is greater than zero."""
-    if value <= 0:
-        raise InputError(f"{name} is {float_text(value)}; it must be greater than 0.")
-    return value
+def positive(name: str, value: object) -> Fraction:
+    """An exact number that is greater than zero."""
+    number = exact(name, value)
+    if number <= 0:
+        raise InputError(f"{name} is {float_text(number)}; it must be greater than 0.")
+    return number
+
+
+def within(name: str, value: object, low: float, high: float) -> Fraction:
+    """An exact number from `low` to `high`."""
+    number = exact(name, value)
+    if not low <= float(number) <= high:
+        raise InputError(f"{name} is {float_text(number)}; give one from {low:g} to {high:g}.")
+    return number
 
 
 def float_text(value: Fraction) -> str:

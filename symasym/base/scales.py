@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import Numbers, common_shape, exact, floats, is_array, positive
+from symasym.base.inputs import Numbers, common_shape, floats, is_array, positive
 from symasym.base.texts import number_text
 
 __all__ = ["Scales", "rescale"]
@@ -96,7 +96,7 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
         if not (np.isfinite(scaled.kappa) & np.isfinite(scaled.r)).all():
             raise InputError("kappa/sqrt(eps) or r/eps leaves float64; give larger eps.")
         return scaled
-    e, k, radius = (positive(name, exact(name, x)) for name, x in given.items())
+    e, k, radius = (positive(name, x) for name, x in given.items())
     root = Fraction(isqrt(e.numerator), isqrt(e.denominator))
     return Scales(k / root if root * root == e else _noise(k, e), radius / e, e)
 

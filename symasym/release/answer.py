@@ -10,7 +10,16 @@ import numpy as np
 
 from symasym.base.errors import InputError
 from symasym.base.estimate import with_error
-from symasym.base.inputs import Number, choice, count, exact, positive, shown
+from symasym.base.inputs import (
+    Number,
+    choice,
+    count,
+    exact,
+    positive,
+    sequence,
+    shown,
+    within,
+)
 from symasym.release.laws import Law, of_march, of_sample
 from symasym.release.march import Scene, march
 from symasym.release.simulate import simulate, step_of
@@ -87,18 +96,16 @@ def release(
     if not isinstance(system, System):
         raise InputError(f"system is {shown(system)}; give a System, such as sa.oscillator(3, 1).")
     choice("method", method, METHODS)
-    if not isinstance(start, (tuple, list)) or len(start) != 2:
+    if len(sequence("start", start)) != 2:
         raise InputError(f"start is {shown(start)}; give the pair (u, z).")
-    given = {"kappa": kappa, "r": r, "eps": eps, "rtol": rtol}
-    read = {name: float(positive(name, exact(name, x))) for name, x in given.items()}
-    u, z, colour = (float(exact(n, x)) for n, x in (("u", start[0]), ("z", start[1]), ("tau", tau)))
-    if not (abs(u) < read["r"] and 1e-10 <= read["rtol"] <= 0.1 and colour >= 0):
-        raise InputError(
-            f"start's u is {u:g}, rtol {read['rtol']:g} and tau {colour:g}; give a u inside "
-            f"(-r, r), r = {read['r']:g}, an rtol from 1e-10 to 0.1, and a tau of at least 0."
-        )
-    scene = Scene(system, read["kappa"], read["r"], read["eps"], u, z)
-    across = read["r"] * np.linspace(-1.0, 1.0, 201)
+    given = {"kappa": kappa, "r": r, "eps": eps}
+    noise, radius, width = (float(positive(name, x)) for name, x in given.items())
+    u, z = (float(exact(name, x)) for name, x in zip("uz", start, strict=True))
+    allowed, colour = float(within("rtol", rtol, 1e-10, 0.1)), float(within("tau", tau, 0, 1e300))
+    if abs(u) >= radius:
+        raise InputError(f"start's u is {u:g} and r {radius:g}; u must lie inside (-r, r).")
+    scene = Scene(system, noise, radius, width, u, z)
+    across = radius * np.linspace(-1.0, 1.0, 201)
     if not np.isfinite(scene.phi(across, z) + scene.velocity(across, z)).all():
         raise InputError(
             f"phi or velocity has no value at some |u| < r, z = {z:.6g}; give another."
@@ -106,11 +113,11 @@ def release(
     if method == "march":
         if colour:
             raise InputError(f"tau is {colour:g}; coloured noise is for method='simulate'.")
-        rough, fine, error = march(scene, read["rtol"])
+        rough, fine, error = march(scene, allowed)
         left = min(max(float(fine.p[0][0]), 0.0), 1.0)
         laws = of_march(rough, fine)
         return Release(fine.mean, error, fine.std, (left, 1.0 - left), method, (), *laws)
-    h = step_of(scene, colour) if step is None else float(positive("step", exact("step", step)))
+    h = step_of(scene, colour) if step is None else float(positive("step", step))
     if colour and h > colour / 4:
         raise InputError(f"step is {h:g} and tau {colour:g}; give a step of at most tau/4.")
     number, first = count("paths", paths, 10, 10_000_000), count("seed", seed, 0, 2**62)

@@ -114,7 +114,7 @@ class System:
         >>> round(block.drag_time("-0.4", "0.01"), 1)  # to the fold at -7/9
         37.8
         """
-        at, width = float(exact("z", z)), float(positive("eps", exact("eps", eps)))
+        at, width = float(exact("z", z)), float(positive("eps", eps))
         rate = self.phi.diff("z") * self.velocity
         return drag_time(
             self.frozen(z).critical_points(),
@@ -159,7 +159,7 @@ def oscillator(mu: Number, alpha: Number) -> System:
     """
     import sympy
 
-    shape, strength = exact("mu", mu), positive("alpha", exact("alpha", alpha))
+    shape, strength = exact("mu", mu), positive("alpha", alpha)
     if shape < 0:
         raise InputError(f"mu is {float_text(shape)}; it must be at least 0.")
     u, z, y = sympy.symbols("u z y")

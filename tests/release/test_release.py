@@ -137,6 +137,14 @@ def test_simulation_by_the_verb() -> None:
     assert sa.release(BLOCK, 2, 5, paths=10_000, seed=11, **ask).mean == answer.mean
 
 
+def test_coloured_noise_spreads_by_its_own_law() -> None:
+    """Of du = dt + kappa x dt it is known: kappa^2 (t - tau (1 - e^(-t/tau)))."""
+    ask = {"method": "simulate", "paths": 8000, "seed": 5, "tau": 1, "step": "0.05"}
+    answer = sa.release(sa.System("1", "-1"), "0.2", 2, eps="0.01", **ask)
+    assert answer.mean == pytest.approx(2, abs=0.05)
+    assert answer.std == pytest.approx(0.2 * np.sqrt(2 - (1 - np.exp(-2))), rel=0.025)
+
+
 @pytest.mark.slow
 def test_coloured_noise_tends_to_the_white() -> None:
     ask = {"eps": "0.01", "method": "simulate", "paths": 4000, "seed": 2}
