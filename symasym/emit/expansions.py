@@ -124,10 +124,11 @@ def of_expansion(e: Any, numbers: Mapping[Symbol, Expr], name: str) -> list[Func
     visit(sympy.Tuple(*(side for c in signs for side in c.args)))
     value = sympy.Piecewise((value, sympy.And(*signs)), (sympy.nan, True))
     free = set().union(value.free_symbols, *(v.free_symbols for v in rows.values())) - rows.keys()
+    free = sorted(free, key=str)
     if odd := [s for s in free if s in e.equations and not s.is_real]:
         raise InputError(f"{odd[0]} may be complex, which code has no numbers for; bind the drift.")
     words: dict[Symbol, str] = {}
-    for s in (*sorted(free, key=str), *rows):
+    for s in (*free, *rows):
         words[s] = plain_name(s.name)
         while [*words.values()].count(words[s]) > 1 or words[s] in (name, f"log_{name}"):
             words[s] += "_"
