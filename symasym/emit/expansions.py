@@ -117,14 +117,14 @@ def of_expansion(e: Any, numbers: Mapping[Symbol, Expr], name: str) -> list[Func
                 rows[s] = known[s]
 
     visit(value)
-    met = set(rows).union(value.free_symbols, *(v.free_symbols for v in rows.values()))
+    met = value.free_symbols.union(rows, *(v.free_symbols for v in rows.values()))
     strict = (sympy.StrictGreaterThan, sympy.StrictLessThan)
     signs = [c for c in e.conditions if isinstance(c, strict) and not c.has(LAM)]
     signs = [c for c in signs if c.free_symbols <= met | known.keys()]
     visit(sympy.Tuple(*(side for c in signs for side in c.args)))
     value = sympy.Piecewise((value, sympy.And(*signs)), (sympy.nan, True))
-    free = set().union(value.free_symbols, *(v.free_symbols for v in rows.values())) - rows.keys()
-    free = sorted(free, key=str)
+    used = value.free_symbols.union(*(v.free_symbols for v in rows.values()))
+    free = sorted(used - rows.keys(), key=str)
     if odd := [s for s in free if s in e.equations and not s.is_real]:
         raise InputError(f"{odd[0]} may be complex, which code has no numbers for; bind the drift.")
     words: dict[Symbol, str] = {}
