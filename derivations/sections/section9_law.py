@@ -86,13 +86,13 @@ def moments(d):
     left = lambda k, f: poly(sympy.expand(gone - (w_0 + w_1 * s) * f).coeff(s, k))
     alone = {E0_l: sigma_left, E0_r: sigma_right, Z_l: 1, Z_r: 1}
     mean = d.eq("mean", T, (E0_l * F1_r + E0_r * F1_l) / w_0, r"$1 - \mathbb{E}[e^{-s \tau}] = s T - \dots$; "
-                "where both ends absorb it is positive-form", lambda f: [(left(1, s * f), 0), (
+                "where both ends absorb it is 'positive-form'", lambda f: [(left(1, s * f), 0), (
                     f.subs(put).subs(alone), d["positive-form", "from both sweeps"].subs(
                         w, F1_l / sigma_left + F1_r / sigma_right))])
     second = E0_l * F2_r + E1_l * F1_r + E0_r * F2_l + E1_r * F1_l
     source = d["release-time", "second moment"].replace(lambda e: e.func == Function("T"), lambda e: mean)
     d.eq("second moment", r"\mathbb{E}[\tau^2] =", (T * w_1 - second) / w_0 * 2, r"from $-s^2/2$; it solves "
-         r"$\mathcal{L} f = -2 T$ (release-time)", lambda f: [
+         r"$\mathcal{L} f = -2 T$ ('release-time')", lambda f: [
              (left(2, s * mean - s**2 / 2 * f.subs(T, mean)), 0),
              (poly(generator(f.subs(T, mean), rate)), poly(source))])
     d.conclude("mean", "second moment", "coefficient 0 of W", "coefficient 1 of W",
@@ -128,4 +128,4 @@ def eigenvalue(d):
     d.conclude("from below", "from above", *(f"sum of powers {k}" for k in (1, 2, 3)), "first coefficient",
                note=r"$\lambda_1$, the principal eigenvalue, is the rate at which $\mathbb{P}[\tau > t]$ falls in "
                     r"the end; $S_n$ is the sum of all $\lambda_k^{-n}$, $c_n$ the coefficient of $s^n$ in "
-                    r"$W(s)/W(0)$; $\eta_k$, $\zeta_k$, $Z$ are those of exit-moments")
+                    r"$W(s)/W(0)$; $\eta_k$, $\zeta_k$, $Z$ are those of 'exit-moments'")

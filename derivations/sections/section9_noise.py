@@ -62,7 +62,7 @@ def exit_time(d):
     force = lambda at: -(lam * source).subs(u, at)
     green = d["release-order", "Green's function"].replace(Function("s"), force) / lam
     d.eq("mean exit time", T(x), C(x) * Integral(Sigma(v) * m(v), (v, -r, x))
-         + (1 - C(x)) * Integral((Sigma(r) - Sigma(v)) * m(v), (v, x, r)), "by release-order; no term is negative",
+         + (1 - C(x)) * Integral((Sigma(r) - Sigma(v)) * m(v), (v, x, r)), "by 'release-order', in positive terms",
          lambda e: [(e.subs(C(x), left), green)])
     d.conclude("mean exit time", "leaving on the left", note=r"$x$ is the start, $\Sigma' = e^{\lambda V_\sigma} "
                r"\sigma^{-2 \alpha}$ the scale density, $\Sigma(-r) = 0$, $m = \lambda e^{-\lambda V_\sigma} "
