@@ -112,15 +112,6 @@ def sensitivity(
         For each drift parameter and for kappa, r and start. With `dps` each derivative is right to
         so many digits, or places where it is below 1, and proved.
 
-    Raises
-    ------
-    InputError
-        As the quantity itself does.
-    AccuracyError
-        As the exact quantity does with digits.
-    RangeError
-        If a derivative is outside the range of float64.
-
     Notes
     -----
     In float64 the error is an estimate, the value's own error times the largest derivative of the
@@ -225,17 +216,16 @@ def _of_ends(
 def _in_digits(quantity: str, scene: Scene, dps: int) -> Sensitivity:
     """Derivatives of one scene to so many digits, proved."""
     whole, slopes = _proved(quantity, scene, dps)
-    at = {**scene.drift.scalars(), **scene.numbers}
-    parts: tuple[dict[str, Any], ...] = ({}, {}, {}, {})
+    rows = {}
     with precision(balls.bits(dps + 10)):
-        for name in at:
-            condition = abs(slopes[name] * arb(rational(at[name])))
+        for name, x in {**scene.drift.scalars(), **scene.numbers}.items():
+            condition = abs(slopes[name] * arb(rational(x)))
             relative = condition / abs(whole) if condition > 0 else condition
             shown = (to_mpf(x, dps)[0] for x in (condition, relative))
-            for part, x in zip(parts, (*to_mpf(slopes[name], dps), *shown), strict=True):
-                part[name] = x
-    derivative, errors, conditions, relatives = parts
-    return Sensitivity(quantity, derivative, errors, conditions, relatives, "bound")
+            rows[name] = *to_mpf(slopes[name], dps), *shown
+    columns: Any = (dict(zip(rows, x, strict=True)) for x in zip(*rows.values(), strict=True))
+    slope, error, condition, relative = columns
+    return Sensitivity(quantity, slope, error, condition, relative, "bound")
 
 
 # -- in float64 ------------------------------------------------------------------------------------
@@ -281,9 +271,8 @@ def _in_floats(quantity: str, scenes: Scenes) -> Sensitivity:
         each = (x.reshape(scenes.shape) if scenes.shape else x.item() for x in rows)
         return dict(zip(names, each, strict=True))
 
-    return Sensitivity(
-        quantity, shaped(slopes), shaped(errors), shaped(conditions), shaped(relative), "estimate"
-    )
+    slope, error, condition, log_condition = map(shaped, (slopes, errors, conditions, relative))
+    return Sensitivity(quantity, slope, error, condition, log_condition, "estimate")
 
 
 def _by_floats(
@@ -322,27 +311,16 @@ def _of_ends_in_floats(
         (far_ya, far_yb), (far_wa, far_wb) = floats.sides(of, scenes.lam, r, (r, r), rows)
         per_w = floats.Logs(-np.logaddexp(wa.log, wb.log), np.maximum(wa.error, wb.error) + 4e-16)
         sigma_a, sigma_b = (floats.Logs(-y.log, y.error) for y in (ya, yb))
-        # The products that r adds and takes away, and those of the start.
-        both_ways: dict[str, tuple[list[Any], list[Any], list[Any], list[Any]]] = {
-            "T": (
-                [(yb, far_wa, per_w), (ya, far_wb, per_w)], [],
-                [(ya, wb, per_w)], [(yb, wa, per_w)],
-            ),
-            "C": ([(yb, far_ya, sigma_a)], [(far_yb,)], [], [(yb,)]),
-            "1 - C": ([(ya, far_yb, sigma_b)], [(far_ya,)], [(ya,)], []),
-        }  # fmt: skip
-        sums = [_added(products, len(rows)) for products in both_ways[quantity]]
-    (up, down, right, left) = sums
-    return (
-        np.array([up[0] - down[0], right[0] - left[0]]),
-        np.array([up[1] + down[1], right[1] + left[1]]),
-    )
-
-
-def _added(products: list[tuple[Any, ...]], count: int) -> FloatArray:
-    """The sum of products of positive numbers, and its error."""
-    total = np.zeros((2, count))
-    for of in products:
-        value = np.exp(sum(x.log for x in of))
-        total += value, value * (1e-15 + sum(x.error + 2.3e-16 * np.abs(x.log) for x in of))
-    return total
+        # Of r, the first row, and the start: signs and products of positive numbers.
+        terms: Any = {
+            "T": [(0, 1, (yb, far_wa, per_w)), (0, 1, (ya, far_wb, per_w)),
+                  (1, 1, (ya, wb, per_w)), (1, -1, (yb, wa, per_w))],
+            "C": [(0, 1, (yb, far_ya, sigma_a)), (0, -1, (far_yb,)), (1, -1, (yb,))],
+            "1 - C": [(0, 1, (ya, far_yb, sigma_b)), (0, -1, (far_ya,)), (1, 1, (ya,))],
+        }[quantity]  # fmt: skip
+        slopes, errors = np.zeros((2, 2, len(rows)))
+        for row, sign, factors in terms:
+            value = np.exp(sum(x.log for x in factors))
+            slopes[row] += sign * value
+            errors[row] += value * (1e-15 + sum(x.error + 2.3e-16 * abs(x.log) for x in factors))
+    return slopes, errors
