@@ -61,12 +61,9 @@ class Series:
         above, below = (p.numerator, p.denominator) if rational else (p, 1)
         a, b = self.c, [_power(self.c[0], p) if first is None else first]
         for n in range(1, len(a)):
-            row = [
-                (b[n - k] * a[k]) * (above * k - below * (n - k))
-                for k in range(1, n + 1)
-                if (a[k] == 0) is not True
-            ]
-            total = sum(row[1:], row[0]) / (n * below) if row else a[0] * 0
+            ks = [k for k in range(1, n + 1) if (a[k] == 0) is not True]
+            factors = [above * k - below * (n - k) for k in ks]
+            total = dot([b[n - k] * a[k] for k in ks], factors) / (n * below) if ks else a[0] * 0
             b.append(_over(total, a[0]))
         return Series(b)
 
