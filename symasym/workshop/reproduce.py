@@ -12,7 +12,6 @@ import derivations
 import symasym as sa
 from derivations.pages import derive, names, with_roots
 from symasym.base import progress
-from symasym.base.errors import InputError
 from symasym.base.files import (
     decimal_text,
     read_json,
@@ -21,7 +20,7 @@ from symasym.base.files import (
     write_bytes,
     write_json,
 )
-from symasym.base.inputs import digits
+from symasym.base.inputs import choice, digits
 from symasym.formula import labels
 from symasym.workshop import figures
 
@@ -53,17 +52,10 @@ def reproduce(
     it was made; with `force` each is. `only` names stages, all of them when left out.
     """
     digits(dps)
-    stages, folder = _stages(), Path(out)
-    known = {stage.name for stage in stages}
-    wanted = known if only is None else {*only}
-    if unknown := sorted(wanted - known):
-        raise InputError(
-            f"{unknown[0]} is no stage of reproduce; its stages are {', '.join(sorted(known))}."
-        )
+    stages, folder = {stage.name: stage for stage in _stages()}, Path(out)
+    wanted = {choice("stage", name, stages) for name in (stages if only is None else only)}
     inputs = [_source(), *sorted(versions("numpy", "mpmath", "python-flint", "sympy").items()), dps]
-    for stage in stages:
-        if stage.name not in wanted:
-            continue
+    for stage in (stages[name] for name in stages if name in wanted):
         stamps = read_json(folder / _STAMPS) or {}
         if not force and stamps.get(stage.name) == _stamp(stage, folder, inputs):
             yield stage, None
