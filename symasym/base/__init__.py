@@ -1,1 +1,1 @@
-"""Used by every subpackage: reading input, errors, estimates, files, progress, executors."""
+"""Used by every room: reading input, balls, errors, estimates and their texts, files, progress."""

@@ -25,8 +25,6 @@ from symasym.release.march import Scene, march
 from symasym.release.simulate import simulate, step_of
 from symasym.release.system import System
 
-METHODS = {"march": "the parabolic equation of (u, z), to rtol", "simulate": "Monte Carlo"}
-
 
 @dataclass(frozen=True)
 class Release:
@@ -95,7 +93,7 @@ def release(
     """
     if not isinstance(system, System):
         raise InputError(f"system is {shown(system)}; give a System, such as sa.oscillator(3, 1).")
-    choice("method", method, METHODS)
+    choice("method", method, ("march", "simulate"))
     if len(sequence("start", start)) != 2:
         raise InputError(f"start is {shown(start)}; give the pair (u, z).")
     given = {"kappa": kappa, "r": r, "eps": eps}
