@@ -20,13 +20,7 @@ if TYPE_CHECKING:
 
 
 def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
-    """Write a file that is either whole or as it was before, and make its folder where needed.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
-    """
+    """Write a file that is either whole or as it was before, and make its folder where needed."""
     target = Path(path)
     if not target.name:
         raise OutputError(f"the file is {os.fspath(path)!r}; give the name of a file.")

@@ -60,13 +60,7 @@ def choice(name: str, value: _Word, known: Iterable[str]) -> _Word:
 
 
 def count(name: str, value: object, low: int, high: int, of: str = "", also: str = "") -> int:
-    """A whole number from `low` to `high`; `of` what, and what else would do, messages say.
-
-    Examples
-    --------
-    >>> count("order", 3, 0, 20)
-    3
-    """
+    """A whole number from `low` to `high`; `of` what, and what else would do, messages say."""
     try:
         if isinstance(value, (bool, np.bool_, np.ndarray)):
             raise TypeError
@@ -129,37 +123,21 @@ def axes(name: str, value: Any, many: int = 1) -> list[Any]:
     """Matplotlib's axes, one or so many; InputError for anything else."""
     from matplotlib.axes import Axes
 
-    given = [value] if isinstance(value, Axes) else value
-    if not isinstance(given, (list, tuple, np.ndarray)):
-        given = ()
+    given = list(np.asarray(value, dtype=object).ravel())
     if len(given) != many or not all(isinstance(ax, Axes) for ax in given):
         raise InputError(f"{name} is {shown(value)}; give {many} of matplotlib's Axes.")
-    return list(given)
+    return given
 
 
 def exact(name: str, value: object) -> Fraction:
-    """The exact rational that `value` stands for.
+    """The rational that a number or text stands for: a float its binary value, a text what it says.
 
-    Parameters
-    ----------
-    name : str
-        How messages call the argument.
-    value : int, float, str, Fraction, Decimal, mpf, SymPy rational or Float
-        A float stands for its exact binary value, a string for what it says
-        (``"-0.4"`` is -2/5, ``"1/3"`` is 1/3).
-
-    Raises
-    ------
-    InputError
-        If the value is not a finite real rational number, or neither 0 nor between 1e-300 and
-        1e300 in size.
+    `name` is what messages call it.
 
     Examples
     --------
-    >>> exact("z0", "-0.4")
-    Fraction(-2, 5)
-    >>> exact("kappa", 0.1) == Fraction(1, 10)
-    False
+    >>> exact("z0", "-0.4"), exact("kappa", 0.1) == Fraction(1, 10)
+    (Fraction(-2, 5), False)
     """
     try:
         number = _rational(value)
