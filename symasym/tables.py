@@ -34,7 +34,7 @@ __all__ = ["Outcome", "Spec", "read_spec", "write_table"]
 
 _NUMBERS = ("kappa", "r", "start")
 _KEYS = (*_NUMBERS, "drift", "expr", "quantities", "dps", "parameters")
-_MOST_BYTES, _MOST = 10_000_000, 10_000_000
+_MOST = 10_000_000  # values of a table
 _GUARD = 5  # digits beyond those printed, so that the last printed one is rounded right
 _AT_ONCE = 256  # values that are asked for before the first of them is written
 
@@ -66,9 +66,9 @@ class Spec(NamedTuple):
 def read_spec(path: str | os.PathLike[str]) -> Spec:
     """Read a spec and check its keys and values; an InputError names the file and the key."""
     try:
-        data = Path(path).read_bytes()[:_MOST_BYTES].decode()
-        # A decimal stands for what it says, not for the nearest binary number.
-        return _spec(tomllib.loads(data, parse_float=str))
+        with open(path, "rb") as file:
+            # A decimal stands for what it says, not for the nearest binary number.
+            return _spec(tomllib.load(file, parse_float=str))
     except SymasymError as error:
         raise InputError(f"{path}: {error}") from None
     except (OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
@@ -152,9 +152,7 @@ def _sum(text: bytes) -> bytes:
 class Outcome(NamedTuple):
     """The files, the number of values, of those made in this run, and of those without a number."""
 
-    path: Path
-    csv: Path
-    tex: Path
+    files: tuple[Path, ...]
     values: int
     made: int
     refused: int
@@ -174,7 +172,7 @@ def write_table(
     another run is at work on it, or it can't be written.
     """
     target = Path(path)
-    beside = target.with_suffix(".csv"), target.with_suffix(".tex")
+    files = target, target.with_suffix(".csv"), target.with_suffix(".tex")
     asked = [(q, x) for x in spec.points() for q in spec.quantities]
     run = map if executor is None else executor.map
     try:
@@ -202,10 +200,10 @@ def write_table(
     body = [" & ".join(row).replace("_", r"\_") + r" \\" for row in rows]
     body = [rf"\begin{{tabular}}{{{'l' * len(rows[0])}}}", body[0], r"\hline", *body[1:]]
     lines = [",".join(row) for row in rows], [*body, r"\end{tabular}"]
-    for name, text in zip(beside, lines, strict=True):
+    for name, text in zip(files[1:], lines, strict=True):
         write_bytes(name, "\n".join([*text, ""]).encode())
     refused = sum(record["mid"] is None for record in records)
-    return Outcome(target, *beside, len(asked), len(asked) - done, refused)
+    return Outcome(files, len(asked), len(asked) - done, refused)
 
 
 def _known(target: Path, file: IO[bytes], spec: Spec, asked: list[Any]) -> list[Any]:

@@ -165,7 +165,7 @@ def table(
     with where as executor:
         outcome = write_table(wanted, out, executor=executor, force=force)
     made = f"{outcome.made} of them new" if outcome.made else "up to date"
-    print(f"{outcome.path}, {outcome.csv}, {outcome.tex}: {outcome.values} values, {made}")
+    print(f"{', '.join(map(str, outcome.files))}: {outcome.values} values, {made}")
     if outcome.refused:
         print(f"{outcome.refused} values do not exist or could not be had; their lines say why.")
     return 1 if outcome.refused else 0
