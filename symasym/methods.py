@@ -44,6 +44,8 @@ WEAK_NOISE_ORDERS = (2, 20)
 _LARGEST, _SMALLEST = 709.78, -708.39
 _BITS = 128  # of Arb's numbers behind an array
 _ALL = tuple(QUANTITIES)
+#: Methods for drifts of pieces, noise that depends on u, and any ends.
+_EVERYWHERE = ("exact",)
 
 
 @dataclass(frozen=True)
@@ -95,17 +97,20 @@ METHODS = {
 def answer(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
     """The quantity of `request` by its method, which is none of its choosing."""
     request = request._replace(order=_order(request))
-    if quantity_of(request.name).sliding:
+    if request.method not in _EVERYWHERE:
+        require_paper(drift, numbers, request)
+    if quantity_of(request.name).sliding and drift.model.layered and "left" not in numbers:
         require_sliding(drift)
     one = one_scene(drift, numbers)
     if one and (request.dps is not None or request.full or request.method != "exact"):
         step = importlib.import_module(METHODS[request.method].module).of_scene
-        return as_digits(request, step(read_scene(drift, numbers), request))
+        scene = read_scene(drift, numbers, request.reflecting)
+        return as_digits(request, step(scene, request))
     if request.dps is not None:
         raise InputError(
             f"dps is {request.dps} for arrays, which are float64; ask for one element at a time."
         )
-    scenes = float_scenes(drift, numbers)
+    scenes = float_scenes(drift, numbers, request.reflecting)
     return as_floats(request, scenes.shape, of_scenes(scenes, request))
 
 
@@ -122,6 +127,16 @@ def _order(request: Request) -> Any:
     if method.diverges and isinstance(order, str) and order == "optimal":
         return range(most + 1)
     return default if order is None else count("order", order, 0, most)
+
+
+def require_paper(drift: Drift, numbers: dict[str, Any], request: Request) -> None:
+    """Raise unless the scene is one of the paper: a layer, constant noise, from -r to r."""
+    usual = drift.plain and not numbers.keys() & {"left", "low"} and request.moment == 1
+    if not usual or request.reflecting:
+        raise RegionError(
+            f"method {request.method!r} holds for the mean in (-r, r), for drifts that are constant "
+            "outside a layer, and constant noise; use method='exact'."
+        )
 
 
 def require_sliding(drift: Drift) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from symasym.base.errors import AccuracyError, InputError, SymasymError
-from symasym.base.inputs import choice, digits, flag, shown
+from symasym.base.inputs import choice, count, digits, flag, sequence, shown
 from symasym.methods import METHODS, answer
 from symasym.scenes import QUANTITIES, Request, require_drift
 
@@ -19,15 +19,20 @@ if TYPE_CHECKING:
 __all__ = ["escape_time", "exit_probability", "occupation", "stationary_density"]
 
 TimeMethod = Literal["exact", "paper", "laplace", "uniform", "strong_noise", "auto"]
+#: Two ends.
+Ends = tuple["Numbers", "Numbers"]
 ExitMethod = Literal["exact", "paper", "laplace", "uniform", "strong_noise", "bound", "auto"]
 
 
 def escape_time(
     drift: Drift,
     kappa: Numbers,
-    r: Numbers,
+    r: Numbers | None = None,
     *,
+    ends: Ends | None = None,
     start: Numbers = 0,
+    reflecting: Literal["left", "right"] | None = None,
+    moment: int = 1,
     method: TimeMethod = "exact",
     order: int | Literal["optimal"] | None = None,
     rtol: Number | None = None,
@@ -35,9 +40,9 @@ def escape_time(
     log: bool = False,
     full: bool = False,
 ) -> Any:
-    """Mean escape time T from ``|u| < r`` (eq:Ttilde with eq:C; any region).
+    """Mean escape time T from ``|u| < r`` (eq:Ttilde with eq:C; any region), or a higher moment.
 
-    T belongs to the scalar equation du = phi(u) dt + kappa dW: the slow variables of a system that
+    T belongs to the scalar equation du = phi(u) dt + kappa dW, or that of the drift's noise: the slow variables of a system that
     was reduced to it are frozen where it starts. It is the whole system's time only where they
     change it little meanwhile (docs/release.md), that is where T is far shorter than
     `System.drag_time`.
@@ -50,8 +55,14 @@ def escape_time(
         Scaled noise amplitude, kappa_p/sqrt(eps), greater than 0.
     r : number or array_like
         Scaled radius, r_p/eps, greater than 0.
+    ends : pair of numbers or array_like, optional
+        In place of -r and r.
     start : number or array_like, optional
-        Scaled starting point, inside (-r, r).
+        Scaled starting point, between the ends.
+    reflecting : {"left", "right"}, optional
+        The end that reflects: the way out is the other one.
+    moment : int, optional
+        k of E[tau^k], tau being the time of the exit: 1 to 20, 1 and 2 in float64 arrays.
     method : {"exact", "paper", "laplace", "uniform", "strong_noise", "auto"}
 
         - ``"exact"``: the integral itself.
@@ -101,15 +112,19 @@ def escape_time(
     >>> nstr(sa.escape_time(drift, "0.1", 10, dps=40), 40)
     '239803837121.0377700112780486795091847626'
     """
-    numbers = {"kappa": kappa, "r": r, "start": start}
-    return _asked("T", drift, numbers, method, order, rtol, dps, log, full)
+    numbers = _between(kappa, r, ends, start)
+    if reflecting is not None:
+        choice("reflecting", reflecting, ["left", "right"])
+    count("moment", moment, 1, 20)
+    return _asked("T", drift, numbers, method, order, rtol, dps, log, full, moment, reflecting)
 
 
 def exit_probability(
     drift: Drift,
     kappa: Numbers,
-    r: Numbers,
+    r: Numbers | None = None,
     *,
+    ends: Ends | None = None,
     start: Numbers = 0,
     complement: bool = False,
     method: ExitMethod = "exact",
@@ -119,7 +134,7 @@ def exit_probability(
     log: bool = False,
     full: bool = False,
 ) -> Any:
-    """Probability C of leaving ``|u| < r`` through -r (eq:C).
+    """Probability C of leaving ``|u| < r`` through -r, or the left of two ends (eq:C).
 
     All other parameters, the type returned and the errors are those of `escape_time`.
 
@@ -139,7 +154,7 @@ def exit_probability(
     >>> sa.exit_probability(sa.linear(1, 1), "1e-4", 5, log=True)
     -1000000000.0
     """
-    name, numbers = _named("C", complement), {"kappa": kappa, "r": r, "start": start}
+    name, numbers = _named("C", complement), _between(kappa, r, ends, start)
     return _asked(name, drift, numbers, method, order, rtol, dps, log, full)
 
 
@@ -147,6 +162,8 @@ def occupation(
     drift: Drift,
     kappa: Numbers,
     *,
+    interval: Ends | None = None,
+    ends: Ends | None = None,
     complement: bool = False,
     method: TimeMethod = "exact",
     order: int | Literal["optimal"] | None = None,
@@ -155,12 +172,19 @@ def occupation(
     log: bool = False,
     full: bool = False,
 ) -> Any:
-    """Stationary probability P of ``|u| <= 1`` (eq:P); the region must be sliding.
+    """Stationary probability P of ``|u| <= 1`` (eq:P), or of another interval.
+
+    There is a stationary state on the line where the drift leads inwards from both sides, in the
+    paper's drifts a sliding region, or between two ends that reflect.
 
     All other parameters, the type returned and the errors are those of `escape_time`.
 
     Parameters
     ----------
+    interval : pair of numbers or array_like, optional
+        Whose share is asked for, -1 and 1 when left out.
+    ends : pair of numbers or array_like, optional
+        Reflecting ends around it.
     complement : bool
         Return 1 - P, with digits of its own: for P near 1.
     method : {"exact", "paper", "laplace", "uniform", "strong_noise", "auto"}
@@ -170,7 +194,8 @@ def occupation(
     Raises
     ------
     RegionError
-        Outside a sliding region, where no stationary density exists.
+        Where no stationary state exists, or it is not known to: without a layer A must be a
+        polynomial, and the noise bounded.
 
     Examples
     --------
@@ -180,8 +205,12 @@ def occupation(
     >>> print(f"{sa.occupation(sa.linear(1, -1), '0.01', complement=True, log=True):.12g}")
     -10005.1775351
     """
-    name = _named("P", complement)
-    return _asked(name, drift, {"kappa": kappa}, method, order, rtol, dps, log, full)
+    name, numbers = _named("P", complement), {"kappa": kappa}
+    if interval is not None:
+        numbers |= dict(zip(("low", "high"), _pair("interval", interval), strict=True))
+    if ends is not None:
+        numbers |= dict(zip(("left", "right"), _pair("ends", ends), strict=True))
+    return _asked(name, drift, numbers, method, order, rtol, dps, log, full)
 
 
 def stationary_density(
@@ -234,6 +263,26 @@ def call_named(name: str, drift: Drift, numbers: Mapping[str, Any], **options: A
     return globals()[quantity.verb](drift, **taken, **options)
 
 
+def _pair(name: str, value: Any) -> list[Any]:
+    """Two ends, as given."""
+    pair = sequence(name, value)
+    if len(pair) != 2:
+        raise InputError(f"{name} is {shown(value)}; give a pair, the left end and the right one.")
+    return pair
+
+
+def _between(kappa: Any, r: Any, ends: Any, start: Any) -> dict[str, Any]:
+    """kappa, the ends and the start as they are given."""
+    if (r is None) == (ends is None):
+        raise InputError(
+            f"r is {shown(r)} and ends are {shown(ends)}; give the radius r, or the two ends."
+        )
+    if ends is None:
+        return {"kappa": kappa, "r": r, "start": start}
+    left, right = _pair("ends", ends)
+    return {"kappa": kappa, "left": left, "right": right, "start": start}
+
+
 def _named(probability: str, complement: bool) -> str:
     """The name of a probability or of its complement."""
     return f"1 - {probability}" if flag("complement", complement) else probability
@@ -249,6 +298,8 @@ def _asked(
     dps: int | None,
     log: bool,
     full: bool,
+    moment: int = 1,
+    reflecting: str | None = None,
 ) -> Any:
     """The quantity called `name`, as the verb was asked for it."""
     require_drift(drift)
@@ -258,7 +309,8 @@ def _asked(
         raise InputError(f"rtol is {shown(rtol)}, which is for method='auto'; leave it out.")
     if dps is not None:
         digits(dps)
-    request = Request(name, method, order, dps, flag("log", log), flag("full", full))
+    asked = flag("log", log), flag("full", full), moment, reflecting
+    request = Request(name, method, order, dps, *asked)
     try:
         if method == "auto":
             from symasym.plan import automatic

@@ -1,7 +1,8 @@
 """Scenes as every method reads them, the quantities, and answers as every method gives them.
 
 A scene is a drift phi, the large parameter lam = 2/kappa^2, and the numbers of the quantity asked
-for (r and the start of eq:Ttilde and eq:C, the position y of eq:pss). One scene has exact
+for (r and the start of eq:Ttilde and eq:C, or two ends left and right in place of -r and r; the
+position y of eq:pss; the interval from low to high whose stationary share is asked for). One scene has exact
 rationals; scenes that broadcast have float64.
 """
 
@@ -55,6 +56,7 @@ class Quantity(NamedTuple):
 
 
 _ESCAPE = ("kappa", "r", "start")
+_PAIRS = (("left", "right"), ("low", "high"))
 
 #: By their names.
 QUANTITIES = {
@@ -85,6 +87,13 @@ class Scene(NamedTuple):
         return self.numbers["r"]
 
     @property
+    def ends(self) -> tuple[Fraction, Fraction]:
+        """Of the interval that is left: -r and r, or as given."""
+        if "r" in self.numbers:
+            return -self.r, self.r
+        return self.numbers["left"], self.numbers["right"]
+
+    @property
     def start(self) -> Fraction:
         """The starting point."""
         return self.numbers["start"]
@@ -106,6 +115,13 @@ class Scenes(NamedTuple):
     #: The numbers as the caller wrote them.
     given: dict[str, Any]
 
+    @property
+    def ends(self) -> tuple[Any, Any]:
+        """Of the intervals that are left: -r and r, or as given."""
+        if "r" in self.numbers:
+            return -self.numbers["r"], self.numbers["r"]
+        return self.numbers["left"], self.numbers["right"]
+
     def noise(self, row: int | np.intp) -> str:
         """kappa of one scene, for messages."""
         return f"{self.numbers['kappa'][row]:.6g}"
@@ -115,7 +131,8 @@ class Request(NamedTuple):
     """What is asked for, apart from the scene itself; `name` is that of the quantity.
 
     `order` is a range where the best of an expansion's orders is asked for; `dps` is None for
-    float64.
+    float64. `moment` k asks for E[tau^k] in place of T = E[tau]; `reflecting` is the end that
+    reflects, "left" or "right".
     """
 
     name: str
@@ -124,6 +141,8 @@ class Request(NamedTuple):
     dps: int | None
     log: bool
     full: bool
+    moment: int = 1
+    reflecting: str | None = None
 
     @property
     def digits(self) -> int:
@@ -180,19 +199,39 @@ def one_scene(drift: Drift, numbers: dict[str, Any]) -> bool:
     return not drift.shape and not any(is_array(x) for x in numbers.values())
 
 
-def read_scene(drift: Drift, numbers: dict[str, Any]) -> Scene:
+def read_scene(drift: Drift, numbers: dict[str, Any], reflecting: str | None = None) -> Scene:
     """The scene of these numbers, exact and in their ranges."""
     values = {name: exact(name, value) for name, value in numbers.items()}
     drift.scalars()
     for name in ("kappa", "r"):
         if name in values:
             positive(name, values[name])
-    if "r" in values and abs(values["start"]) >= values["r"]:
-        raise _outside(*map(float_text, (values["start"], values["r"])))
-    return Scene(drift, 2 / values["kappa"] ** 2, values)
+    for low, high in _PAIRS:
+        if low in values and not values[low] < values[high]:
+            raise _reversed(low, high, *map(float_text, (values[low], values[high])))
+    scene = Scene(drift, 2 / values["kappa"] ** 2, values)
+    if "start" in values:
+        left, right = scene.ends
+        allowed = {"left": left, "right": right}.get(reflecting or "")
+        if not left < scene.start < right and scene.start != allowed:
+            raise _outside(*map(float_text, (scene.start, left, right)))
+        require_noise(drift, left, right)
+    return scene
 
 
-def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
+def require_noise(drift: Drift, low: Any, high: Any) -> None:
+    """Raise InputError unless sigma > 0 from `low` to `high`, where no layer has shown it."""
+    if drift.noise and not drift.model.layered:
+        from flint import fmpq
+
+        from symasym.drift.expressions import check_noise
+
+        check_noise(
+            drift.noise, drift.scalars(), *(fmpq(*x.as_integer_ratio()) for x in (low, high))
+        )
+
+
+def float_scenes(drift: Drift, numbers: dict[str, Any], reflecting: str | None = None) -> Scenes:
     """The numbers and the drift's parameters broadcast together, in their ranges."""
     arrays = {name: floats(name, value, copy=False) for name, value in numbers.items()}
     shapes = {name: x.shape for name, x in arrays.items() if x.ndim}
@@ -222,16 +261,33 @@ def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
                     f"{name} is {least if least < low else most:.6g}, so that its square is near "
                     "the end of the range of float64; pass dps=… for it."
                 )
-    if "r" in flat and not (np.abs(arrays["start"]) < arrays["r"]).all():
-        worst = np.argmax(np.abs(flat["start"]) - flat["r"])
-        raise _outside(*(f"{flat[name][worst]:.6g}" for name in ("start", "r")))
+    for low, high in _PAIRS:
+        if low in flat and (wrong := np.flatnonzero(~(flat[low] < flat[high]))).size:
+            raise _reversed(low, high, *(f"{flat[name][wrong[0]]:.6g}" for name in (low, high)))
     lam = flat["kappa"] ** 2
     np.divide(2.0, lam, out=lam)
-    return Scenes(shape, lam, flat, drift.flat_values(shape), drift, numbers)
+    scenes = Scenes(shape, lam, flat, drift.flat_values(shape), drift, numbers)
+    if "start" in flat:
+        ends = scenes.ends
+        below, above = flat["start"] - ends[0], ends[1] - flat["start"]
+        inside = (below > 0) & (above > 0) | (
+            {"left": below, "right": above}[reflecting] == 0 if reflecting else False
+        )
+        if (wrong := np.flatnonzero(~inside)).size:
+            raise _outside(*(f"{x[wrong[0]]:.6g}" for x in (flat["start"], *ends)))
+        if not drift.shape:
+            require_noise(drift, ends[0].min(), ends[1].max())
+    return scenes
 
 
-def _outside(start: str, r: str) -> InputError:
-    return InputError(f"start is {start} and r is {r}; start must lie inside (-r, r).")
+def _outside(start: str, left: str, right: str) -> InputError:
+    return InputError(f"start is {start}; it must lie inside ({left}, {right}).")
+
+
+def _reversed(low: str, high: str, *values: str) -> InputError:
+    return InputError(
+        f"{low} is {values[0]} and {high} is {values[1]}; give the left end first, then the right."
+    )
 
 
 # -- some of many ----------------------------------------------------------------------------------
@@ -279,8 +335,9 @@ def input_rounding(scenes: Scenes, size: FloatArray) -> FloatArray | float:
     if not gap:
         return 0.0
     room: Any = np.inf
-    if "r" in scenes.numbers:
-        room = scenes.numbers["r"] - np.abs(scenes.numbers["start"])
+    if "start" in scenes.numbers:
+        left, right = scenes.ends
+        room = np.minimum(scenes.numbers["start"] - left, right - scenes.numbers["start"])
     with np.errstate(over="ignore"):
         change: FloatArray = gap * (scenes.lam * size + 2 / room)
     return change

@@ -151,7 +151,7 @@ def _proved(quantity: str, scene: Scene, digits: int) -> tuple[Any, dict[str, An
 
     def log(working: int, **moved: Any) -> Any:
         """log(quantity), some parameters moved."""
-        drift = pieces(scene.drift, far, {n: x for n, x in moved.items() if n in parameters})
+        drift = pieces(scene.drift, -far, far, {n: x for n, x in moved.items() if n in parameters})
         noise = moved.get("kappa", arb(kappa))
         return balls.enclosure(quantity, drift, 2 / noise**2, numbers, working, log=True)
 
@@ -182,7 +182,7 @@ def _proved(quantity: str, scene: Scene, digits: int) -> tuple[Any, dict[str, An
         found = {n: slope(n, x, working, more) for n, x in {**parameters, "kappa": kappa}.items()}
         with precision(balls.bits(working, guard + more)):
             if "r" in numbers:
-                found |= _of_ends(quantity, pieces(scene.drift, far), numbers, working)
+                found |= _of_ends(quantity, pieces(scene.drift, -far, far), numbers, working)
             whole = log(working)
             if all(map(right, found.values())):
                 return whole, found

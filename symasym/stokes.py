@@ -102,7 +102,7 @@ def _multiplier(scene: Scene, method: str, places: int) -> Any:
     with precision(bits):
         ctx.cap = 4 * places + 40
         zetas = []
-        field = Field(pieces(scene.drift, fmpq(1))[0].phi)
+        field = Field(pieces(scene.drift, fmpq(-1), fmpq(1))[0].phi)
         for cluster in field.clusters():
             if len(cluster.zeros) == 2 and abs(cluster.centre) < 1:
                 centre, pi = field.factor(cluster)

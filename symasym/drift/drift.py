@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
+from flint import fmpq
 
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import (
@@ -51,12 +52,19 @@ class Drift:
     a_minus, a_plus : SymPy expression or number, optional
         The drift outside, A(-1) and A(1) when left out. They are compared with
         A(-1) and A(1) (eq:cont), exactly if rational, else to 40 digits.
+    layer : (-1, 1) or None, optional
+        None: A holds everywhere, analytic between the ends that are asked for.
+    noise : SymPy expression, number or str, optional
+        sigma(u) of du = phi dt + kappa sigma(u) dW, 1 when left out: analytic and greater than 0,
+        constant outside the layer as A is.
+    ito : {0, "stratonovich"}, optional
+        How that equation is meant: 0 by Ito.
 
     Raises
     ------
     InputError
         If the drift jumps at u = -1 or 1, is singular or complex on [-1, 1], or is made
-        of functions that are not analytic.
+        of functions that are not analytic; if the noise is not greater than 0.
 
     Notes
     -----
@@ -71,6 +79,8 @@ class Drift:
     'crossing'
     >>> drift(0)
     0.5
+    >>> sa.Drift("-u", layer=None, noise="1 + u**2/4")
+    sa.Drift('-u', layer=None, noise='u**2/4 + 1')
     """
 
     def __init__(
@@ -79,10 +89,26 @@ class Drift:
         u: Symbol | str | None = None,
         a_minus: Expr | Number | None = None,
         a_plus: Expr | Number | None = None,
+        *,
+        layer: tuple[int, int] | None = (-1, 1),
+        noise: Expr | Number | None = None,
+        ito: int | str = 0,
     ) -> None:
         from symasym.drift import expressions
 
+        layered = layer is not None
+        if layered and layer != (-1, 1):
+            raise InputError(
+                f"layer is {shown(layer)}; give (-1, 1), to which u is scaled, or None where A "
+                "holds everywhere."
+            )
+        if not layered and (a_minus is not None or a_plus is not None):
+            raise InputError(
+                "a- or a+ is given without a layer beside which it holds; leave it out."
+            )
         self._model: models.Model = expressions.read(A, u, a_minus, a_plus)
+        if noise is not None or not layered:
+            self._model = expressions.with_pieces([(A, None)], u, noise, ito, layered)
         self._values: dict[str, Any] = {}
         self._check()
 
@@ -92,6 +118,40 @@ class Drift:
         drift = cls.__new__(cls)
         drift._model, drift._values = model, {}
         return drift.bind(**{name: value for name, value in values.items() if value is not None})
+
+    @classmethod
+    def piecewise(
+        cls,
+        pieces: Sequence[tuple[Expr | Number, Number | None]],
+        u: Symbol | str | None = None,
+        *,
+        noise: Expr | Number | None = None,
+        ito: int | str = 0,
+    ) -> Self:
+        """A drift of pieces without a layer; it may have jumps and kinks between them.
+
+        Parameters
+        ----------
+        pieces : sequence of pairs
+            A and the piece's right end, which is None for the last; the first one has no left end.
+        u, noise, ito
+            As in `Drift`; sigma is the same expression on all pieces.
+
+        Raises
+        ------
+        InputError
+            If the right ends are not in order, and as in `Drift`.
+
+        Examples
+        --------
+        >>> import symasym as sa
+        >>> drift = sa.Drift.piecewise([("1 - u/2", 0), ("-1 - u/2", None)])
+        >>> drift([-0.1, 0.1]).tolist()
+        [1.05, -1.05]
+        """
+        from symasym.drift import expressions
+
+        return cls.of(expressions.with_pieces(pieces, u, noise, ito))
 
     @classmethod
     def general(cls) -> Self:
@@ -119,6 +179,16 @@ class Drift:
     def model(self) -> models.Model:
         """The formula of A, which drifts of other parameters share."""
         return self._model
+
+    @property
+    def plain(self) -> bool:
+        """True for the paper's drift: constant outside the layer, with noise that is."""
+        return not isinstance(self._model, models.Pieces)
+
+    @property
+    def noise(self) -> Any:
+        """The model of sigma, or None for 1."""
+        return self._model.noise if isinstance(self._model, models.Pieces) else None
 
     @property
     def name(self) -> str:
@@ -193,11 +263,18 @@ class Drift:
             raise InputError(f"{name} is {float_text(lowest)}; it must be {rule}.")
 
     def _check(self) -> None:
-        """Refuse values at which A is not analytic on [-1, 1]."""
-        if isinstance(self._model, models.Expression) and not (self.free or self.shape):
-            from symasym.drift import expressions
+        """Refuse values at which A or sigma is not analytic on [-1, 1], or sigma not positive."""
+        if self.free or self.shape or not self._model.layered:
+            return
+        from symasym.drift import expressions
 
-            expressions.check_regular(self._model, self._values)
+        parts = self._model.models if isinstance(self._model, models.Pieces) else (self._model,)
+        for part in parts:
+            if isinstance(part, models.Expression):
+                expressions.check_regular(part, self._values)
+        if noise := self.noise:
+            expressions.check_regular(noise, self._values, "noise")
+            expressions.check_noise(noise, self._values, fmpq(-1), fmpq(1))
 
     def scalars(self) -> dict[str, Fraction]:
         """The exact parameter values; an error if some are free or arrays."""
@@ -267,7 +344,8 @@ class Drift:
         """
         position = floats("u", u)
         shape = self.shape_with("u", position)
-        result = np.asarray(self.evaluate_float(np.clip(position, -1.0, 1.0)), dtype=np.float64)
+        inside = np.clip(position, -1.0, 1.0) if self._model.layered else position
+        result = np.asarray(self.evaluate_float(inside), dtype=np.float64)
         result = np.broadcast_to(result, shape)
         return float(result) if result.ndim == 0 else result.copy()
 
@@ -277,6 +355,10 @@ class Drift:
     def ends(self) -> tuple[Any, Any]:
         """The pair of a- and a+, Fractions where rational, else floats, or arrays."""
         self.require_bound()
+        if not self._model.layered:
+            raise RegionError(
+                f"{self!r} has no layer, and so no a- and a+; give ends=(…) to what is asked of it."
+            )
         return self._end_value(-1), self._end_value(1)
 
     def _end_value(self, side: int) -> Any:
@@ -291,9 +373,10 @@ class Drift:
         from symasym.base.balls import precision
         from symasym.drift.evaluate import profile, rational
 
+        of = self._model.models[0] if isinstance(self._model, models.Pieces) else self._model
         with precision(_END_BITS):
             numbers = {name: rational(x) for name, x in self._values.items()}
-            return float(profile(self._model, numbers)(arb(side)).mid())
+            return float(profile(of, numbers)(arb(side)).mid())
 
     def end(self, side: int) -> Fraction | None:
         """A(side), side = -1 or 1, where it is rational and known without rounding, else None."""
@@ -447,6 +530,8 @@ class Drift:
             other = "" if self._model.u.name == "u" else f", {self._model.u.name!r}"
             made = f"sa.Drift({str(self._model.formula)!r}{other})"
             return f"{made}.bind({named})" if named else made
+        if isinstance(self._model, models.Pieces):
+            return _of_pieces(self._model) + (f".bind({named})" if named else "")
         if isinstance(self._model, models.Polynomial) and not self.free:
             named = ", ".join(texts.values())
         shape = [f"{key}={value!r}" for key, value in self._model.shape.items()]
@@ -463,6 +548,24 @@ class Drift:
         long = [x for x in formula.atoms(sympy.Rational) if x.q > 10**6 or abs(x.p) > 10**18]
         formula = formula.xreplace({x: x.evalf(15) for x in long})
         return rf"$\displaystyle \phi(u) = {tex(formula)}$"
+
+
+def _of_pieces(model: models.Pieces) -> str:
+    """The call that makes a drift of pieces."""
+    texts = [str(part.formula) for part in model.models]  # type: ignore[attr-defined]
+    ends = [*map(number_repr, model.cuts), "None"]
+    options = [repr(texts[0])]
+    if model.cuts:
+        options = [f"[{', '.join(f'({a!r}, {b})' for a, b in zip(texts, ends, strict=True))}]"]
+    if (u := model.models[0].u.name) != "u":  # type: ignore[attr-defined]
+        options.append(repr(u))
+    if not model.layered and not model.cuts:
+        options.append("layer=None")
+    if model.noise:
+        options.append(f"noise={str(model.noise.formula)!r}")  # type: ignore[attr-defined]
+    if model.alpha:
+        options.append("ito='stratonovich'")
+    return f"sa.Drift{'.piecewise' if model.cuts else ''}({', '.join(options)})"
 
 
 def _source(value: Fraction | FloatArray) -> str:

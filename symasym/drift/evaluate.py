@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from fractions import Fraction
 from functools import cached_property, lru_cache, partial, reduce
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -21,7 +22,7 @@ from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx, fmp
 
 from symasym.base.balls import precision
 from symasym.base.errors import InputError
-from symasym.drift.models import Expression, Model
+from symasym.drift.models import Expression, Model, Pieces
 
 if TYPE_CHECKING:
     from symasym.drift.drift import Drift
@@ -171,6 +172,12 @@ def of_arrays(formula: Any, symbols: tuple[Any, ...]) -> Callable[..., Any]:
 
 def _value(model: Model, u: Any, values: Mapping[str, Any], balls: bool) -> Any:
     """A(u) in balls, or in float64."""
+    if isinstance(model, Pieces):
+        if model.layered:
+            u = np.clip(u, -1.0, 1.0)
+        which = np.searchsorted([float(x) for x in model.cuts], u, side="right")
+        parts = [_value(part, u, values, balls) for part in model.models]
+        return np.select([which == k for k in range(len(parts))], parts)
     if isinstance(model, Expression):
         of = _function(model.formula, (model.u, *model.symbols.values()), balls)
         return of(u, *(values[name] for name in model.symbols)) + 0 * u
@@ -209,8 +216,8 @@ class Polynomial:
         return self._poly(type(self._poly)([middle, half])), arb(0)
 
     def mirrored(self) -> Polynomial:
-        """-A(-u)."""
-        return Polynomial([c if k % 2 else -c for k, c in enumerate(self.coefficients)])
+        """A(-u)."""
+        return Polynomial([-c if k % 2 else c for k, c in enumerate(self.coefficients)])
 
     def negative(self) -> Polynomial:
         """-A."""
@@ -227,11 +234,11 @@ class Analytic:
     """
 
     def __init__(self, of: Callable[[Any], Any]) -> None:
-        self._of = of
+        self.of = of
 
     def __call__(self, x: Any) -> Any:
         try:
-            return self._of(x)
+            return self.of(x)
         except (ValueError, ZeroDivisionError):  # flint's words for a divisor that may be 0
             return x * arb.nan()
 
@@ -265,12 +272,12 @@ class Analytic:
         return _poly(series), (bound / (arb(radius) ** n * (1 - arb(1) / radius))).upper()
 
     def mirrored(self) -> Analytic:
-        """-A(-u)."""
-        return Analytic(lambda u: -self._of(-u))
+        """A(-u)."""
+        return Analytic(lambda u: self.of(-u))
 
     def negative(self) -> Analytic:
         """-A."""
-        return Analytic(lambda u: -self._of(u))
+        return Analytic(lambda u: -self.of(u))
 
 
 def _poly(coefficients: list[Any]) -> Any:
@@ -284,35 +291,74 @@ def box(middle: Any, width: Any, height: Any) -> Any:
 
 
 class Piece(NamedTuple):
-    """phi on [left, right]."""
+    """The drift on [left, right], the noise in it: phi/sigma^2, and the weights of e and 1/e.
+
+    The scale density is e times `scale` = sigma^(-2 alpha), the speed density 1/e times
+    lam `speed` = lam sigma^(2 alpha - 2); None stands for 1.
+    """
 
     left: fmpq
     right: fmpq
     phi: Polynomial | Analytic
+    scale: Polynomial | Analytic | None = None
+    speed: Polynomial | Analytic | None = None
+
+    def mirrored(self) -> Piece:
+        """Of -phi(-u) and sigma(-u)."""
+        weights = (w and w.mirrored() for w in (self.scale, self.speed))
+        return Piece(-self.right, -self.left, self.phi.mirrored().negative(), *weights)
+
+    def reversed(self) -> Piece:
+        """With the scale density and the speed density in each other's place."""
+        return Piece(self.left, self.right, self.phi.negative(), self.speed, self.scale)
 
 
-def pieces(drift: Drift, reach: fmpq, values: Mapping[str, Any] | None = None) -> list[Piece]:
-    """phi from -reach to reach at the precision of the moment: A on [-1, 1], constants beside it.
+def pieces(
+    drift: Drift, low: fmpq, high: fmpq, values: Mapping[str, Any] | None = None
+) -> list[Piece]:
+    """The drift from `low` to `high` at the precision of the moment.
 
     Parameters
     ----------
     drift : Drift
-    reach : fmpq
-        Up to 1 there is A alone.
+    low, high : fmpq
     values : mapping of str to fmpq, arb or acb, optional
         In place of these of the drift's parameters.
     """
-    one, numbers = fmpq(1), {name: rational(x) for name, x in drift.scalars().items()}
+    model, one = drift.model, fmpq(1)
+    numbers = {name: rational(x) for name, x in drift.scalars().items()}
     numbers.update(values or {})
-    phi = profile(drift.model, numbers)
-    inside = Piece(-one, one, phi)
-    if reach <= one:
-        return [inside]
-    ends = []
-    for side in (-1, 1):
-        known = drift.model.end(numbers, side) if values else rational(drift.end(side))
-        ends.append(Polynomial([phi(arb(side)) if known is None else known]))
-    return [Piece(-reach, -one, ends[0]), inside, Piece(one, reach, ends[1])]
+    parts, noise, cuts = (model,), None, []
+    if isinstance(model, Pieces):
+        parts, noise, cuts = model.models, model.noise, [rational(x) for x in model.cuts]
+    found: list[Any] = [[profile(part, numbers), None, None] for part in parts]
+    if noise:
+        found = [_weighted(part, noise, numbers, model.alpha) for part in parts]
+    if model.layered:
+        # Beside the layer everything is constant, phi exactly where it is rational.
+        (inside,), cuts = found, [-one, one]
+        for side in (-1, 1) if low < -one or high > one else ():
+            at = [w and Polynomial([w(arb(side))]) for w in inside]
+            known = drift.model.end(numbers, side) if values else rational(drift.end(side))
+            if known is not None and not noise:
+                at[0] = Polynomial([known])
+            found.insert(len(found) if side > 0 else 0, at)
+        if len(found) == 1:
+            found = [inside] * 3
+    marks = zip([low, *cuts], [*cuts, high], found, strict=True)
+    between = ((max(a, low), min(b, high), of) for a, b, of in marks)
+    return [Piece(a, b, *of) for a, b, of in between if a < b]
+
+
+def _weighted(part: Model, noise: Model, numbers: Mapping[str, Any], alpha: Fraction) -> list[Any]:
+    """phi/sigma^2, and what `Piece` calls scale and speed."""
+    phi, sigma = (partial(_value, of, values=numbers, balls=True) for of in (part, noise))
+    twice = int(2 * alpha)
+
+    def weight(k: int) -> Analytic | None:
+        return Analytic(lambda u: sigma(u) ** -k) if k else None
+
+    return [Analytic(lambda u: phi(u) / sigma(u) ** 2), weight(twice), weight(2 - twice)]
 
 
 def profile(model: Model, numbers: Mapping[str, Any]) -> Polynomial | Analytic:

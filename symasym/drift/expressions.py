@@ -5,22 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import lru_cache
-from itertools import count
+from itertools import count, pairwise
 from typing import Any
 
 import numpy as np
 import sympy
-from flint import fmpq
+from flint import arb, fmpq
 
 from symasym.base.balls import precision
 from symasym.base.errors import InputError
-from symasym.base.inputs import exact, is_name, shown
+from symasym.base.inputs import exact, float_text, is_name, sequence, shown
 from symasym.drift import evaluate, models, texts
 
 # Halvings of [-1, 1], and boxes, of which a smooth drift takes a few hundred at most.
 _DEEPEST, _MOST_BOXES = 120, 5_000
 _OVERLAP = fmpq(9, 16)  # half would let neighbouring balls touch only
 _COMPARED, _EQUAL = 700, 2.0**-133  # bits, and 40 digits
+_MOST_PIECES = 30
 
 
 def read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
@@ -54,6 +55,31 @@ def _read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
     # Symbols are known by their names, whatever was assumed of them.
     plain = {s: sympy.Symbol(s.name) for s in formula.free_symbols}
     return models.Expression(formula.xreplace(plain), sympy.Symbol(symbol.name))
+
+
+def with_pieces(given: Any, u: Any, noise: Any, ito: Any, layered: bool = False) -> models.Pieces:
+    """The model of pieces by their right ends, with the noise sigma(u)."""
+    parts = sequence("pieces", given)
+    if not 0 < len(parts) <= _MOST_PIECES:
+        raise InputError(f"pieces are {len(parts)}; give 1 to {_MOST_PIECES} pairs.")
+    found, cuts = [], []
+    for k, part in enumerate(parts):
+        A, right = part if isinstance(part, (tuple, list)) and len(part) == 2 else (part, part)
+        if (right is None) != (k == len(parts) - 1) or A is part:
+            raise InputError(
+                f"a piece is {shown(part)}; give pairs of A and its right end, the last one None."
+            )
+        found.append(read(A, u, None, None))
+        if right is not None:
+            cuts.append(exact("a right end", right))
+    if any(not a < b for a, b in pairwise(cuts)):
+        ends = ", ".join(map(float_text, cuts))
+        raise InputError(f"the right ends are {ends}; give them from left to right.")
+    known = {0: 0, "stratonovich": Fraction(1, 2)}
+    if isinstance(ito, bool) or not isinstance(ito, (int, str)) or ito not in known:
+        raise InputError(f"ito is {shown(ito)}; give 0 or 'stratonovich'.")
+    sigma = None if noise is None else _read(noise, u, None, None)
+    return models.Pieces(tuple(found), tuple(cuts), sigma, Fraction(known[ito]), layered)
 
 
 def _equal(a: Any, b: Any) -> bool:
@@ -120,14 +146,17 @@ def _symbol(formula: Any, u: Any) -> Any:
     return named[0] if named else sympy.Symbol("u")
 
 
-def check_regular(model: models.Expression, values: Mapping[str, Fraction]) -> None:
-    """Refuse an A that is singular or complex on [-1, 1], by its range over complex boxes.
+def check_regular(
+    model: models.Expression, values: Mapping[str, Fraction], name: str = "A"
+) -> None:
+    """Refuse an A, or sigma, that is singular or complex on [-1, 1], by its range over complex boxes.
 
     A box on which the range stays unbounded however small it is made holds a singularity (or one
     that cancels, which the formula should be freed of).
     """
     with precision(4 * _DEEPEST):
-        phi = evaluate.profile(model, {k: evaluate.rational(x) for k, x in values.items()})
+        numbers = {k: evaluate.rational(values[k]) for k in model.parameters}
+        phi = evaluate.profile(model, numbers)
         pending = [] if isinstance(phi, evaluate.Polynomial) else [(fmpq(-1), fmpq(1), 0)]
         for looked_at in count():
             if not pending:
@@ -140,10 +169,29 @@ def check_regular(model: models.Expression, values: Mapping[str, Fraction]) -> N
                 continue
             if depth == _DEEPEST or looked_at > _MOST_BOXES:
                 raise InputError(
-                    f"A = {model.formula} is singular, complex or too steep to tell near u = "
-                    f"{float(low):.6g}; give an A that is real and smooth on [-1, 1]."
+                    f"{name} = {model.formula} is singular, complex or too steep to tell near "
+                    f"u = {float(low):.6g}; give one that is real and smooth on [-1, 1]."
                 )
             pending += [(middle, high, depth + 1), (low, middle, depth + 1)]
+
+
+def check_noise(noise: models.Model, values: Mapping[str, Any], low: Any, high: Any) -> None:
+    """Refuse a sigma that is not greater than 0 from `low` to `high`, by its range over balls."""
+    with precision(4 * _DEEPEST):
+        numbers = {name: evaluate.rational(values[name]) for name in noise.parameters}
+        sigma, pending = evaluate.profile(noise, numbers), [(low, high, 0)]
+        while pending:
+            a, b, depth = pending.pop()
+            middle = (a + b) / 2
+            if sigma(arb(middle, arb((b - a) / 2))) > 0:
+                continue
+            value = sigma(arb(middle))
+            if depth == _DEEPEST or not value > 0:
+                raise InputError(
+                    f"noise is {float(value.mid()):.6g} at u = {float(arb(middle).mid()):.6g}; "
+                    "it must be greater than 0 between the ends."
+                )
+            pending += [(middle, b, depth + 1), (a, middle, depth + 1)]
 
 
 def phi(A: Any) -> Any:
@@ -188,6 +236,11 @@ def rational_powers(
 def expression(model: models.Model, values: Mapping[str, Any]) -> Any:
     """A(u) in the real symbol u, `values` being SymPy's."""
     u = sympy.Symbol("u", real=True)
+    if isinstance(model, models.Pieces):
+        parts = [expression(part, values) for part in model.models]
+        ends = [sympy.Rational(*x.as_integer_ratio()) for x in model.cuts]
+        cases = zip(parts, [*(u < x for x in ends), True], strict=True)
+        return sympy.Piecewise(*cases)
     if isinstance(model, models.Expression):
         put = {s: values[name] for name, s in model.symbols.items()}
         return model.formula.subs(put).subs(model.u, u)

@@ -25,6 +25,8 @@ class Model:
     parameters: ClassVar[tuple[str, ...]] = ()
     positive: ClassVar[tuple[str, ...]] = ()
     not_negative: ClassVar[tuple[str, ...]] = ()
+    #: A holds on [-1, 1], and outside its values at the ends.
+    layered = True
 
     @property
     def name(self) -> str:
@@ -195,6 +197,42 @@ class Expression(Model):
         if not value.is_Rational and abs(value.evalf(15)) < 1e-12 * max(terms):
             value = sympy.simplify(value)
         return Fraction(int(value.p), int(value.q)) if value.is_Rational else None
+
+
+@dataclass(frozen=True)
+class Pieces(Model):
+    """phi of several pieces, or of noise that depends on u; without a layer they hold everywhere.
+
+    Attributes
+    ----------
+    models : tuple of Model
+        From left to right.
+    cuts : tuple of Fraction
+        The places between them.
+    noise : Model or None
+        sigma of du = phi dt + kappa sigma dW; None for 1.
+    alpha : Fraction
+        0 by Ito, 1/2 by Stratonovich.
+    layered : bool
+        One piece, which holds on [-1, 1], as does sigma; outside are their values at the ends.
+    """
+
+    models: tuple[Model, ...]
+    cuts: tuple[Fraction, ...]
+    noise: Model | None
+    alpha: Fraction
+    layered: bool
+
+    @property
+    def parameters(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Those of all pieces and of sigma."""
+        every = [*self.models, self.noise] if self.noise else self.models
+        return tuple(dict.fromkeys(name for model in every for name in model.parameters))
+
+    def end(self, p: Values, side: int) -> Any:
+        """A(side) of a layer."""
+        of = self.models[0]
+        return of.end({name: x for name, x in p.items() if name in of.parameters}, side)
 
 
 @dataclass(frozen=True)

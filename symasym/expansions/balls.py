@@ -82,7 +82,7 @@ class Field:
 
     def __init__(self, drift: Drift, r: Fraction, start: Fraction, time: bool = True) -> None:
         self.drift, self.r, self.start, self.x = drift, r, start, exact_ball(start)
-        self.exact, self.phi = drift.exact_coefficients(), pieces(drift, fmpq(1))[0].phi
+        self.exact, self.phi = drift.exact_coefficients(), pieces(drift, fmpq(-1), fmpq(1))[0].phi
         self.poly = [exact_ball(c) for c in self.exact or ()]
         known = {side: drift.end(side) for side in (-1, 1)}
         self.a = {s: self.phi(arb(s)) if a is None else exact_ball(a) for s, a in known.items()}

@@ -180,7 +180,7 @@ class Field:
 
     def mirrored(self) -> Field:
         """That of -phi(-u)."""
-        other = Field(self.phi.mirrored(), -self.hi, -self.lo)
+        other = Field(self.phi.mirrored().negative(), -self.hi, -self.lo)
         other.zeros = [-z.conjugate() for z in self.zeros]
         return other
 

@@ -100,12 +100,12 @@ class Local(NamedTuple):
 @lru_cache(maxsize=16)
 def local(drift: Drift, r: Fraction, start: Fraction, name: str, count: int, bits: int) -> Local:
     """The stretches, moments to `count` terms, at flint's `bits`."""
-    left, inside, right = pieces(drift, fmpq(2))
+    left, inside, right = pieces(drift, fmpq(-2), fmpq(2))
     slopes = tuple(p.phi(arb(0)) for p in (left, right))
     if name[-1] == "P":
         return Local([[moments(inside.phi, -_ONE, _ONE, count)]], slopes)
     sides = []
-    for side, phi in ((1, inside.phi), (-1, inside.phi.mirrored())):
+    for side, phi in ((1, inside.phi), (-1, inside.mirrored().phi)):
         x, row = side * start, list[tuple[Any, Any] | Moments]()
         behind, ahead = (side * a for a in slopes[::side])
         if (length := min(x, -_ONE) + r) > 0:

@@ -122,13 +122,13 @@ def _joined(
 
 @lru_cache(maxsize=_KEPT)
 def _field(drift: Drift, bits: int) -> Field:
-    return Field(pieces(drift, fmpq(1))[0].phi)
+    return Field(pieces(drift, fmpq(-1), fmpq(1))[0].phi)
 
 
 @lru_cache(maxsize=_KEPT)
 def _slopes(drift: Drift, bits: int) -> tuple[Any, Any]:
     """a- and a+."""
-    both = pieces(drift, fmpq(2))
+    both = pieces(drift, fmpq(-2), fmpq(2))
     return both[0].phi(arb(-1)), both[-1].phi(arb(1))
 
 
