@@ -1,0 +1,165 @@
+"""The matrix of (y, F) across a panel to first order in s, for noise that does not depend on u.
+
+At order 1 it is made of the integrals of e and 1/e and the nested one of e(u)/e(x) over u < x, by
+power series about the middle of a moderate panel, or the slow solution of t' = 1 + lam phi t. A
+first pass tells which integrals change a digit that is asked for; bounds enclose the others.
+"""
+
+from __future__ import annotations
+
+import math
+from operator import mul
+from typing import Any, NamedTuple
+
+from flint import acb_poly, acb_series, arb, arb_series, ctx
+
+from symasym.exact.panels import ENDS, Panel, poly, within
+
+_SHORT = 8  # terms of a polynomial drift whose series is found term by term
+_LOG10 = math.log(10.0)
+_NEVER = -math.inf
+
+
+class Record(NamedTuple):
+    """The matrix ((y1, y2), (z1, z2)) of (y, F) across a panel, e being 1 where it begins.
+
+    At s = 0 it is ((1, y2), (0, 1)), with y2 the integral of e. `z1` and `z2` are coefficients of
+    s: lam times the integrals of 1/e, and of e(u)/e(x) over u < x. `inverse` is 1/e at the end.
+    """
+
+    y2: Any
+    z1: Any
+    z2: Any
+    inverse: Any
+
+
+def records(found: list[Panel], lam: Any, eta: Any, digits: int, order: int) -> list[Record]:
+    """The panels' records: integrals that change a digit are computed, bounds enclose the others.
+
+    Which these are needs no proof: what is left out widens the ball, which is seen.
+    """
+    small = -digits * _LOG10 - 8
+    eta = [eta.real.log().mid() if eta.real > 0 else _NEVER]
+    for p in found:
+        eta.append(_log_sum(eta[-1], p.bounds[0]) + p.rise)
+    parts = [(x + p.bounds[1], p.bounds[2]) for x, p in zip(eta, found, strict=False)]
+    whole = max([_NEVER, *(x for pair in parts for x in pair)]) - 12
+    # `allowed`: the logarithm of a relative error of eta that changes nothing.
+    allowed, out = small, []
+    for p, before, (first, second) in zip(found[::-1], eta[-2::-1], parts[::-1], strict=True):
+        after = _log_sum(before, p.bounds[0])
+        wanted = (
+            p.bounds[0] - after > allowed - 12,
+            order > 0 and first - whole > small,
+            order > 0 and second - whole > small,
+        )
+        out.append(_record(p, lam, wanted))
+        allowed = min(allowed + after - before, small + whole - first if order else math.inf)
+    return out[::-1]
+
+
+def _log_sum(x: Any, y: Any) -> Any:
+    """log(e^x + e^y)."""
+    low, top = (x, y) if x < y else (y, x)
+    return top if low == _NEVER else top + math.log1p(math.exp(max(float(low - top), -800.0)))
+
+
+def _record(p: Panel, lam: Any, wanted: tuple[bool, bool, bool]) -> Record:
+    """Its matrix, the integrals that are not wanted by their bounds."""
+    # On [-1, 1] blur is integrated over a length of 2.
+    rise = p.q(ENDS[1]) - p.q(ENDS[0]) + within(2 * p.blur, p.q)
+    found: tuple[Any, ...] = (None, None, None)
+    if any(wanted):
+        found = _resolved(p, *p.cauchy, *wanted) if p.cauchy else _slow(p, rise, *wanted)
+    y2, z1, z2 = (
+        within(arb(bound).exp(), p.q) if x is None else x
+        for x, bound in zip(found, p.bounds, strict=True)
+    )
+    return Record(y2, lam * z1, lam * z2, rise.exp())
+
+
+def _resolved(
+    p: Panel, rho: arb, height: arb, need_e: bool, need_inverse: bool, need_nested: bool
+) -> tuple[Any, ...]:
+    """The integrals of a moderate panel, from power series about its middle."""
+    n, h, kind = p.terms, p.half, acb_series if isinstance(p.q, acb_poly) else arb_series
+    ctx.cap = n  # `precision` restores it
+    series, low = kind(list(p.q), n), p.q(ENDS[0]).exp()
+    # On |t| = rho, with |q| <= height, e^{+-q} and y = int_0 e^{q(t) - q(w)} dw, along a ray, give
+    # integrals below rho^2 e^height: by Cauchy's estimate the terms from n on add up to
+    rest = within(2 * height.exp() / rho ** (n - 2), p.q)
+    # |e^{d} - 1| <= e^{2 blur} - 1 for what blur adds to an exponent.
+    other = (2 * p.blur).expm1()
+    missed = [within(other * arb(x).exp(), p.q) if other > 0 else 0 for x in p.bounds]
+    int_e = int_inverse = nested = None
+    if need_e or need_nested:
+        down = (-series).exp().integral()
+        begin, end = _at_ends(down, rest)
+        int_e = h * (end - begin) * low + missed[0]
+    if need_inverse or need_nested:
+        up = series.exp()
+        first, last = _at_ends(up.integral(), rest)
+        int_inverse = h * (last - first) / low + missed[1]
+    if need_nested:
+        # y = e^q int_0 e^{-q} solves y' = 1 + g y: the shorter way to its coefficients.
+        y = kind(_by_equation(p.slope, n), n) if len(p.slope) < _SHORT else up * down
+        below, above = _at_ends(y.integral(), rest)
+        nested = h * h * (above - below - begin * (last - first)) + missed[2]
+    return int_e, int_inverse, nested
+
+
+def _by_equation(g: list[Any], n: int) -> list[Any]:
+    """Coefficients of the solution of y' = 1 + g y from 0."""
+    y, turned, m = [arb(0), arb(1)], g[::-1], len(g)
+    for k in range(1, n - 1):
+        y.append(sum(map(mul, turned[-k - 1 :], y[max(k + 1 - m, 0) :])) / (k + 1))
+    return y
+
+
+def _at_ends(series: Any, rest: Any) -> tuple[Any, Any]:
+    """A power series at -1 and 1, whose other terms are below `rest`."""
+    whole = poly(list(series))
+    return whole(ENDS[0]) + rest, whole(ENDS[1]) + rest
+
+
+def _slow(p: Panel, rise: Any, need_e: bool, need_inverse: bool, need_nested: bool) -> Any:
+    """The integrals of a slow panel: with t' = h + g t, (t e)' = h e; with -g, 1/e for e."""
+    int_e = int_inverse = nested = None
+    if need_inverse or need_nested:
+        start, end, _ = _slow_solution(p, -1)
+        int_inverse = end * rise.exp() - start
+    if need_e or need_nested:
+        start, end, whole = _slow_solution(p, 1)
+        int_e = end * (-rise).exp() - start
+        if need_nested:
+            # The integral of e from the beginning, over e, is t - t(-1)/e.
+            nested = whole - start * int_inverse
+    return int_e, int_inverse, nested
+
+
+def _slow_solution(p: Panel, sign: int) -> tuple[Any, Any, Any]:
+    """The slow solution of t' = h + sign g t, at -1 and 1, and h times its integral."""
+    g, n, h = [sign * c for c in p.slope], p.terms, p.half
+    m, zero = len(g), arb(0)
+    # (k + 1) t_{k+1} = h [k = 0] + sum g_j t_{k-j}, t_n = 0: row k is of t_k, t_{k-1}, ...
+    minus = [-c for c in g]
+    rows = [minus]
+    for k in range(n - 1, 0, -1):
+        first, *others = rows[-1]
+        factor = k / first
+        rows.append([c - factor * x for c, x in zip(minus, others, strict=False)] + minus[-1:])
+    rows.reverse()
+    t = [h / rows[0][0]]
+    for k in range(1, n):
+        row = rows[k]
+        t.append(-sum(map(mul, row[1 : k + 1], t[:-m:-1]), zero) / row[0])
+    # The polynomial solves the equation but for the terms t^n ... t^{n+m-2} of g t, and blur.
+    residual = sum([abs(sum(map(mul, g[k + 1 :], t[:-m:-1]), zero)) for k in range(m - 1)], zero)
+    residual += p.blur * sum(map(abs, t), zero)
+    # A solution that it equals at the end towards which |e^q| grows is d away from it, where
+    # |d' - (g + blur) d| <= residual: so |d| <= residual/least |Re (g + blur)|.
+    least = abs(g[0].real) - sum([abs(c) for c in g[1:]], zero) - p.blur
+    error = within(residual / least if least > 0 else arb.pos_inf(), p.q)
+    even, odd = sum(t[::2], error), sum(t[1::2], zero)
+    whole = sum([x / (2 * k + 1) for k, x in enumerate(t[::2])], error)
+    return even - odd, even + odd, 2 * h * whole

@@ -1,0 +1,81 @@
+"""Where the stationary state of a drift without a layer may be cut off on the line.
+
+Right of R, which is right of the zeros of polynomials phi and sigma, |phi| does not fall. If phi is
+negative there, the mass of the speed density beyond X over that density's 1/e at X is at most
+
+    S^2 m^(2 alpha - 2)/(lam |phi(X)|),    m < sigma < S on the line, or
+    c^(2 alpha - 2) (X - R)^(1 - q)/(q - 1),    q = (2 - 2 alpha) k > 1,
+
+sigma being a polynomial of degree k with the leading coefficient c.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import NamedTuple
+
+from flint import arb, fmpq
+
+from symasym.base.errors import RegionError
+from symasym.drift.drift import Drift
+from symasym.drift.evaluate import Polynomial, profile, rational
+
+_LOG10 = math.log(10.0)
+_LINE, _BOUNDED = arb(0, 1e300), 1e9  # the declared domain
+
+
+class Tail(NamedTuple):
+    """Where the drift is cut off to the right, and the mass beyond."""
+
+    x: fmpq
+    mass: arb
+
+
+def tails(drift: Drift, lam: fmpq, far: fmpq, digits: int) -> tuple[Tail, Tail]:
+    """Those on the left, mirrored, and on the right, beyond `far` on both sides."""
+    return _tail(drift, lam, far, digits, -1), _tail(drift, lam, far, digits, 1)
+
+
+def _tail(drift: Drift, lam: fmpq, far: fmpq, digits: int, side: int) -> Tail:
+    model, values = drift.model, {n: rational(x) for n, x in drift.scalars().items()}
+    phi, sigma = profile(model.models[-1 if side > 0 else 0], values), arb(1)
+    places = [far, fmpq(1), *(abs(rational(x)) for x in model.cuts)]
+    weight, degree = 2 - 2 * model.alpha, 0
+    if model.noise:
+        noise = profile(model.noise, values)
+        sigma = abs(noise(_LINE))
+        if isinstance(noise, Polynomial):
+            degree = len(noise.coefficients) - 1
+            places.append(_beyond(noise.coefficients))
+            sigma = abs(arb(noise.coefficients[-1]))
+    q = weight * degree
+    known = isinstance(phi, Polynomial) and sigma > 0 and (not degree or q > 1)
+    if known:
+        places.append(_beyond(phi.coefficients))
+    begin = 2 * max(places)
+    slope = arb(phi(arb(side * begin))) * -side
+    if not (known and sigma < _BOUNDED and slope > 0):
+        raise RegionError(
+            f"no stationary state of {drift!r} is known; without a layer A must be a polynomial "
+            "that leads inwards and the noise bounded or a polynomial: else give two ends=(…)."
+        )
+    if degree:
+        room = max(places) * fmpq(10) ** math.ceil((digits + 3) / (q - 1))
+        power = arb(room) ** arb(rational(1 - q)) * sigma ** arb(rational(-weight))
+        return Tail(begin + room, power / rational(q - 1))
+    most, steep = sigma.lower() ** arb(rational(-weight)), lam / sigma.upper() ** 2
+    wanted = (digits * _LOG10 + 6) / steep
+    room = rational(Fraction(float((wanted / slope).upper())))
+    # |phi| does not fall, so that V grows at least by |phi(x - h)| h.
+    while abs(phi(arb(side * (begin + room / 4)))) * (room / 4) > wanted:
+        room /= 2
+    x = begin + room
+    return Tail(x, most / (steep * abs(phi(arb(side * x)))))
+
+
+def _beyond(coefficients: list[fmpq]) -> fmpq:
+    """A bound of a polynomial's zeros (Cauchy)."""
+    *others, last = (abs(arb(c)) for c in coefficients)
+    bound = 1 + max((float((c / last).upper()) for c in others), default=0.0)
+    return rational(Fraction(bound))
