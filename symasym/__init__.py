@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from symasym.formulas.expand import Expansion, expand
     from symasym.integrals.laplace import LaplaceExpansion, laplace_integral
     from symasym.integrals.uniform import UniformExpansion, uniform_integral
+    from symasym.law import ExitLaw, exit_law
     from symasym.plan import Plan, plan
     from symasym.plot import plot
     from symasym.quantities import escape_time, exit_probability, occupation, stationary_density
@@ -34,10 +35,10 @@ if TYPE_CHECKING:
     from symasym.stokes import stokes_multiplier
 
 __all__ = [
-    "AccuracyError", "CriticalPoint", "Drift", "Estimate", "Expansion", "Folds", "Formula",
-    "Friction", "InputError", "LaplaceExpansion", "OutputError", "Plan", "RangeError",
+    "AccuracyError", "CriticalPoint", "Drift", "Estimate", "ExitLaw", "Expansion", "Folds",
+    "Formula", "Friction", "InputError", "LaplaceExpansion", "OutputError", "Plan", "RangeError",
     "Reduction", "RegionError", "Release", "Scales", "Sensitivity", "SymasymError", "System",
-    "UniformExpansion", "emit", "escape_time", "exit_probability", "expand",
+    "UniformExpansion", "emit", "escape_time", "exit_law", "exit_probability", "expand",
     "formula", "friction", "hill", "labels", "laplace_integral", "linear", "occupation",
     "oscillator", "plan", "plot", "polynomial", "reduce", "release", "rescale", "sensitivity",
     "sine", "stationary_density", "stokes_multiplier", "tanh", "uniform_integral",
@@ -61,6 +62,7 @@ _HOMES = {
         "drift.ready_made.friction": "Folds Friction friction",
         "drift.ready_made.smoothings": "hill linear polynomial sine tanh",
         "integrals.laplace": "LaplaceExpansion laplace_integral",
+        "law": "ExitLaw exit_law",
         "plan": "Plan plan",
         "plot": "plot",
         "drift.reduction": "Reduction reduce",

@@ -101,8 +101,8 @@ def answer(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
         require_paper(drift, numbers, request)
     if quantity_of(request.name).sliding and drift.model.layered and "left" not in numbers:
         require_sliding(drift)
-    one = one_scene(drift, numbers)
-    if one and (request.dps is not None or request.full or request.method != "exact"):
+    one, general = one_scene(drift, numbers), not is_usual(drift, numbers, request)
+    if one and (request.dps is not None or request.full or request.method != "exact" or general):
         step = importlib.import_module(METHODS[request.method].module).of_scene
         scene = read_scene(drift, numbers, request.reflecting)
         return as_digits(request, step(scene, request))
@@ -129,10 +129,15 @@ def _order(request: Request) -> Any:
     return default if order is None else count("order", order, 0, most)
 
 
+def is_usual(drift: Drift, numbers: dict[str, Any], request: Request) -> bool:
+    """True for a scene of the paper."""
+    other = numbers.keys() & {"left", "low"} or request.moment > 1 or request.reflecting
+    return drift.plain and not other
+
+
 def require_paper(drift: Drift, numbers: dict[str, Any], request: Request) -> None:
     """Raise unless the scene is one of the paper: a layer, constant noise, from -r to r."""
-    usual = drift.plain and not numbers.keys() & {"left", "low"} and request.moment == 1
-    if not usual or request.reflecting:
+    if not is_usual(drift, numbers, request):
         raise RegionError(
             f"method {request.method!r} holds for the mean in (-r, r), for drifts that are constant "
             "outside a layer, and constant noise; use method='exact'."
@@ -155,7 +160,9 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     """The answers of a method for many scenes, whatever Arb's precision is outside."""
     from symasym.base.balls import precision
 
-    name = "symasym.exact.floats" if request.method == "exact" else METHODS[request.method].module
+    usual = is_usual(scenes.drift, scenes.numbers, request)
+    floats = request.method == "exact" and usual
+    name = "symasym.exact.floats" if floats else METHODS[request.method].module
     module: Any = importlib.import_module(name)
     with precision(_BITS):
         if hasattr(module, "of_scenes"):

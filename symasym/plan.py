@@ -23,7 +23,7 @@ from symasym.base.inputs import Number, exact, float_text, is_array
 from symasym.drift.drift import Drift
 from symasym.expansions import weak
 from symasym.expansions.balls import AtLam, doubled, local
-from symasym.methods import answer, as_floats, of_scenes
+from symasym.methods import answer, as_floats, is_usual, of_scenes
 
 # The order for many kappa of one drift, how many these are at least, and the share not bisected.
 _ORDER, _MANY, _SHARE = 5, 5_000, 50
@@ -128,7 +128,8 @@ def automatic(drift: Drift, numbers: Any, rtol: Number | None, request: scenes.R
     if request.dps is None and allowed < Fraction(999, 10**15):
         raise AccuracyError(f"rtol is {float_text(allowed)}, below float64's 1e-12; pass dps=….")
     shared = not drift.shape and not any(is_array(x) for n, x in numbers.items() if n != "kappa")
-    if request.dps is not None or not shared or np.size(numbers["kappa"]) < _MANY:
+    usual = is_usual(drift, numbers, request)
+    if request.dps is not None or not (shared and usual) or np.size(numbers["kappa"]) < _MANY:
         return answer(drift, numbers, exactly)
     every, most = scenes.float_scenes(drift, numbers), np.log1p(float(allowed))
     rising = np.argsort(-every.lam)

@@ -112,7 +112,7 @@ def escape_time(
     >>> nstr(sa.escape_time(drift, "0.1", 10, dps=40), 40)
     '239803837121.0377700112780486795091847626'
     """
-    numbers = _between(kappa, r, ends, start)
+    numbers = between(kappa, r, ends, start)
     if reflecting is not None:
         choice("reflecting", reflecting, ["left", "right"])
     count("moment", moment, 1, 20)
@@ -154,7 +154,7 @@ def exit_probability(
     >>> sa.exit_probability(sa.linear(1, 1), "1e-4", 5, log=True)
     -1000000000.0
     """
-    name, numbers = _named("C", complement), _between(kappa, r, ends, start)
+    name, numbers = _named("C", complement), between(kappa, r, ends, start)
     return _asked(name, drift, numbers, method, order, rtol, dps, log, full)
 
 
@@ -271,7 +271,7 @@ def _pair(name: str, value: Any) -> list[Any]:
     return pair
 
 
-def _between(kappa: Any, r: Any, ends: Any, start: Any) -> dict[str, Any]:
+def between(kappa: Any, r: Any, ends: Any, start: Any) -> dict[str, Any]:
     """kappa, the ends and the start as they are given."""
     if (r is None) == (ends is None):
         raise InputError(

@@ -146,12 +146,12 @@ def _proved(quantity: str, scene: Scene, digits: int) -> tuple[Any, dict[str, An
     """Balls with log(quantity) and its derivatives, right to `digits` digits, or places below 1."""
     numbers = {name: rational(x) for name, x in scene.numbers.items()}
     parameters = {name: rational(x) for name, x in scene.drift.scalars().items()}
-    far, kappa = balls.reach(quantity, numbers), numbers["kappa"]
-    guard = balls.exponent_bits(rational(scene.lam), far)
+    (low, high), kappa = balls.span(quantity, numbers), numbers["kappa"]
+    guard = balls.exponent_bits(rational(scene.lam), high)
 
     def log(working: int, **moved: Any) -> Any:
         """log(quantity), some parameters moved."""
-        drift = pieces(scene.drift, -far, far, {n: x for n, x in moved.items() if n in parameters})
+        drift = pieces(scene.drift, low, high, {n: x for n, x in moved.items() if n in parameters})
         noise = moved.get("kappa", arb(kappa))
         return balls.enclosure(quantity, drift, 2 / noise**2, numbers, working, log=True)
 
@@ -182,7 +182,7 @@ def _proved(quantity: str, scene: Scene, digits: int) -> tuple[Any, dict[str, An
         found = {n: slope(n, x, working, more) for n, x in {**parameters, "kappa": kappa}.items()}
         with precision(balls.bits(working, guard + more)):
             if "r" in numbers:
-                found |= _of_ends(quantity, pieces(scene.drift, -far, far), numbers, working)
+                found |= _of_ends(quantity, pieces(scene.drift, low, high), numbers, working)
             whole = log(working)
             if all(map(right, found.values())):
                 return whole, found
@@ -198,7 +198,7 @@ def _of_ends(
 ) -> dict[str, Any]:
     """d log(quantity)/dr and d log(quantity)/d(start) in balls."""
     r, start, lam = numbers["r"], numbers["start"], arb(2 / numbers["kappa"] ** 2)
-    left, right = balls.sides(drift, lam, r, start, digits)
+    left, right = balls.sides(drift, lam, (-r, r), start, digits)
     far_left = balls.swept(drift, lam, start, r, digits, left)
     far_right = balls.swept(balls.mirrored(drift), lam, -start, r, digits, right)
     (a, (_, wa)), (b, (_, wb)), (far_a, (_, far_wa)), (far_b, (_, far_wb)) = (

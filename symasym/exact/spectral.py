@@ -1,0 +1,207 @@
+"""The law of one exit as power series in s, its rates and residues, and Talbot's contour.
+
+What is proved here and how: see `symasym.law`, which asks this for balls.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, NamedTuple
+
+from flint import acb, arb, arb_poly, arb_series, ctx, fmpq
+
+from symasym.drift.evaluate import pieces, rational
+from symasym.exact.balls import mirrored
+from symasym.exact.transform import STARTS, Undecided, carried, joined, matrices, swept_at
+from symasym.scenes import Scene
+
+_SIDES = ("left", "right")
+_STEPS = 60  # of Newton's method
+# Talbot's contour: s = (nodes/t) (a theta cot(b theta) - c + i d theta).
+_A, _B, _C, _D = (fmpq(n, 10_000) for n in (5017, 6407, 6122, 2645))
+
+
+class TooEarly(ArithmeticError):
+    """More rates are needed."""
+
+
+class Modes(NamedTuple):
+    """The first rates with their residues by side, and what is left of G, M and the next rate."""
+
+    rates: list[arb]
+    residues: list[dict[str, arb]]
+    green: arb
+    mass: arb
+    beyond: arb
+
+
+class Series:
+    """W, N = W E[e^{-s tau}] by side and (W - N)/s of a scene, to a power of s and at numbers.
+
+    Parameters
+    ----------
+    scene : Scene
+    reflecting : {"left", "right"} or None
+    order : int
+        Powers of s.
+    size : float
+        |s| up to which panels are short enough for so many powers.
+    digits : int
+    """
+
+    def __init__(
+        self, scene: Scene, reflecting: str | None, order: int, size: float, digits: int
+    ) -> None:
+        self.digits, self.reflecting = digits, [reflecting == side for side in _SIDES]
+        lam, start = arb(rational(scene.lam)), rational(scene.start)
+        left, right = map(rational, scene.ends)
+        drift = pieces(scene.drift, left, right)
+        ways = (drift, left, start), (mirrored(drift), -right, -start)
+        self.panels = [matrices(way, lam, a, b, digits, order, size) for way, a, b in ways]
+        begun, found = [STARTS[x] for x in self.reflecting], []
+        for state, side in zip(begun, self.panels, strict=True):
+            for p in side:
+                state = carried(state, p, order)
+            found.append(state)
+        self.eta, self.mass = [x.eta for x in found], found[0].mass + found[1].mass
+        self.w, self.rest = joined(found, begun, order)
+        self.exits = {
+            "left": self.eta[1] * begun[0].zeta, "right": self.eta[0] * begun[1].zeta,
+        }  # fmt: skip
+
+    # -- moments -------------------------------------------------------------------------------
+
+    def moment(self, k: int) -> arb:
+        """E[tau^k], k > 0."""
+        ctx.cap = k
+        series = arb_series(list(self.rest), k) / arb_series(list(self.w), k)
+        return abs(list(series)[k - 1]) * arb(k).fac()
+
+    def cumulants(self, side: str) -> list[arb]:
+        """Those of tau given the side, from the first to the second: N_side/W by its logarithm."""
+        ctx.cap = 3
+        log = (arb_series(list(self.exits[side]), 3) / arb_series(list(self.w), 3)).log()
+        return [-log[1], 2 * log[2]]
+
+    def variance(self) -> arb:
+        """That of tau: of log E[e^{-s tau}], which is log(1 - s rest/W)."""
+        ctx.cap = 3
+        s = arb_series([0, 1], 3)
+        whole = 1 - s * arb_series(list(self.rest), 3) / arb_series(list(self.w), 3)
+        return 2 * whole.log()[2]
+
+    # -- at numbers ----------------------------------------------------------------------------
+
+    def at(self, s: Any, length: int = 1) -> tuple[Any, Any, dict[str, Any]]:
+        """eta from both ends, W and N by side at s, each with its derivative if `length` is 2."""
+        sides = zip(self.panels, self.reflecting, strict=True)
+        (eta, zeta), (other, of_other) = (
+            swept_at(side, s, reflects, self.digits, length) for side, reflects in sides
+        )
+        w = (eta * of_other + other * zeta).truncate(length)
+        absorbing = [0 if reflects else 1 for reflects in self.reflecting]
+        exits = {"left": other[0] * absorbing[0], "right": eta[0] * absorbing[1]}
+        return (eta[0], other[0]), w, exits
+
+    def transform(self, s: Any, side: str | None) -> Any:
+        """E[e^{-s tau}; side]."""
+        _, w, exits = self.at(s)
+        return (exits[side] if side else exits["left"] + exits["right"]) / w[0]
+
+    # -- rates ---------------------------------------------------------------------------------
+
+    def rates(self, count: int) -> tuple[list[arb], arb]:
+        """The first eigenvalues, and a lower bound of the next one."""
+        w, found = self.w, list[arb]()
+        while True:
+            beyond = _below(w)
+            if found and not beyond > found[-1]:
+                raise Undecided("the rates are not told apart")
+            if len(found) == count:
+                return found, beyond
+            found.append(self._rate(beyond, found))
+            w = _divided(w, found[-1])
+
+    def _rate(self, x: arb, before: list[arb]) -> arb:
+        """The zero of W(-x) that comes next, by Newton's steps from below."""
+        near = arb(10) ** (2 - self.digits)
+        for _ in range(_STEPS):
+            w = self.at(-x, 2)[1]
+            step = 1 / (w[1] / w[0] - sum((1 / (y - x) for y in before), arb(0)))
+            following = (x + step).lower()
+            if not (step.is_finite() and following >= x):
+                break
+            x = following
+            if step < x * near.sqrt() / 100:
+                high = x * (1 + near)
+                value = self.at(-high)[1][0]
+                if (value < 0) if len(before) % 2 == 0 else (value > 0):
+                    return x.union(high)
+        raise Undecided("there is no change of sign")
+
+    @cached_property
+    def known(self) -> dict[int, Modes]:
+        """The first modes by their number."""
+        return {}
+
+    def modes(self, count: int) -> Modes:
+        """So many of them."""
+        if count not in self.known:
+            rates, beyond = self.rates(count)
+            green = self.eta[0][0] * self.eta[1][0] / self.w[0]
+            residues = []
+            for x in rates:
+                (eta, other), w, exits = self.at(-x, 2)
+                residues.append({side: n / w[1] for side, n in exits.items()})
+                green -= eta * other / w[1] / x
+            self.known[count] = Modes(rates, residues, green, self.mass, beyond)
+        return self.known[count]
+
+    # -- times ---------------------------------------------------------------------------------
+
+    def late(self, t: arb, name: str, count: int) -> arb:
+        """P(tau > t), P(tau <= t) or the density from the first modes, and a bound of the rest."""
+        density, modes = name == "pdf", self.modes(count)
+        if not modes.beyond * t > 1.5:
+            raise TooEarly
+        total = arb(0)
+        for x, c in zip(modes.rates, modes.residues, strict=True):
+            total += (c["left"] + c["right"]) * (-x * t).exp() * (1 if density else 1 / x)
+        size = modes.beyond ** (3 if density else 1) * abs(modes.green) * modes.mass
+        rest = (size.sqrt() * (-modes.beyond * t).exp()).upper()
+        if not rest < abs(total) / arb(10) ** self.digits:
+            raise TooEarly
+        total += arb(0, rest)
+        return 1 - total if name == "cdf" else total
+
+    def early(self, t: arb, density: bool, nodes: int) -> arb:
+        """P(tau <= t) or the density by Talbot's contour."""
+        total = arb(0)
+        for k in range(nodes // 2):
+            theta = arb.pi() * (2 * k + 1) / nodes
+            cot = (theta * _B).cot()
+            s = acb(theta * cot * _A - _C, theta * _D) * (nodes / t)
+            slope = acb(_A * (cot - theta * _B * (1 + cot * cot)), arb(_D)) * (nodes / t)
+            value = self.transform(s, None) / (1 if density else s)
+            total += ((s * t).exp() * value * slope).imag
+        return total * 2 / nodes
+
+
+def _below(f: arb_poly) -> arb:
+    """S_m^(-1/m), below the first z_k of prod (1 + s/z_k)."""
+    m = min(8, f.degree() - 1)
+    ctx.cap = m + 1
+    series = arb_series(list(f), m + 1)
+    power_sum = abs(list(series.derivative() / series)[m - 1])
+    return (power_sum ** (arb(-1) / m)).lower()
+
+
+def _divided(f: arb_poly, zero: arb) -> arb_poly:
+    """f/(1 + s/zero), from the last coefficient, of which half the error of f's cut is all."""
+    last = f[f.degree()]
+    out = [arb(last / 2, (last / 2).upper())]
+    for k in range(f.degree(), 0, -1):
+        out.append(zero * (f[k] - out[-1]))
+    while out and out[0].rel_accuracy_bits() < 8:
+        del out[0]
+    return arb_poly(out[::-1])

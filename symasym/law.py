@@ -1,0 +1,391 @@
+"""The law of the exit time tau: moments, transform, rates, survival, density and quantiles.
+
+With eta and zeta from the left end (-) and the right one (+) to the start (`symasym.exact.balls`),
+
+    W = eta_- zeta_+ + eta_+ zeta_-,    W(s)/W(0) = prod (1 + s/lambda_k),
+    E[e^{-s tau}; right] = eta_- zeta_+(0)/W,    E[e^{-s tau}; left] = eta_+ zeta_-(0)/W
+
+(Darling & Siegert, Ann. Math. Statist. 24 (1953) 624; Kent, Ann. Probab. 8 (1980) 206).
+
+- *Rates.* S_n = sum lambda_k^-n is known from W, and S_n^(-1/n) < lambda_1 (Euler, Rayleigh).
+  Newton's steps for a polynomial with real zeros never pass the first one: each is a proved lower
+  bound, and a change of sign of W the upper one. Division of W by 1 + s/lambda_1, from the last
+  coefficient down, leaves the others.
+- *Large times.* P(tau > t) = sum c_k e^{-lambda_k t}, c_k lambda_k = N(-lambda_k)/W'(-lambda_k). By
+  Cauchy and Schwarz the terms from Lambda on are below (Lambda G M)^(1/2) e^{-Lambda t} where
+  2 Lambda t > 1: G is what is left of Green's function eta_- eta_+/W at 0, M the mass of the speed
+  measure. A bound.
+- *Small times.* The transform on Talbot's contour (Weideman & Trefethen, Math. Comp. 76 (2007)
+  1341); two numbers of nodes tell the error: an estimate.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from contextlib import suppress
+from fractions import Fraction
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import mpmath
+import numpy as np
+from flint import acb, arb
+
+from symasym.base.balls import exact_ball, precision, to_mpf
+from symasym.base.errors import AccuracyError, InputError, RegionError
+from symasym.base.estimate import ErrorKind, Estimate
+from symasym.base.inputs import choice, count, digits, exact, flag, float_text, floats, is_array, shown
+from symasym.exact.balls import bits
+from symasym.exact.spectral import Series, TooEarly
+from symasym.exact.transform import Undecided
+from symasym.methods import as_digits
+from symasym.quantities import between
+from symasym.scenes import FLOAT_DIGITS, Answer, Request, Scene, one_scene, read_scene, require_drift
+
+if TYPE_CHECKING:
+    from symasym.base.inputs import Number, Numbers
+    from symasym.drift.drift import Drift
+    from symasym.quantities import Ends
+
+__all__ = ["ExitLaw", "exit_law"]
+
+_SIDES = ("left", "right")
+_MODES, _ORDER, _MOST = 6, 20, 200  # rates for survival; powers of s, at first and at most
+_MOST_BITS = 20_000
+_NARROW = 0.3  # std over mean, below which the sum over the modes cancels
+_EARLY = (1, 15, 40, 100)  # digits that small probabilities take beyond those asked for
+_ROUGH = 8
+_STEPS = 200
+_TINY = 1e-300
+
+
+def exit_law(
+    drift: Drift,
+    kappa: Number,
+    r: Number | None = None,
+    *,
+    ends: Ends | None = None,
+    start: Number = 0,
+    reflecting: Literal["left", "right"] | None = None,
+    dps: int | None = None,
+    full: bool = False,
+) -> ExitLaw:
+    """The law of the time tau at which u leaves (-r, r), or the interval between two ends.
+
+    Parameters
+    ----------
+    drift : Drift
+        With a number for each of its parameters.
+    kappa : number
+        Scaled noise amplitude, greater than 0.
+    r : number
+        Scaled radius.
+    ends : pair of numbers, optional
+        In place of -r and r.
+    start : number, optional
+        Scaled starting point, between the ends.
+    reflecting : {"left", "right"}, optional
+        The end that reflects.
+    dps : int, optional
+        Digits of an mpf, 1 to 1,000. None: floats.
+    full : bool
+        All numbers are an `Estimate`.
+
+    Returns
+    -------
+    ExitLaw
+
+    Raises
+    ------
+    InputError
+        For a value outside its range, an array, a free parameter.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> law = sa.exit_law(sa.Drift("-u", layer=None), 1, 2)
+    >>> print(f"{law.mean:.10f} {law.std:.10f} {law.survival(30):.10f}")
+    27.4327391525 26.6965297587 0.3299009219
+    >>> print(law.rate)
+    0.037292588563149302 ± 3.21e-19 (proved bound, exact)
+    """
+    require_drift(drift)
+    numbers = between(kappa, r, ends, start)
+    if reflecting is not None:
+        choice("reflecting", reflecting, _SIDES)
+    if not one_scene(drift, numbers):
+        raise InputError("the law is that of one scene; give numbers in place of arrays.")
+    if dps is not None:
+        digits(dps, 1_000)
+    return ExitLaw(read_scene(drift, numbers, reflecting), reflecting, dps, flag("full", full))
+
+
+class ExitLaw:
+    """The law of the exit time of one scene, made by `exit_law`.
+
+    All is in scaled time, and computed when it is first asked for. Numbers are floats, mpf, or an
+    `Estimate` where the law was asked for with ``full=True``.
+    """
+
+    def __init__(self, scene: Scene, reflecting: str | None, dps: int | None, full: bool) -> None:
+        self._scene, self._reflecting, self._dps, self._full = scene, reflecting, dps, full
+        self._digits = FLOAT_DIGITS if dps is None else dps + 3
+        self._kept: dict[Any, Series] = {}
+
+    def __repr__(self) -> str:
+        given = ", ".join(f"{name}={float_text(x)}" for name, x in self._scene.numbers.items())
+        return f"<law of the exit time of {self._scene.drift!r}, {given}>"
+
+    # -- moments -------------------------------------------------------------------------------
+
+    @property
+    def mean(self) -> Any:
+        """E[tau] (eq:Ttilde)."""
+        return self.moment(1)
+
+    def moment(self, k: int) -> Any:
+        """E[tau^k], k from 1 to 20."""
+        count("k", k, 1, 20)
+        return self._number(lambda f: f.moment(k), k + 1)
+
+    @property
+    def variance(self) -> Any:
+        """E[tau^2] - E[tau]^2, by the cumulants."""
+        return self._number(lambda f: f.variance(), 3)
+
+    @property
+    def std(self) -> Any:
+        """The square root of the variance."""
+        return self._number(lambda f: f.variance().sqrt(), 3)
+
+    @property
+    def left(self) -> Side:
+        """What holds given that u leaves on the left."""
+        return self._side("left")
+
+    @property
+    def right(self) -> Side:
+        """What holds given that u leaves on the right."""
+        return self._side("right")
+
+    def _side(self, side: str) -> Side:
+        if side == self._reflecting:
+            raise InputError(f"the {side} end reflects, so that u does not leave there.")
+        return Side(self, side)
+
+    # -- transform -----------------------------------------------------------------------------
+
+    def laplace(self, s: Number | complex) -> Any:
+        """E[e^{-s tau}] at a real or complex s.
+
+        Raises
+        ------
+        RegionError
+            If Re s is not above -`rate`, the first pole.
+        """
+        return self._laplace(s, None)
+
+    def _laplace(self, s: Any, side: str | None) -> Any:
+        complex_one = isinstance(s, complex) or hasattr(s, "_mpc_")
+        re, im = (exact("s", x) for x in ((s.real, s.imag) if complex_one else (s, 0)))
+        if re < 0 and not re > -exact("s", self.rate.value) + exact("s", self.rate.error):
+            raise RegionError(
+                f"s is {shown(s)}, at or beyond the first pole -{float(self.rate):.6g} of the "
+                "transform; give an s to its right."
+            )
+
+        def found(f: Series) -> Any:
+            number = acb(exact_ball(re), exact_ball(im)) if complex_one else exact_ball(re)
+            value = f.transform(number, side)
+            return value * f.w[0] / f.exits[side][0] if side else value
+
+        return self._number(found, _ORDER, abs(complex(re, im)))
+
+    # -- rates ---------------------------------------------------------------------------------
+
+    @cached_property
+    def rate(self) -> Estimate:
+        """The principal eigenvalue lambda_1: P(tau > t) decays like e^{-lambda_1 t}."""
+        return self._estimate(*self._ball(lambda f: f.rates(1)[0][0], _ORDER), full=True)
+
+    def rates(self, many: int) -> list[Any]:
+        """The first eigenvalues, 1 to 12 of them, ascending."""
+        count("many", many, 1, 12)
+        return [
+            self._number(lambda f, k=k: f.rates(k + 1)[0][k], _ORDER + 8 * k, k * k * float(self.rate))
+            for k in range(many)
+        ]
+
+    # -- times ---------------------------------------------------------------------------------
+
+    def survival(self, t: Numbers) -> Any:
+        """P(tau > t), t >= 0, a number or an array."""
+        return self._of_times(t, "survival")
+
+    def cdf(self, t: Numbers) -> Any:
+        """P(tau <= t), t >= 0, a number or an array."""
+        return self._of_times(t, "cdf")
+
+    def pdf(self, t: Numbers) -> Any:
+        """The density of tau at t >= 0, a number or an array."""
+        return self._of_times(t, "pdf")
+
+    def _of_times(self, t: Any, name: str) -> Any:
+        if not is_array(t):
+            return self._estimate(*self._at_time(exact("t", t), name))
+        times = floats("t", t)
+        each = [self._at_time(exact("t", x), name) for x in times.ravel().tolist()]
+        parts = [self._estimate(*x, full=True, dps=None) for x in each]
+        value, error = (
+            np.array([getattr(p, key) for p in parts]).reshape(times.shape)
+            for key in ("value", "error")
+        )
+        kind = "bound" if all(p.error_kind == "bound" for p in parts) else "estimate"
+        return Estimate(value, error, kind, "exact") if self._full else value
+
+    def quantile(self, p: Number) -> Any:
+        """t with P(tau <= t) = p, 0 < p < 1; its error is an estimate."""
+        wanted = exact("p", p)
+        if not 0 < wanted < 1:
+            raise InputError(f"p is {shown(p)}; give a probability between 0 and 1.")
+        name, share = ("cdf", wanted) if 2 * wanted <= 1 else ("survival", 1 - wanted)
+        with precision(bits(self._digits)):
+            t, low, high, wanted = self._mean.mid(), arb(0), arb("inf"), _ROUGH
+            for _ in range(_STEPS):
+                off, slope = (
+                    self._at_time(_rational(t), key, wanted)[0] for key in (name, "pdf")
+                )
+                off = (off - exact_ball(share)) * (1 if name == "cdf" else -1)
+                low, high = (low, t) if off > 0 else (t, high)
+                step = off / slope
+                if abs(step).upper() < t / 10 ** (self._digits - 4):
+                    return self._estimate(t + arb(0, abs(step).upper()), "estimate")
+                if abs(step).upper() < t / 10 ** (_ROUGH - 3):
+                    wanted, low, high = self._digits, arb(0), arb("inf")
+                following = (t - step).mid()
+                if not low < following < high:
+                    following = (low + high) / 2 if high.is_finite() else 2 * t
+                t = following.mid()
+        raise AccuracyError(f"p is {shown(p)}, whose quantile is not found; take one further in.")
+
+    @cached_property
+    def _mean(self) -> arb:
+        return self._ball(lambda f: f.moment(1), 3)[0]
+
+    @cached_property
+    def _narrow(self) -> bool:
+        variance = self._ball(lambda f: f.variance(), 3)[0]
+        return bool(variance < (_NARROW * self._mean) ** 2)
+
+    def _at_time(self, t: Fraction, name: str, wanted: int = 0) -> tuple[arb, ErrorKind]:
+        """survival, cdf or pdf at a rational t."""
+        wanted = wanted or self._digits
+        if t < 0:
+            raise InputError(f"t is {float_text(t)}; give a time of at least 0.")
+        if t == 0:
+            return arb(name == "survival"), "bound"
+        for modes in (1, 2, 4, _MODES) if self._few_modes(float(t)) else ():
+            with suppress(TooEarly):
+                order, size = _ORDER + 8 * (modes - 1), modes**2 * float(self.rate)
+                return self._ball(lambda f, m=modes: f.late(exact_ball(t), name, m), order, size)
+        found = self._early(t, name, _ROUGH)
+        for more in _EARLY:
+            if found.rel_accuracy_bits() > wanted * 3.33 - 4:
+                return found, "estimate"
+            # The smaller a probability is beside 1, the more digits it takes.
+            small = math.log(max(float(abs(found).lower()), 1e-290)) if found != 0 else 0.0
+            found = self._early(t, name, wanted + more + math.ceil(max(0.0, -small / math.log(10))))
+        raise AccuracyError(
+            f"t is {float_text(t)}, where {name} is too small beside 1 to be told apart; take a t "
+            "nearer to the mean, or fewer digits."
+        )
+
+    def _few_modes(self, t: float) -> bool:
+        """True where so few rates should do, by Weyl's law."""
+        low, high = self._scene.ends
+        wanted = self._digits * math.log(10) * float(self._scene.lam) / t
+        return not self._narrow and float(high - low) / math.pi * math.sqrt(wanted) < _MODES
+
+    def _early(self, t: Fraction, name: str, wanted: int) -> arb:
+        """By Talbot's contour with two numbers of nodes."""
+        nodes = 2 * math.ceil(0.9 * wanted) + 8
+        one, two = (
+            self._ball(lambda f, n=n: f.early(exact_ball(t), name == "pdf", n), _ORDER, n / float(t), wanted)[0]
+            for n in (nodes, nodes + 8)
+        )
+        with precision(bits(wanted)):
+            found = two + arb(0, abs(one - two).upper())
+            return 1 - found if name == "survival" else found
+
+    # -- answers -------------------------------------------------------------------------------
+
+    def _number(self, of: Callable[[Series], Any], order: int, size: float = 0.0) -> Any:
+        return self._estimate(*self._ball(of, order, size))
+
+    def _ball(
+        self, of: Callable[[Series], Any], order: int, size: float = 0.0, wanted: int = 0
+    ) -> tuple[Any, ErrorKind]:
+        """A ball with the digits wanted; powers of s, then bits, are added until it has them."""
+        wanted, more = wanted or self._digits, 0
+        size = 2.0 ** math.ceil(math.log2(size)) if size else 0.0
+        while order <= _MOST and more < _MOST_BITS:
+            working = wanted + 6 + more // 8
+            with precision(bits(working, more)), suppress(ZeroDivisionError):
+                powers = max(order, working // 2 + 8) if size else order
+                key = powers, size, working, more
+                if key not in self._kept:
+                    self._kept[key] = Series(self._scene, self._reflecting, powers, size, working)
+                try:
+                    found = of(self._kept[key])
+                except Undecided:
+                    order += order // 3 + 4
+                    continue
+                if found.rel_accuracy_bits() > wanted * 3.33 + 1:
+                    return found, "bound"
+            more = 2 * more + 60
+        raise Undecided
+
+    def _estimate(self, ball: Any, kind: ErrorKind, full: bool | None = None, dps: Any = 0) -> Any:
+        """A ball as what was asked for."""
+        dps = self._dps if dps == 0 else dps
+        asked = Request("the law", "exact", None, dps, False, self._full if full is None else full)
+        if isinstance(ball, acb):
+            re, im = (self._estimate(x, kind, True) for x in (ball.real, ball.imag))
+            value = mpmath.mpc(re.value, im.value) if dps else complex(re.value, im.value)
+            return Estimate(value, re.error + im.error, kind, "exact") if asked.full else value
+        if dps is None and abs(ball) < _TINY:
+            ball = arb(0, abs(ball).upper())
+        return as_digits(asked, Answer(*to_mpf(ball, self._digits), kind))
+
+
+def _rational(x: arb) -> Fraction:
+    """A point."""
+    mantissa, power = x.man_exp()
+    return Fraction(int(mantissa)) * Fraction(2) ** int(power)
+
+
+class Side(NamedTuple):
+    """The law given the side on which u leaves."""
+
+    law: ExitLaw
+    side: str
+
+    @property
+    def probability(self) -> Any:
+        """That of this side (eq:C on the left)."""
+        return self.law._number(lambda f: f.exits[self.side][0] / f.w[0], 3)
+
+    @property
+    def mean(self) -> Any:
+        """E[tau | this side]."""
+        return self.law._number(lambda f: f.cumulants(self.side)[0], 3)
+
+    @property
+    def variance(self) -> Any:
+        """The variance of tau given this side."""
+        return self.law._number(lambda f: f.cumulants(self.side)[1], 4)
+
+    def laplace(self, s: Number | complex) -> Any:
+        """E[e^{-s tau} | this side]."""
+        return self.law._laplace(s, self.side)
