@@ -25,7 +25,7 @@ import math
 from collections.abc import Callable
 from contextlib import suppress
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import mpmath
@@ -35,18 +35,37 @@ from flint import acb, arb
 from symasym.base.balls import exact_ball, precision, to_mpf
 from symasym.base.errors import AccuracyError, InputError, RegionError
 from symasym.base.estimate import ErrorKind, Estimate
-from symasym.base.inputs import choice, count, digits, exact, flag, float_text, floats, is_array, shown
+from symasym.base.inputs import (
+    choice,
+    count,
+    digits,
+    exact,
+    flag,
+    float_text,
+    floats,
+    is_array,
+    shown,
+)
+from symasym.drift.evaluate import rational
 from symasym.exact.balls import bits
 from symasym.exact.spectral import Series, TooEarly
 from symasym.exact.transform import Undecided
 from symasym.methods import as_digits
-from symasym.quantities import between
-from symasym.scenes import FLOAT_DIGITS, Answer, Request, Scene, one_scene, read_scene, require_drift
+from symasym.scenes import (
+    FLOAT_DIGITS,
+    Answer,
+    Request,
+    Scene,
+    between,
+    one_scene,
+    read_scene,
+    require_drift,
+)
 
 if TYPE_CHECKING:
     from symasym.base.inputs import Number, Numbers
     from symasym.drift.drift import Drift
-    from symasym.quantities import Ends
+    from symasym.scenes import Ends
 
 __all__ = ["ExitLaw", "exit_law"]
 
@@ -207,14 +226,19 @@ class ExitLaw:
     @cached_property
     def rate(self) -> Estimate:
         """The principal eigenvalue lambda_1: P(tau > t) decays like e^{-lambda_1 t}."""
-        return self._estimate(*self._ball(lambda f: f.rates(1)[0][0], _ORDER), full=True)
+        found: Estimate = self._estimate(*self._ball(_first_rate, _ORDER), full=True)
+        return found
 
     def rates(self, many: int) -> list[Any]:
         """The first eigenvalues, 1 to 12 of them, ascending."""
         count("many", many, 1, 12)
+
+        def found(k: int) -> Callable[[Series], Any]:
+            return lambda f: f.rates(k)[0][-1]
+
+        size = float(self.rate)
         return [
-            self._number(lambda f, k=k: f.rates(k + 1)[0][k], _ORDER + 8 * k, k * k * float(self.rate))
-            for k in range(many)
+            self._number(found(k), _ORDER + 8 * (k - 1), k * k * size) for k in range(1, many + 1)
         ]
 
     # -- times ---------------------------------------------------------------------------------
@@ -241,7 +265,8 @@ class ExitLaw:
             np.array([getattr(p, key) for p in parts]).reshape(times.shape)
             for key in ("value", "error")
         )
-        kind = "bound" if all(p.error_kind == "bound" for p in parts) else "estimate"
+        proved = all(p.error_kind == "bound" for p in parts)
+        kind: ErrorKind = "bound" if proved else "estimate"
         return Estimate(value, error, kind, "exact") if self._full else value
 
     def quantile(self, p: Number) -> Any:
@@ -251,26 +276,23 @@ class ExitLaw:
             raise InputError(f"p is {shown(p)}; give a probability between 0 and 1.")
         name, share = ("cdf", wanted) if 2 * wanted <= 1 else ("survival", 1 - wanted)
         with precision(bits(self._digits)):
-            t, low, high, wanted = self._mean.mid(), arb(0), arb("inf"), _ROUGH
+            t, places = self._mean.mid(), _ROUGH
             for _ in range(_STEPS):
-                off, slope = (
-                    self._at_time(_rational(t), key, wanted)[0] for key in (name, "pdf")
+                found, slope = (
+                    self._at_time(_rational(t), key, places)[0] for key in (name, "pdf")
                 )
-                off = (off - exact_ball(share)) * (1 if name == "cdf" else -1)
-                low, high = (low, t) if off > 0 else (t, high)
-                step = off / slope
-                if abs(step).upper() < t / 10 ** (self._digits - 4):
-                    return self._estimate(t + arb(0, abs(step).upper()), "estimate")
-                if abs(step).upper() < t / 10 ** (_ROUGH - 3):
-                    wanted, low, high = self._digits, arb(0), arb("inf")
-                following = (t - step).mid()
-                if not low < following < high:
-                    following = (low + high) / 2 if high.is_finite() else 2 * t
-                t = following.mid()
+                # Newton's step for the logarithm, which is nearly straight.
+                step = (found / exact_ball(share)).log() * found / slope
+                step = -step if name == "survival" else step
+                room = abs(step).upper()
+                if room < t / 10 ** (self._digits - 4):
+                    return self._estimate(t + arb(0, room), "estimate")
+                places = self._digits if room < t / 10 ** (_ROUGH - 3) else _ROUGH
+                t = min(max(t - step.mid(), t / 2), 2 * t).mid()
         raise AccuracyError(f"p is {shown(p)}, whose quantile is not found; take one further in.")
 
     @cached_property
-    def _mean(self) -> arb:
+    def _mean(self) -> Any:
         return self._ball(lambda f: f.moment(1), 3)[0]
 
     @cached_property
@@ -287,8 +309,8 @@ class ExitLaw:
             return arb(name == "survival"), "bound"
         for modes in (1, 2, 4, _MODES) if self._few_modes(float(t)) else ():
             with suppress(TooEarly):
-                order, size = _ORDER + 8 * (modes - 1), modes**2 * float(self.rate)
-                return self._ball(lambda f, m=modes: f.late(exact_ball(t), name, m), order, size)
+                late = partial(Series.late, t=rational(t), name=name, count=modes)
+                return self._ball(late, _ORDER + 8 * (modes - 1), modes**2 * float(self.rate))
         found = self._early(t, name, _ROUGH)
         for more in _EARLY:
             if found.rel_accuracy_bits() > wanted * 3.33 - 4:
@@ -307,11 +329,16 @@ class ExitLaw:
         wanted = self._digits * math.log(10) * float(self._scene.lam) / t
         return not self._narrow and float(high - low) / math.pi * math.sqrt(wanted) < _MODES
 
-    def _early(self, t: Fraction, name: str, wanted: int) -> arb:
+    def _early(self, t: Fraction, name: str, wanted: int) -> Any:
         """By Talbot's contour with two numbers of nodes."""
         nodes = 2 * math.ceil(0.9 * wanted) + 8
         one, two = (
-            self._ball(lambda f, n=n: f.early(exact_ball(t), name == "pdf", n), _ORDER, n / float(t), wanted)[0]
+            self._ball(
+                partial(Series.early, t=rational(t), density=name == "pdf", nodes=n),
+                _ORDER,
+                n / float(t),
+                wanted,
+            )[0]
             for n in (nodes, nodes + 8)
         )
         with precision(bits(wanted)):
@@ -357,6 +384,10 @@ class ExitLaw:
         if dps is None and abs(ball) < _TINY:
             ball = arb(0, abs(ball).upper())
         return as_digits(asked, Answer(*to_mpf(ball, self._digits), kind))
+
+
+def _first_rate(f: Series) -> arb:
+    return f.rates(1)[0][0]
 
 
 def _rational(x: arb) -> Fraction:

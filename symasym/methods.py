@@ -139,7 +139,7 @@ def require_paper(drift: Drift, numbers: dict[str, Any], request: Request) -> No
     """Raise unless the scene is one of the paper: a layer, constant noise, from -r to r."""
     if not is_usual(drift, numbers, request):
         raise RegionError(
-            f"method {request.method!r} holds for the mean in (-r, r), for drifts that are constant "
+            f"method {request.method!r} holds for means in (-r, r), drifts that are constant "
             "outside a layer, and constant noise; use method='exact'."
         )
 

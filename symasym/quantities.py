@@ -8,19 +8,18 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from symasym.base.errors import AccuracyError, InputError, SymasymError
-from symasym.base.inputs import choice, count, digits, flag, sequence, shown
+from symasym.base.inputs import choice, count, digits, flag, shown
 from symasym.methods import METHODS, answer
-from symasym.scenes import QUANTITIES, Request, require_drift
+from symasym.scenes import QUANTITIES, Request, between, pair, require_drift
 
 if TYPE_CHECKING:
     from symasym.base.inputs import Number, Numbers
     from symasym.drift.drift import Drift
+    from symasym.scenes import Ends
 
 __all__ = ["escape_time", "exit_probability", "occupation", "stationary_density"]
 
 TimeMethod = Literal["exact", "paper", "laplace", "uniform", "strong_noise", "auto"]
-#: Two ends.
-Ends = tuple["Numbers", "Numbers"]
 ExitMethod = Literal["exact", "paper", "laplace", "uniform", "strong_noise", "bound", "auto"]
 
 
@@ -42,10 +41,10 @@ def escape_time(
 ) -> Any:
     """Mean escape time T from ``|u| < r`` (eq:Ttilde with eq:C; any region), or a higher moment.
 
-    T belongs to the scalar equation du = phi(u) dt + kappa dW, or that of the drift's noise: the slow variables of a system that
-    was reduced to it are frozen where it starts. It is the whole system's time only where they
-    change it little meanwhile (docs/release.md), that is where T is far shorter than
-    `System.drag_time`.
+    T belongs to the scalar equation du = phi(u) dt + kappa dW, or that of the drift's noise: the
+    slow variables of a system that was reduced to it are frozen where it starts. It is the whole
+    system's time only where they change it little meanwhile (docs/release.md), that is where T is
+    far shorter than `System.drag_time`.
 
     Parameters
     ----------
@@ -207,9 +206,9 @@ def occupation(
     """
     name, numbers = _named("P", complement), {"kappa": kappa}
     if interval is not None:
-        numbers |= dict(zip(("low", "high"), _pair("interval", interval), strict=True))
+        numbers |= dict(zip(("low", "high"), pair("interval", interval), strict=True))
     if ends is not None:
-        numbers |= dict(zip(("left", "right"), _pair("ends", ends), strict=True))
+        numbers |= dict(zip(("left", "right"), pair("ends", ends), strict=True))
     return _asked(name, drift, numbers, method, order, rtol, dps, log, full)
 
 
@@ -261,26 +260,6 @@ def call_named(name: str, drift: Drift, numbers: Mapping[str, Any], **options: A
     if quantity.complement:
         options["complement"] = True
     return globals()[quantity.verb](drift, **taken, **options)
-
-
-def _pair(name: str, value: Any) -> list[Any]:
-    """Two ends, as given."""
-    pair = sequence(name, value)
-    if len(pair) != 2:
-        raise InputError(f"{name} is {shown(value)}; give a pair, the left end and the right one.")
-    return pair
-
-
-def between(kappa: Any, r: Any, ends: Any, start: Any) -> dict[str, Any]:
-    """kappa, the ends and the start as they are given."""
-    if (r is None) == (ends is None):
-        raise InputError(
-            f"r is {shown(r)} and ends are {shown(ends)}; give the radius r, or the two ends."
-        )
-    if ends is None:
-        return {"kappa": kappa, "r": r, "start": start}
-    left, right = _pair("ends", ends)
-    return {"kappa": kappa, "left": left, "right": right, "start": start}
 
 
 def _named(probability: str, complement: bool) -> str:

@@ -2,8 +2,8 @@
 
 A scene is a drift phi, the large parameter lam = 2/kappa^2, and the numbers of the quantity asked
 for (r and the start of eq:Ttilde and eq:C, or two ends left and right in place of -r and r; the
-position y of eq:pss; the interval from low to high whose stationary share is asked for). One scene has exact
-rationals; scenes that broadcast have float64.
+position y of eq:pss; the interval from low to high whose stationary share is asked for). One scene
+has exact rationals; scenes that broadcast have float64.
 """
 
 from __future__ import annotations
@@ -20,11 +20,13 @@ from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import (
     FloatArray,
     IntArray,
+    Numbers,
     exact,
     float_text,
     floats,
     is_array,
     positive,
+    sequence,
     shown,
 )
 from symasym.drift.drift import Drift
@@ -35,6 +37,10 @@ _ULP = 2.0**-52
 # Of float64: squares of kappa and ways of lam stay numbers.
 _RANGES = {"kappa": (1e-145, 1e145), "r": (1e-150, 1e152)}
 _GRID = np.linspace(-1.0, 1.0, 33)
+
+
+#: Two ends, the left one first.
+Ends = tuple[Numbers, Numbers] | list[Numbers]
 
 
 class Quantity(NamedTuple):
@@ -231,6 +237,26 @@ def require_noise(drift: Drift, low: Any, high: Any) -> None:
         )
 
 
+def pair(name: str, value: Any) -> list[Any]:
+    """Two ends, as given."""
+    pair = sequence(name, value)
+    if len(pair) != 2:
+        raise InputError(f"{name} is {shown(value)}; give a pair, the left end and the right one.")
+    return pair
+
+
+def between(kappa: Any, r: Any, ends: Any, start: Any) -> dict[str, Any]:
+    """kappa, the ends and the start as they are given."""
+    if (r is None) == (ends is None):
+        raise InputError(
+            f"r is {shown(r)} and ends are {shown(ends)}; give the radius r, or the two ends."
+        )
+    if ends is None:
+        return {"kappa": kappa, "r": r, "start": start}
+    left, right = pair("ends", ends)
+    return {"kappa": kappa, "left": left, "right": right, "start": start}
+
+
 def float_scenes(drift: Drift, numbers: dict[str, Any], reflecting: str | None = None) -> Scenes:
     """The numbers and the drift's parameters broadcast together, in their ranges."""
     arrays = {name: floats(name, value, copy=False) for name, value in numbers.items()}
@@ -261,9 +287,9 @@ def float_scenes(drift: Drift, numbers: dict[str, Any], reflecting: str | None =
                     f"{name} is {least if least < low else most:.6g}, so that its square is near "
                     "the end of the range of float64; pass dps=… for it."
                 )
-    for low, high in _PAIRS:
-        if low in flat and (wrong := np.flatnonzero(~(flat[low] < flat[high]))).size:
-            raise _reversed(low, high, *(f"{flat[name][wrong[0]]:.6g}" for name in (low, high)))
+    for pair in _PAIRS:
+        if pair[0] in flat and (wrong := np.flatnonzero(~(flat[pair[0]] < flat[pair[1]]))).size:
+            raise _reversed(*pair, *(f"{flat[name][wrong[0]]:.6g}" for name in pair))
     lam = flat["kappa"] ** 2
     np.divide(2.0, lam, out=lam)
     scenes = Scenes(shape, lam, flat, drift.flat_values(shape), drift, numbers)

@@ -325,12 +325,13 @@ def pieces(
     values : mapping of str to fmpq, arb or acb, optional
         In place of these of the drift's parameters.
     """
-    model, one = drift.model, fmpq(1)
+    model: Any = drift.model
+    one = fmpq(1)
     numbers = {name: rational(x) for name, x in drift.scalars().items()}
     numbers.update(values or {})
-    parts, noise, cuts = (model,), None, []
+    parts, noise, cuts = [model], None, []
     if isinstance(model, Pieces):
-        parts, noise, cuts = model.models, model.noise, [rational(x) for x in model.cuts]
+        parts, noise, cuts = [*model.models], model.noise, [rational(x) for x in model.cuts]
     found: list[Any] = [[profile(part, numbers), None, None] for part in parts]
     if noise:
         found = [_weighted(part, noise, numbers, model.alpha) for part in parts]

@@ -75,11 +75,11 @@ def with_pieces(given: Any, u: Any, noise: Any, ito: Any, layered: bool = False)
     if any(not a < b for a, b in pairwise(cuts)):
         ends = ", ".join(map(float_text, cuts))
         raise InputError(f"the right ends are {ends}; give them from left to right.")
-    known = {0: 0, "stratonovich": Fraction(1, 2)}
-    if isinstance(ito, bool) or not isinstance(ito, (int, str)) or ito not in known:
+    alpha = {"0": Fraction(0), "stratonovich": Fraction(1, 2)}.get(str(ito))
+    if alpha is None:
         raise InputError(f"ito is {shown(ito)}; give 0 or 'stratonovich'.")
     sigma = None if noise is None else _read(noise, u, None, None)
-    return models.Pieces(tuple(found), tuple(cuts), sigma, Fraction(known[ito]), layered)
+    return models.Pieces(tuple(found), tuple(cuts), sigma, alpha, layered)
 
 
 def _equal(a: Any, b: Any) -> bool:
@@ -149,7 +149,7 @@ def _symbol(formula: Any, u: Any) -> Any:
 def check_regular(
     model: models.Expression, values: Mapping[str, Fraction], name: str = "A"
 ) -> None:
-    """Refuse an A, or sigma, that is singular or complex on [-1, 1], by its range over complex boxes.
+    """Refuse an A, or sigma, that is singular or complex on [-1, 1], by its range over boxes.
 
     A box on which the range stays unbounded however small it is made holds a singularity (or one
     that cancels, which the formula should be freed of).

@@ -268,9 +268,11 @@ def of_scene(scene: Scene, request: Request) -> Answer:
         working = digits + 4 + more // 8
         with precision(bits(working, guard + more)):
             if line and not scene.drift.model.layered:
-                left, right = stationary.tails(scene.drift, lam, max(-places[0], places[1]), working)
+                left, right = stationary.tails(
+                    scene.drift, lam, max(-places[0], places[1]), working
+                )
                 low, high = -left.x, right.x
-                outside = tuple(mass.union(arb(0)) for mass in (left.mass, right.mass))
+                outside = left.mass.union(arb(0)), right.mass.union(arb(0))
             drift = pieces(scene.drift, low, high)
             ball = enclosure(
                 name, drift, arb(lam), numbers, working, request.log,

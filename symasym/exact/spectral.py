@@ -159,7 +159,7 @@ class Series:
 
     # -- times ---------------------------------------------------------------------------------
 
-    def late(self, t: arb, name: str, count: int) -> arb:
+    def late(self, t: fmpq, name: str, count: int) -> arb:
         """P(tau > t), P(tau <= t) or the density from the first modes, and a bound of the rest."""
         density, modes = name == "pdf", self.modes(count)
         if not modes.beyond * t > 1.5:
@@ -174,7 +174,7 @@ class Series:
         total += arb(0, rest)
         return 1 - total if name == "cdf" else total
 
-    def early(self, t: arb, density: bool, nodes: int) -> arb:
+    def early(self, t: fmpq, density: bool, nodes: int) -> arb:
         """P(tau <= t) or the density by Talbot's contour."""
         total = arb(0)
         for k in range(nodes // 2):

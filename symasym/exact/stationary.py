@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from flint import arb, fmpq
 
@@ -38,7 +38,8 @@ def tails(drift: Drift, lam: fmpq, far: fmpq, digits: int) -> tuple[Tail, Tail]:
 
 
 def _tail(drift: Drift, lam: fmpq, far: fmpq, digits: int, side: int) -> Tail:
-    model, values = drift.model, {n: rational(x) for n, x in drift.scalars().items()}
+    model: Any = drift.model
+    values = {n: rational(x) for n, x in drift.scalars().items()}
     phi, sigma = profile(model.models[-1 if side > 0 else 0], values), arb(1)
     places = [far, fmpq(1), *(abs(rational(x)) for x in model.cuts)]
     weight, degree = 2 - 2 * model.alpha, 0
@@ -50,9 +51,11 @@ def _tail(drift: Drift, lam: fmpq, far: fmpq, digits: int, side: int) -> Tail:
             places.append(_beyond(noise.coefficients))
             sigma = abs(arb(noise.coefficients[-1]))
     q = weight * degree
-    known = isinstance(phi, Polynomial) and sigma > 0 and (not degree or q > 1)
-    if known:
+    known = sigma > 0 and (not degree or q > 1)
+    if isinstance(phi, Polynomial):
         places.append(_beyond(phi.coefficients))
+    else:
+        known = False
     begin = 2 * max(places)
     slope = arb(phi(arb(side * begin))) * -side
     if not (known and sigma < _BOUNDED and slope > 0):
@@ -74,7 +77,7 @@ def _tail(drift: Drift, lam: fmpq, far: fmpq, digits: int, side: int) -> Tail:
     return Tail(x, most / (steep * abs(phi(arb(side * x)))))
 
 
-def _beyond(coefficients: list[fmpq]) -> fmpq:
+def _beyond(coefficients: list[fmpq]) -> Any:
     """A bound of a polynomial's zeros (Cauchy)."""
     *others, last = (abs(arb(c)) for c in coefficients)
     bound = 1 + max((float((c / last).upper()) for c in others), default=0.0)

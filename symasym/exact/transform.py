@@ -97,7 +97,7 @@ def carried(state: Swept, p: Matrix, order: int) -> Swept:
     return Swept(
         ((p.y1 * eta + p.y2 * zeta) * p.inverse).truncate(max(order, 1)),
         (p.z1 * eta + p.z2 * zeta).truncate(order + 1),
-        (state.mass + p.z1[1]) * p.inverse ** -1,
+        (state.mass + p.z1[1]) * p.inverse**-1,
     )
 
 
@@ -121,9 +121,7 @@ def through(
     return *joined(found, begun, order), (found[0], found[1])
 
 
-def joined(
-    found: Sequence[Swept], begun: Sequence[Swept], order: int
-) -> tuple[arb_poly, arb_poly]:
+def joined(found: Sequence[Swept], begun: Sequence[Swept], order: int) -> tuple[arb_poly, arb_poly]:
     """W and (W - N)/s, without a difference."""
     (eta, zeta, _), (other, of_other, _) = found
     w = (eta * of_other + other * zeta).truncate(order)
@@ -243,8 +241,8 @@ def _resolved(p: Weighted, lam: arb, digits: int, order: int) -> Matrix:
 def _matrix(y1: list[arb], y2: list[arb], z1: list[arb], z2: list[arb], inverse: arb) -> Matrix:
     """With what is known of s^0."""
     one, none = [arb(1)], [arb(0)]
-    parts = (one + y1[1:], y2, none + z1[1:], one + z2[1:])
-    return Matrix(*map(arb_poly, parts), inverse)
+    y, z = (arb_poly(one + y1[1:]), arb_poly(y2)), (arb_poly(none + z1[1:]), arb_poly(one + z2[1:]))
+    return Matrix(*y, *z, inverse)
 
 
 def _convolved(f: list[arb], series: list[arb_poly]) -> arb_poly:
@@ -277,9 +275,7 @@ def _cauchy(p: Weighted, lam: arb, digits: int, order: int) -> tuple[Any, ...]:
         if (terms := (size - wanted) / math.log(disc)) < best:
             best, height, rho = terms, size, disc
     count = math.ceil(best) + 2 * order + 4
-    around = [
-        arb_poly([abs(c) for c in w.series])(arb(rho)) * rho * p.of.half for w in (p.a, p.b)
-    ]
+    around = [arb_poly([abs(c) for c in w.series])(arb(rho)) * rho * p.of.half for w in (p.a, p.b)]
     first, second = around[0], around[1] * lam
     parts = [4 * arb(height).exp() / arb(rho) ** count]
     for k in range(1, order + 1):
@@ -316,7 +312,8 @@ def _slow(p: Weighted, lam: arb, digits: int, order: int) -> Matrix:
         v_b * second * inverse - v_a * first,
         first - t_a * v_b * second * inverse,
     )
-    return _matrix(*map(list, entries), inverse)
+    y1, y2, z1, z2 = map(list, entries)
+    return _matrix(y1, y2, z1, z2, inverse)
 
 
 def _solver(p: Panel, sign: int, n: int) -> Callable[[Local], Local]:
