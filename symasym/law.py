@@ -129,7 +129,7 @@ def exit_law(
     >>> print(law.rate)
     0.037292588563149302 ± 3.21e-19 (proved bound, exact)
     """
-    require_drift(drift)
+    require_drift(drift, plain=False)
     numbers = between(kappa, r, ends, start)
     if reflecting is not None:
         choice("reflecting", reflecting, _SIDES)

@@ -281,7 +281,7 @@ def _asked(
     reflecting: str | None = None,
 ) -> Any:
     """The quantity called `name`, as the verb was asked for it."""
-    require_drift(drift)
+    require_drift(drift, plain=False)
     known = [other for other, x in METHODS.items() if name in x.quantities]
     choice("method", method, [*known, "auto"])
     if rtol is not None and method != "auto":

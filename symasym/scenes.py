@@ -15,12 +15,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.base.errors import InputError
+from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import (
     FloatArray,
     IntArray,
     Numbers,
+    common_shape,
     exact,
     float_text,
     floats,
@@ -192,12 +193,18 @@ class Answers(NamedTuple):
 # -- reading ---------------------------------------------------------------------------------------
 
 
-def require_drift(drift: object, bound: bool = True) -> None:
-    """Raise InputError unless `drift` is a Drift, where `bound` with all its parameters given."""
+def require_drift(drift: object, bound: bool = True, plain: bool = True) -> None:
+    """Raise unless `drift` is a Drift, where `bound` with all its parameters given, where `plain`
+    the paper's: constant outside a layer, with noise that does not depend on u."""
     if not isinstance(drift, Drift):
         raise InputError(f"drift is {shown(drift)}; give a Drift, such as sa.friction(…).")
     if bound:
         drift.require_bound()
+    if plain and not drift.plain:
+        raise RegionError(
+            f"{drift!r} has pieces, no layer, or noise of its own, for which there are the exact "
+            "values and exit_law only; give a drift that is constant outside [-1, 1]."
+        )
 
 
 def one_scene(drift: Drift, numbers: dict[str, Any]) -> bool:
@@ -207,11 +214,11 @@ def one_scene(drift: Drift, numbers: dict[str, Any]) -> bool:
 
 def read_scene(drift: Drift, numbers: dict[str, Any], reflecting: str | None = None) -> Scene:
     """The scene of these numbers, exact and in their ranges."""
-    values = {name: exact(name, value) for name, value in numbers.items()}
+    values = {
+        name: positive(name, x) if name in _RANGES else exact(name, x)
+        for name, x in numbers.items()
+    }
     drift.scalars()
-    for name in ("kappa", "r"):
-        if name in values:
-            positive(name, values[name])
     for low, high in _PAIRS:
         if low in values and not values[low] < values[high]:
             raise _reversed(low, high, *map(float_text, (values[low], values[high])))
@@ -261,14 +268,7 @@ def float_scenes(drift: Drift, numbers: dict[str, Any], reflecting: str | None =
     """The numbers and the drift's parameters broadcast together, in their ranges."""
     arrays = {name: floats(name, value, copy=False) for name, value in numbers.items()}
     shapes = {name: x.shape for name, x in arrays.items() if x.ndim}
-    try:
-        shape = np.broadcast_shapes(drift.shape, *shapes.values()) if shapes else drift.shape
-    except ValueError:
-        given = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
-        raise InputError(
-            f"the shapes do not broadcast (drift {drift.shape}, {given}); "
-            "give arrays of shapes that NumPy broadcasts."
-        ) from None
+    shape = common_shape({"drift": drift.shape, **shapes}) if shapes else drift.shape
     # A number that all scenes share is not copied for each of them.
     size = math.prod(shape)
     flat: dict[str, FloatArray] = {

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from flint import arb, arb_series, ctx, fmpq, fmpq_poly
 
 from symasym.base.balls import precision, to_mpf
-from symasym.base.errors import AccuracyError
+from symasym.base.errors import AccuracyError, RegionError
 from symasym.drift.evaluate import Polynomial, profile, rational
 
 if TYPE_CHECKING:
@@ -67,7 +67,9 @@ def critical_points(drift: Drift) -> list[CriticalPoint]:
         If A vanishes on all of [-1, 1], or zeros cannot be told apart.
     """
     drift.scalars()
-    return list(_known(drift))
+    if not drift.model.layered:
+        raise RegionError(f"{drift!r} has no layer (-1, 1) whose critical points are asked for.")
+    return list(_known(drift.piece(0)))
 
 
 @lru_cache(maxsize=128)

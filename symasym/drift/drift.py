@@ -14,6 +14,7 @@ from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import (
     FloatArray,
     Numbers,
+    common_shape,
     exact,
     float_text,
     floats,
@@ -185,6 +186,13 @@ class Drift:
         """True for the paper's drift: constant outside the layer, with noise that is."""
         return not isinstance(self._model, models.Pieces)
 
+    def piece(self, k: int) -> Self:
+        """The k-th piece as a drift with a layer and constant noise."""
+        if not isinstance(self._model, models.Pieces):
+            return self
+        model = self._model.models[k]
+        return self.of(model, **{name: self._values.get(name) for name in model.parameters})
+
     @property
     def noise(self) -> Any:
         """The model of sigma, or None for 1."""
@@ -198,17 +206,11 @@ class Drift:
     @cached_property
     def shape(self) -> tuple[int, ...]:
         """Common shape of the parameters, () unless some are arrays."""
-        return np.broadcast_shapes(*(np.shape(v) for v in self._values.values() if is_array(v)))
+        return common_shape({k: np.shape(v) for k, v in self._values.items() if is_array(v)})
 
     def shape_with(self, name: str, array: FloatArray) -> tuple[int, ...]:
         """Common shape of the parameters and an argument; an error if they do not broadcast."""
-        try:
-            return np.broadcast_shapes(self.shape, array.shape)
-        except ValueError:
-            raise InputError(
-                f"{name} has shape {array.shape} and the drift {self.shape}, which do not "
-                "broadcast; give arrays of shapes that NumPy broadcasts."
-            ) from None
+        return common_shape({"drift": self.shape, name: array.shape})
 
     def bind(self, /, **values: Numbers) -> Self:
         """A new drift with these parameters set.
@@ -242,13 +244,7 @@ class Drift:
             self._check_range(name, bound[name])
         drift = type(self).__new__(type(self))
         drift._model, drift._values = self._model, bound
-        try:
-            _ = drift.shape
-        except ValueError:
-            shapes = ", ".join(f"{k} {np.shape(v)}" for k, v in bound.items() if is_array(v))
-            raise InputError(
-                f"the parameters' shapes do not broadcast ({shapes}); give arrays of one shape."
-            ) from None
+        _ = drift.shape
         drift._check()
         return drift
 

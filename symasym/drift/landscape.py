@@ -11,16 +11,21 @@ import numpy as np
 
 from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.inputs import FloatArray
+from symasym.drift.models import Pieces
 
 if TYPE_CHECKING:
     from symasym.drift.critical_points import CriticalPoint
     from symasym.drift.drift import Drift
+
+_MOST_PANELS = 100_000
 
 
 def potential_at(drift: Drift, u: FloatArray) -> float | FloatArray:
     """V in float64 with V(-1) = 0, by Gauss and Legendre's rule on the panels that hold A."""
     from symasym.drift.evaluate import sampled
 
+    if isinstance(drift.model, Pieces):
+        return _of_pieces(drift, drift.model, u)
     position = np.broadcast_to(u, drift.shape_with("u", u))
     inside = np.clip(position, -1.0, 1.0)
     drift.require_bound()
@@ -46,6 +51,23 @@ def potential_at(drift: Drift, u: FloatArray) -> float | FloatArray:
             f"V of {drift!r} leaves the range of float64; rescale the drift, or give u nearer to 0."
         )
     return float(total) if total.ndim == 0 else total
+
+
+def _of_pieces(drift: Drift, model: Pieces, u: FloatArray) -> float | FloatArray:
+    """The same over panels of at most a quarter between the places asked for and the cuts."""
+    drift.scalars()
+    ends = [-1.0, *map(float, model.cuts), *([1.0] if model.layered else [])]
+    marks = np.unique([*ends, *u.ravel()])
+    count = int((marks[-1] - marks[0]) * 4) + 1
+    if count > _MOST_PANELS:
+        raise AccuracyError(f"V of {drift!r} takes {count:,} panels; give u nearer to 0.")
+    marks = np.unique([*marks, *np.linspace(marks[0], marks[-1], count + 1)])
+    nodes, weights = np.polynomial.legendre.leggauss(16)
+    half = np.diff(marks) / 2
+    values = drift(marks[:-1, None] + half[:, None] * (1 + nodes)) @ weights * half
+    total = -np.append(0.0, np.cumsum(values))
+    found: FloatArray = total[np.searchsorted(marks, u)] - total[np.searchsorted(marks, -1.0)]
+    return float(found) if found.ndim == 0 else found
 
 
 def drag_time(

@@ -26,17 +26,24 @@ def plot(drift: Drift, axes: Sequence[Axes] | None) -> Any:
 
         axes = pyplot.subplots(2, sharex=True, layout="constrained")[1]
     above, below = inputs.axes("axes", axes, 2)
-    u = np.linspace(-_REACH, _REACH, _POINTS)
-    above.plot(u, drift(u))
+    model: Any = drift.model
+    cuts = [] if drift.plain else [float(x) for x in model.cuts]
+    reach = max(_REACH, *(1.5 * abs(x) for x in cuts)) if cuts else _REACH
+    u = np.linspace(-reach, reach, _POINTS)
+    phi = drift(u)
+    # A jump is no line.
+    jumps = np.searchsorted(u, [x for x in cuts if not _continuous(drift, x)])
+    above.plot(np.insert(u, jumps, np.nan), np.insert(phi, jumps, np.nan))
     above.axhline(0, color="0.6", linewidth=0.8)
     above.set_ylabel(r"$\phi(u)$")
     below.plot(u, drift.potential_at(u))
     below.set(xlabel="u", ylabel="V(u)")
     for ax in (above, below):
-        # The layer's ends, outside of which the drift is constant.
-        for end in (-1, 1):
+        # The layer's ends, outside of which the drift is constant, or those of the pieces.
+        for end in (-1, 1) if model.layered else cuts:
             ax.axvline(end, color="0.6", linewidth=0.8, linestyle=":")
-    named = [p for p in drift.critical_points() if p.kind != "inflection"]
+    points = drift.critical_points() if model.layered else []
+    named = [p for p in points if p.kind != "inflection"]
     places = np.array([float(p.u) for p in named])
     heights = drift.potential_at(places) if named else places
     for ax, y in ((above, 0 * places), (below, heights)):
@@ -49,3 +56,8 @@ def plot(drift: Drift, axes: Sequence[Axes] | None) -> Any:
         )  # fmt: skip
     below.margins(y=0.2)
     return axes
+
+
+def _continuous(drift: Drift, x: float) -> bool:
+    low, high = drift([np.nextafter(x, -np.inf), x])
+    return bool(abs(high - low) <= 1e-9 * (abs(high) + abs(low)))
