@@ -125,9 +125,9 @@ def exit_law(
     >>> import symasym as sa
     >>> law = sa.exit_law(sa.Drift("-u", layer=None), 1, 2)
     >>> print(f"{law.mean:.10f} {law.std:.10f} {law.survival(30):.10f}")
-    27.4327391525 26.6965297587 0.3299009219
+    27.4327391525 26.6969514808 0.3341812274
     >>> print(law.rate)
-    0.037292588563149302 ± 3.21e-19 (proved bound, exact)
+    0.03746120928167515768 ± 2.82e-18 (proved bound, exact)
     """
     require_drift(drift, plain=False)
     numbers = between(kappa, r, ends, start)

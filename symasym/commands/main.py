@@ -97,6 +97,10 @@ OPTIONS = {
     "y": ("--y", "X", "position"),
     "z": ("--z", "X", "z at the start"),
     "case": ("--case", "WORDS", 'of an expansion, such as "start well barrier"'),
+    "ends": ("--ends", ("LEFT", "RIGHT"), "in place of -r and r"),
+    "interval": ("--interval", ("LEFT", "RIGHT"), "in place of the layer"),
+    "reflecting": ("--reflecting", "SIDE", "the end that reflects, left or right"),
+    "moment": ("--moment", "N", "of the time, 1 or more (%(default)s)"),
     "method": ("--method", "NAME", "how (%(default)s)"),
     "order": ("--order", "N", "of an expansion; of a value also optimal"),
     "rtol": ("--rtol", "X", "relative error allowed, for --method auto or march"),
@@ -127,6 +131,8 @@ _TOLD: dict[str, dict[str, Any]] = {
     "only": {"nargs": "+", "action": "extend"},
     "scene": {"nargs": "+", "action": "extend"},
     "out": {"type": _place},
+    "ends": {"nargs": 2},
+    "interval": {"nargs": 2},
 }
 #: Of these one may be given.
 _EITHER = (("drift", "expr"), ("workers", "cluster"))

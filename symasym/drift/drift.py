@@ -262,12 +262,12 @@ class Drift:
         """Refuse values at which A or sigma is not analytic on [-1, 1], or sigma not positive."""
         if self.free or self.shape or not self._model.layered:
             return
+        part = self._model.models[0] if isinstance(self._model, models.Pieces) else self._model
+        if not isinstance(part, models.Expression):
+            return
         from symasym.drift import expressions
 
-        parts = self._model.models if isinstance(self._model, models.Pieces) else (self._model,)
-        for part in parts:
-            if isinstance(part, models.Expression):
-                expressions.check_regular(part, self._values)
+        expressions.check_regular(part, self._values)
         if noise := self.noise:
             expressions.check_regular(noise, self._values, "noise")
             expressions.check_noise(noise, self._values, fmpq(-1), fmpq(1))

@@ -37,7 +37,7 @@ def test_balls_and_taylor_polynomials_hold_the_function(text: str) -> None:
     rng, drift, told = random.Random(text), sa.Drift(text), 0
     drift = drift.bind(b="1/2") if drift.free else drift
     with precision(200), mpmath.workdps(70):
-        of = pieces(drift, fmpq(1))[0].phi
+        of = pieces(drift, fmpq(-1), fmpq(1))[0].phi
         for phi, sign in ((of, 1), (of.mirrored().negative(), -1)):
             for k in range(12):
                 middle, half = fmpq(rng.randint(-90, 90), 100), fmpq(1, 16 << k)
@@ -59,7 +59,7 @@ def test_complex_steps_are_derivatives(text: str) -> None:
     slope = sympy.diff(drift.expression(), b)
     wanted = float(slope.subs({u: sympy.Rational(3, 10), b: sympy.Rational(1, 2)}).evalf(30))
     with precision(200):
-        phi = pieces(drift.bind(b="1/2"), fmpq(1), {"b": acb(0.5, h)})[0].phi
+        phi = pieces(drift.bind(b="1/2"), fmpq(-1), fmpq(1), {"b": acb(0.5, h)})[0].phi
         series, missed = phi.taylor(fmpq(3, 10), fmpq(1, 100), 60)
         assert missed < 1e-50
         for value in (phi(arb(fmpq(3, 10))), series(arb(0))):
@@ -82,7 +82,7 @@ SINGULAR = {
 def test_boxes_with_singularities_are_not_finite(at: complex) -> None:
     for text in SINGULAR[at]:
         with precision(100):
-            phi = pieces(sa.Drift(text), fmpq(1))[0].phi
+            phi = pieces(sa.Drift(text), fmpq(-1), fmpq(1))[0].phi
             for size in (fmpq(3, 20), fmpq(1, 4) + fmpq(1, 10**9)):
                 wide = box(fmpq(-1), size, fmpq(1, 50))
                 high = box(fmpq(0), fmpq(1, 50), size + 1)

@@ -75,6 +75,7 @@ PHASE = ["-x**2", "cos(x)", "-tan(x)**2", "x - x**3/3", "log(x) - x", "a*x", "FO
 SYSTEM = [sa.oscillator(3, 1), sa.System("1 - z - u - 3*(u - u**3)", "y - 1", "1 + u**2/2")]
 OPTIONS = {"method?": METHOD, "order?": ORDER, "dps?": DPS, "log?": FLAG, "full?": FLAG}
 SCENE = {"drift": ["DRIFT"], "kappa": KAPPA, "r": R, "start?": START}
+PAIR = [(-1, 1), ("-0.5", 2), (0, [1, 2]), (2, 1)]
 EQUATIONS = {
     "f_minus": [("2 - z", "-z")], "f_plus": [("-1 - z", "-z")], "F": [("1/2 - 3*s/2 - z", "-z")],
     "D": [((3, 4), (0, 0))], "coordinates": [("y", "z")], "switch?": ["y"], "layer?": ["s"],
@@ -83,9 +84,12 @@ EQUATIONS = {
 
 #: The arguments of each function; those with ? are left out half the time.
 CALLS: dict[str, dict[str, list[Any]]] = {
-    "escape_time": {**SCENE, **OPTIONS, "rtol?": RTOL},
+    "escape_time": {**SCENE, **OPTIONS, "rtol?": RTOL, "moment?": [1, 2, 3]},
     "exit_probability": {**SCENE, "complement?": FLAG, **OPTIONS, "rtol?": RTOL},
-    "occupation": {"drift": ["SLIDING"], "kappa": KAPPA, "complement?": FLAG, **OPTIONS},
+    "occupation": {"drift": ["SLIDING"], "kappa": KAPPA, "complement?": FLAG, **OPTIONS,
+                   "interval?": PAIR, "ends?": PAIR},
+    "exit_law": {"drift": ["DRIFT"], "kappa": KAPPA, "ends": PAIR, "start?": START,
+                 "reflecting?": ["left", "right"], "dps?": DPS, "full?": FLAG},
     "stationary_density": {"drift": ["SLIDING"], "kappa": KAPPA, "y": START, "dps?": DPS,
                            "log?": FLAG, "full?": FLAG},
     "sensitivity": {**SCENE, "dps?": DPS, "quantity?": QUANTITY},
@@ -103,7 +107,9 @@ CALLS: dict[str, dict[str, list[Any]]] = {
              "name?": ["f"]},
     "reduce": EQUATIONS,
     "Drift": {"A": ["1/2 - u + u**3", "exp(-u)*cos(u)", "a*u", "FORMULA u"], "u?": ["u"],
-              "a_minus?": [F(-1, 2), None], "a_plus?": [F(1, 2), None]},
+              "a_minus?": [F(-1, 2), None], "a_plus?": [F(1, 2), None],
+              "layer?": [None, (-1, 1)], "noise?": ["1 + u**2", "2", "FORMULA u"],
+              "ito?": [0, "stratonovich"]},
     "friction": {"mu": NUMBER, "alpha": NUMBER, "z0": NUMBER},
     "tanh": {"a_minus": NUMBER, "a_plus": NUMBER, "steepness": NUMBER},
     "sine": {"a_minus": NUMBER, "a_plus": NUMBER, "b": NUMBER, "waves?": [2]},
@@ -134,6 +140,8 @@ AFTER: dict[str, dict[str, list[list[Any]]]] = {
     "uniform_integral": {"evaluate": [[10, "1e3", 50]], "__str__": []},
     "formula": {"latex": [], "__str__": [], "emit": [TARGETS]},
     "rescale": {"__str__": []},
+    "exit_law": {"moment": [[1, 2, 5]], "laplace": [NUMBER], "survival": [NUMBER],
+                 "cdf": [NUMBER], "pdf": [NUMBER], "__repr__": []},
     "reduce": {"drag_time": [KAPPA, [{"z": 0}]], "sliding_at": [[{"z": 0}]]},
     "oscillator": {"frozen": [KAPPA], "drag_time": [KAPPA, KAPPA], "__str__": []},
     "System": {"frozen": [KAPPA], "__str__": []},
@@ -179,6 +187,8 @@ class Caller:
             lambda: sa.polynomial(a, b, c, d),
             lambda: sa.Drift("1 - 2*u - 5*10**15*exp(-(10**9*(u + 1/2))**2)"),
             lambda: sa.Drift("a - b*u + exp(-c*u)").bind(a=a, b=b, c=c),
+            lambda: sa.Drift("a - b*u", layer=None, noise="1 + u**2").bind(a=a, b=b),
+            lambda: sa.Drift.piecewise([("a - b*u", 0), ("-c", None)]).bind(a=a, b=b, c=c),
         ]
         return self.draw.choice(makers[:4] if sliding else makers)()
 
