@@ -125,7 +125,7 @@ def exit_law(
     >>> import symasym as sa
     >>> law = sa.exit_law(sa.Drift("-u", layer=None), 1, 2)
     >>> print(f"{law.mean:.10f} {law.std:.10f} {law.survival(30):.10f}")
-    27.4327391525 26.6969514808 0.3341812274
+    27.4327391525 26.6969514808 0.3341812275
     >>> print(law.rate)
     0.03746120928167515768 ± 2.82e-18 (proved bound, exact)
     """
@@ -226,7 +226,8 @@ class ExitLaw:
     @cached_property
     def rate(self) -> Estimate:
         """The principal eigenvalue lambda_1: P(tau > t) decays like e^{-lambda_1 t}."""
-        found: Estimate = self._estimate(*self._ball(_first_rate, _ORDER), full=True)
+        most = float(self._ball(Series.most, 11, wanted=3)[0])
+        found: Estimate = self._estimate(*self._ball(_first_rate, _ORDER, most), full=True)
         return found
 
     def rates(self, many: int) -> list[Any]:
@@ -358,7 +359,7 @@ class ExitLaw:
         size = 2.0 ** math.ceil(math.log2(size)) if size else 0.0
         while order <= _MOST and more < _MOST_BITS:
             working = wanted + 6 + more // 8
-            with precision(bits(working, more)), suppress(ZeroDivisionError):
+            with precision(bits(working, more)), suppress(ZeroDivisionError, ValueError):
                 powers = max(order, working // 2 + 8) if size else order
                 key = powers, size, working, more
                 if key not in self._kept:
@@ -371,7 +372,10 @@ class ExitLaw:
                 if found.rel_accuracy_bits() > wanted * 3.33 + 1:
                     return found, "bound"
             more = 2 * more + 60
-        raise Undecided
+        raise AccuracyError(
+            f"{self!r} leaves fewer than {wanted} digits right in {_MOST_BITS:,} bits or {_MOST} "
+            "powers of s; ask for fewer digits, or a number nearer to the mean or its inverse."
+        )
 
     def _estimate(self, ball: Any, kind: ErrorKind, full: bool | None = None, dps: Any = 0) -> Any:
         """A ball as what was asked for."""

@@ -122,6 +122,11 @@ class Series:
             found.append(self._rate(beyond, found))
             w = _divided(w, found[-1])
 
+    def most(self) -> arb:
+        """S_8/S_9, above lambda_1."""
+        first, second = _power_sums(self.w, 9)[-2:]
+        return first / second
+
     def _rate(self, x: arb, before: list[arb]) -> arb:
         """The zero of W(-x) that comes next, by Newton's steps from below."""
         near = arb(10) ** (2 - self.digits)
@@ -190,10 +195,14 @@ class Series:
 def _below(f: arb_poly) -> arb:
     """S_m^(-1/m), below the first z_k of prod (1 + s/z_k)."""
     m = min(8, f.degree() - 1)
-    ctx.cap = m + 1
-    series = arb_series(list(f), m + 1)
-    power_sum = abs(list(series.derivative() / series)[m - 1])
-    return (power_sum ** (arb(-1) / m)).lower()
+    return (_power_sums(f, m)[-1] ** (arb(-1) / m)).lower()
+
+
+def _power_sums(f: arb_poly, many: int) -> list[arb]:
+    """S_1 to S_many."""
+    ctx.cap = many + 1
+    series = arb_series(list(f), many + 1)
+    return [abs(c) for c in list(series.derivative() / series)[:many]]
 
 
 def _divided(f: arb_poly, zero: arb) -> arb_poly:
