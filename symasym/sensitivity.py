@@ -19,9 +19,11 @@ from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.estimate import IN_WORDS, ErrorKind, with_error
 from symasym.base.inputs import FloatArray, Numbers, choice, digits, taken
 from symasym.drift.drift import Drift
-from symasym.drift.evaluate import Piece, pieces, rational, sampled
+from symasym.drift.evaluate import Piece, pieces, rational
 from symasym.drift.models import Expression
+from symasym.drift.sampled import sampled
 from symasym.exact import balls, floats
+from symasym.exact.float_integrals import Logs
 from symasym.methods import require_sliding
 from symasym.scenes import (
     QUANTITIES,
@@ -307,10 +309,10 @@ def _of_ends_in_floats(
     of = sampled(scenes.drift, {n: at[n] for n in scenes.parameters}, len(rows))
     r, start = at["r"], at["start"]
     with np.errstate(all="ignore"):
-        (ya, yb), (wa, wb) = floats.sides(of, scenes.lam, r, (start, -start), rows)
-        (far_ya, far_yb), (far_wa, far_wb) = floats.sides(of, scenes.lam, r, (r, r), rows)
-        per_w = floats.Logs(-np.logaddexp(wa.log, wb.log), np.maximum(wa.error, wb.error) + 4e-16)
-        sigma_a, sigma_b = (floats.Logs(-y.log, y.error) for y in (ya, yb))
+        (ya, yb), (wa, wb) = floats.sides(of, scenes.lam, (-r, r), (start, start), rows)
+        (far_ya, far_yb), (far_wa, far_wb) = floats.sides(of, scenes.lam, (-r, r), (r, -r), rows)
+        per_w = Logs(-np.logaddexp(wa.log, wb.log), np.maximum(wa.error, wb.error) + 4e-16)
+        sigma_a, sigma_b = (Logs(-y.log, y.error) for y in (ya, yb))
         # Of r, the first row, and the start: signs and products of positive numbers.
         terms: Any = {
             "T": [(0, 1, (yb, far_wa, per_w)), (0, 1, (ya, far_wb, per_w)),

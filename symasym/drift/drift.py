@@ -296,7 +296,7 @@ class Drift:
 
     def evaluate_float(self, u: FloatArray) -> Any:
         """A(u) in float64 with the parameters broadcast against `u`; no bounds are checked."""
-        from symasym.drift.evaluate import in_floats
+        from symasym.drift.sampled import in_floats
 
         return in_floats(self._model, u, self.float_values())
 

@@ -1,4 +1,4 @@
-"""A(u) as the engines evaluate it: in balls with Taylor polynomials, and in float64 over rows.
+"""A(u) in balls with Taylor polynomials; `symasym.drift.sampled` has it in float64 over rows.
 
 A model's formula becomes a function of balls, or of arrays; an expression's by SymPy's lambdify.
 Where A is analytic and |A| <= M on the disc of radius rho h about m, its Taylor polynomial of n
@@ -20,19 +20,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx, fmpq
 
-from symasym.base.balls import precision
 from symasym.base.errors import InputError
 from symasym.drift.models import Expression, Model, Pieces
 
 if TYPE_CHECKING:
     from symasym.drift.drift import Drift
 
-#: Chebyshev terms that hold a drift that is not a polynomial on a panel.
-ANALYTIC = 17
 _RADII = (32, 8, 4, 2)  # of discs, over half a panel's width
-_ELLIPSES = (11, 16, 32, 64)  # sums of half axes, over half a panel's width
-_MOST = 1_000  # panels
-_POINTS = np.cos(np.pi * (np.arange(33) + 0.5) / 33)
 
 
 # -- functions -------------------------------------------------------------------------------------
@@ -170,13 +164,13 @@ def of_arrays(formula: Any, symbols: tuple[Any, ...]) -> Callable[..., Any]:
     return _function(formula, symbols, False)
 
 
-def _value(model: Model, u: Any, values: Mapping[str, Any], balls: bool) -> Any:
+def value_of(model: Model, u: Any, values: Mapping[str, Any], balls: bool) -> Any:
     """A(u) in balls, or in float64."""
     if isinstance(model, Pieces):
         if model.layered:
             u = np.clip(u, -1.0, 1.0)
         which = np.searchsorted([float(x) for x in model.cuts], u, side="right")
-        parts = [_value(part, u, values, balls) for part in model.models]
+        parts = [value_of(part, u, values, balls) for part in model.models]
         return np.select([which == k for k in range(len(parts))], parts)
     if isinstance(model, Expression):
         of = _function(model.formula, (model.u, *model.symbols.values()), balls)
@@ -184,7 +178,7 @@ def _value(model: Model, u: Any, values: Mapping[str, Any], balls: bool) -> Any:
     return model.evaluate(u, values, _BALLS if balls else _FLOATS)
 
 
-def _coefficients(model: Model, values: Mapping[str, Any], balls: bool) -> list[Any] | None:
+def coefficients_of(model: Model, values: Mapping[str, Any], balls: bool) -> list[Any] | None:
     """The ascending coefficients of A in balls, or in float64; None if A is no polynomial."""
     if isinstance(model, Expression):
         import sympy
@@ -353,7 +347,7 @@ def pieces(
 
 def _weighted(part: Model, noise: Model, numbers: Mapping[str, Any], alpha: Fraction) -> list[Any]:
     """phi/sigma^2, and what `Piece` calls scale and speed."""
-    phi, sigma = (partial(_value, of, values=numbers, balls=True) for of in (part, noise))
+    phi, sigma = (partial(value_of, of, values=numbers, balls=True) for of in (part, noise))
     twice = int(2 * alpha)
 
     def weight(k: int) -> Analytic | None:
@@ -364,192 +358,12 @@ def _weighted(part: Model, noise: Model, numbers: Mapping[str, Any], alpha: Frac
 
 def profile(model: Model, numbers: Mapping[str, Any]) -> Polynomial | Analytic:
     """A of these parameters, each fmpq, arb or acb."""
-    coefficients = _coefficients(model, numbers, balls=True)
+    coefficients = coefficients_of(model, numbers, balls=True)
     if coefficients is not None:
         return Polynomial(coefficients)
-    return Analytic(lambda u: _value(model, u, numbers, balls=True))
+    return Analytic(lambda u: value_of(model, u, numbers, balls=True))
 
 
 def rational(x: Any) -> Any:
     """A number as flint's rational; None stays."""
     return None if x is None else fmpq(*x.as_integer_ratio())
-
-
-# -- float64 ---------------------------------------------------------------------------------------
-
-
-def in_floats(model: Model, u: Any, values: Mapping[str, Any]) -> Any:
-    """A(u) in float64."""
-    with np.errstate(all="ignore"):
-        return _value(model, u, values, balls=False)
-
-
-class Sampled:
-    """A over rows of parameters in float64, some of them perhaps complex (the complex step).
-
-    Attributes
-    ----------
-    model : Model
-    terms : int
-        Chebyshev terms that hold A on a panel between `cuts`.
-    exact : bool
-        True for polynomials.
-    careful : bool
-        True where values are as if found in twice the precision and rounded.
-    """
-
-    def __init__(self, drift: Drift, numbers: Mapping[str, Any], rows: int, pairs: Any = None):
-        self._drift, self._numbers, self._rows, self._pairs = drift, numbers, rows, pairs
-        self.model = drift.model
-        self._arrays = {k: x for k, x in numbers.items() if isinstance(x, np.ndarray)}
-        self._floats: dict[str, Any] = {
-            k: x if k in self._arrays else np.float64(float(x)) for k, x in numbers.items()
-        }
-        with np.errstate(all="ignore"):
-            self._c = _coefficients(self.model, self._floats, balls=False)
-        self.exact, self.careful = self._c is not None, pairs is not None
-        self.terms = ANALYTIC if self._c is None else len(self._c)
-
-    def __call__(self, u: Any, rows: Any) -> Any:
-        """A at `u`, of shape (many, len(rows)), each column with the parameters of its row."""
-        if self._c is None:
-            values = {k: x[rows] if k in self._arrays else x for k, x in self._floats.items()}
-            return in_floats(self.model, u, values)
-        c = [x[rows] if np.ndim(x) else x for x in self._c]
-        value = c[-1] + 0 * u
-        for x in c[-2::-1]:
-            value = value * u + x
-        if self._pairs is None:
-            return value
-        high, low = self._pairs[..., rows if self._arrays else slice(None)]
-        real = _compensated(high, low, np.real(u))
-        return real + 1j * value.imag if np.iscomplexobj(value) else real
-
-    def carefully(self) -> Sampled:
-        """The same by compensated Horner's rule, for polynomials."""
-        pairs = []
-        with precision(160):
-            for row in range(self._rows if self._arrays else 1):
-                c = _coefficients(self.model, self._exactly(row), balls=True) or []
-                high = [float(arb(x).mid()) for x in c]
-                pairs.append(
-                    (high, [float(arb(x).mid() - h) for x, h in zip(c, high, strict=True)])
-                )
-        return Sampled(self._drift, self._numbers, self._rows, np.array(pairs).transpose(1, 2, 0))
-
-    def _exactly(self, row: int) -> dict[str, Any]:
-        """The real parameters of a row as rationals."""
-        shared = self._numbers.items()
-        return {k: rational(x[row].real if k in self._arrays else x) for k, x in shared}
-
-    @cached_property
-    def ends(self) -> tuple[Any, Any]:
-        """a- and a+ of the rows."""
-        every, found = np.arange(self._rows), []
-        for side in (-1, 1):
-            if not self._arrays and self._numbers == self._drift.values:
-                known: Any = self._drift.end(side)
-            else:
-                known = self.model.end(self._floats, side)
-            if known is None:
-                known = self(np.full((1, self._rows), float(side)), every)[0]
-            known = known if isinstance(known, np.ndarray) else float(known)
-            found.append(np.broadcast_to(known, self._rows))
-        return found[0], found[1]
-
-    @cached_property
-    def rounding(self) -> float:
-        """Rounding errors of A's values over A's size, where it is no polynomial: an estimate.
-
-        Twice the largest at 33 points in the rows of the least and the largest parameters.
-        """
-        rows = {int(f(np.abs(x))) for x in self._arrays.values() for f in (np.argmin, np.argmax)}
-        worst = 0.0
-        for row in rows or {0}:
-            values = self(_POINTS[:, None], np.array([row]))[:, 0].real
-            with precision(160):
-                phi = profile(self.model, self._exactly(row))
-                pairs = zip(_POINTS.tolist(), values.tolist(), strict=True)
-                errors = [float(abs(phi(arb(u)) - arb(x)).upper()) for u, x in pairs]
-            worst = max(worst, 2 * max(errors) / float(np.abs(values).max()))
-        return worst
-
-    @cached_property
-    def varied(self) -> bool:
-        """True where rows have different parameters."""
-        return any(np.ptp(np.real(x)) > 0 for x in self._arrays.values())
-
-    @cached_property
-    def cuts(self) -> Any:
-        """Points between which 17 Chebyshev terms hold A to 1e-16 of its size; None for too many.
-
-        Of a function below M inside the ellipse with foci at a panel's ends whose half axes add up
-        to rho half widths, they miss at most 4 M rho^-16/(rho - 1). Of varied rows, where that is
-        no proof, the cuts of the least and of the largest parameters.
-        """
-        if self.exact:
-            return np.empty(0)
-        u = _POINTS[:, None] + np.zeros(self._rows)
-        size = float(np.abs(self(u, np.arange(self._rows))).max(axis=0).min())
-        found: set[float] = set()
-        for of in (np.min, np.max):
-            corner = ((k, rational(of(np.real(x)))) for k, x in self._numbers.items())
-            if not (some := _begins(self.model, tuple(corner), size)):
-                return None
-            found |= some
-        return np.array(sorted(found - {-1.0}))
-
-
-@lru_cache(maxsize=256)
-def _begins(model: Model, numbers: tuple[tuple[str, fmpq], ...], size: float) -> set[float]:
-    """Where the panels begin on which A, of this size, is held; nowhere where they are too many."""
-    found, waiting = set(), [(fmpq(-1), fmpq(1))]
-    with precision(128):
-        phi, allowed = profile(model, dict(numbers)), arb(size) * 1e-16
-        while waiting:
-            a, b = waiting.pop()
-            if _held(phi, (a + b) / 2, (b - a) / 2, allowed):
-                found.add(float(a))
-            else:
-                waiting += [((a + b) / 2, b), (a, (a + b) / 2)]
-            if len(found) + len(waiting) > _MOST:
-                return set()
-    return found
-
-
-def _held(phi: Any, middle: fmpq, half: fmpq, allowed: arb) -> bool:
-    """True where `ANALYTIC` Chebyshev terms surely miss no more than allowed."""
-    for rho in _ELLIPSES:
-        width, height = half * fmpq(rho**2 + 1, 2 * rho), half * fmpq(rho**2 - 1, 2 * rho)
-        largest = abs(phi(box(middle, width, height)))
-        if largest * 4 < allowed * arb(rho) ** (ANALYTIC - 1) * (rho - 1):
-            return True
-        if not largest.is_finite():
-            break
-    return False
-
-
-def _compensated(high: Any, low: Any, u: Any) -> Any:
-    """Horner's rule with the errors of its steps, of coefficients high + low.
-
-    S. Graillat, P. Langlois, N. Louvet, Japan J. Indust. Appl. Math. 26 (2009) 191.
-    """
-    split = 2.0**27 + 1
-    first = split * u - (split * u - u)
-    second = u - first
-    value, error = high[-1] + 0 * u, low[-1] + 0 * u
-    for c, rest in zip(high[-2::-1], low[-2::-1], strict=True):
-        product = value * u
-        top = split * value - (split * value - value)
-        bottom = value - top
-        lost = ((top * first - product) + top * second + bottom * first) + bottom * second
-        value = product + c
-        part = value - product
-        error = error * u + (lost + ((product - (value - part)) + (c - part)) + rest)
-    return value + error
-
-
-def sampled(drift: Drift, values: Mapping[str, Any], rows: int) -> Sampled:
-    """A of these rows: parameters that are no arrays are shared by them, and exact if rational."""
-    scalars = {k: x for k, x in drift.values.items() if not isinstance(x, np.ndarray)}
-    return Sampled(drift, {**scalars, **values}, rows)

@@ -22,7 +22,7 @@ _MOST_PANELS = 100_000
 
 def potential_at(drift: Drift, u: FloatArray) -> float | FloatArray:
     """V in float64 with V(-1) = 0, by Gauss and Legendre's rule on the panels that hold A."""
-    from symasym.drift.evaluate import sampled
+    from symasym.drift.sampled import sampled
 
     if isinstance(drift.model, Pieces):
         return _of_pieces(drift, drift.model, u)
@@ -32,7 +32,7 @@ def potential_at(drift: Drift, u: FloatArray) -> float | FloatArray:
     parameters, cuts = drift.flat_values(drift.shape), {-1.0, 1.0}
     for row in range(math.prod(drift.shape)):
         arrays = {k: x[row : row + 1] for k, x in parameters.items() if isinstance(x, np.ndarray)}
-        held = sampled(drift, arrays, 1)
+        (held,) = sampled(drift, arrays, 1).parts
         if held.cuts is None:
             raise AccuracyError(f"V of {drift!r} takes too many panels; take a less steep A.")
         cuts.update(held.cuts.tolist())

@@ -16,10 +16,9 @@ DIGITS = 25
 NAMES = ("T", "C", "1 - C", "P", "1 - P", "p_ss")
 
 
-def true_log(scenes: Scenes, name: str, row: int, digits: int = DIGITS) -> mpf:
+def true_log(scenes: Scenes, request: Request, row: int) -> mpf:
     """The logarithm that the proved engine gives."""
-    asked = Request(name, "exact", None, digits, log=True, full=False)
-    return balls.of_scene(scene_at(scenes, row), asked).value
+    return balls.of_scene(scene_at(scenes, row), request._replace(dps=DIGITS)).value
 
 
 def numbers_of(name: str, kappa: Any, r: Any, start: Any) -> dict[str, Any]:
@@ -30,19 +29,23 @@ def numbers_of(name: str, kappa: Any, r: Any, start: Any) -> dict[str, Any]:
 
 def require_honest(drift: sa.Drift, name: str, kappa: Any, r: Any = 1.0, start: Any = 0.0) -> Any:
     """The answers of scenes, after a look at their claims: those before balls help, and these."""
-    scenes = float_scenes(drift, numbers_of(name, kappa, r, start))
-    found, answers = floats.float_logs(scenes, name), floats.of_scenes(scenes, asked(name))
+    return require_claims(drift, numbers_of(name, kappa, r, start), asked(name))
+
+
+def require_claims(drift: sa.Drift, numbers: dict[str, Any], request: Request) -> Any:
+    scenes = float_scenes(drift, numbers, request.reflecting)
+    found, answers = floats.float_logs(scenes, request), floats.of_scenes(scenes, request)
     with mp.workdps(DIGITS + 20):
         for row in range(len(scenes.lam)):
-            true = true_log(scenes, name, row)
+            true = true_log(scenes, request, row)
             for logs, errors in (found, answers[:2]):
-                assert abs(mpf(float(logs[row])) - true) <= errors[row], (name, row, drift)
+                assert abs(mpf(float(logs[row])) - true) <= errors[row], (request, row, drift)
     assert (answers.errors <= floats.TOLERANCE * np.maximum(1.0, np.abs(answers.logs))).all()
     return answers
 
 
-def asked(name: str) -> Request:
-    return Request(name, "exact", None, None, log=True, full=True)
+def asked(name: str, moment: int = 1, reflecting: str | None = None) -> Request:
+    return Request(name, "exact", None, None, True, True, moment, reflecting)
 
 
 # -- random scenes ---------------------------------------------------------------------------------
@@ -158,3 +161,115 @@ def test_a_spike_between_the_nodes_is_found(place: str) -> None:
     found = require_honest(drift, "T", kappa, 2.0)
     without = sa.escape_time(sa.polynomial("1/2", -1), kappa, 2, log=True)
     assert (np.abs(found.logs - without) > 1e5 * found.errors).all()
+
+
+# -- pieces, noise, ends, second moments -----------------------------------------------------------
+
+KAPPA = np.array([0.1, 0.4, 1.0, 3.0])
+JUMPS = [("2", -1), ("cos(3*u)", 0), ("-exp(u)/2", "4/3"), ("u - 1", None)]
+#: A drift, its ends and a start.
+SCENES = {
+    "layer": (sa.friction(3, 1, "-0.4"), -10.0, 8.0, -3.0),
+    "Ornstein-Uhlenbeck": (sa.Drift("-u", layer=None), -2.0, 3.0, 0.5),
+    "double well": (sa.Drift("u - u**3", layer=None), -2.0, 1.5, -0.9),
+    "jumps": (sa.Drift.piecewise(JUMPS), -2.0, 2.5, 0.3),
+    "Ito": (sa.Drift("-u", layer=None, noise="2 + sin(u)"), -2.0, 3.0, 0.5),
+    "noise of a layer": (sa.Drift("1/2 - u", noise="1 + (1 - u**2)**2"), -4.0, 3.0, 0.5),
+    "Stratonovich": (
+        sa.Drift.piecewise([("1 - u/2", "1/3"), ("-1 - u/2", None)], noise="exp(u/4)",
+                           ito="stratonovich"),
+        *(-3.0, 2.0, 0.2),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("moment", [1, 2])
+@pytest.mark.parametrize("reflecting", [None, "left", "right"])
+def test_moments_between_ends(scene: str, moment: int, reflecting: str | None) -> None:
+    drift, left, right, start = SCENES[scene]
+    numbers = {"kappa": KAPPA, "left": left, "right": right, "start": start}
+    require_claims(drift, numbers, asked("T", moment, reflecting))
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_probabilities_between_ends(scene: str) -> None:
+    drift, left, right, start = SCENES[scene]
+    ends = {"kappa": KAPPA, "left": left, "right": right}
+    for name in ("C", "1 - C"):
+        require_claims(drift, ends | {"start": start}, asked(name))
+    for low in (left, left + 1.2):
+        for name in ("P", "1 - P"):
+            require_claims(drift, ends | {"low": low, "high": start + 1.1}, asked(name))
+
+
+def test_a_layer_with_noise_on_the_line() -> None:
+    drift = SCENES["noise of a layer"][0]
+    for y in (-1.5, 0.3, 2.0):
+        require_claims(drift, {"kappa": KAPPA, "y": y}, asked("p_ss"))
+        require_claims(drift, {"kappa": KAPPA, "low": y, "high": 2.5}, asked("1 - P"))
+
+
+@pytest.mark.parametrize("drift", [sa.friction(3, 1, "-0.4"), sa.Drift("u - u**3", layer=None)])
+@pytest.mark.parametrize("reflecting", [None, "left"])
+def test_second_moments_on_shared_panels(drift: sa.Drift, reflecting: str | None) -> None:
+    """Of 400 like rows each is what it is alone."""
+    kappa, ends = np.geomspace(0.12, 2.0, 400), {"left": -3.0, "right": 4.0, "start": 0.25}
+    request = asked("T", 2, reflecting)
+    scenes = float_scenes(drift, {"kappa": kappa, **ends}, reflecting)
+    found = floats.of_scenes(scenes, request)
+    alone = require_claims(drift, {"kappa": kappa[::57], **ends}, request)
+    assert (np.abs(found.logs[::57] - alone.logs) <= found.errors[::57] + alone.errors).all()
+
+
+@pytest.mark.parametrize("start", [-0.5, 0.0, 0.9])
+@pytest.mark.parametrize("kappa", [0.5, 20.0])
+def test_second_moment_of_brownian_motion(start: float, kappa: float) -> None:
+    """E[tau^2] = (5 - 6 x^2 + x^4)/(3 kappa^4) on (-1, 1), and on (0, 1) where 0 reflects."""
+    wanted = (5 - 6 * start**2 + start**4) / (3 * kappa**4)
+    drift = sa.Drift("0*u", layer=None)
+    for left, reflecting in ((-1, None), (0, "left")):
+        if start >= left:
+            found = sa.escape_time(
+                drift, [kappa], ends=(left, 1), start=start, moment=2, reflecting=reflecting
+            )
+            assert found[0] == pytest.approx(wanted, rel=1e-12)
+
+
+def test_collocation_tells_the_same() -> None:
+    """T and E[tau^2] where 2 + sin(u) multiplies the noise, by Chebyshev series of 60 terms."""
+    cheb, kappa, left, right = np.polynomial.chebyshev, 0.8, -1.5, 1.2
+    t = np.cos(np.pi * (np.arange(58) + 0.5) / 58)
+    u, one = (left + right) / 2 + (right - left) / 2 * t, np.eye(60)
+    d1, d2 = (
+        np.stack([cheb.chebval(t, cheb.chebder(row, k)) for row in one], axis=1)
+        * (2 / (right - left)) ** k
+        for k in (1, 2)
+    )
+    sigma, slope = 2 + np.sin(u), np.cos(u)
+    for ito, twice_alpha in ((0, 0), ("stratonovich", 1)):
+        phi = u - u**3 + twice_alpha * kappa**2 / 2 * sigma * slope
+        inside = phi[:, None] * d1 + (kappa**2 / 2 * sigma**2)[:, None] * d2
+        drift = sa.Drift("u - u**3", layer=None, noise="2 + sin(u)", ito=ito)
+        for reflecting in (None, "left"):
+            first = cheb.chebvander([-1.0], 59)[0]
+            if reflecting:
+                first = np.array([cheb.chebval(-1.0, cheb.chebder(row)) for row in one])
+            matrix = np.vstack((inside, first, np.ones(60)))
+            source = -np.ones(58)
+            for moment in (1, 2):
+                c = np.linalg.solve(matrix, np.append(source, [0.0, 0.0]))
+                source = -2 * cheb.chebval(t, c)
+                found = sa.escape_time(
+                    drift, [kappa, 1.0], ends=(left, right), start=0.3, moment=moment,
+                    reflecting=reflecting,
+                )  # fmt: skip
+                place = (0.3 - (left + right) / 2) / ((right - left) / 2)
+                assert found[0] == pytest.approx(cheb.chebval(place, c), rel=1e-10)
+
+
+def test_what_arrays_leave_to_balls() -> None:
+    """Third moments, and the line's stationary state without a layer."""
+    drift, ends = sa.Drift("-u", layer=None), {"left": -1.0, "right": 2.0, "start": 0.5}
+    require_claims(drift, {"kappa": KAPPA[2:], **ends}, asked("T", 3))
+    require_claims(drift, {"kappa": KAPPA[2:], "low": -1.0, "high": 0.5}, asked("P"))

@@ -1,0 +1,307 @@
+"""A(u) over rows of parameters in float64.
+
+A drift is formulas from left to right, each analytic on its interval, and beside a layer what is
+constant there. Noise sigma(u) comes as phi/sigma^2 and log sigma, of which powers are the weights
+of the scale and the speed density (`symasym.drift.evaluate.Piece`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from flint import acb, arb, fmpq
+
+from symasym.base.balls import precision
+from symasym.drift.evaluate import Analytic, box, coefficients_of, profile, rational, value_of
+from symasym.drift.models import Model, Pieces
+
+if TYPE_CHECKING:
+    from symasym.drift.drift import Drift
+
+#: Chebyshev terms that hold what is not a polynomial on a panel.
+ANALYTIC = 17
+_ELLIPSES = (11, 16, 32, 64)  # sums of half axes, over half a panel's width
+_MOST = 1_000  # panels
+_POINTS = np.cos(np.pi * (np.arange(33) + 0.5) / 33)
+
+
+def in_floats(model: Model, u: Any, values: Mapping[str, Any]) -> Any:
+    """A(u) in float64."""
+    with np.errstate(all="ignore"):
+        return value_of(model, u, values, balls=False)
+
+
+class Sampled:
+    """phi/sigma^2 by one formula over rows of parameters, some of them perhaps complex.
+
+    Attributes
+    ----------
+    model : Model
+    noise : Model or None
+    span : tuple of float
+        The interval from which values are taken.
+    terms : int
+        Chebyshev terms that hold it on a panel between `cuts`.
+    exact : bool
+        True for polynomials.
+    careful : bool
+        True where values are as if found in twice the precision and rounded.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        numbers: Mapping[str, Any],
+        rows: int,
+        noise: Model | None = None,
+        span: tuple[float, float] = (-1.0, 1.0),
+        pairs: Any = None,
+    ):
+        self.model, self.noise, self.span = model, noise, span
+        self._numbers, self._rows, self._pairs = numbers, rows, pairs
+        self.arrays = {k: x for k, x in numbers.items() if isinstance(x, np.ndarray)}
+        self.floats: dict[str, Any] = {
+            k: x if k in self.arrays else np.float64(float(x)) for k, x in numbers.items()
+        }
+        with np.errstate(all="ignore"):
+            self._c = None if noise else coefficients_of(model, self.floats, balls=False)
+        self.exact, self.careful = self._c is not None, pairs is not None
+        self.terms = ANALYTIC if self._c is None else len(self._c)
+
+    def __call__(self, u: Any, rows: Any) -> Any:
+        """The values at `u`, of shape (many, len(rows)), each column with its row's parameters."""
+        if self._c is None:
+            values = self._of(rows)
+            phi = in_floats(self.model, u, values)
+            return phi / in_floats(self.noise, u, values) ** 2 if self.noise else phi
+        c = [x[rows] if np.ndim(x) else x for x in self._c]
+        value = c[-1] + 0 * u
+        for x in c[-2::-1]:
+            value = value * u + x
+        if self._pairs is None:
+            return value
+        high, low = self._pairs[..., rows if self.arrays else slice(None)]
+        real = _compensated(high, low, np.real(u))
+        return real + 1j * value.imag if np.iscomplexobj(value) else real
+
+    def log_noise(self, u: Any, rows: Any) -> Any:
+        """log sigma at `u`."""
+        return np.log(in_floats(self.noise, u, self._of(rows)) + 0 * u) if self.noise else 0 * u
+
+    def _of(self, rows: Any) -> dict[str, Any]:
+        return {k: x[rows] if k in self.arrays else x for k, x in self.floats.items()}
+
+    def majorant(self, far: Any, rows: Any) -> Any:
+        """Of polynomials, the sum of the terms' sizes at |u| = `far`."""
+        c = [np.abs(x[rows] if np.ndim(x) else x) for x in self._c or ()]
+        return sum(x * far**k for k, x in enumerate(c))
+
+    def carefully(self) -> Sampled:
+        """The same by compensated Horner's rule, for polynomials."""
+        pairs = []
+        with precision(160):
+            for row in range(self._rows if self.arrays else 1):
+                c = coefficients_of(self.model, self._exactly(row), balls=True) or []
+                high = [float(arb(x).mid()) for x in c]
+                pairs.append(
+                    (high, [float(arb(x).mid() - h) for x, h in zip(c, high, strict=True)])
+                )
+        both = np.array(pairs).transpose(1, 2, 0)
+        return Sampled(self.model, self._numbers, self._rows, None, self.span, both)
+
+    def _exactly(self, row: int) -> dict[str, Any]:
+        """The real parameters of a row as rationals."""
+        shared = self._numbers.items()
+        return {k: rational(x[row].real if k in self.arrays else x) for k, x in shared}
+
+    @cached_property
+    def rounding(self) -> tuple[float, float]:
+        """Rounding errors of the values over their size, and of log sigma: estimates.
+
+        Twice the largest at 33 points in the rows of the least and the largest parameters.
+        """
+        rows = {int(f(np.abs(x))) for x in self.arrays.values() for f in (np.argmin, np.argmax)}
+        points, worst = self._inside(_POINTS), [0.0, 0.0]
+        own: tuple[Any, Any] = self, self.log_noise
+        for row in rows or {0}:
+            at = np.array([row])
+            with precision(160):
+                known = _balls(self.model, self.noise, self._exactly(row))
+                for k, (phi, of) in enumerate(zip(known, own, strict=False)):
+                    values = of(points[:, None], at)[:, 0].real
+                    pairs = zip(points.tolist(), values.tolist(), strict=True)
+                    errors = [float(abs(phi(arb(u)) - arb(x)).upper()) for u, x in pairs]
+                    size = 1.0 if k else float(np.abs(values).max())
+                    worst[k] = max(worst[k], 2 * max(errors) / size)
+        return worst[0], worst[1]
+
+    def _inside(self, points: Any) -> Any:
+        low, high = self.span
+        return (low + high) / 2 + (high - low) / 2 * points
+
+    @cached_property
+    def varied(self) -> bool:
+        """True where rows have different parameters."""
+        return any(np.ptp(np.real(x)) > 0 for x in self.arrays.values())
+
+    @cached_property
+    def cuts(self) -> Any:
+        """Points between which 17 Chebyshev terms hold it to 1e-16 of its size; None for too many.
+
+        Of a function below M inside the ellipse with foci at a panel's ends whose half axes add up
+        to rho half widths, they miss at most 4 M rho^-16/(rho - 1). Of varied rows, where that is
+        no proof, the cuts of the least and of the largest parameters.
+        """
+        if self.exact:
+            return np.empty(0)
+        u = self._inside(_POINTS)[:, None] + np.zeros(self._rows)
+        size = float(np.abs(self(u, np.arange(self._rows))).max(axis=0).min())
+        found: set[float] = set()
+        for of in (np.min, np.max):
+            corner = ((k, rational(of(np.real(x)))) for k, x in self._numbers.items())
+            if not (some := _begins(self.model, self.noise, tuple(corner), size, self.span)):
+                return None
+            found |= some
+        return np.array(sorted(found - {self.span[0]}))
+
+
+def _balls(model: Model, noise: Model | None, numbers: Mapping[str, Any]) -> list[Any]:
+    """phi/sigma^2 and, where there is noise, log sigma, as functions of balls."""
+    phi = profile(model, numbers)
+    if noise is None:
+        return [phi]
+    sigma = profile(noise, numbers)
+
+    def log(u: Any) -> Any:
+        x = sigma(u)
+        return x.log(analytic=True) if isinstance(x, acb) else x.log()
+
+    return [Analytic(lambda u: phi(u) / sigma(u) ** 2), Analytic(log)]
+
+
+@lru_cache(maxsize=256)
+def _begins(
+    model: Model,
+    noise: Model | None,
+    numbers: tuple[tuple[str, fmpq], ...],
+    size: float,
+    span: tuple[float, float],
+) -> set[float]:
+    """Where the panels begin on which all is held; nowhere where they are too many."""
+    low, high = map(rational, span)
+    found, waiting = set(), [(low, high)]
+    with precision(128):
+        known = _balls(model, noise, dict(numbers))
+        allowed = arb(size) * 1e-16, arb(1e-16)
+        while waiting:
+            a, b = waiting.pop()
+            middle, half = (a + b) / 2, (b - a) / 2
+            if all(_held(f, middle, half, x) for f, x in zip(known, allowed, strict=False)):
+                found.add(float(a))
+            else:
+                waiting += [(middle, b), (a, middle)]
+            if len(found) + len(waiting) > _MOST:
+                return set()
+    return found
+
+
+def _held(phi: Any, middle: fmpq, half: fmpq, allowed: arb) -> bool:
+    """True where `ANALYTIC` Chebyshev terms surely miss no more than allowed."""
+    for rho in _ELLIPSES:
+        width, height = half * fmpq(rho**2 + 1, 2 * rho), half * fmpq(rho**2 - 1, 2 * rho)
+        largest = abs(phi(box(middle, width, height)))
+        if largest * 4 < allowed * arb(rho) ** (ANALYTIC - 1) * (rho - 1):
+            return True
+        if not largest.is_finite():
+            break
+    return False
+
+
+def _compensated(high: Any, low: Any, u: Any) -> Any:
+    """Horner's rule with the errors of its steps, of coefficients high + low.
+
+    S. Graillat, P. Langlois, N. Louvet, Japan J. Indust. Appl. Math. 26 (2009) 191.
+    """
+    split = 2.0**27 + 1
+    first = split * u - (split * u - u)
+    second = u - first
+    value, error = high[-1] + 0 * u, low[-1] + 0 * u
+    for c, rest in zip(high[-2::-1], low[-2::-1], strict=True):
+        product = value * u
+        top = split * value - (split * value - value)
+        bottom = value - top
+        lost = ((top * first - product) + top * second + bottom * first) + bottom * second
+        value = product + c
+        part = value - product
+        error = error * u + (lost + ((product - (value - part)) + (c - part)) + rest)
+    return value + error
+
+
+class Field:
+    """phi/sigma^2 of rows, as `parts` from left to right, and `ends` beside a layer.
+
+    The scale density is e times sigma^`powers`[0], the speed density lam/e times
+    sigma^`powers`[1]; without noise `powers` is None.
+    """
+
+    def __init__(self, drift: Drift, numbers: Mapping[str, Any], rows: int, parts: list[Sampled]):
+        self._drift, self._numbers, self._rows, self.parts = drift, numbers, rows, parts
+        self.layered: bool = drift.model.layered
+        self.exact = all(part.exact for part in parts)
+        self.careful = all(part.careful for part in parts)
+        self.powers: tuple[float, float] | None = None
+        if isinstance(drift.model, Pieces) and drift.noise:
+            twice = float(2 * drift.model.alpha)
+            self.powers = -twice, twice - 2.0
+
+    def carefully(self) -> Field:
+        """The same by compensated Horner's rule, for polynomials."""
+        careful = [part.carefully() for part in self.parts]
+        return Field(self._drift, self._numbers, self._rows, careful)
+
+    @cached_property
+    def ends(self) -> tuple[Any, Any]:
+        """a- and a+ of the rows, over sigma^2."""
+        every, found, (part,) = np.arange(self._rows), [], self.parts
+        for side in (-1, 1):
+            u = np.full((1, self._rows), float(side))
+            if not part.arrays and self._numbers == self._drift.values:
+                known: Any = self._drift.end(side)
+            else:
+                known = part.model.end(part.floats, side)
+            if known is None:
+                known = part(u, every)[0]
+            else:
+                known = known if isinstance(known, np.ndarray) else float(known)
+                known = known * np.exp(-2 * part.log_noise(u, every)[0])
+            found.append(np.broadcast_to(known, self._rows))
+        return found[0], found[1]
+
+
+def sampled(
+    drift: Drift,
+    values: Mapping[str, Any],
+    rows: int,
+    span: tuple[float, float] = (-1.0, 1.0),
+) -> Field:
+    """phi of these rows: parameters that are no arrays are shared by them, and exact if rational.
+
+    `span` is how far a drift without a layer is asked for.
+    """
+    scalars = {k: x for k, x in drift.values.items() if not isinstance(x, np.ndarray)}
+    numbers = {**scalars, **values}
+    model = drift.model
+    if not isinstance(model, Pieces):
+        return Field(drift, numbers, rows, [Sampled(model, numbers, rows)])
+    marks = [-1.0, 1.0]
+    if not model.layered:
+        marks = [span[0], *np.clip([float(x) for x in model.cuts], *span), span[1]]
+    parts = [
+        Sampled(part, numbers, rows, model.noise, (float(a), float(b)))
+        for part, a, b in zip(model.models, marks, marks[1:], strict=False)
+        if a < b
+    ]
+    return Field(drift, numbers, rows, parts)

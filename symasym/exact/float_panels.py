@@ -1,0 +1,199 @@
+"""Panels in float64, for many rows at once: where they are.
+
+Pieces are halved until they are sampled or slow panels (`float_integrals`). What a panel misses is
+below `MISSED` by bounds on ellipses about it; one that passed no such test has error infinity.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symasym.drift.models import Expression
+from symasym.drift.sampled import Field, Sampled
+from symasym.exact.float_integrals import (
+    AT_ONCE,
+    CLIMB,
+    ELLIPSES,
+    ULP,
+    Logs,
+    matrices,
+    records,
+    times,
+)
+
+OF_A = 0.37 * ULP  # rounding of A, for each of its terms
+MISSED = np.log(1e-16)
+DEEPEST = 38  # halvings
+_FEW, _PANELS = 8, 2000  # terms of A, panels of a row
+_UNITS, _MOST = (20.0, 14.0), 24  # exponent on pieces that a row begins with, and their number
+_SLOW = 44.0  # the slow series is right to e^{-44}
+_STRENGTH = (ELLIPSES - 1.0) ** 2 / (2 * ELLIPSES)
+
+
+class Side(NamedTuple):
+    """`sign` phi(u) of rows, and where `mirror` is -1 the mirror image -`sign` phi(-u)."""
+
+    of: Sampled
+    rows: Any
+    mirror: Any
+    sign: float
+    off: Any  # the error of phi
+    loose: float  # the error of log sigma
+    edges: Any  # between them all is held by its Chebyshev terms
+    powers: tuple[float, float] | None  # of sigma in a and b
+
+    def series(self, some: Any, lam: Any, left: Any, half: Any) -> Any:
+        """Chebyshev coefficients of lam phi times `half`, and of log sigma, on panels."""
+        act, m, rows = matrices(self.of.terms), self.mirror[some], self.rows[some]
+        u = m * ((left + half) + half * act.points[:, None])
+        slope = act.fit @ self.of(u, rows) * (self.sign * m * lam * half)
+        if self.powers is None:
+            return slope[None]
+        return np.stack((slope, act.fit @ self.of.log_noise(u, rows)))
+
+
+def seen(field: Field, rows: Any, sign: float, both: bool, far: Any) -> list[Side]:
+    """These rows of a drift as far as |u| = `far`, behind them, where asked, mirror images."""
+    mirror, found = np.repeat([1.0, -1.0] if both else [1.0], len(rows)), []
+    powers = field.powers if sign > 0 or field.powers is None else field.powers[::-1]
+    for of in field.parts:
+        act, (low, high) = matrices(of.terms), of.span
+        u = (low + high) / 2 + (high - low) / 2 * act.points[:, None]
+        c = act.fit @ of(u + np.zeros(len(rows)), rows)
+        size = np.abs(c).sum(axis=0)
+        if of.exact and field.layered:  # a polynomial's terms may be much larger than their sum
+            size = np.maximum(size, np.abs(act.powers @ c).sum(axis=0))
+        elif of.exact:
+            size = of.majorant(np.minimum(far, max(abs(low), abs(high))), rows)
+        off, edges, loose = OF_A * of.terms * size, np.array([-np.inf, np.inf]), 0.0
+        if not of.exact:
+            rounding, loose = of.rounding
+            off, edges = _resolved(of, rows, max(OF_A * _FEW, rounding) * size, field)
+        tiled = np.tile(rows, 1 + both), mirror, sign, np.tile(off, 1 + both)
+        found.append(Side(of, *tiled, loose + 2 * ULP if powers else 0.0, edges, powers))
+    return found
+
+
+def _resolved(of: Sampled, rows: Any, off: Any, field: Field) -> tuple[Any, Any]:
+    """The error of A, and ends, in both orientations, of intervals on which a series holds A.
+
+    Between cuts that is proved if the rows have one drift. Cuts are joined where the series' last
+    terms are small and it is right at cuts and midway. Ready-made drifts that differ are judged by
+    that alone; formulas of the caller's that differ, and what has too many cuts, are in doubt.
+    Without a layer, and with noise, cuts are not joined.
+    """
+    act, none, marks = matrices(of.terms), np.zeros(len(rows)), of.cuts
+    free = field.powers is not None or not field.layered
+    if marks is None or (of.varied and (free or isinstance(of.model, Expression))):
+        return off + np.inf, np.array([-np.inf, np.inf])
+    if free:
+        both = np.array([of.span[0], *marks, of.span[1]])
+        return off, np.unique([*both, *-both])
+    if of.varied:
+        marks = np.union1d(marks, np.linspace(-1.0, 1.0, 65))
+
+    def holds(a: float, b: float) -> bool:
+        inside, half = marks[(marks > a) & (marks < b)], (b - a) / 2
+        if not inside.size and (not of.varied or half < 1e-9):
+            return True
+        c = act.fit @ of(a + half + half * act.points[:, None] + none, rows)
+        allowed = 1e-14 * np.abs(c).sum(axis=0) + 2 * off
+        if (np.abs(c[-2:]) > allowed).any():
+            return False
+        u = np.convolve(np.repeat([a, *inside, b], 2), [0.5, 0.5], "valid")  # these, and midway
+        values = np.polynomial.chebyshev.chebvander((u - a) / half - 1.0, of.terms - 1) @ c
+        return bool((np.abs(of(u[:, None] + none, rows) - values) <= allowed).all())
+
+    found, waiting = [1.0], [(-1.0, 1.0)]
+    while waiting:
+        a, b = waiting.pop()
+        if holds(a, b):
+            found.append(a)
+        else:
+            waiting += [((a + b) / 2, b), (a, (a + b) / 2)]
+    return off, np.unique([*found, *-np.array(found)])
+
+
+def panels(
+    phi: Side, rows: Any, lam: Any, low: Any, high: Any, order: int
+) -> tuple[Logs, Any, Any]:
+    """Records of each row's first panel, of the second, ...; rows by number; how many have each."""
+    act, n = matrices(phi.of.terms), len(rows)
+    # Pieces between edges, halved until they suffice.
+    ends = np.clip(phi.edges[:, None], low, high)
+    piece, row = np.nonzero(np.diff(ends, axis=0) > 0.0)
+    left, half = ends[piece, row], (ends[piece + 1, row] - ends[piece, row]) / 2
+    c = phi.series(rows[row], lam[row], left, half)
+    # Where few are needed they are made at once; where many are, some may be slow.
+    units = np.abs(c[0]).sum(axis=0) * (2 / _UNITS[order - 1]) + 1e-9
+    few = np.bincount(row, units, n)[row] < _MOST
+    count = np.where(few, np.ceil(units), 1.0).astype(int)
+    step = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    row, left, half = (np.repeat(x, count) for x in (row, left, half / count))
+    left = left + 2 * half * step
+    c = phi.series(rows[row], lam[row], left, half)
+    off = np.abs(lam[row]) * half * phi.off[rows[row]]
+    if not phi.of.exact:  # the last terms tell what is missing, noise included
+        off += 2 * np.abs(c[0, -2:]).max(axis=0)
+    kept = []
+    for level in range(DEEPEST + 1):
+        blocks = [c[..., i : i + AT_ONCE] for i in range(0, c.shape[-1], AT_ONCE)]
+        strength = np.concatenate([_tested(act, x, phi.powers, order) for x in blocks])
+        done = (strength >= 0.0) | ~(np.abs(c[0, 0]) < np.inf) | (level == DEEPEST)
+        done |= np.bincount(row[~done], minlength=n)[row] > _PANELS
+        at = np.flatnonzero(done)
+        kept.append([x.take(at, axis=-1) for x in (row, left, half, off, strength, c)])
+        at = np.flatnonzero(~done)
+        if not at.size:
+            break
+        c = c.take(at, axis=-1)
+        c = np.concatenate([times(m, c) for m in act.halves], axis=-1)
+        c[1:] *= 2.0  # the slope alone is times the width
+        row, half, off = (np.tile(x[at], 2) for x in (row, half / 2, off / 2))
+        left = np.tile(left[at], 2)
+        left[len(at) :] += 2 * half[len(at) :]
+        off += ULP * np.abs(c[0]).sum(axis=0)
+    parts = [np.concatenate(x, axis=-1) for x in zip(*kept, strict=True)]
+    row, left = parts[:2]
+    number = np.bincount(row, minlength=n)
+    by_number = np.argsort(-number, kind="stable")
+    widths = np.searchsorted(-number[by_number], -np.arange(number.max(initial=0)), side="left")
+    by_row = np.lexsort((left, row))
+    rank = np.arange(len(row)) - np.repeat(np.cumsum(number) - number, number)
+    where = by_row[np.lexsort((np.argsort(by_number)[row[by_row]], rank))]
+    row, left, half, off, strength, c = (x.take(where, axis=-1) for x in parts)
+    if phi.of.careful:
+        # Once more where the panels are: what is left of rounding is relative to A there.
+        c = phi.series(rows[row], lam[row], left, half)
+        size = np.abs(c[0])
+        far = np.maximum(1.0, np.abs(left) + 2 * half)
+        off = OF_A * phi.of.terms * size.sum(axis=0) + ULP * far / half * size[1:].sum(axis=0)
+    return records(half, c, off, strength, phi.powers, phi.loose, order), by_number, widths
+
+
+def _tested(act: Any, c: Any, powers: Any, order: int) -> Any:
+    """0 where sampling suffices, the strength of the slow series where that does, else -1."""
+    slope, weight = c[0], np.zeros((1, c.shape[-1]))
+    if len(slope) > _FEW:  # high terms that are rounding alone
+        slope = np.where(np.abs(slope) < 4e-15 * np.abs(slope).sum(axis=0), 0.0, slope)
+    if powers:
+        weight = max(map(abs, powers)) * np.abs(c[1, 1:])
+    # e^{lam (V(x) - V(u))} on ellipses, beside the error of Gauss's rule on them.
+    heights = act.heights @ np.abs(times(act.antiderivative, slope))
+    heights += act.heights[:, : len(weight)] @ weight
+    rise = times(act.integrals[-1], slope).real
+    fits = ((order * heights + act.accuracy).min(axis=0) < MISSED) & (rise > -CLIMB)
+    if order == 2:
+        fits &= rise < CLIMB
+    # Where |phi| is between 0 and twice its mean on an ellipse, the slow series is known.
+    found, size = np.where(fits, 0.0, -1.0), np.abs(slope)
+    at = np.flatnonzero(~fits & (size[0] > _SLOW / _STRENGTH[-1, 0]) & (size[0] < np.inf))
+    size = size.take(at, axis=1)
+    free = act.sizes @ size[1:] < size[0]
+    strength = size[0] * (free * _STRENGTH).max(axis=0)
+    if powers:
+        strength -= act.sizes[0] @ weight.take(at, axis=1)
+    found[at] = np.where(free[0] & (strength > _SLOW), strength, -1.0)
+    return found
