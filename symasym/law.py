@@ -33,7 +33,7 @@ import numpy as np
 from flint import acb, arb
 
 from symasym.base.balls import exact_ball, precision, to_mpf
-from symasym.base.errors import AccuracyError, InputError, RegionError
+from symasym.base.errors import AccuracyError, InputError, RangeError, RegionError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import (
     choice,
@@ -47,11 +47,7 @@ from symasym.base.inputs import (
     shown,
 )
 from symasym.drift.evaluate import rational
-from symasym.exact.balls import bits
-from symasym.exact.spectral import Series, TooEarly
-from symasym.exact.transform import Undecided
-from symasym.methods import as_digits
-from symasym.scenes import (
+from symasym.drift.scenes import (
     FLOAT_DIGITS,
     Answer,
     Request,
@@ -61,11 +57,15 @@ from symasym.scenes import (
     read_scene,
     require_drift,
 )
+from symasym.exact.balls import bits
+from symasym.exact.spectral import Series, TooEarly
+from symasym.exact.transform import Undecided
+from symasym.methods import as_digits
 
 if TYPE_CHECKING:
     from symasym.base.inputs import Number, Numbers
     from symasym.drift.drift import Drift
-    from symasym.scenes import Ends
+    from symasym.drift.scenes import Ends
 
 __all__ = ["ExitLaw", "exit_law"]
 
@@ -387,7 +387,13 @@ class ExitLaw:
             return Estimate(value, re.error + im.error, kind, "exact") if asked.full else value
         if dps is None and abs(ball) < _TINY:
             ball = arb(0, abs(ball).upper())
-        return as_digits(asked, Answer(*to_mpf(ball, self._digits), kind))
+        try:
+            return as_digits(asked, Answer(*to_mpf(ball, self._digits), kind))
+        except RangeError:
+            size = float(abs(ball).log())
+            raise RangeError(
+                f"it is e^{size:.6g}, beyond float64; pass dps=… to exit_law."
+            ) from None
 
 
 def _first_rate(f: Series) -> arb:

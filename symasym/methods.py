@@ -24,7 +24,7 @@ from symasym.base.errors import AccuracyError, InputError, RangeError, RegionErr
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import count, shown
 from symasym.drift.drift import Drift
-from symasym.scenes import (
+from symasym.drift.scenes import (
     QUANTITIES,
     Answer,
     Answers,

@@ -16,10 +16,10 @@ import numpy as np
 from flint import arb
 from mpmath import mpf, nstr
 
-from symasym import scenes
 from symasym.base.balls import exact_ball, precision, to_mpf
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import Number, exact, float_text, is_array
+from symasym.drift import scenes
 from symasym.drift.drift import Drift
 from symasym.expansions import weak
 from symasym.expansions.balls import AtLam, doubled, local

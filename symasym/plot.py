@@ -9,8 +9,8 @@ import numpy as np
 from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, Numbers, axes, choice, floats, is_array, taken
 from symasym.drift.drift import Drift
+from symasym.drift.scenes import quantity_of, require_drift
 from symasym.quantities import call_named, stationary_density
-from symasym.scenes import quantity_of, require_drift
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

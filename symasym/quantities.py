@@ -9,13 +9,13 @@ import numpy as np
 
 from symasym.base.errors import AccuracyError, InputError, SymasymError
 from symasym.base.inputs import choice, count, digits, flag, shown
+from symasym.drift.scenes import QUANTITIES, Request, between, pair, require_drift
 from symasym.methods import METHODS, answer
-from symasym.scenes import QUANTITIES, Request, between, pair, require_drift
 
 if TYPE_CHECKING:
     from symasym.base.inputs import Number, Numbers
     from symasym.drift.drift import Drift
-    from symasym.scenes import Ends
+    from symasym.drift.scenes import Ends
 
 __all__ = ["escape_time", "exit_probability", "occupation", "stationary_density"]
 

@@ -22,10 +22,7 @@ from symasym.drift.drift import Drift
 from symasym.drift.evaluate import Piece, pieces, rational
 from symasym.drift.models import Expression
 from symasym.drift.sampled import sampled
-from symasym.exact import balls, floats
-from symasym.exact.float_integrals import Logs
-from symasym.methods import require_sliding
-from symasym.scenes import (
+from symasym.drift.scenes import (
     QUANTITIES,
     Scene,
     Scenes,
@@ -34,6 +31,9 @@ from symasym.scenes import (
     require_drift,
     scene_at,
 )
+from symasym.exact import balls, floats
+from symasym.exact.float_integrals import Logs
+from symasym.methods import require_sliding
 
 __all__ = ["Sensitivity", "sensitivity"]
 

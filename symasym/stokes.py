@@ -18,8 +18,7 @@ from symasym.base.errors import InputError
 from symasym.base.inputs import Floats, Numbers, choice, digits
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
-from symasym.expansions.canonical import Field, central_map
-from symasym.scenes import (
+from symasym.drift.scenes import (
     FLOAT_DIGITS,
     Scene,
     float_scenes,
@@ -28,6 +27,7 @@ from symasym.scenes import (
     require_drift,
     scene_at,
 )
+from symasym.expansions.canonical import Field, central_map
 
 if TYPE_CHECKING:
     from mpmath import mpf

@@ -27,8 +27,8 @@ from symasym.base.files import reference_value, write_bytes
 from symasym.base.inputs import choice, digits, exact, sequence
 from symasym.base.texts import number_text
 from symasym.drift.ready_made.named import named_drift
+from symasym.drift.scenes import QUANTITIES
 from symasym.quantities import call_named
-from symasym.scenes import QUANTITIES
 
 __all__ = ["Outcome", "Spec", "read_spec", "write_table"]
 

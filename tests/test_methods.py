@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 import symasym as sa
+from symasym.drift.scenes import QUANTITIES
 from symasym.quantities import call_named
-from symasym.scenes import QUANTITIES
 from symasym.workshop import check, reference_quadrature
 from tests.problems import BY_NAME, PROBLEMS, Problem, distance, logarithm, relative, tagged
 

@@ -13,10 +13,10 @@ from contextlib import nullcontext
 from typing import Any
 
 import symasym as sa
-from symasym import scenes
 from symasym.base.errors import InputError, OutputError
 from symasym.base.inputs import count, digits
 from symasym.base.texts import carried_text
+from symasym.drift import scenes
 from symasym.drift.ready_made.named import drift_signatures, named_drift
 from symasym.methods import METHODS
 

@@ -36,10 +36,10 @@ from symasym.base.balls import precision, to_mpf
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import float_text
 from symasym.drift.evaluate import Piece, pieces, rational
+from symasym.drift.scenes import Answer, Request, Scene
 from symasym.exact import stationary, transform
 from symasym.exact.first_order import Record, records
 from symasym.exact.panels import largest_exponent, panels
-from symasym.scenes import Answer, Request, Scene
 
 _MOST_BITS = 20_000  # beyond those that the digits take
 
@@ -164,7 +164,7 @@ def enclosure(
     Parameters
     ----------
     name : str
-        As in `symasym.scenes.quantity_of`.
+        As in `symasym.drift.scenes.quantity_of`.
     drift : sequence of Piece
         As far as `span` says; coefficients may be complex balls where sigma is 1.
     lam : arb or acb

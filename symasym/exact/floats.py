@@ -28,11 +28,11 @@ from symasym.base.errors import AccuracyError
 from symasym.base.inputs import is_array
 from symasym.drift.models import Pieces
 from symasym.drift.sampled import Field, sampled
+from symasym.drift.scenes import Answers, Request, Scenes, input_rounding, quantity_of, scene_at
 from symasym.exact.balls import of_scene
 from symasym.exact.float_integrals import ULP, Logs
 from symasym.exact.float_panels import OF_A
 from symasym.exact.float_sweep import absorbing, shares, swept, way
-from symasym.scenes import Answers, Request, Scenes, input_rounding, quantity_of, scene_at
 
 #: Relative error of float64 values (of the logarithm, where that is larger than 1).
 TOLERANCE = 1e-12

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 from flint import acb, arb, arb_poly, arb_series, ctx, fmpq
 
 from symasym.drift.evaluate import pieces, rational
+from symasym.drift.scenes import Scene
 from symasym.exact.balls import mirrored
 from symasym.exact.transform import STARTS, Undecided, carried, joined, matrices, swept_at
-from symasym.scenes import Scene
 
 _SIDES = ("left", "right")
 _STEPS = 60  # of Newton's method
@@ -110,17 +110,13 @@ class Series:
 
     # -- rates ---------------------------------------------------------------------------------
 
-    def rates(self, count: int) -> tuple[list[arb], arb]:
-        """The first eigenvalues, and a lower bound of the next one."""
+    def rates(self, count: int) -> tuple[list[arb], arb_poly]:
+        """The first eigenvalues, and what W/W(0) is divided by their factors."""
         w, found = self.w, list[arb]()
-        while True:
-            beyond = _below(w)
-            if found and not beyond > found[-1]:
-                raise Undecided("the rates are not told apart")
-            if len(found) == count:
-                return found, beyond
-            found.append(self._rate(beyond, found))
+        while len(found) < count:
+            found.append(self._rate(_beyond(w, found), found))
             w = _divided(w, found[-1])
+        return found, w
 
     def most(self) -> arb:
         """S_8/S_9, above lambda_1."""
@@ -152,7 +148,8 @@ class Series:
     def modes(self, count: int) -> Modes:
         """So many of them."""
         if count not in self.known:
-            rates, beyond = self.rates(count)
+            rates, w = self.rates(count)
+            beyond = _beyond(w, rates)
             green = self.eta[0][0] * self.eta[1][0] / self.w[0]
             residues = []
             for x in rates:
@@ -192,10 +189,13 @@ class Series:
         return total * 2 / nodes
 
 
-def _below(f: arb_poly) -> arb:
-    """S_m^(-1/m), below the first z_k of prod (1 + s/z_k)."""
+def _beyond(f: arb_poly, found: list[arb]) -> arb:
+    """S_m^(-1/m), below the first z_k of prod (1 + s/z_k), which come after those found."""
     m = min(8, f.degree() - 1)
-    return (_power_sums(f, m)[-1] ** (arb(-1) / m)).lower()
+    below = (_power_sums(f, m)[-1] ** (arb(-1) / m)).lower() if m > 0 else arb(0)
+    if found and not below > found[-1]:
+        raise Undecided("the rates are not told apart")
+    return below
 
 
 def _power_sums(f: arb_poly, many: int) -> list[arb]:

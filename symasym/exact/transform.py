@@ -31,7 +31,8 @@ from symasym.exact.panels import ENDS, Panel, panel_of, panels
 
 _REACH = 24.0  # int |g| on a panel of an A that is no polynomial, the shorter whose series are
 _SHORT = 8  # coefficients of a polynomial
-_TRAVEL = 4.0  # of sqrt(lam |s|) u across a panel, where s is not 0
+# sqrt(lam |s|) u and |s| u/phi across a panel, at most: terms fall like those of cosh and exp.
+_TRAVEL, _DELAY = 4.0, 0.5
 _LOG10 = math.log(10.0)
 _ONE, _NOTHING = arb_poly([1]), arb_poly([0])
 _DISCS = (2.0, 3.0, 4.5, 6.5, 10.0, 16.0, 32.0, 100.0, 1e3, 1e5)
@@ -181,9 +182,7 @@ def _weighted(
         a, b = (w.series(arb(0, 1)) for w in local)
         travel = (lam * s * abs(a * b)).sqrt() * p.half
         least = abs(p.slope[0]) - sum(map(abs, p.slope[1:]), arb(0))
-        if least > 2 * travel:
-            travel = 2 * travel**2 / least
-        if not 2 * travel < _TRAVEL:
+        if not (2 * travel < _TRAVEL or 2 * travel**2 < _DELAY * least):
             return None
     return Weighted(p, *local)
 

@@ -25,11 +25,7 @@ from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray, IntArray, is_array
 from symasym.drift.drift import Drift
-from symasym.exact import balls as exact
-from symasym.exact import floats
-from symasym.expansions.arrays import AtLams
-from symasym.expansions.balls import LINE, AtLam, doubled, local, quantity
-from symasym.scenes import (
+from symasym.drift.scenes import (
     Answer,
     Answers,
     Request,
@@ -40,6 +36,10 @@ from symasym.scenes import (
     rows_of,
     scene_at,
 )
+from symasym.exact import balls as exact
+from symasym.exact import floats
+from symasym.expansions.arrays import AtLams
+from symasym.expansions.balls import LINE, AtLam, doubled, local, quantity
 
 _BITS = 192  # of an array's coefficients and heights
 _NEXT = 3  # orders by whose differences an error is estimated

@@ -26,9 +26,9 @@ from symasym.base.balls import exact_ball, precision, to_mpf
 from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
+from symasym.drift.scenes import Answer, Request, Scene
 from symasym.exact import balls
 from symasym.expansions.canonical import SHARE, Field, Panel, Way, straight, ways
-from symasym.scenes import Answer, Request, Scene
 
 # Orders beyond the one asked for, of which the error is made, and their weight.
 _MORE, _SAFETY = 3, 3

@@ -19,6 +19,7 @@ from sympy import Expr, Symbol
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, Numbers, choice, count, exact
 from symasym.drift.drift import Drift
+from symasym.drift.scenes import require_drift
 from symasym.emit import emit
 from symasym.emit.expansions import of_expansion
 from symasym.formulas import text
@@ -29,7 +30,6 @@ from symasym.formulas.strong import strong, written_out
 from symasym.formulas.uniform import uniform
 from symasym.formulas.weak import Contribution, Leading, leading, weak
 from symasym.quantities import escape_time, exit_probability, occupation
-from symasym.scenes import require_drift
 
 Expanded = Literal["T", "C", "1 - C", "P", "1 - P"]
 Noise = Literal["weak", "strong", "uniform"]

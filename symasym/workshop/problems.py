@@ -25,8 +25,8 @@ from typing import TYPE_CHECKING, Any
 from mpmath import mp
 
 import symasym as sa
+from symasym.drift.scenes import QUANTITIES
 from symasym.quantities import call_named
-from symasym.scenes import QUANTITIES
 from symasym.workshop import reference_quadrature
 
 if TYPE_CHECKING:

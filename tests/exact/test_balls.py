@@ -10,8 +10,8 @@ from flint import acb, arb, ctx, fmpq
 import symasym as sa
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.evaluate import Analytic, Piece
+from symasym.drift.scenes import Request, Scene
 from symasym.exact import balls
-from symasym.scenes import Request, Scene
 
 
 def enclosed(formula, name, kappa, digits, log=False, **numbers):

@@ -9,8 +9,8 @@ import pytest
 from mpmath import mp, mpf
 
 import symasym as sa
+from symasym.drift.scenes import Request, Scenes, float_scenes, scene_at
 from symasym.exact import balls, floats
-from symasym.scenes import Request, Scenes, float_scenes, scene_at
 
 DIGITS = 25
 NAMES = ("T", "C", "1 - C", "P", "1 - P", "p_ss")

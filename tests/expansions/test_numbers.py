@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 
 import symasym as sa
+from symasym.drift.scenes import float_scenes, scene_at
 from symasym.expansions.answer import LAPLACE
 from symasym.expansions.strong_noise import STRONG_NOISE
 from symasym.methods import METHODS
-from symasym.scenes import float_scenes, scene_at
 from symasym.workshop.problems import PROBLEMS, Problem, constant_drift
 
 F = Fraction
