@@ -148,9 +148,11 @@ def swept_at(
 def at(f: arb_poly, s: Any, digits: int) -> Any:
     """f(s) from the first coefficients of a constant, or s, times prod(1 + s/z_k)."""
     k = f.degree()
+    while k > 0 and f[k].rel_accuracy_bits() < 8:
+        k -= 1  # a coefficient that is hardly known bounds nothing
     if k < 1:
         return f(s)
-    size = abs(s)
+    f, size = f.truncate(k + 1), abs(s)
     ratio = abs(f[k] / f[k - 1]) * size
     rest = f[k] * size**k * ratio / (1 - ratio)
     if not (ratio < 0.5 and rest < f(size) / arb(10) ** digits):
