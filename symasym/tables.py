@@ -26,7 +26,7 @@ from symasym.base.errors import InputError, OutputError, SymasymError
 from symasym.base.files import reference_value, write_bytes
 from symasym.base.inputs import choice, digits, exact, sequence
 from symasym.base.texts import number_text
-from symasym.drift.ready_made.named import named_drift
+from symasym.drift.ready_made import named_drift
 from symasym.drift.scenes import QUANTITIES
 from symasym.quantities import call_named
 

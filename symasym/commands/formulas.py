@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import symasym as sa
 from symasym.base.errors import InputError
-from symasym.drift.ready_made.named import named_drift
+from symasym.drift.ready_made import named_drift
 
 if TYPE_CHECKING:
     from symasym.derivation.derivation import Step

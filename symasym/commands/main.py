@@ -21,7 +21,7 @@ import symasym as sa
 from symasym.base.errors import InputError, OutputError, SymasymError
 from symasym.base.inputs import is_name
 from symasym.commands import formulas, numbers, workshop
-from symasym.drift.ready_made.named import DRIFTS
+from symasym.drift.ready_made import DRIFTS
 
 _BAD_INPUT, _INTERRUPTED = 2, 130
 _ABOUT = """Escape times and Laplace-type integrals of smoothed switches with noise.

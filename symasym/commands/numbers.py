@@ -17,7 +17,7 @@ from symasym.base.errors import InputError, OutputError
 from symasym.base.inputs import count, digits
 from symasym.base.texts import carried_text
 from symasym.drift import scenes
-from symasym.drift.ready_made.named import drift_signatures, named_drift
+from symasym.drift.ready_made import drift_signatures, named_drift
 from symasym.methods import METHODS
 
 _FRICTION = "--drift friction --set mu=3 --set alpha=1 --set z0=-0.4 --kappa 0.1 --r 10"

@@ -52,11 +52,6 @@ class CriticalPoint:
     multiplicity: int
     kind: str
 
-    @property
-    def stable(self) -> bool:
-        """True for a well."""
-        return self.kind == "well"
-
 
 def critical_points(drift: Drift) -> list[CriticalPoint]:
     """Zeros of A in (-1, 1), left to right.

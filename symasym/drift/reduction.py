@@ -14,14 +14,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symasym.base.errors import InputError, RegionError
-from symasym.base.inputs import exact, is_name, positive, sequence, shown
-from symasym.drift import landscape
+from symasym.base.inputs import exact, is_name, sequence, shown
 from symasym.drift.drift import Drift
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
-    from symasym.base.inputs import Number
 
 __all__ = ["Reduction", "numbers_of", "reduce"]
 
@@ -51,10 +49,6 @@ class Reduction:
         F itself.
     layer : Symbol
         h/eps in them.
-    normal : tuple of SymPy expression
-        grad h.
-    point : mapping
-        Coordinate -> value, where the drift is frozen.
     """
 
     drift: Drift
@@ -66,8 +60,6 @@ class Reduction:
     normal_inside: Any
     inside: tuple[Any, ...]
     layer: Any
-    normal: tuple[Any, ...]
-    point: Mapping[Any, Any]
 
     def __iter__(self) -> Iterator[Any]:
         yield self.drift
@@ -89,71 +81,18 @@ class Reduction:
         import sympy
 
         numbers = numbers_of("values", values)
-        minus, plus = (_put(n, numbers) for n in (self.normal_minus, self.normal_plus))
+
+        def at(expression: Any) -> Any:
+            names = {s: s.name for s in expression.free_symbols}
+            return expression.subs({s: numbers[n] for s, n in names.items() if n in numbers})
+
+        minus, plus = at(self.normal_minus), at(self.normal_plus)
         if not (minus * plus).is_negative:
             raise RegionError(
                 f"the normal components are {minus} and {plus} there, which is no sliding; "
                 "choose a point where they have opposite signs."
             )
-        return tuple(sympy.simplify(_put(component, numbers)) for component in self.sliding)
-
-    def drag_time(self, eps: Number, values: Mapping[Any, Any] | None = None) -> float:
-        """Scaled time in which the motion of the frozen coordinates changes a well by its depth.
-
-        To first order: the depth of the drift between a well and its barrier, over the rate at
-        which the motion along the surface changes it, up or down. A time T of the drift describes
-        the whole system only where it is far shorter.
-
-        Parameters
-        ----------
-        eps : number
-            Physical half-width of the switch, greater than 0.
-        values : mapping, optional
-            Coordinate or parameter (Symbol or name) -> number, for those that are still free.
-
-        Returns
-        -------
-        float
-            Infinite without a well that a barrier ends.
-
-        Raises
-        ------
-        InputError
-            For an eps that is not greater than 0, or a symbol without a value.
-
-        Examples
-        --------
-        >>> import symasym as sa
-        >>> block = sa.reduce(
-        ...     ("1 - z - y + 1", "y - 1"), ("1 - z - y - 1", "y - 1"),
-        ...     ("1 - z - y - s - 3*(s - s**3)", "y - 1"), ((1,), (0,)), ("y", "z"))
-        >>> round(block.drag_time("0.01", {"z": "-0.4"}), 1)  # to the fold at -7/9
-        37.8
-        """
-        import sympy
-
-        width = float(positive("eps", exact("eps", eps)))
-        numbers = numbers_of("values", values or {})
-        u = sympy.Symbol("u")
-        across = sum(n * f for n, f in zip(self.normal, self.inside, strict=True))
-        steepness = sum(n**2 for n in self.normal)
-        change = sum(
-            self.normal_inside.diff(c) * (f - n * across / steepness)
-            for c, f, n in zip(self.coordinates, self.inside, self.normal, strict=True)
-        )
-        frozen = []
-        for expression in (self.normal_inside, change):
-            at = sympy.sympify(expression).subs({**self.point, self.layer: u}, simultaneous=True)
-            frozen.append(Drift(_put(at, numbers), u))
-            if frozen[-1].parameters:
-                raise InputError(
-                    f"values has no {frozen[-1].parameters[0]}; give it a number there, as to each "
-                    "coordinate and parameter that is still free."
-                )
-        phi, rate = frozen
-        return landscape.drag_time(
-            phi.critical_points(), phi.evaluate_float, lambda y: width * rate.evaluate_float(y)
-        )
+        return tuple(sympy.simplify(at(component)) for component in self.sliding)
 
 
 def reduce(
@@ -170,8 +109,8 @@ def reduce(
     """The scalar drift, noise amplitude and sliding field of a smoothed n-dimensional switch.
 
     The coordinates along the surface are frozen at the point `at`. In the system they move, by
-    eps times their velocity in a unit of scaled time; `Reduction.drag_time` says how long the
-    wells bear that.
+    eps times their velocity in a unit of scaled time; `System.drag_time` says how long a well
+    bears that.
 
     Parameters
     ----------
@@ -237,47 +176,66 @@ def reduce(
             f"coordinates is {shown(coordinates)} and layer is {inside}; give each its own name."
         )
 
-    def column(name: str, given: Any) -> Any:
-        components = sequence(name, given)
-        if len(components) != len(x):
+    def matrix(name: str, given: Any) -> Any:
+        """A row of expressions for each coordinate; a column may be given as one sequence."""
+        rows = sequence(name, given.tolist() if isinstance(given, sympy.MatrixBase) else given)
+        rows = [np.atleast_1d(row) if isinstance(row, np.ndarray) else row for row in rows]
+        rows = [[*row] if isinstance(row, (list, tuple, np.ndarray)) else [row] for row in rows]
+        widths = {len(row) for row in rows}
+        if len(rows) != len(x) or (len(widths) != 1 if name == "D" else widths != {1}):
             raise InputError(
-                f"{name} has {len(components)} components; give {len(x)}, one for each coordinate."
+                f"{name} has {len(rows)} rows of lengths {[len(row) for row in rows]}; give "
+                f"{len(x)}, one for each coordinate, of one length, which is 1 for a field."
             )
-        found = sympy.Matrix([parse(name, c, known) for c in components])
-        if (size := max(map(sympy.count_ops, found))) > _MOST_OPERATIONS:
+        found = sympy.Matrix([[parse(name, c, known) for c in row] for row in rows])
+        if (size := max(map(sympy.count_ops, found), default=0)) > _MOST_OPERATIONS:
             raise InputError(
                 f"{name} has a component of {size} operations; give at most {_MOST_OPERATIONS}."
             )
         return found
 
-    fields = [column(n, f) for n, f in (("f_minus", f_minus), ("f_plus", f_plus), ("F", F))]
-    for side, outer, name in ((1, fields[1], "f_plus"), (-1, fields[0], "f_minus")):
-        for k, (a, b) in enumerate(zip(fields[2].subs(inside, side), outer, strict=True), 1):
+    minus, plus, middle = fields = [
+        matrix(name, f) for name, f in (("f_minus", f_minus), ("f_plus", f_plus), ("F", F))
+    ]
+    for side, outer, name in ((1, plus, "f_plus"), (-1, minus, "f_minus")):
+        for k, (a, b) in enumerate(zip(middle.subs(inside, side), outer, strict=True), 1):
             if sympy.simplify(a - b) != 0:
                 raise InputError(
                     f"F jumps at {inside} = {side}: component {k} is {a} but {name} has {b} "
                     "(eq:cont); make them equal."
                 )
     h = x[0] if switch is None else parse("switch", switch, known)
-    gradient = sympy.Matrix([[sympy.diff(h, c) for c in x]])
-    on = _on_surface(h, x, {known[k]: parse("at", v, known) for k, v in _at(at, x).items()})
-    normal = gradient.subs(on)
-    if all(sympy.simplify(n) == 0 for n in normal):
+    gradient = sympy.Matrix([h]).jacobian(x)
+    names = [c.name for c in x]
+    if at is not None and not (isinstance(at, Mapping) and {str(k) for k in at} <= {*names}):
+        raise InputError(
+            f"at is {shown(at)}; give a mapping from coordinates ({', '.join(names)}) to numbers, "
+            "such as {'z': 0}."
+        )
+    point = {known[str(k)]: parse("at", v, known) for k, v in (at or {}).items()}
+    point = _on_surface(h, x, point)
+    normal = gradient.subs(point)
+    if sympy.simplify(normal).is_zero_matrix:
         raise InputError(
             f"grad h is 0 at the point, h = {h}; choose an h whose zero set has a normal there."
         )
-    minus, plus, middle = (sympy.simplify((gradient * f)[0]) for f in fields)
-    row = normal * _matrix(D, x, known).subs(on)
-    sliding = (
-        sympy.simplify((minus * p - plus * m) / (minus - plus)) if minus != plus else sympy.nan
-        for m, p in zip(fields[0], fields[1], strict=True)
-    )
+    to, back, across = (sympy.simplify(gradient.dot(f)) for f in fields)
+    row = normal * matrix("D", D).subs(point)
+    along = (to * plus - back * minus) / (to - back) if to != back else plus * sympy.nan
+    frozen = sympy.simplify(across.subs(point))
+    # Parameters go by name, whatever was assumed of them.
+    plain = {s: sympy.Symbol("u" if s == inside else s.name) for s in frozen.free_symbols}
     return Reduction(
-        _drift(sympy.simplify(middle.subs(on)), inside),
-        sympy.simplify(sympy.sqrt(sum(entry**2 for entry in row))),
-        tuple(x), minus, plus, tuple(sliding), middle, tuple(fields[2]), inside, tuple(gradient),
-        on,
-    )  # fmt: skip
+        drift=Drift(frozen.subs(plain, simultaneous=True), "u"),
+        amplitude=sympy.simplify(sympy.sqrt(row.dot(row))),
+        coordinates=tuple(x),
+        normal_minus=to,
+        normal_plus=back,
+        sliding=tuple(sympy.simplify(along)),
+        normal_inside=across,
+        inside=tuple(middle),
+        layer=inside,
+    )
 
 
 def numbers_of(name: str, values: Any) -> dict[str, Any]:
@@ -287,13 +245,6 @@ def numbers_of(name: str, values: Any) -> dict[str, Any]:
     if not isinstance(values, Mapping):
         raise InputError(f"{name} is {shown(values)}; give a mapping such as {{'z': 0}}.")
     return {str(k): sympy.Rational(*exact(str(k), v).as_integer_ratio()) for k, v in values.items()}
-
-
-def _put(expression: Any, numbers: Mapping[str, Any]) -> Any:
-    """An expression with its symbols of these names put in."""
-    return expression.subs(
-        {s: numbers[s.name] for s in expression.free_symbols if s.name in numbers}
-    )
 
 
 def _symbol(name: str, given: Any) -> Any:
@@ -307,33 +258,6 @@ def _symbol(name: str, given: Any) -> Any:
     return sympy.Symbol(given, real=True)
 
 
-def _at(at: Any, x: list[Any]) -> dict[str, Any]:
-    """The entries of `at` by the coordinates' names."""
-    names = [c.name for c in x]
-    if at is not None and not (isinstance(at, Mapping) and {str(k) for k in at} <= {*names}):
-        raise InputError(
-            f"at is {shown(at)}; give a mapping from coordinates ({', '.join(names)}) to numbers, "
-            "such as {'z': 0}."
-        )
-    return {str(k): v for k, v in (at or {}).items()}
-
-
-def _matrix(D: Any, x: list[Any], known: Mapping[str, Any]) -> Any:
-    """D as a matrix of n rows; a column may be given as one sequence."""
-    import sympy
-
-    from symasym.drift.expressions import parse
-
-    rows = sequence("D", D.tolist() if isinstance(D, (np.ndarray, sympy.MatrixBase)) else D)
-    rows = [list(row) if isinstance(row, (list, tuple, np.ndarray)) else [row] for row in rows]
-    if len(rows) != len(x) or len({len(row) for row in rows}) != 1:
-        raise InputError(
-            f"D has {len(rows)} rows of lengths {[len(row) for row in rows]}; "
-            f"give {len(x)} rows of one length."
-        )
-    return sympy.Matrix([[parse("D", entry, known) for entry in row] for row in rows])
-
-
 def _on_surface(h: Expr, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:
     """The substitution that puts the coefficients on the surface at the chosen point."""
     import sympy
@@ -341,28 +265,18 @@ def _on_surface(h: Expr, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:
     level = sympy.simplify(h.subs(point))
     if level == 0:
         return point
-    for c in x:
-        if c in point or not level.has(c):
-            continue
-        try:
-            solutions = sympy.solve(level, c)
-        except NotImplementedError:
-            solutions = []
-        if len(solutions) == 1:
-            put = {k: sympy.sympify(v).subs(c, solutions[0]) for k, v in point.items()}
-            return {**put, c: solutions[0]}
+    free = [c for c in x if c not in point and level.has(c)]
+    if not free:
         raise InputError(
-            f"h = {level} is solved for {c} in {len(solutions)} ways; name the one you mean in at."
+            f"h is {level} at the point, which is not on the surface h = 0; move it there."
         )
-    raise InputError(
-        f"h is {level} at the point, which is not on the surface h = 0; move it there."
-    )
-
-
-def _drift(frozen: Expr, inside: Symbol) -> Drift:
-    """The drift, symbols stripped of assumptions, so that parameters go by name."""
-    import sympy
-
-    u = sympy.Symbol("u")
-    plain = {s: u if s == inside else sympy.Symbol(s.name) for s in frozen.free_symbols}
-    return Drift(frozen.subs(plain, simultaneous=True), u)
+    try:
+        solutions = sympy.solve(level, free[0])
+    except NotImplementedError:
+        solutions = []
+    if len(solutions) != 1:
+        raise InputError(
+            f"h = {level} is solved for {free[0]} in {len(solutions)} ways; name the one you mean "
+            "in at."
+        )
+    return {k: v.subs(free[0], solutions[0]) for k, v in point.items()} | {free[0]: solutions[0]}

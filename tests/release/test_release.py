@@ -226,16 +226,3 @@ def test_the_drag_time_is_the_way_to_the_fold() -> None:
     # Without much noise the block is released past the fold, that much later and its flight.
     answer = sa.release(block, 0.05, 10, eps="0.02", start=(0, "-0.3"), rtol=1e-3)
     assert block.drag_time("-0.3", "0.02") < answer.mean < block.drag_time("-0.3", "0.02") + 40
-
-
-@pytest.mark.parametrize(("turn", "ratio"), [("1", 1.0), ("2", 0.5), ("-1", 1.0)])
-def test_the_drag_time_on_a_curved_surface(turn: str, ratio: float) -> None:
-    """A rotation along a circle at whose (1, 0) the drift is friction's, z going down with y."""
-    across = "(7/5 + y - s - 3*(s - s**3))"
-    inside = (f"x*{across} - {turn}*y", f"y*{across} + {turn}*x")
-    minus, plus = ([e.replace("s", f"({side})") for e in inside] for side in (-1, 1))
-    circle = sa.reduce(
-        minus, plus, inside, (1, 1), ("x", "y"), switch="(x**2 + y**2 - 1)/2", at={"y": 0, "x": 1}
-    )
-    expected = ratio * BLOCK.drag_time("-0.4", "0.01")
-    assert circle.drag_time("0.01") == pytest.approx(expected, rel=1e-12)

@@ -142,7 +142,7 @@ AFTER: dict[str, dict[str, list[list[Any]]]] = {
     "rescale": {"__str__": []},
     "exit_law": {"moment": [[1, 2, 5]], "laplace": [NUMBER], "survival": [NUMBER],
                  "cdf": [NUMBER], "pdf": [NUMBER], "__repr__": []},
-    "reduce": {"drag_time": [KAPPA, [{"z": 0}]], "sliding_at": [[{"z": 0}]]},
+    "reduce": {"sliding_at": [[{"z": 0}]]},
     "oscillator": {"frozen": [KAPPA], "drag_time": [KAPPA, KAPPA], "__str__": []},
     "System": {"frozen": [KAPPA], "__str__": []},
     "plan": {"__str__": []},

@@ -10,7 +10,7 @@ import pytest
 import sympy
 
 from symasym.base.errors import AccuracyError
-from symasym.drift.ready_made import smoothings
+from symasym.drift import ready_made
 from symasym.workshop import reference_quadrature
 from symasym.workshop.problems import BY_NAME, constant_drift
 from tests.problems import relative
@@ -38,7 +38,7 @@ class Corner:
     ],
 )
 def test_constant_drift(a: F, kappa: F, r: F, start: F) -> None:
-    scene = smoothings.polynomial(a), kappa, r, start
+    scene = ready_made.polynomial(a), kappa, r, start
     for name, of in (
         ("T", reference_quadrature.escape_time), ("C", reference_quadrature.exit_probability)
     ):  # fmt: skip
@@ -59,7 +59,7 @@ def test_linear_sliding() -> None:
 
 
 def test_global_precision_is_neither_used_nor_changed() -> None:
-    drift = smoothings.linear(1, -2)
+    drift = ready_made.linear(1, -2)
     with mpmath.workdps(7):
         low = reference_quadrature.escape_time(drift, F(1), F(2), F(0), 30)
         assert mpmath.mp.dps == 7
@@ -75,7 +75,7 @@ def test_a_corner_is_not_passed_off_as_accurate() -> None:
 
 def test_cancellation_within_the_drift_is_noticed() -> None:
     # A(-1) = 1e-20 is a difference of numbers near 1: 20 digits less than the work has.
-    drift = smoothings.linear(F(1, 10**20), -2)
+    drift = ready_made.linear(F(1, 10**20), -2)
     with mpmath.workdps(60):
         a = mpmath.mpf(10) ** -20
         lam, slope = mpmath.mpf(2), (2 + a) / 2
@@ -89,6 +89,6 @@ def test_cancellation_within_the_drift_is_noticed() -> None:
 
 
 def test_refusals() -> None:
-    drift = smoothings.linear(1, -2)
+    drift = ready_made.linear(1, -2)
     with pytest.raises(AccuracyError):
         reference_quadrature.escape_time(drift, F(1, 10**6), F(10), F(0), 10)

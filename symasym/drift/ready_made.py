@@ -1,15 +1,28 @@
-"""Ready-made smoothings of a switch, from a- at u = -1 to a+ at u = 1."""
+"""Ready-made smoothings of a switch, from a- at u = -1 to a+ at u = 1, and drifts by name."""
 
 from __future__ import annotations
 
+import inspect
 import re
+from collections.abc import Callable, Mapping
+from typing import Any
 
 from symasym.base.errors import InputError
 from symasym.base.inputs import Numbers, count, shown
 from symasym.drift import models
 from symasym.drift.drift import Drift
+from symasym.drift.friction import friction
 
-__all__ = ["hill", "linear", "polynomial", "sine", "tanh"]
+__all__ = [
+    "DRIFTS",
+    "drift_signatures",
+    "hill",
+    "linear",
+    "named_drift",
+    "polynomial",
+    "sine",
+    "tanh",
+]
 
 # Waves and exponents beyond it make no switch that anybody has.
 _MOST = 1_000
@@ -132,3 +145,54 @@ def hill(
     0.5
     """
     return Drift.of(models.Hill(count("n", n, 1, _MOST)), a_minus=a_minus, a_plus=a_plus, K=K)
+
+
+#: By their names.
+DRIFTS: dict[str, Callable[..., Drift]] = {
+    of.__name__: of for of in (friction, linear, sine, tanh, hill, polynomial)
+}
+
+
+def named_drift(name: str | None, expression: str | None, values: Mapping[str, Any]) -> Drift:
+    """The ready-made drift `name`, or the one of the formula A(u) in `expression`.
+
+    Parameters
+    ----------
+    name : str or None
+        One of `DRIFTS`.
+    expression : str or None
+        Instead of `name`.
+    values : mapping of str to number
+        Its parameters, and the whole numbers that shape a ready-made one (`waves`, `n`).
+
+    Raises
+    ------
+    InputError
+        For an unknown name and for values outside their range.
+
+    Examples
+    --------
+    >>> named_drift("sine", None, {"a_minus": "1", "a_plus": "1", "waves": "2"}).free
+    ('b',)
+    """
+    if expression is not None:
+        return Drift(expression).bind(**values)
+    if name not in DRIFTS:
+        raise InputError(f"{name} is no ready-made drift; they are {', '.join(DRIFTS)}.")
+    given = {
+        key: int(x) if key in ("waves", "n") and str(x).isdecimal() else x
+        for key, x in values.items()
+    }
+    try:
+        return DRIFTS[name](**given)
+    except TypeError:
+        raise InputError(
+            f"{', '.join(given)} are no parameters of {name}; its parameters are "
+            f"{drift_signatures()[name]}."
+        ) from None
+
+
+def drift_signatures() -> dict[str, str]:
+    """The ready-made drifts with the names of their parameters, for a help text."""
+    named = {name: ", ".join(inspect.signature(of).parameters) for name, of in DRIFTS.items()}
+    return {**named, "polynomial": "c0, c1, c2, ..."}

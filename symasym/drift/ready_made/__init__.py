@@ -1,1 +1,0 @@
-"""Drifts that are ready-made: friction, and the smoothings of a switch."""
