@@ -255,7 +255,7 @@ class Analytic:
         size = self._size(middle - half, middle + half).max(self._scale * arb(10) ** -digits)
         fewest, radius, bound = 2 * wanted, 0, arb.pos_inf()
         for rho in _RADII:
-            around = abs(self(box(middle, rho * half, rho * half))).upper()
+            around = abs(self(box(middle, rho * half, rho * half))).upper().max(size)
             terms = max(float((around / size).log() + wanted), 0.0) / math.log(rho)
             if terms < fewest:
                 fewest, radius, bound = terms, rho, around

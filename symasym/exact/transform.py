@@ -148,7 +148,7 @@ def swept_at(
 def at(f: arb_poly, s: Any, digits: int) -> Any:
     """f(s) from the first coefficients of a constant, or s, times prod(1 + s/z_k)."""
     k = f.degree()
-    while k > 0 and f[k].rel_accuracy_bits() < 8:
+    while k > 1 and f[k].rel_accuracy_bits() < 8:
         k -= 1  # a coefficient that is hardly known bounds nothing
     if k < 1:
         return f(s)
@@ -263,21 +263,25 @@ def _cauchy(p: Weighted, lam: arb, digits: int, order: int) -> tuple[Any, ...]:
 
     Coefficients in absolute value make a majorant. In it G = int |g| grows, so that at rho the part
     of s^k is at most e^G A^i B^k/(i + k)!: i = k, k - 1, k + 1, k, where A = rho |a|, B = rho |b|.
+    At s = 1 all powers are below e^G cosh (AB)^(1/2): by that the disc is chosen.
     """
     g = [float(abs(c).upper()) for c in p.of.slope]
     whole = sum(c / (k + 1) for k, c in enumerate(g))
     wanted = -whole - math.log(1 + whole) - digits * _LOG10
+    weights = [(arb_poly([abs(c) for c in w.series]), p.of.half) for w in (p.a, p.b)]
     best, height, rho = math.inf, 0.0, 0.0
     for disc in _DISCS:
         size, power = 2 * math.log(disc), 1.0
         for k, c in enumerate(g, 1):
             power *= disc  # may be infinite
             size += c * power / k if c else 0.0
-        if (terms := (size - wanted) / math.log(disc)) < best:
+        first, second = (w(arb(disc)) * disc * half for w, half in weights)
+        all_powers = size + float((first * second * lam).sqrt())
+        if (terms := (all_powers - wanted) / math.log(disc)) < best:
             best, height, rho = terms, size, disc
     count = math.ceil(best) + 2 * order + 4
-    around = [arb_poly([abs(c) for c in w.series])(arb(rho)) * rho * p.of.half for w in (p.a, p.b)]
-    first, second = around[0], around[1] * lam
+    first, second = (w(arb(rho)) * rho * half for w, half in weights)
+    second *= lam
     parts = [4 * arb(height).exp() / arb(rho) ** count]
     for k in range(1, order + 1):
         parts.append(parts[-1] * first * second / (2 * k * (2 * k - 1)))

@@ -181,3 +181,14 @@ def test_nested_and_mirrored(kappa, name):
     back = {"T": "T", "C": "1 - C", "1 - C": "C"}[name]
     mirror = enclosed(image, back, digits=60, **numbers | {"start": F(1, 3)})
     assert abs(mirror[0] - fine[0]) <= fine[1] + mirror[1]
+
+
+def test_noise_alone_and_a_geometric_brownian_motion():
+    """T = 2 arctan(1/2) without drift; log u is a Brownian motion with the drift a = 1/2."""
+    alone = sa.Drift("0", layer=None, noise="1 + u**2/4")
+    found = sa.escape_time(alone, 1, 1, dps=40)
+    growth = sa.exit_law(sa.Drift("u", layer=None, noise="u"), 1, ends=("1/2", 2), start=1, dps=25)
+    with mpmath.workdps(50):
+        assert abs(found - 2 * mpmath.atan(0.5)) < mpmath.mpf(10) ** -39
+        rate = mpmath.mpf(1) / 8 + (mpmath.pi / mpmath.log(4)) ** 2 / 2
+        assert abs(growth.rate.value - rate) <= growth.rate.error < rate / 10**25
