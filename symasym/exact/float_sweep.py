@@ -83,8 +83,8 @@ def swept(of: Way, lam: Any, begin: Any, end: Any, state: Logs) -> Logs:
 
 def _inside(phi: Side, lam: Any, low: Any, high: Any, some: Any, state: Logs, order: int) -> None:
     """Across a formula's interval."""
-    if some.size and not phi.of.careful and phi.powers is None:
-        some = some[~together(state, phi, lam[some], low[some], high[some], some, order)]
+    if some.size and order == 1 and not phi.of.careful and phi.powers is None:
+        some = some[~together(state, phi, lam[some], low[some], high[some], some)]
     if some.size:
         of, rank, widths = panels(phi, some, lam[some], low[some], high[some], order)
         rank = some[rank]
