@@ -58,17 +58,17 @@ class Sampled:
         rows: int,
         noise: Model | None = None,
         span: tuple[float, float] = (-1.0, 1.0),
-        pairs: Any = None,
+        careful: bool = False,
     ):
-        self.model, self.noise, self.span = model, noise, span
-        self._numbers, self._rows, self._pairs = numbers, rows, pairs
+        self.model, self.noise, self.span, self.careful = model, noise, span, careful
+        self._numbers, self._rows = numbers, rows
         self.arrays = {k: x for k, x in numbers.items() if isinstance(x, np.ndarray)}
         self.floats: dict[str, Any] = {
             k: x if k in self.arrays else np.float64(float(x)) for k, x in numbers.items()
         }
         with np.errstate(all="ignore"):
             self._c = None if noise else coefficients_of(model, self.floats, balls=False)
-        self.exact, self.careful = self._c is not None, pairs is not None
+        self.exact = self._c is not None
         self.terms = ANALYTIC if self._c is None else len(self._c)
 
     def __call__(self, u: Any, rows: Any) -> Any:
@@ -81,7 +81,7 @@ class Sampled:
         value = c[-1] + 0 * u
         for x in c[-2::-1]:
             value = value * u + x
-        if self._pairs is None:
+        if not self.careful:
             return value
         high, low = self._pairs[..., rows if self.arrays else slice(None)]
         real = _compensated(high, low, np.real(u))
@@ -99,8 +99,9 @@ class Sampled:
         c = [np.abs(x[rows] if np.ndim(x) else x) for x in self._c or ()]
         return sum(x * far**k for k, x in enumerate(c))
 
-    def carefully(self) -> Sampled:
-        """The same by compensated Horner's rule, for polynomials."""
+    @cached_property
+    def _pairs(self) -> Any:
+        """The coefficients of each row, as sums of two floats."""
         pairs = []
         with precision(160):
             for row in range(self._rows if self.arrays else 1):
@@ -109,8 +110,7 @@ class Sampled:
                 pairs.append(
                     (high, [float(arb(x).mid() - h) for x, h in zip(c, high, strict=True)])
                 )
-        both = np.array(pairs).transpose(1, 2, 0)
-        return Sampled(self.model, self._numbers, self._rows, None, self.span, both)
+        return np.array(pairs).transpose(1, 2, 0)
 
     def _exactly(self, row: int) -> dict[str, Any]:
         """The real parameters of a row as rationals."""
@@ -251,16 +251,10 @@ class Field:
         self._drift, self._numbers, self._rows, self.parts = drift, numbers, rows, parts
         self.layered: bool = drift.model.layered
         self.exact = all(part.exact for part in parts)
-        self.careful = all(part.careful for part in parts)
         self.powers: tuple[float, float] | None = None
         if isinstance(drift.model, Pieces) and drift.noise:
             twice = float(2 * drift.model.alpha)
             self.powers = -twice, twice - 2.0
-
-    def carefully(self) -> Field:
-        """The same by compensated Horner's rule, for polynomials."""
-        careful = [part.carefully() for part in self.parts]
-        return Field(self._drift, self._numbers, self._rows, careful)
 
     @cached_property
     def ends(self) -> tuple[Any, Any]:
@@ -286,21 +280,23 @@ def sampled(
     values: Mapping[str, Any],
     rows: int,
     span: tuple[float, float] = (-1.0, 1.0),
+    careful: bool = False,
 ) -> Field:
     """phi of these rows: parameters that are no arrays are shared by them, and exact if rational.
 
-    `span` is how far a drift without a layer is asked for.
+    `span` is how far a drift without a layer is asked for; `careful` polynomials are found by
+    compensated Horner's rule.
     """
     scalars = {k: x for k, x in drift.values.items() if not isinstance(x, np.ndarray)}
     numbers = {**scalars, **values}
     model = drift.model
     if not isinstance(model, Pieces):
-        return Field(drift, numbers, rows, [Sampled(model, numbers, rows)])
+        return Field(drift, numbers, rows, [Sampled(model, numbers, rows, careful=careful)])
     marks = [-1.0, 1.0]
     if not model.layered:
         marks = [span[0], *np.clip([float(x) for x in model.cuts], *span), span[1]]
     parts = [
-        Sampled(part, numbers, rows, model.noise, (float(a), float(b)))
+        Sampled(part, numbers, rows, model.noise, (float(a), float(b)), careful)
         for part, a, b in zip(model.models, marks, marks[1:], strict=False)
         if a < b
     ]

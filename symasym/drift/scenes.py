@@ -64,6 +64,7 @@ class Quantity(NamedTuple):
 
 _ESCAPE = ("kappa", "r", "start")
 _PAIRS = (("left", "right"), ("low", "high"))
+_PLACES = ("left", "low", "start", "high", "right")
 
 #: By their names.
 QUANTITIES = {
@@ -350,23 +351,18 @@ def rows_of(scenes: Scenes, rows: slice | IntArray | tuple[slice | IntArray, ...
     return scenes._replace(lam=scenes.lam[rows], numbers=numbers)
 
 
-def input_rounding(scenes: Scenes, size: FloatArray) -> FloatArray | float:
-    """A bound on the change of a logarithm where r and the start are read as floats.
-
-    It changes with a position no faster than lam |phi|, or as one comes close to an absorbing end.
-    """
-    others = (x for name, x in scenes.given.items() if name != "kappa" and not is_array(x))
-    texts = [x for x in others if not isinstance(x, (float, int))]
-    gap = _ULP * sum(abs(float(exact("a number", x))) for x in texts)
-    if not gap:
-        return 0.0
-    room: Any = np.inf
-    if "start" in scenes.numbers:
-        left, right = scenes.ends
-        room = np.minimum(scenes.numbers["start"] - left, right - scenes.numbers["start"])
-    with np.errstate(over="ignore"):
-        change: FloatArray = gap * (scenes.lam * size + 2 / room)
-    return change
+def moved_places(scenes: Scenes) -> tuple[float, FloatArray | float]:
+    """How far places move, all together, that are read as floats, and the least way between two."""
+    given = (x for name, x in scenes.given.items() if name != "kappa" and not is_array(x))
+    places = [exact("a place", x) for x in given if not isinstance(x, (float, int))]
+    cuts = getattr(scenes.drift.model, "cuts", ())
+    places += [x for x in cuts if Fraction(float(x)) != x]
+    known = [scenes.numbers[name] for name in _PLACES if name in scenes.numbers]
+    if "r" in scenes.numbers:
+        known += scenes.ends
+    gaps = np.diff(np.sort(known, axis=0), axis=0)
+    room = np.where(gaps > 0, gaps, np.inf).min(axis=0, initial=np.inf)
+    return sum(abs(float(x)) for x in places) * _ULP, room
 
 
 def exponent_bits(drift: Drift, lam: Fraction, reach: Fraction) -> int:

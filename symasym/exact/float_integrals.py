@@ -125,7 +125,7 @@ def records(
             found[:, at] = integrals(act, *some, strength[at], order)
     ends = _ends(falls, 2.0 * off)
     own = 2.0 * off / np.where(slow, np.maximum(np.abs(slope[0]), 1e-300), 1.0)
-    own += OWN + 4 * loose
+    own += OWN + loose
     own[strength < 0] = np.inf  # neither kind of panel is known to be right
     steep = falls.real if order == 1 else -np.abs(falls)
     lost = np.where(slow, 0.0, 0.3 * ULP * np.exp(np.minimum(-steep, CLIMB)))

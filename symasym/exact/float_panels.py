@@ -33,16 +33,30 @@ _STRENGTH = (ELLIPSES - 1.0) ** 2 / (2 * ELLIPSES)
 
 
 class Side(NamedTuple):
-    """`sign` phi(u) of rows, and where `mirror` is -1 the mirror image -`sign` phi(-u)."""
+    """`sign` phi(u) of rows by one formula, where `mirror` is -1 the image -`sign` phi(-u)."""
 
+    field: Field
     of: Sampled
     rows: Any
     mirror: Any
     sign: float
     off: Any  # the error of phi
-    loose: float  # the error of log sigma
+    loose: float  # the error of powers of sigma
     edges: Any  # between them all is held by its Chebyshev terms
-    powers: tuple[float, float] | None  # of sigma in a and b
+
+    @property
+    def powers(self) -> tuple[float, float] | None:
+        """Of sigma in a and b."""
+        powers = self.field.powers
+        return powers if self.sign > 0 or powers is None else powers[::-1]
+
+    def end(self, side: int) -> tuple[Any, Any, Any]:
+        """phi/sigma^2 beside the layer, its error, and log sigma there."""
+        at = side * self.mirror
+        left, right = (x[self.rows] for x in self.field.ends)
+        a = self.sign * self.mirror * np.where(at < 0, left, right)
+        off = ULP * np.abs(a) + 1e-16 * self.off if self.of.careful else self.off
+        return a, off, self.of.log_noise(at[None], self.rows)[0]
 
     def series(self, some: Any, lam: Any, left: Any, half: Any) -> Any:
         """Chebyshev coefficients of lam phi times `half`, and of log sigma, on panels."""
@@ -54,10 +68,12 @@ class Side(NamedTuple):
         return np.stack((slope, act.fit @ self.of.log_noise(u, rows)))
 
 
-def seen(field: Field, rows: Any, sign: float, both: bool, far: Any) -> list[Side]:
-    """These rows of a drift as far as |u| = `far`, behind them, where asked, mirror images."""
+def seen(
+    field: Field, rows: Any, far: Any = 1.0, sign: float = 1.0, both: bool = False
+) -> list[Side]:
+    """The formulas of a drift in these rows as far as |u| = `far`, and behind them, where asked,
+    in their mirror images."""
     mirror, found = np.repeat([1.0, -1.0] if both else [1.0], len(rows)), []
-    powers = field.powers if sign > 0 or field.powers is None else field.powers[::-1]
     for of in field.parts:
         act, (low, high) = matrices(of.terms), of.span
         u = (low + high) / 2 + (high - low) / 2 * act.points[:, None]
@@ -71,8 +87,9 @@ def seen(field: Field, rows: Any, sign: float, both: bool, far: Any) -> list[Sid
         if not of.exact:
             rounding, loose = of.rounding
             off, edges = _resolved(of, rows, max(OF_A * _FEW, rounding) * size, field)
+        loose = 4 * (loose + 2 * ULP) if field.powers else 0.0
         tiled = np.tile(rows, 1 + both), mirror, sign, np.tile(off, 1 + both)
-        found.append(Side(of, *tiled, loose + 2 * ULP if powers else 0.0, edges, powers))
+        found.append(Side(field, of, *tiled, loose, edges))
     return found
 
 

@@ -12,47 +12,16 @@ reached. All terms are positive. At an absorbing end y is infinite, at a reflect
 from __future__ import annotations
 
 from functools import reduce
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from symasym.drift.sampled import Field
-from symasym.exact.float_integrals import ULP, Logs, constant, rounding
-from symasym.exact.float_panels import Side, panels, seen
+from symasym.exact.float_integrals import Logs, constant, rounding
+from symasym.exact.float_panels import Side, panels
 from symasym.exact.float_together import together
 
 # Powers of a and b in I, J, N, K, M, X, C0, C1.
 _WEIGHTS = np.array([[1, 0], [0, 1], [1, 1], [2, 1], [1, 1], [2, 1], [1, 2], [2, 2]])
-
-
-class Way(NamedTuple):
-    """`sign` phi of rows, and where `mirror` is -1 the mirror image -`sign` phi(-u)."""
-
-    field: Field
-    rows: Any
-    mirror: Any
-    sign: float
-    sides: list[Side]
-
-    @property
-    def loose(self) -> float:
-        """The error of powers of sigma."""
-        return 4.0 * max(side.loose for side in self.sides)
-
-    def end(self, side: int) -> tuple[Any, Any, Any]:
-        """phi/sigma^2 beside the layer, its error, and log sigma there."""
-        (part,) = self.sides
-        left, right = (x[self.rows] for x in self.field.ends)
-        a = self.sign * self.mirror * np.where(side * self.mirror < 0, left, right)
-        u = (side * self.mirror)[None]
-        off = ULP * np.abs(a) + 1e-16 * part.off if self.field.careful else part.off
-        return a, off, part.of.log_noise(u, self.rows)[0]
-
-
-def way(field: Field, rows: Any, sign: float = 1.0, both: bool = False, far: Any = 1.0) -> Way:
-    """These rows as far as |u| = `far`, and behind them, where asked, their mirror images."""
-    sides = seen(field, rows, sign, both, far)
-    return Way(field, sides[0].rows, sides[0].mirror, sign, sides)
 
 
 def absorbing(lam: Any, order: int = 1, reflecting: Any = False) -> Logs:
@@ -62,22 +31,22 @@ def absorbing(lam: Any, order: int = 1, reflecting: Any = False) -> Logs:
     return Logs(log, np.zeros(log.shape))
 
 
-def swept(of: Way, lam: Any, begin: Any, end: Any, state: Logs) -> Logs:
+def swept(sides: list[Side], lam: Any, begin: Any, end: Any, state: Logs) -> Logs:
     """The state at `end` from that at `begin`, where e is 1."""
-    order, last = 1 if len(state.log) == 3 else 2, len(of.sides) - 1
-    if of.field.layered:
-        _outside(of, -1, lam, np.minimum(end, -1.0) - begin, state, order)
+    order, last = 1 if len(state.log) == 3 else 2, len(sides) - 1
+    layered, ahead = sides[0].field.layered, sides[0].mirror > 0
+    if layered:
+        _outside(sides[0], -1, lam, np.minimum(end, -1.0) - begin, state, order)
     for step in range(last + 1):
         # Mirror images come from the other side.
         for k in sorted({step, last - step}):
-            phi = of.sides[k]
-            a, b = phi.of.span
-            low, high = np.where(of.mirror > 0, a, -b), np.where(of.mirror > 0, b, -a)
+            a, b = sides[k].of.span
+            low, high = np.where(ahead, a, -b), np.where(ahead, b, -a)
             low, high = np.clip(begin, low, high), np.clip(end, low, high)
-            now = np.where(of.mirror > 0, step, last - step) == k
-            _inside(phi, lam, low, high, np.flatnonzero(now & (high > low)), state, order)
-    if of.field.layered:
-        _outside(of, 1, lam, end - np.maximum(begin, 1.0), state, order)
+            now = np.where(ahead, step, last - step) == k
+            _inside(sides[k], lam, low, high, np.flatnonzero(now & (high > low)), state, order)
+    if layered:
+        _outside(sides[-1], 1, lam, end - np.maximum(begin, 1.0), state, order)
     return state
 
 
@@ -96,15 +65,15 @@ def _inside(phi: Side, lam: Any, low: Any, high: Any, some: Any, state: Logs, or
         state.put(rank, now)
 
 
-def _outside(of: Way, side: int, lam: Any, width: Any, state: Logs, order: int) -> None:
+def _outside(phi: Side, side: int, lam: Any, width: Any, state: Logs, order: int) -> None:
     """Across an interval beside the layer, whose width may be 0."""
     if (some := np.flatnonzero(width > 0)).size:
-        (a, off, log), lam, width = (x[some] for x in of.end(side)), lam[some], width[some]
+        (a, off, log), lam, width = (x[some] for x in phi.end(side)), lam[some], width[some]
         moved = np.abs(lam) * width * off
         panel = constant(lam * a, width, moved, order)
-        if powers := of.sides[0].powers:
+        if powers := phi.powers:
             panel.log[2:] += (_WEIGHTS[: len(panel.log) - 2] @ powers)[:, None] * log
-            panel.error[2:] += of.loose
+            panel.error[2:] += phi.loose
         state.put(some, carried(state.of(some), panel, lam))
 
 

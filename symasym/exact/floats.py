@@ -19,20 +19,18 @@ complex (derivatives by a complex step).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import is_array
-from symasym.drift.models import Pieces
 from symasym.drift.sampled import Field, sampled
-from symasym.drift.scenes import Answers, Request, Scenes, input_rounding, quantity_of, scene_at
+from symasym.drift.scenes import Answers, Request, Scenes, moved_places, quantity_of, scene_at
 from symasym.exact.balls import of_scene
 from symasym.exact.float_integrals import ULP, Logs
-from symasym.exact.float_panels import OF_A
-from symasym.exact.float_sweep import absorbing, shares, swept, way
+from symasym.exact.float_panels import OF_A, seen
+from symasym.exact.float_sweep import absorbing, shares, swept
 
 #: Relative error of float64 values (of the logarithm, where that is larger than 1).
 TOLERANCE = 1e-12
@@ -99,14 +97,15 @@ def _of_stay(name: str, of: Field, lam: Any, numbers: Mapping[str, Any], rows: A
     ends = (np.minimum(low, -1.0), np.maximum(high, 1.0)) if layer else ends_of(numbers)
     low, high = np.clip(low, *ends), np.clip(high, *ends)
     far = np.maximum(np.abs(ends[0]), np.abs(ends[1]))
-    phi, two = way(of, rows, -1.0, True, far), np.tile(lam, 2)
+    phi, two = seen(of, rows, far, -1.0, True), np.tile(lam, 2)
+    loose = max(side.loose for side in phi)
     begin, end = np.concatenate((ends[0], -ends[1])), np.concatenate((low, -high))
     state = absorbing(two)
     if layer:
-        a, of_a, log = phi.end(-1)
+        a, of_a, log = phi[0].end(-1)
         power = of.powers[1] if of.powers else 0.0
         state.log[0], state.log[1] = np.log(-two * a) - power * log, 0.0
-        state.error[0] = of_a / -a.real + ULP * (2 + np.abs(state.log[0])) + phi.loose
+        state.error[0] = of_a / -a.real + ULP * (2 + np.abs(state.log[0])) + loose
     (log, *_), (error, *_) = swept(phi, two, begin, end, state)
     before, after = Logs(-log[:n], error[:n]), Logs(-log[n:], error[n:])
     if name == "p_ss":
@@ -114,8 +113,8 @@ def _of_stay(name: str, of: Field, lam: Any, numbers: Mapping[str, Any], rows: A
         if of.powers:
             u = np.clip(low, -1.0, 1.0)[None]
             log = log - of.powers[1] * of.parts[0].log_noise(u, rows)[0]
-        return Logs(-log, error + phi.loose)
-    middle = way(of, rows, -1.0, False, far)
+        return Logs(-log, error + loose)
+    middle = seen(of, rows, far, -1.0)
     (y, _, e), (of_y, _, of_e) = swept(middle, lam, low, high, absorbing(lam))
     outside = _total(Logs(before.log - e, before.error + of_e + 4 * ULP), after)
     inside = Logs(-y, of_y)
@@ -141,7 +140,7 @@ def sides(
 ) -> list[list[Logs]]:
     """y and w, for order 2 p and c, from the left end at until[0], from the right at until[1]."""
     n, two = len(lam), np.tile(lam, 2)
-    phi = way(of, rows, 1.0, True, np.maximum(np.abs(ends[0]), np.abs(ends[1])))
+    phi = seen(of, rows, np.maximum(np.abs(ends[0]), np.abs(ends[1])), both=True)
     begin, end = (np.concatenate((a, -b)) for a, b in (ends, until))
     back = np.repeat([side == reflecting for side in _HALVES], n)
     log, error = swept(phi, two, begin, end, absorbing(two, order, back))
@@ -195,24 +194,14 @@ def float_logs(scenes: Scenes, request: Request) -> Logs:
     found = logs_of(name, of, numbers, moment, reflecting)
     if of.exact and (some := _in_doubt(found)).size:
         values = {n: x[some] if is_array(x) else x for n, x in values.items()}
-        careful = sampled(scenes.drift, values, len(some), span).carefully()
+        careful = sampled(scenes.drift, values, len(some), span, careful=True)
         fewer = {n: x[some] for n, x in numbers.items()}
         found.log[some], found.error[some] = logs_of(name, careful, fewer, moment, reflecting)
-    far = np.full(count, max(map(abs, span)))
-    size = np.max([side.off for side in way(of, np.arange(count), far=far).sides], axis=0) / OF_A
-    found.error[:] += input_rounding(scenes, size)
-    cuts = model.cuts if isinstance(model, Pieces) else ()
-    if moved := sum(abs(float(x - Fraction(float(x)))) for x in cuts):  # they are floats here
-        found.error[:] += 2.0 * moved * scenes.lam * size
-    given = [scenes.given[x] for x in ("left", "low", "high", "right") if x in numbers]
-    if "start" not in numbers and not all(
-        isinstance(x, (int, float)) or is_array(x) for x in given
-    ):
-        # A density's integral over an interval changes with its width.
-        places = [numbers[x] for x in ("left", "low", "high", "right") if x in numbers]
-        gaps = np.diff(places, axis=0)
-        gaps = np.where(gaps > 0, gaps, np.inf).min(axis=0)
-        found.error[:] += 2.0 * ULP * np.abs(places).max(axis=0) / gaps
+    moved, room = moved_places(scenes)
+    if moved:  # no faster than lam |phi|, or as two places come close to each other
+        far = np.full(count, max(map(abs, span)))
+        size = np.max([side.off for side in seen(of, np.arange(count), far)], axis=0) / OF_A
+        found.error[:] += moved * (scenes.lam * size + 2 / room)
     return found
 
 

@@ -212,7 +212,7 @@ def test_a_layer_with_noise_on_the_line() -> None:
 
 @pytest.mark.parametrize("drift", [sa.friction(3, 1, "-0.4"), sa.Drift("u - u**3", layer=None)])
 @pytest.mark.parametrize("reflecting", [None, "left"])
-def test_second_moments_on_shared_panels(drift: sa.Drift, reflecting: str | None) -> None:
+def test_second_moments_of_like_rows(drift: sa.Drift, reflecting: str | None) -> None:
     """Of 400 like rows each is what it is alone."""
     kappa, ends = np.geomspace(0.12, 2.0, 400), {"left": -3.0, "right": 4.0, "start": 0.25}
     request = asked("T", 2, reflecting)
