@@ -70,8 +70,9 @@ if TYPE_CHECKING:
 __all__ = ["ExitLaw", "exit_law"]
 
 _SIDES = ("left", "right")
-_MODES, _ORDER, _MOST = 6, 20, 200  # rates for survival; powers of s, at first and at most
-_MOST_BITS = 20_000
+_MODES, _ORDER, _MOST = 6, 20, 120  # rates for survival; powers of s, at first and at most
+_MOST_BITS = 1_500
+_WIDTHS = 12.0  # t over std, above which the contour takes hundreds of nodes
 _NARROW = 0.3  # std over mean, below which the sum over the modes cancels
 _EARLY = (1, 15, 40, 100)  # digits that small probabilities take beyond those asked for
 _ROUGH = 8
@@ -170,7 +171,7 @@ class ExitLaw:
 
     @property
     def variance(self) -> Any:
-        """E[tau^2] - E[tau]^2, by the cumulants."""
+        """E[tau^2] - E[tau]^2."""
         return self._number(lambda f: f.variance(), 3)
 
     @property
@@ -217,7 +218,7 @@ class ExitLaw:
         def found(f: Series) -> Any:
             number = acb(exact_ball(re), exact_ball(im)) if complex_one else exact_ball(re)
             value = f.transform(number, side)
-            return value * f.w[0] / f.exits[side][0] if side else value
+            return value / f.moments(0, side)[0] if side else value
 
         return self._number(found, _ORDER, abs(complex(re, im)))
 
@@ -297,9 +298,8 @@ class ExitLaw:
         return self._ball(lambda f: f.moment(1), 3)[0]
 
     @cached_property
-    def _narrow(self) -> bool:
-        variance = self._ball(lambda f: f.variance(), 3)[0]
-        return bool(variance < (_NARROW * self._mean) ** 2)
+    def _std(self) -> float:
+        return math.sqrt(self._ball(lambda f: f.variance(), 3)[0])
 
     def _at_time(self, t: Fraction, name: str, wanted: int = 0) -> tuple[arb, ErrorKind]:
         """survival, cdf or pdf at a rational t."""
@@ -312,6 +312,11 @@ class ExitLaw:
             with suppress(TooEarly):
                 late = partial(Series.late, t=rational(t), name=name, count=modes)
                 return self._ball(late, _ORDER + 8 * (modes - 1), modes**2 * float(self.rate))
+        if float(t) > _WIDTHS * self._std:
+            raise AccuracyError(
+                f"t is {float_text(t)} and the standard deviation {self._std:.6g}, too little for "
+                "Talbot's contour; take a larger kappa, or t far above the mean."
+            )
         found = self._early(t, name, _ROUGH)
         for more in _EARLY:
             if found.rel_accuracy_bits() > wanted * 3.33 - 4:
@@ -328,7 +333,8 @@ class ExitLaw:
         """True where so few rates should do, by Weyl's law."""
         low, high = self._scene.ends
         wanted = self._digits * math.log(10) * float(self._scene.lam) / t
-        return not self._narrow and float(high - low) / math.pi * math.sqrt(wanted) < _MODES
+        narrow = self._std < _NARROW * float(self._mean)
+        return not narrow and float(high - low) / math.pi * math.sqrt(wanted) < _MODES
 
     def _early(self, t: Fraction, name: str, wanted: int) -> Any:
         """By Talbot's contour with two numbers of nodes."""
@@ -415,17 +421,17 @@ class Side(NamedTuple):
     @property
     def probability(self) -> Any:
         """That of this side (eq:C on the left)."""
-        return self.law._number(lambda f: f.exits[self.side][0] / f.w[0], 3)
+        return self.law._number(lambda f: f.moments(0, self.side)[0], 3)
 
     @property
     def mean(self) -> Any:
         """E[tau | this side]."""
-        return self.law._number(lambda f: f.cumulants(self.side)[0], 3)
+        return self.law._number(lambda f: f.given(self.side), 3)
 
     @property
     def variance(self) -> Any:
         """The variance of tau given this side."""
-        return self.law._number(lambda f: f.cumulants(self.side)[1], 4)
+        return self.law._number(lambda f: f.variance(self.side), 4)
 
     def laplace(self, s: Number | complex) -> Any:
         """E[e^{-s tau} | this side]."""

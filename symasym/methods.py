@@ -101,8 +101,8 @@ def answer(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
         require_paper(drift, numbers, request)
     if quantity_of(request.name).sliding and drift.model.layered and "left" not in numbers:
         require_sliding(drift)
-    one, general = one_scene(drift, numbers), not is_usual(drift, numbers, request)
-    if one and (request.dps is not None or request.full or request.method != "exact" or general):
+    one = one_scene(drift, numbers)
+    if one and (request.dps is not None or request.full or request.method != "exact"):
         step = importlib.import_module(METHODS[request.method].module).of_scene
         scene = read_scene(drift, numbers, request.reflecting)
         return as_digits(request, step(scene, request))
@@ -160,9 +160,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     """The answers of a method for many scenes, whatever Arb's precision is outside."""
     from symasym.base.balls import precision
 
-    usual = is_usual(scenes.drift, scenes.numbers, request)
-    floats = request.method == "exact" and usual
-    name = "symasym.exact.floats" if floats else METHODS[request.method].module
+    name = "symasym.exact.floats" if request.method == "exact" else METHODS[request.method].module
     module: Any = importlib.import_module(name)
     with precision(_BITS):
         if hasattr(module, "of_scenes"):

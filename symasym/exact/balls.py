@@ -17,9 +17,7 @@ p_ss(x) = 1/(sigma_L + sigma_R) and P.
 
 A panel of an interval is the matrix of (y, F) across it: to first order in s three integrals of e
 and 1/e, and e where it ends (`first_order`), else power series in s (`transform`), in which noise
-that depends on u and moments E[tau^k] are answered as well: with W = eta_L zeta_R + eta_R zeta_L
-
-    (1 - E[e^{-s tau}])/s = (eta_L (zeta_R - zeta_R(0)) + eta_R (zeta_L - zeta_L(0)))/(s W).
+that depends on u and moments E[tau^k] are answered as well.
 
 Numbers may be complex balls at first order, of which `symasym.sensitivity` makes derivatives.
 """
@@ -30,7 +28,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from flint import arb, arb_series, ctx, fmpq
+from flint import arb, fmpq
 
 from symasym.base.balls import precision, to_mpf
 from symasym.base.errors import AccuracyError
@@ -41,7 +39,7 @@ from symasym.exact import stationary, transform
 from symasym.exact.first_order import Record, records
 from symasym.exact.panels import largest_exponent, panels
 
-_MOST_BITS = 20_000  # beyond those that the digits take
+_MOST_BITS, _MOST_OF_MOMENTS = 20_000, 1_500  # beyond those that the digits take
 
 
 class State(NamedTuple):
@@ -211,10 +209,12 @@ def _moment(
     reflecting: str | None,
 ) -> Any:
     """E[tau^order]."""
-    ctx.cap = order
-    w, rest, _ = transform.through(drift, lam, ends, start, digits, order, reflecting)
-    series = arb_series(list(rest), order) / arb_series(list(w), order)
-    return abs(list(series)[order - 1]) * arb(order).fac()
+    found = [
+        transform.matrices(way, lam, begin, end, digits, order)
+        for way, begin, end in transform.ways(drift, ends, start)
+    ]
+    reflects = [reflecting == side for side in ("left", "right")]
+    return transform.moments(found, reflects, order)[order] * arb(order).fac()
 
 
 def _stationary(
@@ -264,7 +264,8 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     outside = (arb(0), arb(0)) if "left" in numbers else None
     # Rounding of lam V, which may reach lam times the way, is taken off the digits.
     guard, more = exponent_bits(lam, max(abs(low), abs(high))), 0
-    while more < _MOST_BITS:
+    most = _MOST_BITS if request.moment == 1 else _MOST_OF_MOMENTS
+    while more < most:
         working = digits + 4 + more // 8
         with precision(bits(working, guard + more)):
             if line and not scene.drift.model.layered:
@@ -285,7 +286,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     given = ", ".join(f"{name} = {float_text(x)}" for name, x in scene.numbers.items())
     raise AccuracyError(
         f"{given} and the drift leave fewer than {request.digits} digits of {request.name} right "
-        f"in {_MOST_BITS} bits; ask for fewer digits, or rescale the problem."
+        f"in {most} bits; ask for fewer digits, or rescale the problem."
     )
 
 

@@ -12,8 +12,15 @@ from flint import acb, arb, arb_poly, arb_series, ctx, fmpq
 
 from symasym.drift.evaluate import pieces, rational
 from symasym.drift.scenes import Scene
-from symasym.exact.balls import mirrored
-from symasym.exact.transform import STARTS, Undecided, carried, joined, matrices, swept_at
+from symasym.exact.transform import (
+    STARTS,
+    Undecided,
+    carried,
+    matrices,
+    moments,
+    swept_at,
+    ways,
+)
 
 _SIDES = ("left", "right")
 _STEPS = 60  # of Newton's method
@@ -36,7 +43,7 @@ class Modes(NamedTuple):
 
 
 class Series:
-    """W, N = W E[e^{-s tau}] by side and (W - N)/s of a scene, to a power of s and at numbers.
+    """W and N = W E[e^{-s tau}] by side of a scene, to a power of s and at numbers.
 
     Parameters
     ----------
@@ -56,39 +63,39 @@ class Series:
         lam, start = arb(rational(scene.lam)), rational(scene.start)
         left, right = map(rational, scene.ends)
         drift = pieces(scene.drift, left, right)
-        ways = (drift, left, start), (mirrored(drift), -right, -start)
-        self.panels = [matrices(way, lam, a, b, digits, order, size) for way, a, b in ways]
-        begun, found = [STARTS[x] for x in self.reflecting], []
-        for state, side in zip(begun, self.panels, strict=True):
+        self.panels = [
+            matrices(way, lam, begin, end, digits, order, size)
+            for way, begin, end in ways(drift, (left, right), start)
+        ]
+        self.states = []
+        for state, side in zip((STARTS[x] for x in self.reflecting), self.panels, strict=True):
             for p in side:
                 state = carried(state, p, order)
-            found.append(state)
-        self.eta, self.mass = [x.eta for x in found], found[0].mass + found[1].mass
-        self.w, self.rest = joined(found, begun, order)
-        self.exits = {
-            "left": self.eta[1] * begun[0].zeta, "right": self.eta[0] * begun[1].zeta,
-        }  # fmt: skip
+            self.states.append(state)
+        one, other = self.states
+        self.w = (one.eta * other.zeta + other.eta * one.zeta).truncate(order)
+        self.absorbs = [not x for x in self.reflecting]
 
     # -- moments -------------------------------------------------------------------------------
 
+    def moments(self, order: int, side: str | None = None) -> list[arb]:
+        """E[tau^k; side]/k!, k up to `order`."""
+        sides = [_SIDES.index(side)] if side else [0, 1]
+        return moments(self.panels, self.reflecting, order, sides)
+
     def moment(self, k: int) -> arb:
-        """E[tau^k], k > 0."""
-        ctx.cap = k
-        series = arb_series(list(self.rest), k) / arb_series(list(self.w), k)
-        return abs(list(series)[k - 1]) * arb(k).fac()
+        """E[tau^k]."""
+        return self.moments(k)[k] * arb(k).fac()
 
-    def cumulants(self, side: str) -> list[arb]:
-        """Those of tau given the side, from the first to the second: N_side/W by its logarithm."""
-        ctx.cap = 3
-        log = (arb_series(list(self.exits[side]), 3) / arb_series(list(self.w), 3)).log()
-        return [-log[1], 2 * log[2]]
+    def variance(self, side: str | None = None) -> arb:
+        """That of tau, or of tau given the side."""
+        p, first, half = self.moments(2, side)
+        return 2 * half / p - (first / p) ** 2
 
-    def variance(self) -> arb:
-        """That of tau: of log E[e^{-s tau}], which is log(1 - s rest/W)."""
-        ctx.cap = 3
-        s = arb_series([0, 1], 3)
-        whole = 1 - s * arb_series(list(self.rest), 3) / arb_series(list(self.w), 3)
-        return 2 * whole.log()[2]
+    def given(self, side: str) -> arb:
+        """E[tau | side]."""
+        p, first = self.moments(1, side)
+        return first / p
 
     # -- at numbers ----------------------------------------------------------------------------
 
@@ -99,8 +106,7 @@ class Series:
             swept_at(side, s, reflects, self.digits, length) for side, reflects in sides
         )
         w = (eta * of_other + other * zeta).truncate(length)
-        absorbing = [0 if reflects else 1 for reflects in self.reflecting]
-        exits = {"left": other[0] * absorbing[0], "right": eta[0] * absorbing[1]}
+        exits = {"left": other[0] * self.absorbs[0], "right": eta[0] * self.absorbs[1]}
         return (eta[0], other[0]), w, exits
 
     def transform(self, s: Any, side: str | None) -> Any:
@@ -150,13 +156,14 @@ class Series:
         if count not in self.known:
             rates, w = self.rates(count)
             beyond = _beyond(w, rates)
-            green = self.eta[0][0] * self.eta[1][0] / self.w[0]
+            one, another = self.states
+            green = one.eta[0] * another.eta[0] / self.w[0]
             residues = []
             for x in rates:
                 (eta, other), w, exits = self.at(-x, 2)
                 residues.append({side: n / w[1] for side, n in exits.items()})
                 green -= eta * other / w[1] / x
-            self.known[count] = Modes(rates, residues, green, self.mass, beyond)
+            self.known[count] = Modes(rates, residues, green, one.mass + another.mass, beyond)
         return self.known[count]
 
     # -- times ---------------------------------------------------------------------------------

@@ -74,7 +74,7 @@ class Matrix(NamedTuple):
 
 
 class Swept(NamedTuple):
-    """eta = y/e to s^(n-1), zeta = F to s^n, and the speed measure's mass with e = 1 here."""
+    """eta = y/e and zeta = F, power series in s, and the speed measure's mass with e = 1 here."""
 
     eta: Any
     zeta: Any
@@ -102,32 +102,52 @@ def carried(state: Swept, p: Matrix, order: int) -> Swept:
     )
 
 
-def through(
-    drift: Sequence[Piece],
-    lam: arb,
-    ends: tuple[fmpq, fmpq],
-    start: fmpq,
-    digits: int,
+def ways(
+    drift: Sequence[Piece], ends: tuple[fmpq, fmpq], start: fmpq
+) -> list[tuple[Sequence[Piece], fmpq, fmpq]]:
+    """The drift from the left end to the start, and its mirror image from the right one."""
+    return [(drift, ends[0], start), ([p.mirrored() for p in reversed(drift)], -ends[1], -start)]
+
+
+def moments(
+    found: Sequence[Sequence[Matrix]],
+    reflects: Sequence[bool],
     order: int,
-    reflecting: str | None,
-) -> tuple[arb_poly, arb_poly, tuple[Swept, Swept]]:
-    """W, (W - N)/s to s^(order - 1), N being W E[e^{-s tau}], and the states from both ends."""
-    ways = (drift, ends[0], start), ([p.mirrored() for p in reversed(drift)], -ends[1], -start)
-    found, begun = [], []
-    for side, (way, begin, end) in zip(("left", "right"), ways, strict=True):
-        begun.append(state := STARTS[reflecting == side])
-        for p in matrices(way, lam, begin, end, digits, order):
-            state = carried(state, p, order)
-        found.append(state)
-    return *joined(found, begun, order), (found[0], found[1])
+    sides: Sequence[int] = (0, 1),
+) -> list[arb]:
+    """E[tau^k; these sides]/k! at the start, k up to `order`, all terms positive.
+
+    With r = zeta/eta and q = zeta(0 of its end)/eta of both sides, sum q = E[e^{-s tau}] sum r. As
+    q is completely monotone and r - r(0) a Bernstein function, the signs of their powers alternate.
+    """
+    total, given = [arb(0)] * (order + 1), [arb(0)] * (order + 1)
+    for k, (side, reflecting) in enumerate(zip(found, reflects, strict=True)):
+        r, q = _inwards(side, reflecting, order)
+        total = [x + abs(r[m]) for m, x in enumerate(total)]
+        if k in sides:
+            given = [x + abs(q[m]) for m, x in enumerate(given)]
+    out: list[arb] = []
+    for k, x in enumerate(given):
+        out.append(sum((total[j] * out[k - j] for j in range(1, k + 1)), x) / total[0])
+    return out
 
 
-def joined(found: Sequence[Swept], begun: Sequence[Swept], order: int) -> tuple[arb_poly, arb_poly]:
-    """W and (W - N)/s, without a difference."""
-    (eta, zeta, _), (other, of_other, _) = found
-    w = (eta * of_other + other * zeta).truncate(order)
-    rest = eta * (of_other - begun[1].zeta) + other * (zeta - begun[0].zeta)
-    return w, arb_poly(list(rest.truncate(order + 1))[1:])
+def _inwards(
+    found: Sequence[Matrix], reflecting: bool, order: int
+) -> tuple[arb_series, arb_series]:
+    """r and q after these panels: eta and zeta themselves may be as large as the other way out."""
+    ctx.cap = n = order + 1
+    r = q = arb_series([0], n)
+    for k, p in enumerate(found):
+        y1, y2, z1, z2 = (arb_series(list(f), n) for f in p[:4])
+        if k == 0:
+            below, above = (y1, z1) if reflecting else (y2, z2)
+        else:
+            below, above = y1 + y2 * r, z1 + z2 * r
+        below *= p.inverse
+        r = above / below
+        q = (q if k or reflecting else arb_series([1], n)) / below
+    return r, q
 
 
 def swept_at(
