@@ -132,7 +132,7 @@ def _order(request: Request) -> Any:
 def is_usual(drift: Drift, numbers: dict[str, Any], request: Request) -> bool:
     """True for a scene of the paper."""
     other = numbers.keys() & {"left", "low"} or request.moment > 1 or request.reflecting
-    return drift.plain and not other
+    return drift.model.plain and not other
 
 
 def require_paper(drift: Drift, numbers: dict[str, Any], request: Request) -> None:

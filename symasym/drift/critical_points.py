@@ -64,7 +64,8 @@ def critical_points(drift: Drift) -> list[CriticalPoint]:
     drift.scalars()
     if not drift.model.layered:
         raise RegionError(f"{drift!r} has no layer (-1, 1) whose critical points are asked for.")
-    return list(_known(drift.piece(0)))
+    model, values = drift.model.pieces[0], drift.values
+    return list(_known(drift.of(model, **{name: values[name] for name in model.parameters})))
 
 
 @lru_cache(maxsize=128)

@@ -12,17 +12,14 @@ from flint import fmpq
 
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import (
-    FloatArray,
     Numbers,
     common_shape,
     exact,
-    float_text,
     floats,
     is_array,
     is_name,
     shown,
 )
-from symasym.base.texts import number_repr
 from symasym.drift import landscape, models
 
 if TYPE_CHECKING:
@@ -33,11 +30,6 @@ if TYPE_CHECKING:
     from symasym.drift.critical_points import CriticalPoint
 
 __all__ = ["Drift"]
-
-# Values of an array in `repr`.
-_MOST_SHOWN = 1000
-# Bits of A(-1) and A(1): numbers within 1e±300 that cancel leave digits.
-_END_BITS = 4096
 
 
 class Drift:
@@ -97,19 +89,7 @@ class Drift:
     ) -> None:
         from symasym.drift import expressions
 
-        layered = layer is not None
-        if layered and layer != (-1, 1):
-            raise InputError(
-                f"layer is {shown(layer)}; give (-1, 1), to which u is scaled, or None where A "
-                "holds everywhere."
-            )
-        if not layered and (a_minus is not None or a_plus is not None):
-            raise InputError(
-                "a- or a+ is given without a layer beside which it holds; leave it out."
-            )
-        self._model: models.Model = expressions.read(A, u, a_minus, a_plus)
-        if noise is not None or not layered:
-            self._model = expressions.with_pieces([(A, None)], u, noise, ito, layered)
+        self._model: models.Model = expressions.read_drift(A, u, a_minus, a_plus, layer, noise, ito)
         self._values: dict[str, Any] = {}
         self._check()
 
@@ -137,11 +117,6 @@ class Drift:
             A and the piece's right end, which is None for the last; the first one has no left end.
         u, noise, ito
             As in `Drift`; sigma is the same expression on all pieces.
-
-        Raises
-        ------
-        InputError
-            If the right ends are not in order, and as in `Drift`.
 
         Examples
         --------
@@ -182,23 +157,6 @@ class Drift:
         return self._model
 
     @property
-    def plain(self) -> bool:
-        """True for the paper's drift: constant outside the layer, with noise that is."""
-        return not isinstance(self._model, models.Pieces)
-
-    def piece(self, k: int) -> Self:
-        """The k-th piece as a drift with a layer and constant noise."""
-        if not isinstance(self._model, models.Pieces):
-            return self
-        model = self._model.models[k]
-        return self.of(model, **{name: self._values.get(name) for name in model.parameters})
-
-    @property
-    def noise(self) -> Any:
-        """The model of sigma, or None for 1."""
-        return self._model.noise if isinstance(self._model, models.Pieces) else None
-
-    @property
     def name(self) -> str:
         """Name of the model, e.g. ``"friction"``."""
         return self._model.name
@@ -208,24 +166,13 @@ class Drift:
         """Common shape of the parameters, () unless some are arrays."""
         return common_shape({k: np.shape(v) for k, v in self._values.items() if is_array(v)})
 
-    def shape_with(self, name: str, array: FloatArray) -> tuple[int, ...]:
-        """Common shape of the parameters and an argument; an error if they do not broadcast."""
-        return common_shape({"drift": self.shape, name: array.shape})
-
     def bind(self, /, **values: Numbers) -> Self:
         """A new drift with these parameters set.
 
         Parameters
         ----------
         **values : number or array_like
-            Numbers are taken exactly (see `symasym.base.inputs.exact`); arrays become
-            float64 and broadcast together.
-
-        Raises
-        ------
-        InputError
-            For an unknown name or a value that is no finite real number, or
-            arrays whose shapes do not broadcast.
+            Numbers are taken exactly; arrays become float64 and broadcast together.
         """
         bound = dict(self._values)
         for name, value in values.items():
@@ -241,36 +188,24 @@ class Drift:
                 bound[name].flags.writeable = False
             else:
                 bound[name] = exact(name, value)
-            self._check_range(name, bound[name])
+            models.check_range(self._model, name, bound[name])
         drift = type(self).__new__(type(self))
         drift._model, drift._values = self._model, bound
         _ = drift.shape
         drift._check()
         return drift
 
-    def _check_range(self, name: str, value: Fraction | FloatArray) -> None:
-        """Raise InputError for a value outside its parameter's range."""
-        strict = name in self._model.positive
-        if not strict and name not in self._model.not_negative:
-            return
-        lowest = exact(name, value.min()) if isinstance(value, np.ndarray) else value
-        if lowest < 0 or (strict and lowest == 0):
-            rule = "greater than 0" if strict else "at least 0"
-            raise InputError(f"{name} is {float_text(lowest)}; it must be {rule}.")
-
     def _check(self) -> None:
         """Refuse values at which A or sigma is not analytic on [-1, 1], or sigma not positive."""
-        if self.free or self.shape or not self._model.layered:
-            return
-        part = self._model.models[0] if isinstance(self._model, models.Pieces) else self._model
-        if not isinstance(part, models.Expression):
-            return
-        from symasym.drift import expressions
+        model, noise = self._model.pieces[0], self._model.noise
+        known = not self.free and not self.shape and self._model.layered
+        if known and isinstance(model, models.Expression):
+            from symasym.drift import expressions
 
-        expressions.check_regular(part, self._values)
-        if noise := self.noise:
-            expressions.check_regular(noise, self._values, "noise")
-            expressions.check_noise(noise, self._values, fmpq(-1), fmpq(1))
+            expressions.check_regular(model, self._values)
+            if noise:
+                expressions.check_regular(noise, self._values, "noise")
+                expressions.check_noise(noise, self._values, fmpq(-1), fmpq(1))
 
     def scalars(self) -> dict[str, Fraction]:
         """The exact parameter values; an error if some are free or arrays."""
@@ -286,46 +221,20 @@ class Drift:
     def require_bound(self) -> None:
         """Raise unless every parameter has a value."""
         if self.free:
-            names = ", ".join(self.free)
-            example = f"{self.free[0]}=…"
             raise InputError(
-                f"the drift's parameters {names} have no value; set them with bind({example})."
+                f"the drift's parameters {', '.join(self.free)} have no value; set them with "
+                f"bind({self.free[0]}=…)."
             )
 
     # -- values ----------------------------------------------------------------------------
 
-    def evaluate_float(self, u: FloatArray) -> Any:
-        """A(u) in float64 with the parameters broadcast against `u`; no bounds are checked."""
-        from symasym.drift.sampled import in_floats
-
-        return in_floats(self._model, u, self.float_values())
-
-    def flat_values(self, shape: tuple[int, ...]) -> dict[str, Any]:
-        """The parameters of scenes of this shape: numbers, and arrays of an element a scene."""
-        return {
-            name: np.broadcast_to(x, shape).ravel() if is_array(x) else x
-            for name, x in self._values.items()
-        }
-
-    def float_values(self) -> dict[str, FloatArray]:
-        """The parameter values in float64."""
-        self.require_bound()
-        return {name: floats(name, value) for name, value in self._values.items()}
-
     def exact_coefficients(self) -> list[Fraction] | None:
         """Rational coefficients of A in ascending powers; None if A is no such polynomial."""
-        known = self._rational_coefficients
-        return None if known is None else [*known]
+        return None if self._coefficients is None else [*self._coefficients]
 
     @cached_property
-    def _rational_coefficients(self) -> list[Fraction] | None:
-        values = self.scalars()
-        if isinstance(self._model, models.Expression):
-            from symasym.drift import expressions
-
-            known = expressions.rational_powers(self._model, values)
-        else:
-            known = self._model.coefficients(values)
+    def _coefficients(self) -> list[Fraction] | None:
+        known = self._model.coefficients(self.scalars())
         while known and len(known) > 1 and known[-1] == 0:
             known.pop()
         return known
@@ -338,11 +247,14 @@ class Drift:
         u : float or array_like
             Scaled position, broadcast with the parameters.
         """
+        from symasym.drift.sampled import in_floats
+
         position = floats("u", u)
-        shape = self.shape_with("u", position)
+        shape = common_shape({"drift": self.shape, "u": position.shape})
         inside = np.clip(position, -1.0, 1.0) if self._model.layered else position
-        result = np.asarray(self.evaluate_float(inside), dtype=np.float64)
-        result = np.broadcast_to(result, shape)
+        self.require_bound()
+        values = {name: floats(name, value) for name, value in self._values.items()}
+        result = np.broadcast_to(in_floats(self._model, inside, values), shape)
         return float(result) if result.ndim == 0 else result.copy()
 
     # -- region ----------------------------------------------------------------------------
@@ -355,24 +267,7 @@ class Drift:
             raise RegionError(
                 f"{self!r} has no layer, and so no a- and a+; give ends=(…) to what is asked of it."
             )
-        return self._end_value(-1), self._end_value(1)
-
-    def _end_value(self, side: int) -> Any:
-        if self.shape:
-            known = self._model.end(self._values, side)
-            value = self.evaluate_float(np.asarray(float(side))) if known is None else known
-            return np.broadcast_to(np.asarray(value, dtype=np.float64), self.shape)
-        if (exactly := self.end(side)) is not None:
-            return exactly
-        from flint import arb
-
-        from symasym.base.balls import precision
-        from symasym.drift.evaluate import profile, rational
-
-        of = self._model.models[0] if isinstance(self._model, models.Pieces) else self._model
-        with precision(_END_BITS):
-            numbers = {name: rational(x) for name, x in self._values.items()}
-            return float(profile(of, numbers)(arb(side)).mid())
+        return landscape.end(self, -1), landscape.end(self, 1)
 
     def end(self, side: int) -> Fraction | None:
         """A(side), side = -1 or 1, where it is rational and known without rounding, else None."""
@@ -395,32 +290,20 @@ class Drift:
             At a tangency, a- = 0 or a+ = 0, where the table has no entry.
         """
         a_minus, a_plus = self.ends
-        if not self.shape:
-            return _region(a_minus, a_plus)
-        flat = [_region(x, y) for x, y in zip(a_minus.ravel(), a_plus.ravel(), strict=True)]
-        return np.array(flat).reshape(self.shape)
+        return landscape.region(a_minus, a_plus)
 
     # -- landscape and symbols ---------------------------------------------------------------
 
     def expression(self) -> Expr:
         """A(u) as a SymPy expression, bound scalar parameters put in."""
-        import sympy
-
         if "u" in self.free:
             raise InputError(
                 f"{self!r} has a free parameter u, which is the name of the position; bind it, or "
                 "rename it."
             )
-        values = {}
-        for name in self.parameters:
-            x: Any = self._values.get(name)
-            known = isinstance(x, Fraction)
-            values[name] = (
-                sympy.Rational(*x.as_integer_ratio()) if known else sympy.Symbol(name, real=True)
-            )
         from symasym.drift import expressions
 
-        return expressions.expression(self._model, values)
+        return expressions.expression(self._model, self._values)
 
     def phi(self) -> Expr:
         """phi(u) as a SymPy Piecewise in the real symbol ``u`` (eq:phi)."""
@@ -439,21 +322,11 @@ class Drift:
         return expressions.potential(self.expression())
 
     def potential_at(self, u: Numbers) -> Any:
-        """V(u) in float64 (eq:V), with V(-1) = 0, by quadrature of the drift.
-
-        Parameters
-        ----------
-        u : float or array_like
-            Scaled position, broadcast with the parameters.
-        """
+        """V(u) in float64 (eq:V), with V(-1) = 0, by quadrature; as `Drift.__call__`."""
         return landscape.potential_at(self, floats("u", u))
 
     def critical_points(self) -> list[CriticalPoint]:
-        """Zeros of A in (-1, 1), left to right, with multiplicity and stability.
-
-        Returns
-        -------
-        list of symasym.drift.critical_points.CriticalPoint
+        """Zeros of A in (-1, 1), left to right, with multiplicity and kind.
 
         Raises
         ------
@@ -478,16 +351,7 @@ class Drift:
         Parameters
         ----------
         axes : two matplotlib Axes, optional
-            For phi and for V; those of a new figure when left out.
-
-        Returns
-        -------
-        the two Axes
-
-        Raises
-        ------
-        InputError
-            For free parameters or arrays.
+            For phi and for V; those of a new figure when left out. They are returned.
 
         Examples
         --------
@@ -519,68 +383,12 @@ class Drift:
 
     def __repr__(self) -> str:
         """The call that makes this drift, ``sa`` being symasym; long arrays are shortened."""
-        bound = {name: self._values[name] for name in self.parameters if name in self._values}
-        texts = {name: _source(value) for name, value in bound.items()}
-        named = ", ".join(f"{name}={text}" for name, text in texts.items())
-        if isinstance(self._model, models.Expression):
-            other = "" if self._model.u.name == "u" else f", {self._model.u.name!r}"
-            made = f"sa.Drift({str(self._model.formula)!r}{other})"
-            return f"{made}.bind({named})" if named else made
-        if isinstance(self._model, models.Pieces):
-            return _of_pieces(self._model) + (f".bind({named})" if named else "")
-        if isinstance(self._model, models.Polynomial) and not self.free:
-            named = ", ".join(texts.values())
-        shape = [f"{key}={value!r}" for key, value in self._model.shape.items()]
-        return f"sa.{self.name}({', '.join([*filter(None, [named]), *shape])})"
+        return self._model.source(
+            {x: y for x in self.parameters if (y := self._values.get(x)) is not None}
+        )
 
     def _repr_latex_(self) -> str:
         """A(u) for a notebook; parameters that are free or arrays stay symbols."""
-        import sympy
+        from symasym.drift import expressions
 
-        from symasym.derivation.tex import tex
-
-        formula = self.expression()
-        # Floats are shown as such, and so are numbers that would fill lines.
-        long = [x for x in formula.atoms(sympy.Rational) if x.q > 10**6 or abs(x.p) > 10**18]
-        formula = formula.xreplace({x: x.evalf(15) for x in long})
-        return rf"$\displaystyle \phi(u) = {tex(formula)}$"
-
-
-def _of_pieces(model: models.Pieces) -> str:
-    """The call that makes a drift of pieces."""
-    texts = [str(part.formula) for part in model.models]  # type: ignore[attr-defined]
-    ends = [*map(number_repr, model.cuts), "None"]
-    options = [repr(texts[0])]
-    if model.cuts:
-        options = [f"[{', '.join(f'({a!r}, {b})' for a, b in zip(texts, ends, strict=True))}]"]
-    if (u := model.models[0].u.name) != "u":  # type: ignore[attr-defined]
-        options.append(repr(u))
-    if not model.layered and not model.cuts:
-        options.append("layer=None")
-    if model.noise:
-        options.append(f"noise={str(model.noise.formula)!r}")  # type: ignore[attr-defined]
-    if model.alpha:
-        options.append("ito='stratonovich'")
-    return f"sa.Drift{'.piecewise' if model.cuts else ''}({', '.join(options)})"
-
-
-def _source(value: Fraction | FloatArray) -> str:
-    """Python source of a parameter's value."""
-    if not isinstance(value, np.ndarray):
-        return number_repr(value)
-    if value.size > _MOST_SHOWN:
-        return f"<{value.size} values from {value.min():.6g} to {value.max():.6g}>"
-    return str(value.tolist())
-
-
-def _region(a_minus: Fraction | float, a_plus: Fraction | float) -> str:
-    """The word of section 4 for the signs of a- and a+; RegionError at a tangency."""
-    for name, value in (("a-", a_minus), ("a+", a_plus)):
-        if value == 0:
-            raise RegionError(
-                f"{name} is 0, a tangency, which the paper's table of regions leaves out; "
-                "change a parameter, or ask for a quantity that needs no region."
-            )
-    if (a_minus > 0) == (a_plus > 0):
-        return "crossing"
-    return "sliding" if a_minus > 0 else "repelling sliding"
+        return rf"$\displaystyle \phi(u) = {expressions.latex(self.expression())}$"

@@ -170,7 +170,7 @@ def value_of(model: Model, u: Any, values: Mapping[str, Any], balls: bool) -> An
         if model.layered:
             u = np.clip(u, -1.0, 1.0)
         which = np.searchsorted([float(x) for x in model.cuts], u, side="right")
-        parts = [value_of(part, u, values, balls) for part in model.models]
+        parts = [value_of(part, u, values, balls) for part in model.pieces]
         return np.select([which == k for k in range(len(parts))], parts)
     if isinstance(model, Expression):
         of = _function(model.formula, (model.u, *model.symbols.values()), balls)
@@ -319,13 +319,10 @@ def pieces(
     values : mapping of str to fmpq, arb or acb, optional
         In place of these of the drift's parameters.
     """
-    model: Any = drift.model
-    one = fmpq(1)
+    model, one = drift.model, fmpq(1)
     numbers = {name: rational(x) for name, x in drift.scalars().items()}
     numbers.update(values or {})
-    parts, noise, cuts = [model], None, []
-    if isinstance(model, Pieces):
-        parts, noise, cuts = [*model.models], model.noise, [rational(x) for x in model.cuts]
+    parts, noise, cuts = model.pieces, model.noise, [rational(x) for x in model.cuts]
     found: list[Any] = [[profile(part, numbers), None, None] for part in parts]
     if noise:
         found = [_weighted(part, noise, numbers, model.alpha) for part in parts]

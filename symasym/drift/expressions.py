@@ -15,6 +15,7 @@ from flint import arb, fmpq
 from symasym.base.balls import precision
 from symasym.base.errors import InputError
 from symasym.base.inputs import exact, float_text, is_name, sequence, shown
+from symasym.derivation.tex import tex
 from symasym.drift import evaluate, models, texts
 
 # Halvings of [-1, 1], and boxes, of which a smooth drift takes a few hundred at most.
@@ -57,6 +58,24 @@ def _read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
     return models.Expression(formula.xreplace(plain), sympy.Symbol(symbol.name))
 
 
+def read_drift(
+    A: Any, u: Any, a_minus: Any, a_plus: Any, layer: Any, noise: Any, ito: Any
+) -> models.Model:
+    """The model of one formula, with or without a layer."""
+    layered = layer is not None
+    if layered and layer != (-1, 1):
+        raise InputError(
+            f"layer is {shown(layer)}; give (-1, 1), to which u is scaled, or None where A holds "
+            "everywhere."
+        )
+    if not layered and (a_minus is not None or a_plus is not None):
+        raise InputError("a- or a+ is given without a layer beside which it holds; leave it out.")
+    model = read(A, u, a_minus, a_plus)
+    if layered and noise is None:
+        return model
+    return with_pieces([(A, None)], u, noise, ito, layered)
+
+
 def with_pieces(given: Any, u: Any, noise: Any, ito: Any, layered: bool = False) -> models.Pieces:
     """The model of pieces by their right ends, with the noise sigma(u)."""
     parts = sequence("pieces", given)
@@ -79,7 +98,9 @@ def with_pieces(given: Any, u: Any, noise: Any, ito: Any, layered: bool = False)
     if alpha is None:
         raise InputError(f"ito is {shown(ito)}; give 0 or 'stratonovich'.")
     sigma = None if noise is None else _read(noise, u, None, None)
-    return models.Pieces(tuple(found), tuple(cuts), sigma, alpha, layered)
+    return models.Pieces(
+        models=tuple(found), cuts=tuple(cuts), noise=sigma, alpha=alpha, layered=layered
+    )
 
 
 def _equal(a: Any, b: Any) -> bool:
@@ -220,31 +241,31 @@ def potential(A: Any) -> Any:
     )
 
 
-def rational_powers(
-    model: models.Expression, values: Mapping[str, Fraction]
-) -> list[Fraction] | None:
-    """The coefficients of A in powers of u where A is a polynomial and they are rational."""
-    if model.powers is None:
-        return None
-    put = {s: sympy.Rational(*values[n].as_integer_ratio()) for n, s in model.symbols.items()}
-    found = [c.subs(put) for c in model.powers]
-    if not all(c.is_Rational for c in found):
-        return None
-    return [Fraction(int(c.p), int(c.q)) for c in found]
-
-
 def expression(model: models.Model, values: Mapping[str, Any]) -> Any:
-    """A(u) in the real symbol u, `values` being SymPy's."""
+    """A(u) in the real symbol u; parameters without one exact value are real symbols."""
     u = sympy.Symbol("u", real=True)
+    known = {name: x for name, x in values.items() if isinstance(x, Fraction)}
+    put = {
+        name: sympy.Rational(*known[name].as_integer_ratio())
+        if name in known
+        else sympy.Symbol(name, real=True)
+        for name in model.parameters
+    }
     if isinstance(model, models.Pieces):
         parts = [expression(part, values) for part in model.models]
         ends = [sympy.Rational(*x.as_integer_ratio()) for x in model.cuts]
         cases = zip(parts, [*(u < x for x in ends), True], strict=True)
         return sympy.Piecewise(*cases)
     if isinstance(model, models.Expression):
-        put = {s: values[name] for name, s in model.symbols.items()}
-        return model.formula.subs(put).subs(model.u, u)
-    return model.evaluate(u, values, _SYMBOLS)
+        symbols = {s: put[name] for name, s in model.symbols.items()}
+        return model.formula.subs(symbols).subs(model.u, u)
+    return model.evaluate(u, put, _SYMBOLS)
+
+
+def latex(A: Any) -> str:
+    """LaTeX with floats for numbers that would fill lines."""
+    long = [x for x in A.atoms(sympy.Rational) if x.q > 10**6 or abs(x.p) > 10**18]
+    return tex(A.xreplace({x: x.evalf(15) for x in long}))
 
 
 _SYMBOLS = type("Symbols", (), {"sin": sympy.sin, "tanh": sympy.tanh, "pi": lambda: sympy.pi})

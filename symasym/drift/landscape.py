@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from flint import arb
 
-from symasym.base.errors import AccuracyError, RangeError
-from symasym.base.inputs import FloatArray
+from symasym.base.balls import precision
+from symasym.base.errors import AccuracyError, RangeError, RegionError
+from symasym.base.inputs import FloatArray, common_shape
 from symasym.drift.models import Pieces
 
 if TYPE_CHECKING:
@@ -18,18 +20,19 @@ if TYPE_CHECKING:
     from symasym.drift.drift import Drift
 
 _MOST_PANELS = 100_000
+_END_BITS = 4096  # numbers within 1e±300 that cancel leave digits
 
 
 def potential_at(drift: Drift, u: FloatArray) -> float | FloatArray:
     """V in float64 with V(-1) = 0, by Gauss and Legendre's rule on the panels that hold A."""
-    from symasym.drift.sampled import sampled
+    from symasym.drift.sampled import flat_values, sampled
 
     if isinstance(drift.model, Pieces):
         return _of_pieces(drift, drift.model, u)
-    position = np.broadcast_to(u, drift.shape_with("u", u))
+    position = np.broadcast_to(u, common_shape({"drift": drift.shape, "u": u.shape}))
     inside = np.clip(position, -1.0, 1.0)
     drift.require_bound()
-    parameters, cuts = drift.flat_values(drift.shape), {-1.0, 1.0}
+    parameters, cuts = flat_values(drift, drift.shape), {-1.0, 1.0}
     for row in range(math.prod(drift.shape)):
         arrays = {k: x[row : row + 1] for k, x in parameters.items() if isinstance(x, np.ndarray)}
         (held,) = sampled(drift, arrays, 1).parts
@@ -45,7 +48,7 @@ def potential_at(drift: Drift, u: FloatArray) -> float | FloatArray:
             low = np.minimum(inside, left)
             half = (np.minimum(inside, right) - low) / 2
             for node, weight in zip(*rule, strict=True):
-                total = total - weight * half * drift.evaluate_float(low + half * (1 + node))
+                total = total - weight * half * drift(low + half * (1 + node))
     if not np.isfinite(total).all():
         raise RangeError(
             f"V of {drift!r} leaves the range of float64; rescale the drift, or give u nearer to 0."
@@ -68,6 +71,35 @@ def _of_pieces(drift: Drift, model: Pieces, u: FloatArray) -> float | FloatArray
     total = -np.append(0.0, np.cumsum(values))
     found: FloatArray = total[np.searchsorted(marks, u)] - total[np.searchsorted(marks, -1.0)]
     return float(found) if found.ndim == 0 else found
+
+
+def end(drift: Drift, side: int) -> Any:
+    """A(side), side = -1 or 1: a Fraction where it is rational, else a float, or an array."""
+    from symasym.drift.evaluate import profile, rational
+
+    if drift.shape:
+        known = drift.model.end(drift.values, side)
+        value = drift(float(side)) if known is None else known
+        return np.broadcast_to(np.asarray(value, dtype=np.float64), drift.shape)
+    if (exactly := drift.end(side)) is not None:
+        return exactly
+    with precision(_END_BITS):
+        numbers = {name: rational(x) for name, x in drift.values.items()}
+        return float(profile(drift.model.pieces[0], numbers)(arb(side)).mid())
+
+
+def region(a_minus: Any, a_plus: Any) -> Any:
+    """The words of section 4 for the signs of a- and a+; RegionError at a tangency."""
+    left, right = np.sign(np.array([a_minus, a_plus]))
+    for name, signs in (("a-", left), ("a+", right)):
+        if not np.all(signs):
+            raise RegionError(
+                f"{name} is 0, a tangency, which the paper's table of regions leaves out; "
+                "change a parameter, or ask for a quantity that needs no region."
+            )
+    sliding = np.where(left > 0, "sliding", "repelling sliding")
+    found = np.where(left == right, "crossing", sliding)
+    return found if found.ndim else str(found)
 
 
 def drag_time(

@@ -14,8 +14,11 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from symasym.base.errors import InputError
+from symasym.base.inputs import exact, float_text
+from symasym.base.texts import number_repr
 
 Values = Mapping[str, Any]
+_MOST_SHOWN = 1000  # values of an array
 
 
 @dataclass(frozen=True)
@@ -25,8 +28,16 @@ class Model:
     parameters: ClassVar[tuple[str, ...]] = ()
     positive: ClassVar[tuple[str, ...]] = ()
     not_negative: ClassVar[tuple[str, ...]] = ()
-    #: A holds on [-1, 1], and outside its values at the ends.
-    layered = True
+    #: A holds on [-1, 1], and outside its values at the ends; the noise is constant.
+    plain = layered = True
+    cuts: ClassVar[Any] = ()
+    noise: ClassVar[Any] = None
+    alpha: ClassVar[Any] = Fraction(0)
+
+    @property
+    def pieces(self) -> tuple[Model, ...]:
+        """The formulas from left to right."""
+        return (self,)
 
     @property
     def name(self) -> str:
@@ -37,6 +48,11 @@ class Model:
     def shape(self) -> dict[str, int]:
         """The whole numbers that shape the formula, by the names that a caller gives them."""
         return {}
+
+    def source(self, values: Values) -> str:
+        """The call that makes a drift of it with these values of its parameters."""
+        shape = [f"{name}={value}" for name, value in self.shape.items()]
+        return f"sa.{self.name}({', '.join(_texts(values) + shape)})"
 
     def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
         """A(u) with the parameters p."""
@@ -93,6 +109,12 @@ class Polynomial(Model):
     def parameters(self) -> tuple[str, ...]:  # type: ignore[override]
         """The coefficients' names."""
         return tuple(f"c{k}" for k in range(self.degree + 1))
+
+    def source(self, values: Values) -> str:
+        """In order where all are known."""
+        if len(values) <= self.degree:
+            return super().source(values)
+        return f"sa.polynomial({', '.join(map(_text, values.values()))})"
 
     def coefficients(self, p: Values) -> list[Any]:
         """The parameters themselves."""
@@ -184,6 +206,22 @@ class Expression(Model):
         poly = self.formula.as_poly(self.u)
         return None if poly is None else [sympy.sympify(c) for c in poly.all_coeffs()[::-1]]
 
+    def coefficients(self, p: Values) -> list[Any] | None:
+        """The same where they are rational."""
+        import sympy
+
+        if self.powers is None:
+            return None
+        put = {s: sympy.Rational(*p[n].as_integer_ratio()) for n, s in self.symbols.items()}
+        found = [c.subs(put) for c in self.powers]
+        rational = all(c.is_Rational for c in found)
+        return [Fraction(int(c.p), int(c.q)) for c in found] if rational else None
+
+    def source(self, values: Values) -> str:
+        """`Drift` and `bind`."""
+        other = "" if self.u.name == "u" else f", {self.u.name!r}"
+        return f"sa.Drift({str(self.formula)!r}{other}){_bound(values)}"
+
     def end(self, p: Values, side: int) -> Any:
         """A(side) where it is rational, by SymPy; else None."""
         import sympy
@@ -199,7 +237,7 @@ class Expression(Model):
         return Fraction(int(value.p), int(value.q)) if value.is_Rational else None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Pieces(Model):
     """phi of several pieces, or of noise that depends on u; without a layer they hold everywhere.
 
@@ -217,17 +255,40 @@ class Pieces(Model):
         One piece, which holds on [-1, 1], as does sigma; outside are their values at the ends.
     """
 
-    models: tuple[Model, ...]
-    cuts: tuple[Fraction, ...]
-    noise: Model | None
-    alpha: Fraction
+    models: tuple[Expression, ...]
+    cuts: tuple[Fraction, ...]  # type: ignore[misc]
+    noise: Expression | None  # type: ignore[misc]
+    alpha: Fraction  # type: ignore[misc]
     layered: bool
+    plain = False
+
+    @property
+    def pieces(self) -> tuple[Model, ...]:
+        """The models."""
+        return self.models
 
     @property
     def parameters(self) -> tuple[str, ...]:  # type: ignore[override]
         """Those of all pieces and of sigma."""
         every = [*self.models, self.noise] if self.noise else self.models
         return tuple(dict.fromkeys(name for model in every for name in model.parameters))
+
+    def source(self, values: Values) -> str:
+        """`Drift` or `Drift.piecewise`, and `bind`."""
+        texts = [repr(str(part.formula)) for part in self.models]
+        ends = [*map(number_repr, self.cuts), "None"]
+        pairs = ", ".join(f"({a}, {b})" for a, b in zip(texts, ends, strict=True))
+        options = [f"[{pairs}]" if self.cuts else texts[0]]
+        if (u := self.models[0].u.name) != "u":
+            options.append(repr(u))
+        if not self.layered and not self.cuts:
+            options.append("layer=None")
+        if self.noise:
+            options.append(f"noise={str(self.noise.formula)!r}")
+        if self.alpha:
+            options.append("ito='stratonovich'")
+        made = f"sa.Drift{'.piecewise' if self.cuts else ''}({', '.join(options)})"
+        return made + _bound(values)
 
     def end(self, p: Values, side: int) -> Any:
         """A(side) of a layer."""
@@ -250,3 +311,30 @@ class General(Model):
                 "Drift.general() names no drift and has no numbers; give one such as sa.friction()."
             )
         return sympy.Function("A", real=True)(u)
+
+
+def _text(value: Any) -> str:
+    """Python source of a parameter's value; long arrays are shortened."""
+    if isinstance(value, Fraction):
+        return number_repr(value)
+    if value.size > _MOST_SHOWN:
+        return f"<{value.size} values from {value.min():.6g} to {value.max():.6g}>"
+    return str(value.tolist())
+
+
+def _texts(values: Values) -> list[str]:
+    return [f"{name}={_text(value)}" for name, value in values.items()]
+
+
+def _bound(values: Values) -> str:
+    return f".bind({', '.join(_texts(values))})" if values else ""
+
+
+def check_range(model: Model, name: str, value: Any) -> None:
+    """Raise InputError for a value outside its parameter's range."""
+    strict = name in model.positive
+    if strict or name in model.not_negative:
+        lowest = value if isinstance(value, Fraction) else value.min()
+        if lowest < 0 or (strict and lowest == 0):
+            rule = "greater than 0" if strict else "at least 0"
+            raise InputError(f"{name} is {float_text(exact(name, lowest))}; it must be {rule}.")

@@ -26,8 +26,8 @@ def plot(drift: Drift, axes: Sequence[Axes] | None) -> Any:
 
         axes = pyplot.subplots(2, sharex=True, layout="constrained")[1]
     above, below = inputs.axes("axes", axes, 2)
-    model: Any = drift.model
-    cuts = [] if drift.plain else [float(x) for x in model.cuts]
+    model = drift.model
+    cuts = [float(x) for x in model.cuts]
     reach = max(_REACH, *(1.5 * abs(x) for x in cuts)) if cuts else _REACH
     u = np.linspace(-reach, reach, _POINTS)
     phi = drift(u)

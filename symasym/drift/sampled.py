@@ -16,7 +16,7 @@ from flint import acb, arb, fmpq
 
 from symasym.base.balls import precision
 from symasym.drift.evaluate import Analytic, box, coefficients_of, profile, rational, value_of
-from symasym.drift.models import Model, Pieces
+from symasym.drift.models import Model
 
 if TYPE_CHECKING:
     from symasym.drift.drift import Drift
@@ -32,6 +32,14 @@ def in_floats(model: Model, u: Any, values: Mapping[str, Any]) -> Any:
     """A(u) in float64."""
     with np.errstate(all="ignore"):
         return value_of(model, u, values, balls=False)
+
+
+def flat_values(drift: Drift, shape: tuple[int, ...]) -> dict[str, Any]:
+    """The parameters of scenes of this shape: numbers, and arrays of an element a scene."""
+    return {
+        name: np.broadcast_to(x, shape).ravel() if isinstance(x, np.ndarray) else x
+        for name, x in drift.values.items()
+    }
 
 
 class Sampled:
@@ -252,7 +260,7 @@ class Field:
         self.layered: bool = drift.model.layered
         self.exact = all(part.exact for part in parts)
         self.powers: tuple[float, float] | None = None
-        if isinstance(drift.model, Pieces) and drift.noise:
+        if drift.model.noise:
             twice = float(2 * drift.model.alpha)
             self.powers = -twice, twice - 2.0
 
@@ -290,14 +298,12 @@ def sampled(
     scalars = {k: x for k, x in drift.values.items() if not isinstance(x, np.ndarray)}
     numbers = {**scalars, **values}
     model = drift.model
-    if not isinstance(model, Pieces):
-        return Field(drift, numbers, rows, [Sampled(model, numbers, rows, careful=careful)])
     marks = [-1.0, 1.0]
     if not model.layered:
         marks = [span[0], *np.clip([float(x) for x in model.cuts], *span), span[1]]
     parts = [
         Sampled(part, numbers, rows, model.noise, (float(a), float(b)), careful)
-        for part, a, b in zip(model.models, marks, marks[1:], strict=False)
+        for part, a, b in zip(model.pieces, marks, marks[1:], strict=False)
         if a < b
     ]
     return Field(drift, numbers, rows, parts)

@@ -31,6 +31,7 @@ from symasym.base.inputs import (
     shown,
 )
 from symasym.drift.drift import Drift
+from symasym.drift.sampled import flat_values
 
 #: Digits behind a float64 value whose error is part of it.
 FLOAT_DIGITS = 20
@@ -201,7 +202,7 @@ def require_drift(drift: object, bound: bool = True, plain: bool = True) -> None
         raise InputError(f"drift is {shown(drift)}; give a Drift, such as sa.friction(…).")
     if bound:
         drift.require_bound()
-    if plain and not drift.plain:
+    if plain and not drift.model.plain:
         raise RegionError(
             f"{drift!r} has pieces, no layer, or noise of its own, for which there are the exact "
             "values and exit_law only; give a drift that is constant outside [-1, 1]."
@@ -235,13 +236,13 @@ def read_scene(drift: Drift, numbers: dict[str, Any], reflecting: str | None = N
 
 def require_noise(drift: Drift, low: Any, high: Any) -> None:
     """Raise InputError unless sigma > 0 from `low` to `high`, where no layer has shown it."""
-    if drift.noise and not drift.model.layered:
+    if drift.model.noise and not drift.model.layered:
         from flint import fmpq
 
         from symasym.drift.expressions import check_noise
 
         check_noise(
-            drift.noise, drift.scalars(), *(fmpq(*x.as_integer_ratio()) for x in (low, high))
+            drift.model.noise, drift.scalars(), *(fmpq(*x.as_integer_ratio()) for x in (low, high))
         )
 
 
@@ -293,7 +294,7 @@ def float_scenes(drift: Drift, numbers: dict[str, Any], reflecting: str | None =
             raise _reversed(*pair, *(f"{flat[name][wrong[0]]:.6g}" for name in pair))
     lam = flat["kappa"] ** 2
     np.divide(2.0, lam, out=lam)
-    scenes = Scenes(shape, lam, flat, drift.flat_values(shape), drift, numbers)
+    scenes = Scenes(shape, lam, flat, flat_values(drift, shape), drift, numbers)
     if "start" in flat:
         ends = scenes.ends
         below, above = flat["start"] - ends[0], ends[1] - flat["start"]
@@ -355,8 +356,7 @@ def moved_places(scenes: Scenes) -> tuple[float, FloatArray | float]:
     """How far places move, all together, that are read as floats, and the least way between two."""
     given = (x for name, x in scenes.given.items() if name != "kappa" and not is_array(x))
     places = [exact("a place", x) for x in given if not isinstance(x, (float, int))]
-    cuts = getattr(scenes.drift.model, "cuts", ())
-    places += [x for x in cuts if Fraction(float(x)) != x]
+    places += [x for x in scenes.drift.model.cuts if Fraction(float(x)) != x]
     known = [scenes.numbers[name] for name in _PLACES if name in scenes.numbers]
     if "r" in scenes.numbers:
         known += scenes.ends
@@ -371,7 +371,7 @@ def exponent_bits(drift: Drift, lam: Fraction, reach: Fraction) -> int:
     By |A| at 33 points of [-1, 1], so without a peak between them.
     """
     with np.errstate(all="ignore"):
-        sizes = np.abs(np.asarray(drift.evaluate_float(_GRID), dtype=np.float64))
+        sizes = np.abs(drift(_GRID))
     size = math.frexp(sizes[np.isfinite(sizes)].max(initial=0.0))[1]
     longest = 2 * lam * (1 + reach)
     return max(0, size + longest.numerator.bit_length() - longest.denominator.bit_length() + 1)
