@@ -31,10 +31,7 @@ _LABEL = re.compile(
     re.DOTALL | re.MULTILINE,
 )
 #: Members of `Drift` that the package needs of itself.
-_INNER = (
-    "shape_with, scalars, require_bound, evaluate_float, float_values, flat_values, values, "
-    "exact_coefficients, end, of, model, name, shape"
-)
+_INNER = "scalars, require_bound, values, exact_coefficients, end, of, model, name, shape"
 
 
 def stage(folder: Path) -> int:
