@@ -27,7 +27,7 @@ from symasym.drift.scenes import (
     require_drift,
     scene_at,
 )
-from symasym.expansions.canonical import Field, central_map
+from symasym.expansions.coalescence import Field, central_map
 
 if TYPE_CHECKING:
     from mpmath import mpf

@@ -28,7 +28,8 @@ from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
 from symasym.drift.scenes import Answer, Request, Scene
 from symasym.exact import balls
-from symasym.expansions.canonical import SHARE, Field, Panel, Way, straight, ways
+from symasym.expansions.canonical import Way, straight, ways
+from symasym.expansions.coalescence import SHARE, Field, Panel
 
 # Orders beyond the one asked for, of which the error is made, and their weight.
 _MORE, _SAFETY = 3, 3

@@ -27,8 +27,9 @@ from symasym.base.balls import exact_ball, precision, to_mpf
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import count, digits, exact
 from symasym.drift.evaluate import FUNCTIONS
-from symasym.expansions import canonical
-from symasym.expansions.canonical import Factor, Field, Way
+from symasym.expansions import canonical, coalescence
+from symasym.expansions.canonical import Way
+from symasym.expansions.coalescence import Factor, Field
 from symasym.integrals.enclosure import code, integral, number
 from symasym.integrals.integral import IntegralExpansion, read
 
@@ -70,7 +71,7 @@ class UniformExpansion(IntegralExpansion):
         wanted, first = 14 if dps is None else dps, self.order - 1
         nats = math.log(10) * (wanted + 2) + math.log(2 + lam)
         with precision(int(2 * nats) + 60):
-            ctx.cap = math.ceil(-nats / math.log(canonical.SHARE))
+            ctx.cap = math.ceil(-nats / math.log(coalescence.SHARE))
             large, turned = exact_ball(lam), self.kind == "oscillating"
             # Where no end adds anything.
             whole = self.kind == "contour" or (turned and self.a.is_infinite and self.b.is_infinite)
@@ -118,10 +119,10 @@ class UniformExpansion(IntegralExpansion):
         if not pairs:
             raise InputError(f"f = {self.f} has no two saddles near {self.x} = {middle:g}.")
         centre, pi = field.factor(min(pairs, key=lambda c: abs(c.centre - middle)))
-        found = canonical.central_map(field.taylor(centre), pi)
+        found = coalescence.central_map(field.taylor(centre), pi)
         g = field.taylor(centre, weight or (lambda y: 0 * y + 1))
-        top = canonical.primitive(2, found.zeta, canonical.at(found.s, arb(0)))
-        rows = canonical.by_parts(pi, found, g, terms - 1)[0]
+        top = coalescence.primitive(2, found.zeta, coalescence.at(found.s, arb(0)))
+        rows = coalescence.by_parts(pi, found, g, terms - 1)[0]
         return found.eps, found.zeta, rows, code(self._real, self.x)(centre) + found.eps * top
 
     def _by_airy(self, lam: Any) -> list[Any]:
@@ -143,7 +144,7 @@ class UniformExpansion(IntegralExpansion):
         low, high = max(lo, arb(middle - _CORE)), min(hi, arb(middle + _CORE))
         field = self._field(low, high)
         before, after = (
-            [canonical.panel(field, at, Factor(0), p, q, last, *weights)] if p < q else []
+            [coalescence.panel(field, at, Factor(0), p, q, last, *weights)] if p < q else []
             for at, p, q in ((low, lo, low), (high, high, hi))
         )
         parts = [*before, *field.panels(low, high, last, *weights), *after]
