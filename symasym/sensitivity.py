@@ -21,7 +21,7 @@ from symasym.base.inputs import FloatArray, Numbers, choice, digits, taken
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import Piece, pieces, rational
 from symasym.drift.models import Expression
-from symasym.drift.sampled import sampled
+from symasym.drift.sampled import Field
 from symasym.drift.scenes import (
     QUANTITIES,
     Scene,
@@ -286,7 +286,7 @@ def _by_floats(
     moved = {n: np.tile(x, len(stepped)).astype(complex) for n, x in at.items() if n in stepped}
     for k, name in enumerate(stepped):
         moved[name][k * count : (k + 1) * count] += 1j * h[k]
-    of = sampled(scenes.drift, {n: moved[n] for n in scenes.parameters}, count * len(stepped))
+    of = Field(scenes.drift, {n: moved[n] for n in scenes.parameters}, count * len(stepped))
     others = {n: np.tile(x, len(stepped)) for n, x in scenes.numbers.items() if n != "kappa"}
     logs, errors = floats.logs_of(quantity, of, {"kappa": moved["kappa"], **others})
     logs, errors = logs.reshape(-1, count), errors.reshape(-1, count).max(axis=0)
@@ -306,7 +306,7 @@ def _of_ends_in_floats(
 ) -> tuple[FloatArray, FloatArray]:
     """The rows of r and of the start, and their errors: with y = 1/sigma and w = lam Q/sigma."""
     rows = np.arange(len(scenes.lam))
-    of = sampled(scenes.drift, {n: at[n] for n in scenes.parameters}, len(rows))
+    of = Field(scenes.drift, {n: at[n] for n in scenes.parameters}, len(rows))
     r, start = at["r"], at["start"]
     with np.errstate(all="ignore"):
         (ya, yb), (wa, wb) = floats.sides(of, scenes.lam, (-r, r), (start, start), rows)

@@ -25,7 +25,7 @@ _END_BITS = 4096  # numbers within 1e±300 that cancel leave digits
 
 def potential_at(drift: Drift, u: FloatArray) -> float | FloatArray:
     """V in float64 with V(-1) = 0, by Gauss and Legendre's rule on the panels that hold A."""
-    from symasym.drift.sampled import flat_values, sampled
+    from symasym.drift.sampled import Field, flat_values
 
     if isinstance(drift.model, Pieces):
         return _of_pieces(drift, drift.model, u)
@@ -35,7 +35,7 @@ def potential_at(drift: Drift, u: FloatArray) -> float | FloatArray:
     parameters, cuts = flat_values(drift, drift.shape), {-1.0, 1.0}
     for row in range(math.prod(drift.shape)):
         arrays = {k: x[row : row + 1] for k, x in parameters.items() if isinstance(x, np.ndarray)}
-        (held,) = sampled(drift, arrays, 1).parts
+        (held,) = Field(drift, arrays, 1).parts
         if held.cuts is None:
             raise AccuracyError(f"V of {drift!r} takes too many panels; take a less steep A.")
         cuts.update(held.cuts.tolist())

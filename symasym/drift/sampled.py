@@ -251,59 +251,46 @@ def _compensated(high: Any, low: Any, u: Any) -> Any:
 class Field:
     """phi/sigma^2 of rows, as `parts` from left to right, and `ends` beside a layer.
 
-    The scale density is e times sigma^`powers`[0], the speed density lam/e times
+    Parameters that are no arrays are shared by the rows, and exact if rational. `span` is how far a
+    drift without a layer is asked for; `careful` polynomials are found by compensated Horner's
+    rule. The scale density is e times sigma^`powers`[0], the speed density lam/e times
     sigma^`powers`[1]; without noise `powers` is None.
     """
 
-    def __init__(self, drift: Drift, numbers: Mapping[str, Any], rows: int, parts: list[Sampled]):
-        self._drift, self._numbers, self._rows, self.parts = drift, numbers, rows, parts
-        self.layered: bool = drift.model.layered
-        self.exact = all(part.exact for part in parts)
-        self.powers: tuple[float, float] | None = None
-        if drift.model.noise:
-            twice = float(2 * drift.model.alpha)
-            self.powers = -twice, twice - 2.0
+    def __init__(
+        self,
+        drift: Drift,
+        values: Mapping[str, Any],
+        rows: int,
+        span: tuple[float, float] = (-1.0, 1.0),
+        careful: bool = False,
+    ):
+        self._drift, self._rows, model = drift, rows, drift.model
+        self._numbers = {**drift.values, **values}
+        marks = [-1.0, 1.0]
+        if not model.layered:
+            marks = [span[0], *np.clip([float(x) for x in model.cuts], *span), span[1]]
+        self.parts = [
+            Sampled(part, self._numbers, rows, model.noise, (float(a), float(b)), careful)
+            for part, a, b in zip(model.pieces, marks, marks[1:], strict=False)
+            if a < b
+        ]
+        self.layered: bool = model.layered
+        self.exact = all(part.exact for part in self.parts)
+        twice = float(2 * model.alpha)
+        self.powers = (-twice, twice - 2.0) if model.noise else None
 
     @cached_property
-    def ends(self) -> tuple[Any, Any]:
+    def ends(self) -> list[Any]:
         """a- and a+ of the rows, over sigma^2."""
         every, found, (part,) = np.arange(self._rows), [], self.parts
+        shared = not part.arrays and self._numbers == self._drift.values
         for side in (-1, 1):
             u = np.full((1, self._rows), float(side))
-            if not part.arrays and self._numbers == self._drift.values:
-                known: Any = self._drift.end(side)
-            else:
-                known = part.model.end(part.floats, side)
+            known = self._drift.end(side) if shared else part.model.end(part.floats, side)
             if known is None:
                 known = part(u, every)[0]
             else:
-                known = known if isinstance(known, np.ndarray) else float(known)
-                known = known * np.exp(-2 * part.log_noise(u, every)[0])
+                known = 1.0 * known * np.exp(-2 * part.log_noise(u, every)[0])
             found.append(np.broadcast_to(known, self._rows))
-        return found[0], found[1]
-
-
-def sampled(
-    drift: Drift,
-    values: Mapping[str, Any],
-    rows: int,
-    span: tuple[float, float] = (-1.0, 1.0),
-    careful: bool = False,
-) -> Field:
-    """phi of these rows: parameters that are no arrays are shared by them, and exact if rational.
-
-    `span` is how far a drift without a layer is asked for; `careful` polynomials are found by
-    compensated Horner's rule.
-    """
-    scalars = {k: x for k, x in drift.values.items() if not isinstance(x, np.ndarray)}
-    numbers = {**scalars, **values}
-    model = drift.model
-    marks = [-1.0, 1.0]
-    if not model.layered:
-        marks = [span[0], *np.clip([float(x) for x in model.cuts], *span), span[1]]
-    parts = [
-        Sampled(part, numbers, rows, model.noise, (float(a), float(b)), careful)
-        for part, a, b in zip(model.pieces, marks, marks[1:], strict=False)
-        if a < b
-    ]
-    return Field(drift, numbers, rows, parts)
+        return found

@@ -25,7 +25,7 @@ import numpy as np
 
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import is_array
-from symasym.drift.sampled import Field, sampled
+from symasym.drift.sampled import Field
 from symasym.drift.scenes import Answers, Request, Scenes, moved_places, quantity_of, scene_at
 from symasym.exact.balls import of_scene
 from symasym.exact.float_integrals import ULP, Logs
@@ -190,11 +190,11 @@ def float_logs(scenes: Scenes, request: Request) -> Logs:
     if not model.layered:
         ends = scenes.ends
         span = float(ends[0].min()), float(ends[1].max())
-    of = sampled(scenes.drift, values, count, span)
+    of = Field(scenes.drift, values, count, span)
     found = logs_of(name, of, numbers, moment, reflecting)
     if of.exact and (some := _in_doubt(found)).size:
         values = {n: x[some] if is_array(x) else x for n, x in values.items()}
-        careful = sampled(scenes.drift, values, len(some), span, careful=True)
+        careful = Field(scenes.drift, values, len(some), span, careful=True)
         fewer = {n: x[some] for n, x in numbers.items()}
         found.log[some], found.error[some] = logs_of(name, careful, fewer, moment, reflecting)
     moved, room = moved_places(scenes)
