@@ -5,8 +5,8 @@ A method is a record of `METHODS`. Its module, loaded when the method is first a
 ``of_scene(scene, request)``
     the `Answer` for one scene in exact numbers, to ``request.digits`` digits;
 ``of_scenes(scenes, request)``
-    in some modules: the `Answers` for many scenes in float64. Where it is missing, scenes are
-    asked one by one.
+    in some modules, or in the one that the record names for it: the `Answers` for many scenes in
+    float64. Where it is missing, scenes are asked one by one.
 
 `answer` reads the numbers, asks the method, and hands the answer back as a float, an array, an mpf
 or an `Estimate`. In an array a scene that a method refuses is nan.
@@ -64,6 +64,8 @@ class Method:
         Of an expansion: the order that is taken where none is given, and the highest.
     diverges : bool
         The order may be ``"optimal"``.
+    arrays : str
+        The module for many scenes where it is another one.
     """
 
     quantities: tuple[str, ...]
@@ -71,11 +73,15 @@ class Method:
     about: str
     orders: tuple[int, int] | None = None
     diverges: bool = False
+    arrays: str = ""
 
 
 #: By their names, in the order in which messages list them.
 METHODS = {
-    "exact": Method((*_ALL, "p_ss"), "symasym.exact.balls", "the integral, nothing dropped"),
+    "exact": Method(
+        (*_ALL, "p_ss"), "symasym.exact.balls", "the integral, nothing dropped",
+        arrays="symasym.exact.floats",
+    ),
     "paper": Method(_ALL, "symasym.paper", "the paper's own leading order"),
     "laplace": Method(
         _ALL, "symasym.expansions.answer", "weak noise, in powers of kappa^2", WEAK_NOISE_ORDERS,
@@ -160,8 +166,8 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     """The answers of a method for many scenes, whatever Arb's precision is outside."""
     from symasym.base.balls import precision
 
-    name = "symasym.exact.floats" if request.method == "exact" else METHODS[request.method].module
-    module: Any = importlib.import_module(name)
+    method = METHODS[request.method]
+    module: Any = importlib.import_module(method.arrays or method.module)
     with precision(_BITS):
         if hasattr(module, "of_scenes"):
             found: Answers = module.of_scenes(scenes, request)

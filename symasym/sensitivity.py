@@ -149,7 +149,7 @@ def _proved(quantity: str, scene: Scene, digits: int) -> tuple[Any, dict[str, An
     numbers = {name: rational(x) for name, x in scene.numbers.items()}
     parameters = {name: rational(x) for name, x in scene.drift.scalars().items()}
     (low, high), kappa = balls.span(quantity, numbers), numbers["kappa"]
-    guard = balls.exponent_bits(rational(scene.lam), high)
+    guard = balls.bits_of_way(rational(scene.lam), high)
 
     def log(working: int, **moved: Any) -> Any:
         """log(quantity), some parameters moved."""

@@ -201,6 +201,9 @@ def floats(name: str, value: Numbers, copy: bool = True) -> FloatArray:
     if masked or array.dtype.kind not in "iuf" or not array.size or not np.isfinite(array).all():
         raise InputError(f"{name} is {shown(value)}; give an array of finite real numbers.")
     array = array.astype(np.float64, copy=copy)
+    sizes = np.abs(array)
+    if (beyond := (sizes > 1e300) | ((sizes < 1e-300) & (sizes > 0))).any():
+        exact(name, array[beyond].flat[0].item())
     if not copy:
         array = array.view()
         array.flags.writeable = False

@@ -263,7 +263,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     low, high = places = span(name, numbers)
     outside = (arb(0), arb(0)) if "left" in numbers else None
     # Rounding of lam V, which may reach lam times the way, is taken off the digits.
-    guard, more = exponent_bits(lam, max(abs(low), abs(high))), 0
+    guard, more = bits_of_way(lam, max(abs(low), abs(high))), 0
     most = _MOST_BITS if request.moment == 1 else _MOST_OF_MOMENTS
     while more < most:
         working = digits + 4 + more // 8
@@ -290,7 +290,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     )
 
 
-def exponent_bits(lam: fmpq, far: fmpq) -> int:
+def bits_of_way(lam: fmpq, far: fmpq) -> int:
     """Bits before the point of lam V, at most, where |phi| is of order 1 as far as `far`."""
     x = lam * far
     return max(0, int(x.p).bit_length() - int(x.q).bit_length())

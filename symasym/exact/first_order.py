@@ -85,8 +85,9 @@ def _resolved(
     n, h, kind = p.terms, p.half, acb_series if isinstance(p.q, acb_poly) else arb_series
     ctx.cap = n  # `precision` restores it
     series, low = kind(list(p.q), n), p.q(ENDS[0]).exp()
-    # On |t| = rho, with |q| <= height, e^{+-q} and y = int_0 e^{q(t) - q(w)} dw, along a ray, give
-    # integrals below rho^2 e^height: by Cauchy's estimate the terms from n on add up to
+    # Along a ray to |t| = rho, int |g| <= height (`panels._moderate`), so that e^{+-q} and
+    # y = int_0 e^{q(t) - q(w)} dw give integrals below rho^2 e^height: by Cauchy's estimate the
+    # terms from n on add up to
     rest = within(2 * height.exp() / rho ** (n - 2), p.q)
     # |e^{d} - 1| <= e^{2 blur} - 1 for what blur adds to an exponent.
     other = (2 * p.blur).expm1()

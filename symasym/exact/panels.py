@@ -51,7 +51,7 @@ class Panel(NamedTuple):
     q: Any  # the integral of g from 0; e is e^{-q} up to a factor
     blur: arb  # what g misses on [-1, 1], at most
     terms: int  # of its series
-    cauchy: tuple[arb, arb] | None  # a radius and a bound of |q| there; None for a slow panel
+    cauchy: tuple[arb, arb] | None  # a radius, a bound of int |g| on rays to it; None: slow
     rise: arb  # of q
     bounds: tuple[Any, Any, Any]  # logarithms of bounds of int e, int 1/e and the nested integral
 

@@ -280,7 +280,9 @@ class Panel(NamedTuple):
     mixed: list[list[Any]]  # [k][l]: that of P_k c_l ds, P_k of h, c_l of g
 
 
-def by_parts(pi: Factor, of: Map, weight: Any, order: int) -> tuple[list[Any], list[Any]]:
+def integrated_by_parts(
+    pi: Factor, of: Map, weight: Any, order: int
+) -> tuple[list[Any], list[Any]]:
     """P_k = (p, q), p + q s, and the power series of c_k about the zeros, k = 0, 1, ..., N."""
     d, s = pi.degree, of.s
     root = pi.split(s)[0][1] if d == 2 else arb(1)
@@ -325,7 +327,7 @@ def panel(field: Field, centre: Any, pi: Factor, lo: Any, hi: Any, order: int, *
             pieces.append(_Piece(about, y0, y1, s, used[0], (c[0], c[-1])))
 
     used = weighed(centre)
-    P, c = zip(*(by_parts(pi, found, w, order) for w in used), strict=True)
+    P, c = zip(*(integrated_by_parts(pi, found, w, order) for w in used), strict=True)
     room = min(radius(pi.over(field.taylor(centre))), *(radius(w, False) for w in used))
     near = arb(SHARE * room)
     add(centre, near, s, used, c)

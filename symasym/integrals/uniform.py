@@ -122,7 +122,7 @@ class UniformExpansion(IntegralExpansion):
         found = coalescence.central_map(field.taylor(centre), pi)
         g = field.taylor(centre, weight or (lambda y: 0 * y + 1))
         top = coalescence.primitive(2, found.zeta, coalescence.at(found.s, arb(0)))
-        rows = coalescence.by_parts(pi, found, g, terms - 1)[0]
+        rows = coalescence.integrated_by_parts(pi, found, g, terms - 1)[0]
         return found.eps, found.zeta, rows, code(self._real, self.x)(centre) + found.eps * top
 
     def _by_airy(self, lam: Any) -> list[Any]:
