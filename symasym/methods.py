@@ -44,8 +44,8 @@ WEAK_NOISE_ORDERS = (2, 20)
 _LARGEST, _SMALLEST = 709.78, -708.39
 _BITS = 128  # of Arb's numbers behind an array
 _ALL = tuple(QUANTITIES)
-#: Methods for drifts of pieces, noise that depends on u, and any ends.
-_EVERYWHERE = ("exact",)
+#: Methods for drifts of pieces, noise that depends on u, any ends and reflecting ones.
+_EVERYWHERE = ("exact", "laplace")
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,8 @@ METHODS = {
 def answer(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
     """The quantity of `request` by its method, which is none of its choosing."""
     request = request._replace(order=_order(request))
-    if request.method not in _EVERYWHERE:
+    mean = request.name[-1] in "TC" and request.moment == 1
+    if request.method not in _EVERYWHERE[: 1 + mean]:
         require_paper(drift, numbers, request)
     if quantity_of(request.name).sliding and drift.model.layered and "left" not in numbers:
         require_sliding(drift)

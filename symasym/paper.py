@@ -65,9 +65,9 @@ class _Seen(NamedTuple):
 def _seen(drift: Drift, mirrored: bool, bits: int, time: bool = False) -> _Seen:
     """The drift at flint's precision, which has as many bits."""
     field, sign = Field(drift, *LINE, time), -1 if mirrored else 1
-    zeros = [(sign * u, kind, field.taylor(u, 2)[1]) for u, kind in field.zeros][::sign]
-    low, high = (sign * field.a[sign * side] for side in (-1, 1))
-    return _Seen(low, high, zeros, lambda u: field.potential(sign * u))
+    zeros = [(sign * u, kind, field.around(u, 2)[0][1]) for u, kind in field.zeros][::sign]
+    low, high = (sign * field.ends[sign * side] for side in (-1, 1))
+    return _Seen(low, high, zeros, lambda u: field.height(sign * u))
 
 
 def _value(scene: Scene, request: Request) -> tuple[Any, ErrorKind]:

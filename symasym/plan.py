@@ -87,7 +87,7 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
 
     def parts(order: int, bits: int) -> list[tuple[str, Any]]:
         """T to an order in weak noise as named parts, largest first."""
-        known = local(drift, scene.r, scene.start, "T", order + 1, bits)
+        known = local(drift, scene.ends, scene.start, None, "T", order + 1, bits)
         at, rows = AtLam(exact_ball(scene.lam), order), []
         for side, pair, value in weak.parts(known.points, known.regular, at):
             name = " with ".join(map(str, pair)) if side else "the start's own share"

@@ -1,4 +1,4 @@
-"""Zeros of A in (-1, 1) with their multiplicities and kinds, proved.
+"""Zeros of A in (-1, 1), or between two ends, with their multiplicities and kinds, proved.
 
 Those of a polynomial with rational coefficients are isolated by flint, the real ones told from the
 others. Else [-1, 1] is halved: an interval over which the ball of A excludes 0 has no zero. What is
@@ -23,6 +23,10 @@ from symasym.drift.evaluate import Polynomial, profile, rational
 
 if TYPE_CHECKING:
     from symasym.drift.drift import Drift
+    from symasym.drift.models import Model
+
+#: Of the parameters of a formula.
+Values = tuple[tuple[str, Fraction], ...]
 
 _DIGITS = 60
 _BITS = (256, 1024, 4096)
@@ -30,7 +34,7 @@ _MOST_DIGITS = 1_000
 _MOST, _FEW = 20_000, 500  # intervals left at a time, and after 24 halvings
 _NARROW = 240  # halvings
 _HIGHEST = 8  # multiplicity that is looked for
-_FIRST = fmpq(3, 97)  # the first cut, so that no other falls on a simple number
+_FIRST = fmpq(50, 97)  # the first cut, so that no other falls on a simple number
 
 
 @dataclass(frozen=True)
@@ -64,19 +68,24 @@ def critical_points(drift: Drift) -> list[CriticalPoint]:
     drift.scalars()
     if not drift.model.layered:
         raise RegionError(f"{drift!r} has no layer (-1, 1) whose critical points are asked for.")
-    model, values = drift.model.pieces[0], drift.values
-    return list(_known(drift.of(model, **{name: values[name] for name in model.parameters})))
+    return list(known(*formula_of(drift, 0), fmpq(-1), fmpq(1)))
+
+
+def formula_of(drift: Drift, k: int) -> tuple[Model, Values]:
+    """The formula of the k-th piece, with its parameters."""
+    model, values = drift.model.pieces[k], drift.values
+    return model, tuple((name, values[name]) for name in model.parameters)
 
 
 @lru_cache(maxsize=128)
-def _known(drift: Drift) -> tuple[CriticalPoint, ...]:
-    """The critical points, found once for equal drifts."""
-    coefficients = drift.exact_coefficients()
+def known(model: Model, values: Values, low: Any, high: Any) -> tuple[CriticalPoint, ...]:
+    """The zeros of A in (low, high), found once for equal formulas."""
+    coefficients = model.coefficients(dict(values))
     if coefficients is None:
-        return tuple(_of_analytic(drift))
+        return tuple(_of_analytic(model, values, low, high))
     if not any(coefficients):
         raise AccuracyError("A is 0 on all of [-1, 1], so every point is critical; change A.")
-    return tuple(_of_polynomial(fmpq_poly([rational(c) for c in coefficients])))
+    return tuple(_of_polynomial(fmpq_poly([rational(c) for c in coefficients]), low, high))
 
 
 def _point(u: arb, multiplicity: int, rising: bool) -> CriticalPoint:
@@ -84,24 +93,24 @@ def _point(u: arb, multiplicity: int, rising: bool) -> CriticalPoint:
     return CriticalPoint(to_mpf(u, _DIGITS)[0], multiplicity, kind)
 
 
-def _of_polynomial(p: Any) -> list[CriticalPoint]:
+def _of_polynomial(p: Any, low: Any, high: Any) -> list[CriticalPoint]:
     """By the real roots in balls: flint gives them an imaginary part of 0 exactly."""
-    for end in (-1, 1):
+    for end, side in ((low, 1), (high, -1)):
         while p(end) == 0:
-            p = p / fmpq_poly([1, -end])  # which is positive in between
+            p = p / fmpq_poly([-end * side, side])  # which is positive in between
     for bits in _BITS:
         with precision(bits):
             found: list[Any] = p.numer().complex_roots()
             roots = [(z.real, m) for z, m in found if z.imag.is_zero()]
             roots.sort(key=lambda root: root[0].mid())
             apart = all(a[0] < b[0] for a, b in pairwise(roots))
-            if apart and all(x < -1 or -1 < x < 1 or x > 1 for x, _ in roots):
+            if apart and all(x < low or low < x < high or x > high for x, _ in roots):
                 break
     else:
         raise AccuracyError(f"A has zeros closer than 1e-{_MOST_DIGITS}; change A.")
     points, sign = [], 1 if p.coeffs()[-1] > 0 else -1
     for x, m in reversed(roots):  # A has the sign of its leading coefficient on the right
-        if -1 < x < 1:
+        if low < x < high:
             points.append(_point(x, m, sign > 0))
         sign = -sign if m % 2 else sign
     return points[::-1]
@@ -117,12 +126,11 @@ class _Zero(NamedTuple):
 
 
 class _Function:
-    """A over intervals at the precision of the moment."""
+    """A over intervals of (low, high) at the precision of the moment."""
 
-    def __init__(self, drift: Drift):
-        self.drift = drift
-        numbers = {name: rational(x) for name, x in drift.scalars().items()}
-        self.phi = profile(drift.model, numbers)
+    def __init__(self, model: Model, values: Values, low: Any, high: Any):
+        self.model, self.values, self.low, self.high = model, values, low, high
+        self.phi = profile(model, {name: rational(x) for name, x in values})
 
     def series(self, x: Any, count: int) -> list[Any]:
         """Balls of the first Taylor coefficients of A at all points of x."""
@@ -152,12 +160,12 @@ class _Function:
         value = self.series(arb(u), order + 1)[order]
         if not value.contains(0) or value.is_zero():
             return bool(value.is_zero())
-        return _vanishes(self.drift, Fraction(int(u.p), int(u.q)), order)
+        return vanishes(self.model, self.values, Fraction(int(u.p), int(u.q)), order)
 
     def zeros(self, a: Any, b: Any) -> list[_Zero] | None:
         """The zeros of A inside [a, b], at most one; None where that is not told.
 
-        At a and b A is known not to vanish, unless they are -1 and 1.
+        At a and b A is known not to vanish, unless they are `low` and `high`.
         """
         terms = self.series(_between(a, b), _HIGHEST + 1)
         u, rising = _simplest(a, b), bool(terms[1] > 0)
@@ -171,7 +179,8 @@ class _Function:
         order = next((k for k in range(_HIGHEST) if not self.vanishes(u, k)), 0)
         if order < 2 or terms[order].contains(0):
             return None
-        return [_Zero(u, u, order, bool(terms[order] > 0))] if abs(u) < 1 else []
+        inside = self.low < u < self.high
+        return [_Zero(u, u, order, bool(terms[order] > 0))] if inside else []
 
 
 def _between(a: Any, b: Any) -> Any:
@@ -187,20 +196,23 @@ def _simplest(a: Any, b: Any) -> Any:
 
 
 @lru_cache(maxsize=128)
-def _vanishes(drift: Drift, u: Fraction, order: int) -> bool:
+def vanishes(model: Model, values: Values, u: Fraction, order: int) -> bool:
     """True where SymPy finds this derivative of A to be 0 at u."""
     import sympy
 
+    from symasym.drift.expressions import expression
+
+    A = expression(model, dict(values))
     x, at = sympy.Symbol("u", real=True), sympy.Rational(u.numerator, u.denominator)
-    return bool(sympy.simplify(sympy.diff(drift.expression(), x, order).subs(x, at)) == 0)
+    return bool(sympy.simplify(sympy.diff(A, x, order).subs(x, at)) == 0)
 
 
-def _of_analytic(drift: Drift) -> list[CriticalPoint]:
+def _of_analytic(model: Model, values: Values, low: Any, high: Any) -> list[CriticalPoint]:
     for bits in _BITS:
         with precision(bits):
-            found = _isolated(_Function(drift))
+            found = _isolated(_Function(model, values, low, high))
         if found is not None:
-            return [_point(_refined(drift, z), z.multiplicity, z.rising) for z in found]
+            return [_point(_refined(model, values, z), z.multiplicity, z.rising) for z in found]
     raise AccuracyError(
         "A is 0 on [-1, 1], or has zeros or terms that 1,000 digits do not tell apart; give "
         "A as a polynomial, or so that its terms do not cancel."
@@ -208,10 +220,11 @@ def _of_analytic(drift: Drift) -> list[CriticalPoint]:
 
 
 def _isolated(f: _Function) -> list[_Zero] | None:
-    """All zeros in (-1, 1), each in an interval of its own; None where that takes too many."""
+    """All zeros in (low, high), each in an interval of its own; None where that takes too many."""
     found: list[_Zero] = []
-    left: list[Any] = [(fmpq(-1), _FIRST), (_FIRST, fmpq(1))]
-    if all(f.phi(arb(fmpq(k, 9))).contains(0) for k in range(-8, 9)):
+    first, step = f.low + (f.high - f.low) * _FIRST, (f.high - f.low) / 18
+    left: list[Any] = [(f.low, first), (first, f.high)]
+    if all(f.phi(arb(f.low + step * k)).contains(0) for k in range(1, 18)):
         return None
     for depth in range(_NARROW):
         joined: list[list[Any]] = []
@@ -234,11 +247,11 @@ def _isolated(f: _Function) -> list[_Zero] | None:
     return None
 
 
-def _refined(drift: Drift, zero: _Zero) -> Any:
+def _refined(model: Model, values: Values, zero: _Zero) -> Any:
     """The zero to `_DIGITS` digits, by halving and Newton's method for intervals."""
     for bits in _BITS:
         with precision(bits):
-            f, x = _Function(drift), _between(zero.a, zero.b)
+            f, x = _Function(model, values, zero.a, zero.b), _between(zero.a, zero.b)
             if zero.a == zero.b:
                 return x
             for _ in range(4 * bits):

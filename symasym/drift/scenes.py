@@ -205,7 +205,7 @@ def require_drift(drift: object, bound: bool = True, plain: bool = True) -> None
     if plain and not drift.model.plain:
         raise RegionError(
             f"{drift!r} has pieces, no layer, or noise of its own, for which there are the exact "
-            "values and exit_law only; give a drift that is constant outside [-1, 1]."
+            "values, method='laplace' and exit_law; give a drift that is constant outside [-1, 1]."
         )
 
 

@@ -52,11 +52,11 @@ _MOST_DIGITS = 300
 class Expansion(NamedTuple):
     """A series of T, C and P.
 
-    `local` gives what a drift, r, start, the name of a quantity, a number of terms and bits make
-    it of; `quantity` sums that at lam in one of the two rings.
+    `local` gives what a drift, its ends, start, the end that reflects, the name of a quantity, a
+    number of terms and bits make it of; `quantity` sums that at lam in one of the two rings.
     """
 
-    local: Callable[[Drift, Fraction, Fraction, str, int, int], Any]
+    local: Callable[[Drift, tuple[Fraction, Fraction], Fraction, Any, str, int, int], Any]
     quantity: Callable[[Any, str, Any], Any]
     in_balls: Callable[[Any, int], Any]
     in_floats: Callable[[FloatArray, int], Any]
@@ -68,7 +68,9 @@ class Expansion(NamedTuple):
         """The quantity, or its logarithm, to the request's order; any start."""
         orders, digits, log = _orders(request), request.digits, request.log
         proved = _exact(scene, request) if request.full and len(orders) == 1 else None
-        series = self._series(scene, request.name, orders[-1] + (1 if proved else 1 + _NEXT))
+        series = self._series(
+            scene, request.name, orders[-1] + (1 if proved else 1 + _NEXT), request.reflecting
+        )
         order, error = orders[0], arb("inf")
         kind: ErrorKind = "estimate"
         with precision(int(3.33 * digits) + 64):
@@ -97,7 +99,8 @@ class Expansion(NamedTuple):
     def of_scenes(self, scenes: Scenes, request: Request) -> Answers:
         """The same in float64: each drift's series once, then all its kappa."""
         logs, errors = (np.full(len(scenes.lam), np.nan) for _ in range(2))
-        apart = [scenes.numbers[n] for n in ("r", "start") if is_array(scenes.given.get(n))]
+        given = scenes.given.items()
+        apart = [scenes.numbers[n] for n, x in given if n != "kappa" and is_array(x)]
         many = apart or any(map(is_array, scenes.parameters.values()))
         groups = by_drift(scenes, *apart) if many else [(scenes.drift, np.arange(len(logs)))]
         why = ""
@@ -105,7 +108,7 @@ class Expansion(NamedTuple):
             some = rows_of(scenes, rows)._replace(drift=drift, parameters=dict(drift.values))
             try:
                 length = _orders(request)[-1] + 1 + _NEXT
-                series = self._series(scene_at(some, 0), request.name, length)
+                series = self._series(scene_at(some, 0), request.name, length, request.reflecting)
                 with np.errstate(all="ignore"):
                     logs[rows], errors[rows] = series.sampled(some, request)
             except AccuracyError as error:
@@ -117,9 +120,11 @@ class Expansion(NamedTuple):
         logs[lost] = np.nan
         return Answers(logs, errors, "estimate", (self.terms,), (self.beyond,), why)
 
-    def _series(self, scene: Scene, name: str, length: int) -> _Series:
-        r, start = LINE if name[-1] == "P" else (scene.r, scene.start)
-        return _Series(self, scene.drift, r, start, name, length)
+    def _series(
+        self, scene: Scene, name: str, length: int, reflecting: str | None = None
+    ) -> _Series:
+        ends, start = LINE if name[-1] == "P" else (scene.ends, scene.start)
+        return _Series(self, scene.drift, ends, start, reflecting, name, length)
 
     def _refusal(self, kappa: str, orders: Sequence[int]) -> AccuracyError:
         """Of a scene whose error is as large as its value."""
@@ -130,12 +135,13 @@ class Expansion(NamedTuple):
 
 
 class _Series(NamedTuple):
-    """The expansion of one drift, with r, start and the name of a quantity."""
+    """The expansion of one drift, with ends, start and the name of a quantity."""
 
     of: Expansion
     drift: Drift
-    r: Fraction
+    ends: tuple[Fraction, Fraction]
     start: Fraction
+    reflecting: str | None
     name: str
     length: int  # of each series
     in_balls: bool = False  # also at many lam, where float64 loses too much
@@ -155,15 +161,18 @@ class _Series(NamedTuple):
             known, number = self._known(bits), exact_ball(lam)
             return [self.of.quantity(known, self.name, self.of.in_balls(number, n)) for n in orders]
 
-        bits = int(3.33 * digits) + exponent_bits(self.drift, lam, self.r) + 80
-        bits += int(self.r / (self.r - abs(self.start))).bit_length()
+        low, high = self.ends
+        bits = int(3.33 * digits) + exponent_bits(self.drift, lam, max(-low, high)) + 80
+        bits += max(
+            int((high - low) / x).bit_length() for x in (self.start - low, high - self.start) if x
+        )
         found = doubled(to_orders, bits - bits % -64, digits)
         if log and self.name != "T" and found[0] > 0.5:
             return found, [(-y).log1p() for y in self.rest.balls(lam, orders, digits, False)[0]]
         return found, [y.log() for y in found]
 
     def _known(self, bits: int) -> Any:
-        return self.of.local(self.drift, self.r, self.start, self.name, self.length, bits)
+        return self.of.local(*self[1:7], bits)
 
     def logs(self, lam: FloatArray, order: int) -> FloatArray:
         """The logarithms at many lam, in steps that stay in a cache."""

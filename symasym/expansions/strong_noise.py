@@ -98,8 +98,17 @@ class Local(NamedTuple):
 
 
 @lru_cache(maxsize=16)
-def local(drift: Drift, r: Fraction, start: Fraction, name: str, count: int, bits: int) -> Local:
+def local(
+    drift: Drift,
+    ends: tuple[Fraction, Fraction],
+    start: Fraction,
+    reflecting: None,
+    name: str,
+    count: int,
+    bits: int,
+) -> Local:
     """The stretches, moments to `count` terms, at flint's `bits`."""
+    r = ends[1]
     left, inside, right = pieces(drift, fmpq(-2), fmpq(2))
     slopes = tuple(p.phi(arb(0)) for p in (left, right))
     if name[-1] == "P":

@@ -84,7 +84,7 @@ def read_case(text: str | Case) -> Case:
 @lru_cache(maxsize=1)
 def _places(drift: Drift, start: Fraction) -> list[tuple[float, str]]:
     """The kinks, wells, barriers and the start of a bound drift, left to right."""
-    field = balls.doubled(lambda _: balls.Field(drift, Fraction(2), start), 256)
+    field = balls.doubled(lambda _: balls.Field(drift, (Fraction(-2), Fraction(2)), start), 256)
     return [(float(u), kind) for u, kind in field.places[1:-1]]
 
 

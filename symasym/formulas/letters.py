@@ -149,13 +149,17 @@ class Field:
         rest = (-self.derivative(j + 1, u) / sympy.factorial(j) for j in range(1, count))
         return [first, *rest]
 
-    def sides(self, u: Expr, kind: str, count: int) -> tuple[list[Expr], list[Expr]]:
-        """phi's Taylor coefficients left and right of u, empty beyond an end."""
+    def around(self, u: Expr, count: int) -> tuple[list[Expr], list[Any]]:
+        """phi's Taylor coefficients, and those of no weights."""
+        return self.taylor(u, count), []
+
+    def sides(self, u: Expr, count: int) -> tuple[Any, Any]:
+        """The same left and right of u, None beyond an end."""
         side = {-R: -1, R: 1}.get(u) or (int(u) if abs(u) == 1 else 0)
-        beyond = [self.slopes[side], *[S.Zero] * (count - 1)] if side else []
-        if kind == "end":
-            return ([], beyond) if side < 0 else (beyond, [])
-        inside = self.taylor(u, count)
+        beyond: Any = ([self.slopes[side], *[S.Zero] * (count - 1)], []) if side else None
+        if u in (-R, R):
+            return (None, beyond) if side < 0 else (beyond, None)
+        inside = self.around(u, count)
         return (inside if side >= 0 else beyond), (inside if side <= 0 else beyond)
 
     def height(self, u: Expr) -> Expr:
@@ -198,8 +202,8 @@ class Field:
             values = [FinitePart(h, U, lo, hi) for h in slow(phi, count, Letters)]
         closed = range(0) if self.case.at_start or self.general else range(1, count, 2)
         if closed:
-            ends = [slow(self.taylor(u, count), count, Letters) for u in (lo, hi)]
-            values[1::2] = by_parts(ends, lambda m: S.Zero, count)[1::2]
+            ends = [[slow(self.taylor(u, count), count, Letters)] * 2 for u in (lo, hi)]
+            values[1::2] = by_parts(ends, lambda m, n: S.Zero, count)[1::2]
         row = [self.named(f"R{k}{mark}", value) for k, value in enumerate(values, 1)]
         for k, symbol in enumerate(row):
             if symbol in self.values and k not in closed:

@@ -23,18 +23,18 @@ def numbers_of(symbols: Iterable[Symbol], drift: Drift, start: Fraction) -> dict
     named = list(symbols)
 
     def found(bits: int) -> dict[Symbol, Expr]:
-        of = Field(drift, Fraction(2), start)
+        of = Field(drift, (Fraction(-2), Fraction(2)), start)
         places: dict[str, Any] = {f"u{k}": u for k, (u, _) in enumerate(of.zeros, 1)}
         places |= {"1": arb(1), "-1": arb(-1)}
         known = {f"V({name})": of.height(u) for name, u in places.items()} | places
-        known |= {f"phi({side})": of.a[side] for side in (-1, 1)}
+        known |= {f"phi({side})": of.ends[side] for side in (-1, 1)}
         if parts := [int(s.name[1:-1]) for s in named if re.fullmatch(r"R\d+[-+]", s.name)]:
             # Within the layer, and of u as the variable also where the start is a zero.
             count, more = max(parts), [0] * max(parts)
             if of.on_zero:
-                more = finite_parts_in_s(of.taylor(of.x, 2 * count + 1), count, RING)
+                more = finite_parts_in_s(of.around(of.x, 2 * count + 1)[0], count, RING)
             for side, row in zip((-1, 1), of.regular(count), strict=True):
-                row[0] -= 1 / of.a[side]
+                row[0] -= 1 / of.ends[side]
                 known |= {f"R{k}{' +-'[side]}": row[k - 1] - side * more[k - 1] for k in parts}
         return {s: _number(known[s.name]) for s in named if s.name in known}
 

@@ -87,6 +87,75 @@ def test_weak_noise_gains_a_power_with_each_order(name: str) -> None:
             assert np.log2(errors[0] / errors[1]) > 2 * (order + 1) - 0.4, (quantity, order)
 
 
+def well(noise: str | None = None, ito: Any = 0) -> sa.Drift:
+    """Two wells without a layer."""
+    return sa.Drift("u - u**3", layer=None, noise=noise, ito=ito)
+
+
+def pieces(*parts: Any, **options: Any) -> Any:
+    """A drift of pieces, made when it is asked for."""
+    return lambda: sa.Drift.piecewise(parts, **options)
+
+
+def top(ito: Any, noise: str = "1 + u/4") -> Any:
+    """From a barrier without a well."""
+    return lambda: sa.Drift("u*(1 + u/3)", layer=None, noise=noise, ito=ito)
+
+
+CORNER = pieces(("1 - u/2", 0), ("-1 - u/2", None))
+THREE = pieces(("-1 - u", "-1/3"), ("u + sin(u)/3", "1/3"), ("2 - u", None))
+# A drift, its ends, start, and the end that reflects.
+ANYWHERE: dict[str, tuple[Any, Any, Any, Any]] = {
+    "two ends": (lambda: sa.friction(3, 1, "-0.4"), ("-3/2", 5), 0, None),
+    "in the layer": (lambda: sa.friction(3, 1, "-0.4"), ("-1/2", "19/20"), "1/10", None),
+    "a wall": (lambda: sa.friction(3, 1, "-0.4"), ("-3/2", 5), 0, "left"),
+    "a wall on the right": (lambda: sa.friction(3, 1, "-0.4"), ("-3/2", "19/20"), 0, "right"),
+    "from a wall": (lambda: sa.friction(3, 1, "-0.4"), ("-1/2", 5), "-1/2", "left"),
+    "a wall beside a well": (lambda: sa.polynomial(0, -1, "3/2", 1), (-2, 2), 0, "left"),
+    "no layer": (well, (-2, "3/2"), "-1/3", None),
+    "no layer, from a barrier": (well, (-2, "3/2"), 0, None),
+    "a corner": (CORNER, (-1, 2), "1/2", None),
+    "from a corner": (CORNER, (-1, 2), 0, None),
+    "jumps": (THREE, (-2, "5/2"), "-1/2", None),
+    "noise by Ito": (lambda: well("1 + u/4"), (-2, "3/2"), "-1/3", None),
+    "noise by Stratonovich": (lambda: well("1 + u**2/4", "stratonovich"), (-2, "3/2"), "1/5", None),
+    "noise, from a well": (lambda: well("1 + u/4"), (-2, "1/2"), -1, "left"),
+    "noise, from the top, Ito": (top(0), (-1, "3/2"), 0, None),
+    "noise, from the top, Stratonovich": (top("stratonovich"), (-1, "3/2"), 0, None),
+    "noise, from the top, by a contour": (top(0, "exp(u/4)"), (-1, "3/2"), 0, None),
+    "noise in a layer": (lambda: sa.Drift("1/5 - u + 2*u**3", noise="1 + u/4"), (-2, 2), 0, None),
+    "noise in pieces": (
+        pieces(("2 + u", 0), ("2 - u/3", None), noise="exp(u/3)"), (-1, "3/2"), "-1/4", None,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ANYWHERE)
+def test_any_ends_pieces_and_noise_gain_a_power_with_each_order(name: str) -> None:
+    make, ends, start, wall = ANYWHERE[name]
+    drift, kappas = make(), ("0.03", "0.015")
+    for quantity in "TC" if wall is None and "noise by" not in name else "T":
+        at: Any = {"ends": ends, "start": start, "dps": 25}
+        at |= {"reflecting": wall} if quantity == "T" else {}
+        exact = [ENDS[quantity](drift, kappa, **at) for kappa in kappas]
+        for order in (0, 1, 2):
+            pairs = zip(kappas, exact, strict=True)
+            found = (
+                (ENDS[quantity](drift, kappa, method="laplace", order=order, **at), true)
+                for kappa, true in pairs
+            )
+            errors = [relative(*pair) for pair in found]
+            if errors[1] < 1e-21:
+                continue  # nothing but what is exponentially small is left out
+            assert np.log2(errors[0] / errors[1]) > 2 * (order + 1) - 0.2, (quantity, order)
+
+
+@pytest.mark.parametrize(("ask", "options"), [("T", {"moment": 2}), ("C", {"method": "uniform"})])
+def test_what_is_not_covered_is_refused(ask: str, options: Any) -> None:
+    with pytest.raises(sa.RegionError, match="holds for means in"):
+        ENDS[ask](well(), "0.1", ends=(-2, 1), start=-1, **{"method": "laplace"} | options)
+
+
 @pytest.mark.parametrize("name", ["well and barrier", "several wells", "start outside", "sine"])
 def test_strong_noise_gains_a_power_with_each_order(name: str) -> None:
     make, r, start = WEAK[name]

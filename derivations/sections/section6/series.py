@@ -178,7 +178,8 @@ def evaluated(c, order, barrier):
     half = [x / 2 for x in gaussian(field, count, RING)]
     odd = gaussian(field, count, RING, step=1)[1::2]
     other = [x * (-1) ** k for k, x in enumerate(odd)]
-    plain, logs = corner([2 * x for x in half], barrier, RING)
+    whole = [2 * x for x in half]
+    plain, logs = corner(whole, barrier, RING, whole)
     more, found = finite_parts_in_s(field, count, RING), []
     for k in range(count):
         even, mixed = (sum(x[i] * other[m - i] for i in range(m + 1)) for x, m in ((odd, k - 1), (half, k)))
