@@ -84,9 +84,7 @@ class Part:
     poles but the zeros of A, and vanishes at infinity; `degree` is that of sigma.
     """
 
-    def __init__(
-        self, piece: Piece, of: tuple[Model, Values], bounds: Any, degree: float
-    ) -> None:
+    def __init__(self, piece: Piece, of: tuple[Model, Values], bounds: Any, degree: float) -> None:
         self.left, self.right, self.phi, *weights = piece
         self.of, self.bounds = of, bounds or (self.left, self.right)
         self.weights = weights if any(weights) else []
@@ -183,10 +181,8 @@ class Field:
         low, high = map(rational, ends)
         self.start, self.x = rational(start), exact_ball(start)
         model = drift.model
-        if model.layered:
-            bounds, cuts = (fmpq(-1), fmpq(1)), []
-        else:
-            bounds, cuts = None, [rational(x) for x in model.cuts]
+        cuts = [rational(x) for x in model.cuts]
+        bounds = (fmpq(-1), fmpq(1)) if model.layered else None
         values = {name: rational(x) for name, x in drift.scalars().items()}
         noise = model.noise and coefficients_of(model.noise, values, balls=True)
         degree = len(noise) - 1 if noise else inf
