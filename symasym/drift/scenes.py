@@ -9,7 +9,7 @@ has exact rationals; scenes that broadcast have float64.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -83,6 +83,13 @@ def quantity_of(name: str) -> Quantity:
     return QUANTITIES.get(name, _DENSITY)
 
 
+def ends_of(numbers: Mapping[str, Any]) -> tuple[Any, Any]:
+    """Of the interval that is left: -r and r, or as given."""
+    if "r" in numbers:
+        return -numbers["r"], numbers["r"]
+    return numbers["left"], numbers["right"]
+
+
 class Scene(NamedTuple):
     """One scene in exact numbers; `numbers` are the verb's own, in its order."""
 
@@ -97,10 +104,8 @@ class Scene(NamedTuple):
 
     @property
     def ends(self) -> tuple[Fraction, Fraction]:
-        """Of the interval that is left: -r and r, or as given."""
-        if "r" in self.numbers:
-            return -self.r, self.r
-        return self.numbers["left"], self.numbers["right"]
+        """Of the interval that is left."""
+        return ends_of(self.numbers)
 
     @property
     def start(self) -> Fraction:
@@ -126,10 +131,8 @@ class Scenes(NamedTuple):
 
     @property
     def ends(self) -> tuple[Any, Any]:
-        """Of the intervals that are left: -r and r, or as given."""
-        if "r" in self.numbers:
-            return -self.numbers["r"], self.numbers["r"]
-        return self.numbers["left"], self.numbers["right"]
+        """Of the intervals that are left."""
+        return ends_of(self.numbers)
 
     def noise(self, row: int | np.intp) -> str:
         """kappa of one scene, for messages."""

@@ -123,21 +123,21 @@ def records(
                 weights = tuple(np.exp(p * log) for p in powers)
             some = slope.take(at, axis=1), falls[at], weights
             found[:, at] = integrals(act, *some, strength[at], order)
-    ends = _ends(falls, 2.0 * off)
     own = 2.0 * off / np.where(slow, np.maximum(np.abs(slope[0]), 1e-300), 1.0)
     own += OWN + loose
     own[strength < 0] = np.inf  # neither kind of panel is known to be right
     steep = falls.real if order == 1 else -np.abs(falls)
     lost = np.where(slow, 0.0, 0.3 * ULP * np.exp(np.minimum(-steep, CLIMB)))
+    return _record(found, half, falls, 2.0 * off, own, lost)
+
+
+def _record(found: Any, unit: Any, falls: Any, moved: Any, own: Any, lost: Any = 0.0) -> Logs:
+    """With the smaller of e(b) and 1/e(b), the other being 1."""
+    ends = np.stack((np.minimum(-falls, 0.0), np.minimum(falls, 0.0)))
+    of_ends = np.where(ends < 0, 1.5 * ULP * np.abs(falls) + moved, 0.0)
+    logs = np.log(found) + _WIDTHS[: len(found)] * np.log(unit)
     errors = np.stack((own, own, *[2 * own + lost] * 4, *[3 * own + 2 * lost] * 2)[: len(found)])
-    logs = np.log(found) + _WIDTHS[: len(found)] * np.log(half)
-    return Logs(np.concatenate((ends.log, logs)), np.concatenate((ends.error, errors)))
-
-
-def _ends(falls: Any, moved: Any) -> Logs:
-    """The smaller of e(b) and 1/e(b), the other being 1."""
-    log = np.stack((np.minimum(-falls, 0.0), np.minimum(falls, 0.0)))
-    return Logs(log, np.where(log < 0, 1.5 * ULP * np.abs(falls) + moved, 0.0))
+    return Logs(np.concatenate((ends, logs)), np.concatenate((of_ends, errors)))
 
 
 def _sampled(act: Any, slope: Any, falls: Any, weights: Any, _: Any, order: int) -> Any:
@@ -260,7 +260,4 @@ def constant(rate: Any, width: Any, off: Any, order: int) -> Logs:
         known[:, some] = _sampled(matrices(1), y[None] / 2, y, (1.0, 1.0), None, order)
     unit[at] = width[at] / 2
     own = OWN + 2 * off / np.maximum(x.real, 1.0)
-    ends = _ends(rate * width, off + 2 * ULP * x.real)
-    log = np.log(known) + _WIDTHS[: len(known)] * np.log(unit)
-    errors = np.stack((own, own, *[2 * own] * (len(known) - 2)))
-    return Logs(np.concatenate((ends.log, log)), np.concatenate((ends.error, errors)))
+    return _record(known, unit, rate * width, off + 2 * ULP * x.real, own)

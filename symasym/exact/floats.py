@@ -26,7 +26,15 @@ import numpy as np
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import is_array
 from symasym.drift.sampled import Field
-from symasym.drift.scenes import Answers, Request, Scenes, moved_places, quantity_of, scene_at
+from symasym.drift.scenes import (
+    Answers,
+    Request,
+    Scenes,
+    ends_of,
+    moved_places,
+    quantity_of,
+    scene_at,
+)
 from symasym.exact.balls import of_scene
 from symasym.exact.float_integrals import ULP, Logs
 from symasym.exact.float_panels import OF_A, seen
@@ -119,13 +127,6 @@ def _of_stay(name: str, of: Field, lam: Any, numbers: Mapping[str, Any], rows: A
     outside = _total(Logs(before.log - e, before.error + of_e + 4 * ULP), after)
     inside = Logs(-y, of_y)
     return _share(inside, outside) if name == "P" else _share(outside, inside)
-
-
-def ends_of(numbers: Mapping[str, Any]) -> tuple[Any, Any]:
-    """Of the interval that is left: -r and r, or as given."""
-    if "r" in numbers:
-        return -numbers["r"], numbers["r"]
-    return numbers["left"], numbers["right"]
 
 
 @np.errstate(all="ignore")
