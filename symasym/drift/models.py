@@ -44,14 +44,9 @@ class Model:
         """The class's name in small letters."""
         return type(self).__name__.lower()
 
-    @property
-    def shape(self) -> dict[str, int]:
-        """The whole numbers that shape the formula, by the names that a caller gives them."""
-        return {}
-
     def source(self, values: Values) -> str:
         """The call that makes a drift of it with these values of its parameters."""
-        shape = [f"{name}={value}" for name, value in self.shape.items()]
+        shape = [f"{name}={value}" for name, value in vars(self).items()]
         return f"sa.{self.name}({', '.join(_texts(values) + shape)})"
 
     def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
@@ -112,9 +107,9 @@ class Polynomial(Model):
 
     def source(self, values: Values) -> str:
         """In order where all are known."""
-        if len(values) <= self.degree:
-            return super().source(values)
-        return f"sa.polynomial({', '.join(map(_text, values.values()))})"
+        known = len(values) > self.degree
+        texts = map(_text, values.values()) if known else _texts(values)
+        return f"sa.polynomial({', '.join(texts)})"
 
     def coefficients(self, p: Values) -> list[Any]:
         """The parameters themselves."""
@@ -128,10 +123,6 @@ class Sine(Linear):
     waves: int
 
     parameters: ClassVar[tuple[str, ...]] = ("a_minus", "a_plus", "b")
-
-    @property
-    def shape(self) -> dict[str, int]:
-        return {"waves": self.waves}
 
     def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
         """(a+ + a-)/2 + (a+ - a-) u/2 + b sin(k pi u)."""
@@ -166,10 +157,6 @@ class Hill(Model):
 
     parameters = ("a_minus", "a_plus", "K")
     positive = ("K",)
-
-    @property
-    def shape(self) -> dict[str, int]:
-        return {"n": self.n}
 
     def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
         """a- + (a+ - a-) x^n (1 + K^n)/(K^n + x^n), x = (1+u)/2."""
