@@ -1,7 +1,7 @@
 """Pictures of the docs that are no figures of the paper. ``python docs/website/pictures.py``.
 
 expansions: what the expansions reach (docs/choose.md). bessel: a Bessel function about its turning
-point (docs/uniform.md).
+point (docs/uniform.md). law: how long a well holds (docs/law.md).
 """
 
 from __future__ import annotations
@@ -93,7 +93,30 @@ def bessel(nu: int = 10, count: int = 170) -> Any:
     return figure
 
 
-PICTURES = {"expansions": expansions, "bessel": bessel}
+def law(count: int = 40) -> Any:
+    """From a well's bottom to the barrier: densities, and P(tau > t) beside e^{-rate t}."""
+    from matplotlib.figure import Figure
+
+    well = sa.Drift("u - u**3", layer=None)
+    with style():
+        figure = Figure(figsize=(7.4, 3.9))
+        left, right = figure.subplots(1, 2)
+        early, late = np.geomspace(0.05, 60, count), np.linspace(0, 8, count // 3)
+        for kappa, look, color in (("0.5", "-", "C0"), ("0.7", "--", "C1"), ("1", "-.", "C2")):
+            found = sa.exit_law(well, kappa, ends=(-2, 0), start=-1, dps=12)
+            name = rf"$\kappa = {kappa}$"
+            left.plot(early, found.pdf(early), color + look, label=name)
+            left.plot(float(found.mean), 0, color + "^", clip_on=False, ms=6, zorder=3)
+            right.semilogy(late, found.survival(late), color + look, label=name)
+            right.semilogy(late, np.exp(-float(found.rate) * late), color=color, lw=0.8)
+        left.set(xscale="log", xlabel="$t$", title="(a) density", ylim=(0, None))
+        right.set(xlabel="$t$", title=r"(b) $P(\tau > t)$", ylim=(0.01, 1.2))
+        handles = left.get_legend_handles_labels()
+        figure.legend(*handles, loc="outside lower center", ncols=3)
+    return figure
+
+
+PICTURES = {"expansions": expansions, "bessel": bessel, "law": law}
 
 if __name__ == "__main__":
     for name, draw in PICTURES.items():

@@ -22,12 +22,13 @@ from symasym.base.files import (
 )
 from symasym.base.inputs import choice, digits
 from symasym.formula import labels
-from symasym.workshop import figures
+from symasym.workshop import figures, standard
 
 DPS = 50
 #: Spring extensions of the reference table.
 Z0 = tuple(f"{-k / 20:.2f}" for k in range(40, 0, -1))
 _STAMPS, _TABLE, _DERIVATIONS = ".stamps.json", "reference.json", "derivations"
+_STANDARD = "standard.json"
 _GUARD = 5  # digits beyond those printed, so that the last printed one is rounded right
 
 
@@ -102,6 +103,7 @@ def _stages() -> list[Stage]:
     return [
         *map(_figure, figures.FIGURES),
         Stage("reference", (_TABLE,), len(figures.DRAWN) * len(Z0), _table),
+        Stage("standard", (_STANDARD,), len(standard.PROBLEMS), _standard),
         Stage(_DERIVATIONS, pages, len(derived), derive_all),
     ]
 
@@ -143,6 +145,10 @@ def _table(folder: Path, dps: int, step: Callable[[], object]) -> None:
         "values": values,
     }
     write_json(folder / _TABLE, table)
+
+
+def _standard(folder: Path, dps: int, step: Callable[[], object]) -> None:
+    write_json(folder / _STANDARD, standard.table(dps, step))
 
 
 def worst_disagreement(out: str | Path = "build") -> tuple[dict[str, Any], float, int] | None:

@@ -14,9 +14,9 @@ from mpmath import mp, mpf
 
 import symasym as sa
 from symasym.derivation.derivation import build
-from symasym.workshop import figures, reference_quadrature, reproduce
+from symasym.workshop import figures, reference_quadrature, reproduce, standard
 
-STAGES = ["one", "two", "reference", "derivations"]
+STAGES = ["one", "two", "reference", "standard", "derivations"]
 LABELS = ["eq:osc2", "filippov"]  # without checks that take time
 
 
@@ -26,6 +26,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     drawn = {name: partial(Figure, figsize=(1, 1), label=name) for name in STAGES[:2]}
     monkeypatch.setattr(figures, "FIGURES", drawn)
     monkeypatch.setattr(reproduce, "Z0", ("-1.50", "-0.05"))
+    monkeypatch.setattr(standard, "PROBLEMS", standard.PROBLEMS[:3])
     monkeypatch.setattr(reproduce, "_source", lambda: "source")
     monkeypatch.setattr(reproduce, "labels", lambda: list(LABELS))
 
@@ -39,7 +40,7 @@ def made(out: Path, **options: Any) -> list[str]:
 def test_what_is_missing_or_stale_is_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert made(tmp_path, only=["two"]) == ["two"]
     assert {p.name for p in tmp_path.iterdir()} == {"two.png", "two.svg", ".stamps.json"}
-    assert made(tmp_path) == ["one", "reference", "derivations"]
+    assert made(tmp_path) == ["one", "reference", "standard", "derivations"]
     assert made(tmp_path) == []
     (tmp_path / "one.svg").unlink()
     assert made(tmp_path) == ["one"]
@@ -87,3 +88,25 @@ def test_the_reference_table_is_right(tmp_path: Path) -> None:
     assert count == len(values) // 2
     with mp.workdps(30):
         assert off == pytest.approx(float(abs(mpf(worst["paper"]) / mpf(worst["mid"]) - 1)))
+
+
+def test_standard_problems_have_their_closed_forms(tmp_path: Path) -> None:
+    """Brownian motion without and with drift, and geometric Brownian motion."""
+    assert made(tmp_path, only=["standard"], dps=30) == ["standard"]
+    table = json.loads((tmp_path / "standard.json").read_text())
+    assert "proved" in table["error"]
+    with mp.workdps(50):
+        far = mp.log(2)
+        exact = [
+            {"T": 1, "variance": mpf(2) / 3, "C": mpf(1) / 2, "rate": mp.pi**2 / 8},
+            {"T": mp.tanh(1), "C": 1 / (1 + mp.e**2), "rate": (1 + mp.pi**2 / 4) / 2},
+            {
+                "T": 2 * far * mp.tanh(far / 2),
+                "C": mpf(1) / 3,
+                "rate": (1 + (mp.pi / far) ** 2) / 8,
+            },
+        ]
+        for problem, values in zip(table["problems"], exact, strict=True):
+            for name, value in values.items():
+                found = problem[name]
+                assert abs(mpf(found["mid"]) - value) <= mpf(found["rad"]) < value / 10**28
