@@ -312,6 +312,8 @@ class ExitLaw:
             with suppress(TooEarly):
                 late = partial(Series.late, t=rational(t), name=name, count=modes)
                 return self._ball(late, _ORDER + 8 * (modes - 1), modes**2 * float(self.rate))
+        if name == "survival" and (few := self._few_exits(t, wanted)) is not None:
+            return few, "bound"
         if float(t) > _WIDTHS * self._std:
             raise AccuracyError(
                 f"t is {float_text(t)} and the standard deviation {self._std:.6g}, too little for "
@@ -328,6 +330,17 @@ class ExitLaw:
             f"t is {float_text(t)}, where {name} is too small beside 1 to be told apart; take a t "
             "nearer to the mean, or fewer digits."
         )
+
+    def _few_exits(self, t: Fraction, wanted: int) -> Any:
+        """P(tau > t) where P(tau <= t) <= e E[e^{-tau/t}] (Markov) is none of the digits."""
+        if float(t) > 1e-9 * float(self._mean):
+            return None
+        most, _ = self._ball(
+            lambda f: f.transform(1 / exact_ball(t), None), _ORDER, 1 / float(t), 3
+        )
+        with precision(bits(wanted)):
+            most = most.upper() * 3
+            return 1 - most / 2 + arb(0, most / 2) if most < arb(10) ** -wanted else None
 
     def _few_modes(self, t: float) -> bool:
         """True where so few rates should do, by Weyl's law."""

@@ -283,7 +283,7 @@ def _cauchy(p: Weighted, lam: arb, digits: int, order: int) -> tuple[Any, ...]:
 
     Coefficients in absolute value make a majorant. In it G = int |g| grows, so that at rho the part
     of s^k is at most e^G A^i B^k/(i + k)!: i = k, k - 1, k + 1, k, where A = rho |a|, B = rho |b|.
-    At s = 1 all powers are below e^G cosh (AB)^(1/2): by that the disc is chosen.
+    The disc is chosen by them beside those at 1; of that rho^(2k) is in the number of terms.
     """
     g = [float(abs(c).upper()) for c in p.of.slope]
     whole = sum(c / (k + 1) for k, c in enumerate(g))
@@ -295,8 +295,8 @@ def _cauchy(p: Weighted, lam: arb, digits: int, order: int) -> tuple[Any, ...]:
         for k, c in enumerate(g, 1):
             power *= disc  # may be infinite
             size += c * power / k if c else 0.0
-        first, second = (w(arb(disc)) * disc * half for w, half in weights)
-        all_powers = size + float((first * second * lam).sqrt())
+        grown = math.prod(w(arb(disc)) / w(ENDS[1]) for w, _ in weights)
+        all_powers = size + order * float(arb(grown).log())
         if (terms := (all_powers - wanted) / math.log(disc)) < best:
             best, height, rho = terms, size, disc
     count = math.ceil(best) + 2 * order + 4
