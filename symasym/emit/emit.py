@@ -15,6 +15,7 @@ from sympy.printing.codeprinter import CodePrinter
 from symasym.base.errors import InputError
 from symasym.base.inputs import choice, exact, is_name, shown
 from symasym.drift.expressions import parse
+from symasym.drift.scenes import require_drift
 from symasym.emit import drifts
 from symasym.emit.printing import SHAPES, TARGETS, Function, Source, by_printer, reserved, written
 
@@ -74,6 +75,7 @@ def emit(
         )
     more: dict[str, str] = {}
     if drift is not None:
+        require_drift(drift, bound=False)
         drift = drift.bind(**{n: values.pop(n) for n in drift.free if n in values})
         functions = drifts.put_in(functions, label, drift)
         more = drifts.helpers_of(drift, kind) if kind in SHAPES else {}

@@ -327,3 +327,9 @@ REFUSED: list[Any] = [
 def test_refused(ask: Any) -> None:
     with pytest.raises(sa.InputError):
         ask()
+
+
+def test_only_drifts_beside_a_layer_are_written() -> None:
+    for drift in (sa.Drift("-u", layer=None), sa.Drift("-u", noise="1 + u**2/4")):
+        with pytest.raises(sa.RegionError):
+            sa.emit("eq:Ttilde", "c", drift=drift)
