@@ -96,9 +96,10 @@ def case_of(drift: Drift, start: Fraction) -> Case:
 
 def case_for(drift: Drift, start: Fraction, asked: Case | None, sliding: bool = False) -> Case:
     """The case asked for, or found; `sliding`: one whose outermost points are wells."""
-    if drift == Drift.general():
+    if drift == Drift.general() or not drift.model.plain:
         own = asked or Case(PAIRS[0])
-        fits = own.words in PAIRS and abs(start) < 1 and not sliding
+        inside = abs(start) < 1 or not drift.model.layered
+        fits = own.words in PAIRS and inside and not sliding
     else:
         found = (asked,) if drift.free and asked else found_cases(drift, start, sliding)
         own, powers = next(iter(found), Case(("start",))), drift.expression().as_poly(U)

@@ -19,6 +19,7 @@ from sympy import Expr, Symbol
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, Numbers, choice, count, exact
 from symasym.drift.drift import Drift
+from symasym.drift.models import General
 from symasym.drift.scenes import require_drift
 from symasym.emit import emit
 from symasym.emit.expansions import of_expansion
@@ -78,7 +79,8 @@ class Expansion:
     @property
     def numbers(self) -> dict[Symbol, Expr]:
         """Of a bound drift critical points, heights and the regular part, to 50 digits."""
-        if self.drift.free or self.drift.shape or self.drift == Drift.general():
+        model = self.drift.model
+        if self.drift.free or self.drift.shape or isinstance(model, General) or not model.plain:
             return {}
         return numbers_of([*self.definitions, *self.equations], self.drift, self.start)
 
@@ -183,9 +185,9 @@ class Expansion:
             rows.append("  FinitePart: Hadamard's finite part, h1 = 1/phi, h2 = -h1'/phi, ...")
         where = ", ".join(f"{c.lhs} {c.rel_op} {c.rhs}" for c in self.conditions if c.args)
         power = (-1) ** (self.noise == "strong") * (2 * self.order + 2)
-        left = f"O(kappa^{power}) of each series" if self.definitions else "none"
-        return "\n".join([*rows, "where", f"  {where}", "error",
-                          f"  {left}; evaluate(…, full=True) tells it"])  # fmt: skip
+        left = f"O(kappa^{power}) of each series" if self.definitions or self.terms else "none"
+        rows += ["where", f"  {where}"] if where else []
+        return "\n".join([*rows, "error", f"  {left}; evaluate(…, full=True) tells it"])
 
     __repr__ = __str__
 
@@ -219,7 +221,8 @@ def expand(
     ----------
     drift : Drift
         Its parameters may be free. ``Drift.general()`` names none: the formula of T is then that
-        of one well and one barrier, in V's derivatives there.
+        of one well and one barrier, in V's derivatives there. So is that of a drift without a
+        layer or with noise that depends on u, in closed form where phi's zeros have one.
     quantity : {"T", "C", "1 - C", "P", "1 - P"}
     noise : {"weak", "strong", "uniform"}
         kappa -> 0; kappa -> oo, of a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T
@@ -244,16 +247,24 @@ def expand(
     >>> import symasym as sa
     >>> sa.expand(sa.Drift.general(), "T", order=0).formula
     2*pi*exp(2*(-V(u1) + V(u2))/kappa**2)/(sqrt(V''(u1))*sqrt(-V''(u2)))
+    >>> sa.expand(sa.Drift("u - u**3", layer=None), "T", order=0).formula
+    sqrt(2)*pi*exp(1/(2*kappa**2))
     """
-    require_drift(drift, bound=False)
+    require_drift(drift, bound=False, plain=False)
     quantity = choice("quantity", quantity, get_args(Expanded))
     noise = choice("noise", noise, get_args(Noise))
+    if (quantity, noise) != ("T", "weak") or drift.model.cuts:
+        require_drift(drift, bound=False)
     order = count("order", (noise != "uniform") * 2 if order is None else order, 0, _MOST)
     at = exact("start", start) if quantity[-1] != "P" else Fraction(-1)  # V is measured from there
     if isinstance(case, str) and quantity[-1] == "P" and "start" not in case:
         case = f"start {case}"
     asked = None if case is None else read_case(case)
-    if abs(at) > 1 or noise == "uniform" and (quantity, order) != ("T", 0):
+    if (
+        (abs(at) > 1 and drift.model.layered)
+        or noise == "uniform"
+        and (quantity, order) != ("T", 0)
+    ):
         raise InputError(
             f"{quantity} to order {order} from {float(at):.6g} has no formula for {noise} noise, "
             "which T to order 0 has for uniform, all from -1 <= start <= 1 for weak and strong; "

@@ -9,6 +9,7 @@ where A is of degree 1 or 2. A number, or a parameter alone, stands for itself.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterable
 from fractions import Fraction
 from typing import Any
@@ -17,7 +18,9 @@ import sympy
 from sympy import QQ, Expr, Rational, S, Symbol
 from sympy.polys.rings import ring as polynomial_ring
 
+from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
+from symasym.drift.expressions import expression
 from symasym.emit.expansions import expanded
 from symasym.formulas.cases import Case, U
 from symasym.series.local import by_parts, finite_parts_in_s, pole_sums, slow
@@ -75,6 +78,7 @@ class Field:
 
     def __init__(self, drift: Drift, case: Case, start: Fraction) -> None:
         self.general, self.A, self.case = drift == Drift.general(), drift.expression(), case
+        self.pair, self.layered = self.general, True
         self.start = Rational(start.numerator, start.denominator)
         self.poly = None if self.general else self.A.as_poly(U)
         self.values, self.equations, self.integrals = _Known(), _Known(), _Known()
@@ -209,6 +213,61 @@ class Field:
             if symbol in self.values and k not in closed:
                 self.integrals[symbol] = FinitePart(Symbol(f"h{k + 1}"), U, lo, hi)
         return row
+
+
+class Pair(Field):
+    """A drift without a layer, or with noise sigma(u), by its well and barrier alone; A is
+    phi/sigma^2.
+
+    Of a bound polynomial phi those are the first ones beside each other in the case's order.
+    """
+
+    def __init__(self, drift: Drift, case: Case, start: Fraction) -> None:
+        model, phi = drift.model, drift.expression()
+        self.sigma = sigma = expression(model.noise, drift.values) if model.noise else S.One
+        power = 2 * Rational(*model.alpha.as_integer_ratio())
+        self.powers = [-power, power - 2] if model.noise else []
+        self.general, self.pair, self.case, self.layered = False, True, case, model.layered
+        self.A, self.slope = phi / sigma**2, sympy.diff(phi, U) / sigma**2
+        self.start = Rational(start.numerator, start.denominator)
+        self.values, self.equations, self.integrals = _Known(), _Known(), _Known()
+        self.zeros, self.outer = [*sympy.symbols("u1 u2", real=True)], []
+        self.places = [*zip(self.zeros, case.kinds, strict=True)]
+        poly = phi.as_poly(U)
+        self.poly = poly if self.A.is_rational_function(U) else None
+        if poly is not None and not poly.free_symbols_in_domain:
+            inside = [u for u in poly.real_roots() if not model.layered or abs(u) < 1]
+            kinds = ["barrier" if self.slope.subs(U, u) > 0 else "well" for u in inside]
+            pairs = zip(itertools.pairwise(inside), itertools.pairwise(kinds), strict=True)
+            found = next((us for us, words in pairs if words == case.kinds), ())
+            if not found:
+                raise InputError(
+                    f"{drift!r} has no {' with a '.join(case.kinds)} behind it, of which its "
+                    "formula is; take numbers of method='laplace'."
+                )
+            if not any(u.has(sympy.CRootOf) for u in found):
+                self.values = dict(zip(self.zeros, found, strict=True))
+        elif poly is not None and poly.degree() == 2:
+            self._solve(poly)
+        if not self.values:
+            self.equations = {u: phi.subs(U, u) for u in self.zeros}
+
+    def derivative(self, j: int, u: Expr) -> Expr:
+        """V_sigma^(j)(u)."""
+        if j == 2:  # phi is 0 there
+            sign = {"negative" if self.kind(u) == "barrier" else "positive": True}
+            return self.named(f"V''({u})", -self.slope.subs(U, u), **sign)
+        return super().derivative(j, u)
+
+    def around(self, u: Expr, count: int) -> tuple[list[Expr], list[Any]]:
+        """The Taylor coefficients of A and of both weights."""
+        orders = [(j, sympy.factorial(j)) for j in range(1, count)]
+        here = self.named(f"sigma({u})", self.sigma.subs(U, u), positive=True)
+        rows = [
+            [here**p, *(sympy.diff(self.sigma**p, U, j).subs(U, u) / n for j, n in orders)]
+            for p in self.powers
+        ]
+        return self.taylor(u, count), rows
 
 
 def exponentials(e: Expr) -> dict[Expr, Expr]:

@@ -15,8 +15,9 @@ _KNOWN = {"lam": r"\lambda", "phi(-1)": "a^-", "phi(1)": "a^+"}
 
 
 def name_of(name: str) -> str:
-    """LaTeX of a symbol: W1 as W_1, E0- as E_0^-, V^(4)(u1) as V^{(4)}(u_1)."""
-    if name[0] == "V":
+    """LaTeX of a symbol: W1 as W_1, E0- as E_0^-, V^(4)(u1) as V^{(4)}(u_1), sigma(u1)."""
+    if name[0] == "V" or name.startswith("sigma("):
+        name = name.replace("sigma", r"\sigma")
         return re.sub(r"u(\d+)", r"u_{\1}", re.sub(r"\^\((\d+)\)", r"^{(\1)}", name))
     if parts := re.fullmatch(r"([A-Za-z])(\d*)([-+]?)([-+]?)", name):
         head, place, *sides = parts.groups()

@@ -21,7 +21,7 @@ from symasym.emit.expansions import expanded
 from symasym.expansions import weak as theorem
 from symasym.formulas import letters
 from symasym.formulas.cases import Case, U, found_cases
-from symasym.formulas.letters import BEYOND, IN_KAPPA, KAPPA, LAM, Field, Letters, R, Terms, X
+from symasym.formulas.letters import BEYOND, IN_KAPPA, KAPPA, LAM, Field, Letters, Pair, R, Terms, X
 from symasym.formulas.numbers import numbers_of
 
 _LOG = Symbol("log(lam)", positive=True)
@@ -59,22 +59,33 @@ class Leading(NamedTuple):
 
 def weak(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) -> dict[str, Any]:
     """The formula, what its symbols are, and where it holds."""
-    of, terms = Field(drift, case, start), tuple[Contribution, ...]()
+    of = (Field if drift.model.plain else Pair)(drift, case, start)
+    terms = tuple[Contribution, ...]()
     at = Terms(of.start)
     found: dict[str, Any] = {"case": case, "conditions": [*conditions(of, quantity)]}
-    if not of.A.has(U) and quantity[-1] != "P" and not start:
+    if not of.pair and not of.A.has(U) and quantity[-1] != "P" and not start:
         # In the mirror both ends change places.
         half = (-of.A if quantity == "1 - C" else of.A) * R / KAPPA**2
         value = R * sympy.tanh(half) / of.A if quantity == "T" else 1 / (1 + sympy.exp(2 * half))
         return found | {"formula": value}
     points = theorem.points_of(of, order + 1, Letters)
-    if quantity == "T":
+    if of.pair:
+        sums = (theorem.Sums(points, sign, at).whole for sign in (-1, 1))
+        places = [next(p for p in points if p.name == name) for name in ("well", "barrier")]
+        m, s = (whole[points.index(p)] for whole, p in zip(sums, places, strict=True))
+        weight = "C" if case.kinds[0] == "barrier" else "1 - C"
+        terms = tuple(_contributions([(weight, tuple(places), m * s)], at, order))
+        formula = terms[0].expression
+        if of.values.keys() >= {*of.zeros}:
+            rise = sympy.factor_terms(sympy.expand(_put(terms[0].exponent, of.values)))
+            formula = sympy.exp(rise) * sympy.simplify(
+                _put(formula / sympy.exp(terms[0].exponent), of.values)
+            )
+            found["conditions"] = [sympy.simplify(_put(c, of.values)) for c in found["conditions"]]
+    elif quantity == "T":
         regular = of.regular(order + 1)
         formula = theorem.escape_time(points, regular, at)
-        terms = tuple(_contributions(points, regular, at, order))
-        if of.general:
-            terms = tuple(t for t in terms if t.pair[0][:4] + t.pair[1][:7] == "wellbarrier")
-            formula = terms[0].expression
+        terms = tuple(_contributions(_products(points, regular, at), at, order))
     elif quantity[-1] == "C":
         formula = theorem.exit_probability(points, at, quantity != "C")
     else:
@@ -86,16 +97,29 @@ def weak(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) -
             "equations": of.equations, "integrals": of.integrals}  # fmt: skip
 
 
-def _contributions(
-    points: list[theorem.Point], regular: Any, at: Terms, order: int
-) -> Iterator[Contribution]:
-    """The products of T's critical points, a start on a well with all others."""
+def _put(e: Any, known: dict[Symbol, Expr]) -> Any:
+    """What an expression is in that of which its symbols are made."""
+    while e.free_symbols & known.keys():
+        e = e.xreplace(known)
+    return e
+
+
+_Product = tuple[str, tuple[theorem.Point, ...], Any]
+
+
+def _products(points: list[theorem.Point], regular: Any, at: Terms) -> list[_Product]:
+    """Those of T's critical points, a start on a well with all others."""
     of, start = theorem.shares(points, regular, at), points[theorem.start_of(points)]
     sides = zip(("C", "1 - C"), of.sides, strict=True)
     found = [(weight, *part) for weight, side in sides for part in side if part[0]]
     if of.own != 0:
         whole = zip(points, theorem.Sums(points, 1, at).whole, strict=True)
         found += [("C (1 - C)", (start, p), of.own * s) for p, s in whole if s != 0]
+    return found
+
+
+def _contributions(found: list[_Product], at: Terms, order: int) -> Iterator[Contribution]:
+    """Products as exponentials with exact coefficients."""
     for weight, pair, value in found:
         ((height, c),) = letters.exponentials(value).items()
         front, product = LAM, [S.One, *[S.Zero] * order]
@@ -125,9 +149,10 @@ def ends(of: Field, quantity: str) -> list[Any]:
 def conditions(of: Field, quantity: str) -> Iterator[Any]:
     """Where the formula holds, as predicates."""
     inside = [u for u, _ in of.places if u in of.zeros or u == of.start and abs(u) < 1]
-    yield from (a < b for a, b in itertools.pairwise([-S.One, *inside, S.One]))
-    yield from (sympy.Eq(of.A.subs(U, u), 0) for u in of.zeros)
-    if of.general:
+    edges = ([-S.One], [S.One]) if of.layered else ([], [])
+    yield from (a < b for a, b in itertools.pairwise([*edges[0], *inside, *edges[1]]))
+    yield from (sympy.Eq(of.A.subs(U, u), 0) for u in of.zeros if not (of.pair and u in of.values))
+    if of.pair:
         well, barrier = sorted(of.zeros, key=lambda u: of.kind(u) == "barrier")
         yield of.height(barrier) > of.height(well)
         return

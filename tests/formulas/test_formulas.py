@@ -125,6 +125,41 @@ def test_the_first_correction_is_the_textbooks() -> None:
     assert "V(u2) > V(u1)" in map(str, e.conditions)
 
 
+@pytest.mark.parametrize("ito", [0, "stratonovich"])
+@pytest.mark.parametrize("noise", [None, "1 + u/4", "exp(u/3)"])
+def test_kramers_formula_without_a_layer_and_with_noise(noise: str | None, ito: Any) -> None:
+    """The well's only way out, in closed form; each order gains its power."""
+    drift, kappa = sa.Drift("u - u**3", layer=None, noise=noise, ito=ito), sympy.Rational(1, 20)
+    exact = sa.escape_time(drift, "1/20", ends=(-3, "1/2"), start=-1, dps=25)
+    errors = []
+    for order in (0, 1, 2):
+        e = sa.expand(drift, order=order, start=-1)
+        value = e.formula.subs(dict.fromkeys(e.formula.free_symbols, kappa))
+        errors.append(abs(value.evalf(25) / sympy.Float(str(exact), 25) - 1))
+        with mpmath.workdps(30):
+            found = e.evaluate("1/20", ends=(-3, "1/2"), dps=20)
+            assert abs(found / exact - 1) < 3 * errors[-1]
+    assert errors[0] < 3e-3
+    assert errors[1] < errors[0] / 50
+    assert errors[2] < errors[1] / 30
+
+
+def test_kramers_prefactor_is_simplified() -> None:
+    found = sa.expand(sa.Drift("u - u**3", layer=None, noise="1 + u/4"), order=0)
+    kappa = next(iter(found.formula.free_symbols))
+    lead = 4 * sympy.sqrt(2) * sympy.pi / 3  # 1/sigma(-1) by Ito, curvatures 2/sigma^2 and 1
+    rise = 16 * (188 * sympy.log(2) - 94 * sympy.log(3) - 27)
+    ratio = found.formula / lead
+    assert isinstance(ratio, sympy.exp)
+    assert sympy.expand(ratio.args[0] * kappa**2 - rise) == 0
+    free = sa.expand(sa.Drift("a*u - u**3", layer=None, noise="1 + s*u", ito="stratonovich"))
+    assert {"V''(u1)", "sigma(u2)"} <= {s.name for s in free.definitions}
+    with pytest.raises(sa.InputError, match="has no well with a barrier behind it"):
+        sa.expand(sa.Drift("1 + u**2", layer=None))
+    with pytest.raises(sa.RegionError, match="has pieces, no layer"):
+        sa.expand(sa.Drift("u - u**3", layer=None), "C")
+
+
 @pytest.mark.parametrize("scene", [SCENES[0], *ON_ZERO[:2]], ids=str)
 def test_contributions_are_the_sum(scene: Scene) -> None:
     """C, 1 - C or both times each, beside what has no exponential, to terms left out."""
