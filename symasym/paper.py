@@ -26,7 +26,8 @@ from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import float_text
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import Answer, Request, Scene, exponent_bits
-from symasym.expansions.balls import LINE, Field, doubled
+from symasym.expansions.balls import LINE, doubled
+from symasym.expansions.field import Field
 
 _EXIT = ("eq:C, C-bound",), ("C lies between 0 and the value",)
 

@@ -29,7 +29,8 @@ from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces, rational
 from symasym.expansions.answer import Expansion
 from symasym.expansions.arrays import AtLams, Scaled
-from symasym.expansions.balls import AtLam, Unresolved
+from symasym.expansions.balls import AtLam
+from symasym.expansions.field import Unresolved
 
 _MOST_PANELS = 2000
 _ONE = Fraction(1)

@@ -12,7 +12,8 @@ from flint import arb
 from sympy import Expr, Symbol
 
 from symasym.drift.drift import Drift
-from symasym.expansions.balls import RING, Field, Unresolved, doubled
+from symasym.expansions.balls import doubled
+from symasym.expansions.field import RING, Field, Unresolved
 from symasym.series.local import finite_parts_in_s
 
 _DIGITS = 50
