@@ -77,7 +77,7 @@ _NARROW = 0.3  # std over mean, below which the sum over the modes cancels
 _EARLY = (1, 15, 40, 100)  # digits that small probabilities take beyond those asked for
 _ROUGH = 8
 _STEPS = 200
-_TINY = 1e-300
+_TINY, _LONG = 1e-300, 10**300
 
 
 def exit_law(
@@ -308,7 +308,7 @@ class ExitLaw:
             raise InputError(f"t is {float_text(t)}; give a time of at least 0.")
         if t == 0:
             return arb(name == "survival"), "bound"
-        for modes in (1, 2, 4, _MODES) if self._few_modes(float(t)) else ():
+        for modes in (1, 2, 4, _MODES) if self._few_modes(float(min(t, _LONG))) else ():
             with suppress(TooEarly):
                 late = partial(Series.late, t=rational(t), name=name, count=modes)
                 return self._ball(late, _ORDER + 8 * (modes - 1), modes**2 * float(self.rate))

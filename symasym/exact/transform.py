@@ -170,7 +170,7 @@ def at(f: arb_poly, s: Any, digits: int) -> Any:
     k = f.degree()
     while k > 1 and f[k].rel_accuracy_bits() < 8:
         k -= 1  # a coefficient that is hardly known bounds nothing
-    if k < 1:
+    if k < 1 or s == 0:
         return f(s)
     f, size = f.truncate(k + 1), abs(s)
     ratio = abs(f[k] / f[k - 1]) * size

@@ -1,0 +1,280 @@
+"""The law of the exit time: closed forms to 30 digits, a collocation, a simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from mpmath import mp, mpc, mpf
+from scipy.integrate import quad
+
+import symasym as sa
+from tests.law.scenes import TABLE, function
+
+# -- closed forms ----------------------------------------------------------------------------------
+
+
+def powers(a: str, rest: str = "0") -> Callable[[Any], Any]:
+    """e^{m u} of kappa^2/2 m^2 + (a - rest kappa^2) m = s."""
+
+    def roots(s: Any, kappa: Any) -> Any:
+        drift = mpf(a) - mpf(rest) * kappa**2
+        root = mp.sqrt(drift**2 + 2 * s * kappa**2)
+        return (-drift + root) / kappa**2, (-drift - root) / kappa**2
+
+    return lambda s, kappa: [
+        (lambda u, m=m: mp.exp(m * u), lambda u, m=m: m * mp.exp(m * u)) for m in roots(s, kappa)
+    ]
+
+
+def in_logarithms(basis: Any) -> Any:
+    """The same of log u; derivatives are not needed."""
+    return lambda s, kappa: [(lambda u, f=f: f(mp.log(u)), None) for f, _ in basis(s, kappa)]
+
+
+def kummer(s: Any, kappa: Any) -> Any:
+    """Solutions of kappa^2/2 y'' - u y' = s y (DLMF 13.2)."""
+
+    def even(u: Any, k: int = 0) -> Any:
+        return mp.hyp1f1(s / 2 + k, mpf(1) / 2 + k, (u / kappa) ** 2)
+
+    def odd(u: Any) -> Any:
+        return u * mp.hyp1f1(s / 2 + mpf(1) / 2, mpf(3) / 2, (u / kappa) ** 2)
+
+    return [(even, lambda u: 2 * s * u / kappa**2 * even(u, 1)), (odd, None)]
+
+
+class Closed(NamedTuple):
+    """A drift, kappa, ends, a start, an end that reflects, and two solutions of L y = s y."""
+
+    drift: sa.Drift
+    kappa: str
+    ends: tuple[str, str]
+    start: str
+    reflecting: Any
+    basis: Any
+
+    def law(self, dps: int | None = 30) -> Any:
+        numbers = {"ends": self.ends, "start": self.start, "reflecting": self.reflecting}
+        return sa.exit_law(self.drift, self.kappa, **numbers, dps=dps, full=True)
+
+    def rows(self, s: Any) -> tuple[Any, Any]:
+        """The conditions at both ends, and the solutions at the start."""
+        basis = self.basis(s, mpf(self.kappa))
+        rows = [
+            [pair[side == self.reflecting](mpf(x)) for pair in basis]
+            for side, x in zip(("left", "right"), self.ends, strict=True)
+        ]
+        return mp.matrix(rows), [f(mpf(self.start)) for f, _ in basis]
+
+    def laplace(self, s: Any, sides: tuple[int, int] = (1, 1)) -> Any:
+        rows, here = self.rows(s)
+        wanted = [
+            x * (side != self.reflecting) for x, side in zip(sides, ("left", "right"), strict=True)
+        ]
+        c = mp.lu_solve(rows, mp.matrix(wanted))
+        return c[0] * here[0] + c[1] * here[1]
+
+
+CLOSED = {
+    "Brownian": Closed(sa.Drift("0*u", layer=None), "0.7", ("-1", "1.5"), "0.25", None, powers("0")),
+    "Brownian, reflected": Closed(
+        sa.Drift("0*u", layer=None), "1.3", ("-1", "1.5"), "0.25", "left", powers("0")
+    ),
+    "constant": Closed(sa.polynomial(2), "0.7", ("-1", "1.5"), "0.25", None, powers("2")),
+    "constant, reflected": Closed(
+        sa.polynomial(2), "0.7", ("-1", "1.5"), "0.25", "right", powers("2")
+    ),
+    "Ornstein-Uhlenbeck": Closed(
+        sa.Drift("-u", layer=None), "0.8", ("-1", "1.5"), "0.25", None, kummer
+    ),
+    "dry friction": Closed(  # by symmetry: half of it
+        sa.Drift.piecewise([("1", 0), ("-1", None)]), "0.9", ("-1.5", "1.5"), "0", None,
+        powers("-1"),
+    ),
+    "geometric, Ito": Closed(
+        sa.Drift("u/4", layer=None, noise="u"), "0.6", ("0.5", "2"), "1.25", None,
+        in_logarithms(powers("0.25", "0.5")),
+    ),
+    "geometric, Stratonovich": Closed(
+        sa.Drift("u/4", layer=None, noise="u", ito="stratonovich"), "0.6", ("0.5", "2"), "1.25",
+        None, in_logarithms(powers("0.25")),
+    ),
+}  # fmt: skip
+HALF = Closed(sa.polynomial(-1), "0.9", ("0", "1.5"), "0", "left", powers("-1"))
+
+
+@pytest.mark.parametrize("name", CLOSED)
+def test_closed_form(name: str) -> None:
+    scene = CLOSED[name]
+    law, symmetric = scene.law(), name == "dry friction"
+    with mp.workdps(50):
+        truth = HALF if symmetric else scene
+
+        large = 20 if scene.drift.noise else 1000
+        for s in (mpf(2), mpf("0.5"), mpf(large), mpc(1, 3), mpc("0.2", -large / 50)):
+            holds(law.laplace(s), truth.laplace(s))
+        # Cauchy's integral over a circle inside the first pole.
+        radius = mpf(float(law.rate)) / 5
+        around = [radius * mp.expjpi(mpf(k + 0.5) / 32) for k in range(64)]
+        values = [truth.laplace(s) for s in around]
+
+        def moment(k: int) -> Any:
+            return (-1) ** k * mp.fac(k) * sum(
+                x / s**k for x, s in zip(values, around, strict=True)
+            ).real / 64  # fmt: skip
+
+        for k in (1, 2, 5):
+            holds(law.moment(k), moment(k))
+        holds(law.variance, moment(2) - moment(1) ** 2)
+        holds(law.std, mp.sqrt(moment(2) - moment(1) ** 2))
+        for side, wanted in (("left", (1, 0)), ("right", (0, 1))):
+            if not symmetric and side != scene.reflecting:
+                given = getattr(law, side)
+                p, s = truth.laplace(mpf(10) ** -45, wanted), mpc(3, 1)
+                holds(given.probability, p)
+                holds(given.laplace(s), truth.laplace(s, wanted) / p)
+        for found in law.rates(1 if symmetric else 3):
+            zero = mp.findroot(lambda x: mp.det(truth.rows(-x)[0]), found.value, tol=1e-60)
+            holds(found, zero.real)
+        t = moment(1) / 2
+        with mp.workdps(30):
+            cdf = mp.invertlaplace(lambda s: truth.laplace(s) / s, t, method="talbot", degree=40)
+        holds(scene.law(None).cdf(t), cdf, 14)
+
+
+def holds(found: sa.Estimate, true: Any, digits: int = 29) -> None:
+    """The value is within its error, and right to so many digits."""
+    assert abs(found.value - true) <= found.error + abs(true) * mpf(10) ** -(digits + 2)
+    assert found.error <= abs(true) * mpf(10) ** -digits
+
+
+def test_eigenvalues_in_closed_form() -> None:
+    """None is left out: a^2/(2 kappa^2) + (k pi kappa/w)^2/2."""
+    for a in ("0", "1.5"):
+        law = sa.exit_law(sa.polynomial(a), "0.7", ends=("-1", "1.5"), dps=30, full=True)
+        with mp.workdps(45):
+            for k, found in enumerate(law.rates(6), 1):
+                kappa = mpf("0.7")
+                holds(found, mpf(a) ** 2 / (2 * kappa**2) + (k * mp.pi * kappa / 2.5) ** 2 / 2)
+
+
+def test_survival_of_brownian_motion() -> None:
+    """Theta series, from early times to late ones."""
+    law = sa.exit_law(sa.polynomial(0), 1, 1, full=True)
+    with mp.workdps(50):
+        for t in ("0.1", "0.4", "5", "100"):
+            terms = [
+                (mpf(-1) ** k / (k + mpf(1) / 2), ((k + mpf(1) / 2) * mp.pi) ** 2 / 2)
+                for k in range(200)
+            ]
+            survival = sum(2 / mp.pi * c * mp.exp(-x * mpf(t)) for c, x in terms)
+            density = sum(2 / mp.pi * c * x * mp.exp(-x * mpf(t)) for c, x in terms)
+            holds(law.survival(t), survival, 14)
+            holds(law.cdf(t), 1 - survival, 14)
+            holds(law.pdf(t), density, 14)
+
+
+# -- collocation -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", TABLE)
+def test_collocation(name: str) -> None:
+    scene = TABLE[name]
+    law, known = scene.law(), scene.collocation()
+    one, first, second = known.moments()
+    assert law.mean == pytest.approx(first, rel=1e-10)
+    assert law.moment(2) == pytest.approx(second, rel=1e-10)
+    assert law.variance == pytest.approx(second - first**2, rel=1e-9)
+    for moment, x in ((1, first), (2, second)):
+        found = sa.escape_time(scene.drift, [float(scene.kappa)], **scene.numbers, moment=moment)
+        assert found[0] == pytest.approx(x, rel=1e-10)
+    for s in (0.7, 5.0, -law.rate.value * 0.5, 0.3 + 2j):
+        s = s if isinstance(s, complex) else float(s)
+        assert law.laplace(s) == pytest.approx(known.laplace(s), rel=1e-8)
+    sides = [("left", (1, 0)), ("right", (0, 1))]
+    given = [(getattr(law, k), known.moments(x), x) for k, x in sides if k != scene.reflecting]
+    for side, (p, mean, square), x in given:
+        assert side.probability == pytest.approx(p, rel=1e-10)
+        assert side.mean == pytest.approx(mean / p, rel=1e-9)
+        assert side.variance == pytest.approx(square / p - (mean / p) ** 2, rel=1e-8)
+        assert side.laplace(0.7) == pytest.approx(known.laplace(0.7, x) / p, rel=1e-8)
+    assert sum(side.probability * side.mean for side, *_ in given) == pytest.approx(law.mean)
+    rates, c = known.modes()
+    assert law.rates(3) == pytest.approx(rates[:3].real, rel=1e-8)
+    times = np.array([0.3, 1.0, 4.0]) * law.mean
+    times = times[1:] if scene.noise else times  # early ones take seconds there
+    survival = [(c * np.exp(-rates * t)).sum().real for t in times]
+    assert law.survival(times) == pytest.approx(survival, abs=1e-8)
+    assert law.cdf(times) == pytest.approx(1 - np.array(survival), abs=1e-8)
+    assert law.pdf(times[-1]) == pytest.approx((c * rates * np.exp(-rates * times[-1])).sum().real)
+    for t in times[-1:] if scene.noise else times:
+        assert law.quantile(law.cdf(t)) == pytest.approx(t, rel=1e-11)
+
+
+# -- stationary states -----------------------------------------------------------------------------
+
+STATES = [
+    ("u - u**3", "u**2/2 - u**4/4", None), ("-u", "-u**2/2", None), ("1 - u", "u - u**2/2", None),
+    ("-u*(2 + sin(u))**2", "-u**2/2", "2 + sin(u)"),
+    ("-u*(1 + u**2/4)**2", "-u**2/2", "1 + u**2/4"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("phi", "minus_v", "noise"), STATES)
+@pytest.mark.parametrize("rule", [0, "stratonovich"])
+def test_stationary_shares_by_quadrature(phi: str, minus_v: str, noise: Any, rule: Any) -> None:
+    kappa, drift = 0.7, sa.Drift(phi, layer=None, noise=noise, ito=rule)
+    power, sigma, exponent = (2 if rule == 0 else 1), function(noise or "1"), function(minus_v)
+
+    def density(u: float) -> float:
+        return float(np.exp(2 / kappa**2 * exponent(u)) / sigma(u) ** power)
+
+    def mass(a: float, b: float) -> float:
+        return float(quad(density, a, b, epsabs=0, epsrel=1e-12, limit=200)[0])
+
+    for a, b in ((-1.0, 0.5), (0.25, 1.5)):
+        wanted = mass(a, b) / mass(-1.5, 2)
+        found = sa.occupation(drift, kappa, interval=(a, b), ends=(-1.5, 2))
+        assert found == pytest.approx(wanted, rel=1e-10)
+        rest = sa.occupation(drift, [kappa], interval=(a, b), ends=(-1.5, 2), complement=True)
+        assert rest[0] == pytest.approx(1 - wanted, rel=1e-10)
+    if noise in (None, "1 + u**2/4") and (phi[0] != "-" or noise is None):
+        whole = mass(-8, 8)
+        assert sa.occupation(drift, kappa, interval=(-1, 2)) == pytest.approx(mass(-1, 2) / whole)
+        found = sa.stationary_density(drift, kappa, 0.3)
+        assert found == pytest.approx(density(0.3) / whole, rel=1e-10)
+
+
+# -- simulation ------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["double well", "Ito", "Stratonovich", "jumps"])
+def test_simulation(name: str) -> None:
+    """Euler's steps (Heun's for Stratonovich), ends moved in by 0.5826 kappa sigma sqrt(dt)."""
+    scene, dt, many = TABLE[name], 2e-3, 20_000
+    random, kappa, (low, high) = np.random.default_rng(1), float(scene.kappa), scene.ends
+    parts, cuts = [function(a) for a, _ in scene.pieces], [float(x) for _, x in scene.pieces[:-1]]
+    sigma = function((scene.noise or ("1",))[0])
+    u, t, times = np.full(many, float(scene.start)), 0.0, []
+    while len(u) and t < 200:
+        t += dt
+        which = np.searchsorted(cuts, u)
+        phi = np.choose(which, [f(u) for f in parts])
+        dw = kappa * np.sqrt(dt) * random.standard_normal(len(u))
+        weight = sigma(u)
+        if scene.alpha:
+            weight = (weight + sigma(u + weight * dw)) / 2
+        u = u + phi * dt + weight * dw
+        shift = 0.5826 * kappa * sigma(u) * np.sqrt(dt)
+        out = (u < float(low) + shift) | (u > float(high) - shift)
+        times += [t] * out.sum()
+        u = u[~out]
+    law = scene.law()
+    error = law.std / np.sqrt(many)
+    assert abs(np.mean(times) - law.mean) < 4 * error + 0.01 * law.mean
+    share = np.mean(np.array(times) <= law.mean)
+    assert abs(share - law.cdf(law.mean)) < 0.02
