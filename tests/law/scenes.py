@@ -69,7 +69,7 @@ TABLE = {
 
 
 def drawn(random: Any) -> Scene:
-    """A scene whose mean is moderate or huge: polynomial, analytic, of pieces, with noise or not."""
+    """A scene whose mean is moderate or huge: any kind of drift, with noise of its own or not."""
 
     def number(size: float) -> str:
         return f"{random.uniform(-size, size):.3f}"

@@ -79,7 +79,7 @@ class Closed(NamedTuple):
 
 
 CLOSED = {
-    "Brownian": Closed(sa.Drift("0*u", layer=None), "0.7", ("-1", "1.5"), "0.25", None, powers("0")),
+    "Brownian": Closed(sa.polynomial(0), "0.7", ("-1", "1.5"), "0.25", None, powers("0")),
     "Brownian, reflected": Closed(
         sa.Drift("0*u", layer=None), "1.3", ("-1", "1.5"), "0.25", "left", powers("0")
     ),
@@ -106,6 +106,7 @@ CLOSED = {
 HALF = Closed(sa.polynomial(-1), "0.9", ("0", "1.5"), "0", "left", powers("-1"))
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", CLOSED)
 def test_closed_form(name: str) -> None:
     scene = CLOSED[name]
@@ -113,7 +114,7 @@ def test_closed_form(name: str) -> None:
     with mp.workdps(50):
         truth = HALF if symmetric else scene
 
-        large = 20 if scene.drift.noise else 1000
+        large = 20 if "geometric" in name else 1000
         for s in (mpf(2), mpf("0.5"), mpf(large), mpc(1, 3), mpc("0.2", -large / 50)):
             holds(law.laplace(s), truth.laplace(s))
         # Cauchy's integral over a circle inside the first pole.
@@ -180,6 +181,7 @@ def test_survival_of_brownian_motion() -> None:
 # -- collocation -----------------------------------------------------------------------------------
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize("name", TABLE)
 def test_collocation(name: str) -> None:
     scene = TABLE[name]
@@ -223,6 +225,7 @@ STATES = [
 ]  # fmt: skip
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(("phi", "minus_v", "noise"), STATES)
 @pytest.mark.parametrize("rule", [0, "stratonovich"])
 def test_stationary_shares_by_quadrature(phi: str, minus_v: str, noise: Any, rule: Any) -> None:
