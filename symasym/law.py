@@ -77,7 +77,7 @@ _NARROW = 0.3  # std over mean, below which the sum over the modes cancels
 _EARLY = (1, 15, 40, 100)  # digits that small probabilities take beyond those asked for
 _ROUGH = 8
 _STEPS = 200
-_TINY, _LONG = 1e-300, 10**300
+_TINY, _LONG = 1e-300, Fraction(10**300)
 
 
 def exit_law(

@@ -138,7 +138,6 @@ def test_mirror_image() -> None:
         image = sa.exit_law(two, 1, ends=(-2, 1), start="-0.5", reflecting=back)
         for of in (
             lambda f: f.mean, lambda f: f.std, lambda f: f.laplace(2 + 1j), lambda f: f.rate.value,
-            lambda f: f.survival(1.5),
         ):  # fmt: skip
             assert relative(of(image), of(law)) < 1e-14
         assert relative(image.left.mean, law.right.mean) < 1e-14

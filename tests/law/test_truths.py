@@ -185,7 +185,7 @@ def test_survival_of_brownian_motion() -> None:
 @pytest.mark.parametrize("name", TABLE)
 def test_collocation(name: str) -> None:
     scene = TABLE[name]
-    law, known = scene.law(), scene.collocation()
+    law, known = scene.law(), scene.collocation(64)
     one, first, second = known.moments()
     assert law.mean == pytest.approx(first, rel=1e-10)
     assert law.moment(2) == pytest.approx(second, rel=1e-10)
