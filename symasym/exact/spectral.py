@@ -177,7 +177,7 @@ class Series:
         for x, c in zip(modes.rates, modes.residues, strict=True):
             total += (c["left"] + c["right"]) * (-x * t).exp() * (1 if density else 1 / x)
         size = modes.beyond ** (3 if density else 1) * abs(modes.green) * modes.mass
-        rest = (size.sqrt() * (-modes.beyond * t).exp()).upper()
+        rest = (size.upper().sqrt() * (-modes.beyond * t).exp()).upper()
         if not rest < abs(total) / arb(10) ** self.digits:
             raise TooEarly
         total += arb(0, rest)
