@@ -26,8 +26,8 @@ from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import float_text
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import Answer, Request, Scene, exponent_bits
-from symasym.expansions.balls import LINE, doubled
-from symasym.expansions.field import Field
+from symasym.expansions.balls import doubled
+from symasym.expansions.field import LINE, Field
 
 _EXIT = ("eq:C, C-bound",), ("C lies between 0 and the value",)
 
@@ -65,7 +65,7 @@ class _Seen(NamedTuple):
 @lru_cache(maxsize=64)
 def _seen(drift: Drift, mirrored: bool, bits: int, time: bool = False) -> _Seen:
     """The drift at flint's precision, which has as many bits."""
-    field, sign = Field(drift, *LINE, time), -1 if mirrored else 1
+    field, sign = Field(drift, LINE, time), -1 if mirrored else 1
     zeros = [(sign * u, kind, field.around(u, 2)[0][1]) for u, kind in field.zeros][::sign]
     low, high = (sign * field.ends[sign * side] for side in (-1, 1))
     return _Seen(low, high, zeros, lambda u: field.height(sign * u))

@@ -23,6 +23,7 @@ from symasym.drift import scenes
 from symasym.drift.drift import Drift
 from symasym.expansions import weak
 from symasym.expansions.balls import AtLam, doubled, local
+from symasym.expansions.field import Between
 from symasym.methods import answer, as_floats, is_usual, of_scenes
 
 # The order for many kappa of one drift, how many these are at least, and the share not bisected.
@@ -87,7 +88,7 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
 
     def parts(order: int, bits: int) -> list[tuple[str, Any]]:
         """T to an order in weak noise as named parts, largest first."""
-        known = local(drift, scene.ends, scene.start, None, "T", order + 1, bits)
+        known = local(drift, Between(*scene.ends, scene.start), "T", order + 1, bits)
         at, rows = AtLam(exact_ball(scene.lam), order), []
         for side, pair, value in weak.parts(known.points, known.regular, at):
             name = " with ".join(map(str, pair)) if side else "the start's own share"

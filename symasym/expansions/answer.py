@@ -39,7 +39,8 @@ from symasym.drift.scenes import (
 from symasym.exact import balls as exact
 from symasym.exact import floats
 from symasym.expansions.arrays import AtLams
-from symasym.expansions.balls import LINE, AtLam, doubled, local, quantity
+from symasym.expansions.balls import AtLam, doubled, local, quantity
+from symasym.expansions.field import LINE, Between
 
 _BITS = 192  # of an array's coefficients and heights
 _NEXT = 3  # orders by whose differences an error is estimated
@@ -52,11 +53,11 @@ _MOST_DIGITS = 300
 class Expansion(NamedTuple):
     """A series of T, C and P.
 
-    `local` gives what a drift, its ends, start, the end that reflects, the name of a quantity, a
-    number of terms and bits make it of; `quantity` sums that at lam in one of the two rings.
+    `local` gives what a drift between two ends, the name of a quantity, a number of terms and bits
+    make it of; `quantity` sums that at lam in one of the two rings.
     """
 
-    local: Callable[[Drift, tuple[Fraction, Fraction], Fraction, Any, str, int, int], Any]
+    local: Callable[[Drift, Between, str, int, int], Any]
     quantity: Callable[[Any, str, Any], Any]
     in_balls: Callable[[Any, int], Any]
     in_floats: Callable[[FloatArray, int], Any]
@@ -123,8 +124,8 @@ class Expansion(NamedTuple):
     def _series(
         self, scene: Scene, name: str, length: int, reflecting: str | None = None
     ) -> _Series:
-        ends, start = LINE if name[-1] == "P" else (scene.ends, scene.start)
-        return _Series(self, scene.drift, ends, start, reflecting, name, length)
+        at = LINE if name[-1] == "P" else Between(*scene.ends, scene.start, reflecting)
+        return _Series(self, scene.drift, at, name, length)
 
     def _refusal(self, kappa: str, orders: Sequence[int]) -> AccuracyError:
         """Of a scene whose error is as large as its value."""
@@ -139,9 +140,7 @@ class _Series(NamedTuple):
 
     of: Expansion
     drift: Drift
-    ends: tuple[Fraction, Fraction]
-    start: Fraction
-    reflecting: str | None
+    at: Between
     name: str
     length: int  # of each series
     in_balls: bool = False  # also at many lam, where float64 loses too much
@@ -161,18 +160,16 @@ class _Series(NamedTuple):
             known, number = self._known(bits), exact_ball(lam)
             return [self.of.quantity(known, self.name, self.of.in_balls(number, n)) for n in orders]
 
-        low, high = self.ends
+        low, high, start, _ = self.at
         bits = int(3.33 * digits) + exponent_bits(self.drift, lam, max(-low, high)) + 80
-        bits += max(
-            int((high - low) / x).bit_length() for x in (self.start - low, high - self.start) if x
-        )
+        bits += max(int((high - low) / x).bit_length() for x in (start - low, high - start) if x)
         found = doubled(to_orders, bits - bits % -64, digits)
         if log and self.name != "T" and found[0] > 0.5:
             return found, [(-y).log1p() for y in self.rest.balls(lam, orders, digits, False)[0]]
         return found, [y.log() for y in found]
 
     def _known(self, bits: int) -> Any:
-        return self.of.local(*self[1:7], bits)
+        return self.of.local(*self[1:5], bits)
 
     def logs(self, lam: FloatArray, order: int) -> FloatArray:
         """The logarithms at many lam, in steps that stay in a cache."""

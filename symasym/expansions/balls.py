@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from fractions import Fraction
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -14,10 +13,8 @@ from symasym.base.balls import precision
 from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
 from symasym.expansions import weak
-from symasym.expansions.field import RING, Field, Unresolved
+from symasym.expansions.field import RING, Between, Field, Unresolved
 
-#: The whole line, of which P is asked, as two ends with a start.
-LINE = (Fraction(-2), Fraction(2)), Fraction(-1)
 _STEPS = 6  # times that bits are doubled, at most
 
 
@@ -30,17 +27,9 @@ class Local(NamedTuple):
 
 
 @lru_cache(maxsize=16)
-def local(
-    drift: Drift,
-    ends: tuple[Fraction, Fraction],
-    start: Fraction,
-    reflecting: str | None,
-    name: str,
-    count: int,
-    bits: int,
-) -> Local:
+def local(drift: Drift, at: Between, name: str, count: int, bits: int) -> Local:
     """What the quantity `name` takes, each series to `count` terms, at flint's `bits`."""
-    field = Field(drift, ends, start, name == "T", reflecting)
+    field = Field(drift, at, name == "T")
     points = weak.points_of(field, count, RING)
     regular = field.regular(count) if name == "T" else []
     if name[-1] == "P":

@@ -14,7 +14,7 @@ from fractions import Fraction
 from functools import cached_property, partial
 from itertools import pairwise
 from math import inf, log
-from typing import Any
+from typing import Any, NamedTuple
 
 from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx, fmpq, fmpq_poly
 
@@ -62,6 +62,19 @@ RING = Balls()
 
 class Unresolved(ArithmeticError):
     """More bits are needed."""
+
+
+class Between(NamedTuple):
+    """The ends of a scene, its start, and the end that reflects."""
+
+    left: Fraction
+    right: Fraction
+    start: Fraction
+    reflecting: str | None = None
+
+
+#: The whole line, of which P is asked, as two ends with a start.
+LINE = Between(Fraction(-2), Fraction(2), Fraction(-1))
 
 
 def _no_series(u: float, where: str) -> AccuracyError:
@@ -164,16 +177,8 @@ class Field:
     A double zero has a finite part only where that is not asked for (`time`).
     """
 
-    def __init__(
-        self,
-        drift: Drift,
-        ends: tuple[Fraction, Fraction],
-        start: Fraction,
-        time: bool = True,
-        reflecting: str | None = None,
-    ) -> None:
-        low, high = map(rational, ends)
-        self.start, self.x = rational(start), exact_ball(start)
+    def __init__(self, drift: Drift, at: Between, time: bool = True) -> None:
+        low, high, self.start, self.x = *map(rational, at[:3]), exact_ball(at.start)
         model = drift.model
         cuts = [rational(x) for x in model.cuts]
         bounds = (fmpq(-1), fmpq(1)) if model.layered else None
@@ -212,7 +217,7 @@ class Field:
         places = [*zeros, (self.x, f"start={own}" if own else "start")]
         for u, side in ((low, "left"), (high, "right")):
             if u != self.start:
-                places.append((arb(u), "wall" if side == reflecting else "end"))
+                places.append((arb(u), "wall" if side == at.reflecting else "end"))
         places += [(arb(p.left), "kink") for p in self.parts[1:] if p.left != self.start]
         self.places = sorted(places, key=lambda place: float(place[0]))
         if any(not a < b for (a, _), (b, _) in pairwise(self.places)):
@@ -317,7 +322,7 @@ class Field:
         for u in (lo, hi):
             phi, weights = part.taylor(u, count), part.weighted(u, count)
             ends.append(
-                [slow(phi, count, RING, w) for w in weights] or [slow(phi, count, RING)] * 2
+                [slow(phi, count, RING, [w]) for w in weights] or [slow(phi, count, RING)] * 2
             )
         return [a + b for a, b in zip(row, by_parts(ends, integral, count), strict=True)]
 

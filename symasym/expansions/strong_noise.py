@@ -30,7 +30,7 @@ from symasym.drift.evaluate import pieces, rational
 from symasym.expansions.answer import Expansion
 from symasym.expansions.arrays import AtLams, Scaled
 from symasym.expansions.balls import AtLam
-from symasym.expansions.field import Unresolved
+from symasym.expansions.field import Between, Unresolved
 
 _MOST_PANELS = 2000
 _ONE = Fraction(1)
@@ -99,17 +99,9 @@ class Local(NamedTuple):
 
 
 @lru_cache(maxsize=16)
-def local(
-    drift: Drift,
-    ends: tuple[Fraction, Fraction],
-    start: Fraction,
-    reflecting: None,
-    name: str,
-    count: int,
-    bits: int,
-) -> Local:
+def local(drift: Drift, between: Between, name: str, count: int, bits: int) -> Local:
     """The stretches, moments to `count` terms, at flint's `bits`."""
-    r = ends[1]
+    r, start = between.right, between.start
     left, inside, right = pieces(drift, fmpq(-2), fmpq(2))
     slopes = tuple(p.phi(arb(0)) for p in (left, right))
     if name[-1] == "P":

@@ -91,7 +91,7 @@ def points_of(field: Any, count: int, ring: Any) -> list[Point]:
 def _weighted(make: Any, around: Any, count: int, ring: Any) -> list[Any]:
     """A series with the weight of the scale and of the speed density, one object if these are 1."""
     phi, weights = around
-    rows = [make(phi, count, ring, weight=w) for w in weights]
+    rows = [make(phi, count, ring, weights=[w]) for w in weights]
     return rows or [make(phi, count, ring)] * 2
 
 

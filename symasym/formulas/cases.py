@@ -23,7 +23,7 @@ import sympy
 from symasym.base.errors import InputError, SymasymError
 from symasym.drift.drift import Drift
 from symasym.expansions.balls import doubled
-from symasym.expansions.field import Field
+from symasym.expansions.field import LINE, Field
 
 U = sympy.Symbol("u", real=True)
 PAIRS = (("start", "well", "barrier"), ("barrier", "well", "start"))
@@ -85,7 +85,7 @@ def read_case(text: str | Case) -> Case:
 @lru_cache(maxsize=1)
 def _places(drift: Drift, start: Fraction) -> list[tuple[float, str]]:
     """The kinks, wells, barriers and the start of a bound drift, left to right."""
-    field = doubled(lambda _: Field(drift, (Fraction(-2), Fraction(2)), start), 256)
+    field = doubled(lambda _: Field(drift, LINE._replace(start=start)), 256)
     return [(float(u), kind) for u, kind in field.places[1:-1]]
 
 

@@ -13,7 +13,7 @@ from sympy import Expr, Symbol
 
 from symasym.drift.drift import Drift
 from symasym.expansions.balls import doubled
-from symasym.expansions.field import RING, Field, Unresolved
+from symasym.expansions.field import LINE, RING, Field, Unresolved
 from symasym.series.local import finite_parts_in_s
 
 _DIGITS = 50
@@ -24,7 +24,7 @@ def numbers_of(symbols: Iterable[Symbol], drift: Drift, start: Fraction) -> dict
     named = list(symbols)
 
     def found(bits: int) -> dict[Symbol, Expr]:
-        of = Field(drift, (Fraction(-2), Fraction(2)), start)
+        of = Field(drift, LINE._replace(start=start))
         places: dict[str, Any] = {f"u{k}": u for k, (u, _) in enumerate(of.zeros, 1)}
         places |= {"1": arb(1), "-1": arb(-1)}
         known = {f"V({name})": of.height(u) for name, u in places.items()} | places

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
+from math import prod
 from typing import Any
 
 from symasym.series.power_series import Series
@@ -45,7 +46,8 @@ def _generic(
         Series([every[0], *every.c[k * size + 1 : (k + 1) * size + 1]])
         for k in range(1, len(weights) + 1)
     ]
-    return Series(every.c[: size + 1]), rows, back
+    front = prod(w[0] for w in weights)
+    return Series(every.c[: size + 1]), rows, lambda x: back(x) * front if weights else back(x)
 
 
 def steepness(
@@ -58,35 +60,30 @@ def steepness(
 
 
 def gaussian(
-    phi: Sequence[Any], count: int, ring: Any, step: int = 2, weight: Sequence[Any] | None = None
+    phi: Sequence[Any], count: int, ring: Any, step: int = 2, weights: Sequence[Any] = ()
 ) -> list[Any]:
     """c_n of a peak at a zero of phi, sum of c_n lam^-(n+1/2), n < count; with step 1 those of its
     right half, c_k lam^-(k+1)/2."""
-    weights = [weight] if weight else []
     a, steep, rows, back = steepness(phi[: 2 * count + 1], ring, weights)
     row = watson(steep, rows[0] if rows else None, step=step)
-    front = weight[0] if weight else 1
     return [
-        back(d) * ring.gamma(k + 1) / ring.root(a, k + 1) / (3 - step) * front
+        back(d) * ring.gamma(k + 1) / ring.root(a, k + 1) / (3 - step)
         for k, d in zip(range(0, 2 * count, step), row, strict=False)
     ]
 
 
-def slow(
-    phi: Sequence[Any], count: int, ring: Any, weight: Sequence[Any] | None = None
-) -> list[Any]:
+def slow(phi: Sequence[Any], count: int, ring: Any, weights: Sequence[Any] = ()) -> list[Any]:
     """h_1, ..., h_count at t = 0 where phi(0) is not 0: h_1 = weight/phi, h_(k+1) = -h_k'/phi.
 
     int w e^(-lam V) = e^(-lam V) sum h_k lam^-k and int w e^(lam V) = e^(lam V) sum h_k (-lam)^-k,
     w being the weight, formally, by repeated integration by parts (DLMF 2.3(i)).
     """
-    weights = [weight] if weight else []
     shape, rows, back = _generic([c / phi[0] for c in phi[1:count]], weights, ring)
-    h, front, row = shape**-1, weight[0] if weight else 1, []
+    h, row = shape**-1, []
     for w in rows:
         h = w * h
     for k in range(1, count + 1):
-        row.append(back(h[0]) / phi[0] ** k * front)
+        row.append(back(h[0]) / phi[0] ** k)
         h = -h.slope() / shape
     return row
 
@@ -101,10 +98,9 @@ def slow_at_zero(
     shape, rows, back = _generic([c / phi[1] for c in phi[2 : 2 * count]], weights, ring)
     f, found = shape**-1, []
     f = rows[1] * f if rows else f
-    front = weights[0][0] * weights[1][0] if weights else 1
     for k in range(1, count + 1):
         of = rows[0] * f if rows else f
-        found.append([back(c) / phi[1] ** k * front for c in of.c[: 2 * k - 1]])
+        found.append([back(c) / phi[1] ** k for c in of.c[: 2 * k - 1]])
         f = (f * (2 * k - 1) - f.theta()) / shape
     return found
 
