@@ -256,7 +256,7 @@ def _join_negative(argv: Sequence[str]) -> list[str]:
     """Write ``--start -1/3`` as ``--start=-1/3``, which argparse would take for an option."""
     joined: list[str] = []
     for word in argv:
-        takes_value = joined and re.fullmatch(r"--[a-z]+", joined[-1])
+        takes_value = joined and re.fullmatch(r"--(?!ends|interval)[a-z]+", joined[-1])
         if takes_value and re.match(r"-[\d.(a-z]", word) and not re.match(r"-[a-z]$", word):
             joined[-1] += f"={word}"
         else:

@@ -121,6 +121,11 @@ class Expansion:
         It takes the options of `symasym.escape_time`, and has numbers also where `conditions` do
         not hold, such as r < 1. P needs no r.
         """
+        if not self.drift.model.plain and "ends" not in options:
+            raise InputError(
+                "the formula is of the way over one barrier; give ends=… between which that is the "
+                "only way out, or put numbers into it."
+            )
         known = {"method": _METHODS[self.noise], "order": self.order, **options}
         known |= {"complement": True} if self.quantity[0] == "1" else {}
         if self.quantity[-1] == "P":
@@ -186,8 +191,9 @@ class Expansion:
         where = ", ".join(f"{c.lhs} {c.rel_op} {c.rhs}" for c in self.conditions if c.args)
         power = (-1) ** (self.noise == "strong") * (2 * self.order + 2)
         left = f"O(kappa^{power}) of each series" if self.definitions or self.terms else "none"
+        tells = "; evaluate(…, full=True) tells it" if self.drift.model.plain else ""
         rows += ["where", f"  {where}"] if where else []
-        return "\n".join([*rows, "error", f"  {left}; evaluate(…, full=True) tells it"])
+        return "\n".join([*rows, "error", f"  {left}{tells}"])
 
     __repr__ = __str__
 
@@ -240,7 +246,8 @@ def expand(
     Notes
     -----
     With numbers put in it is `escape_time(…, method="laplace", order=order)` and its like, for
-    r > 1.
+    r > 1. Without a layer or with noise that depends on u it is the time from the start's well
+    over the barrier beside it, which `case` names.
 
     Examples
     --------

@@ -238,12 +238,16 @@ class Pair(Field):
         if poly is not None and not poly.free_symbols_in_domain:
             inside = [u for u in poly.real_roots() if not model.layered or abs(u) < 1]
             kinds = ["barrier" if self.slope.subs(U, u) > 0 else "well" for u in inside]
+            here = [u for u in inside if u <= self.start], [u for u in inside if u > self.start]
+            ahead = phi.subs(U, self.start)
+            own = (here[1][:1] if ahead > 0 else here[0][-1:]) or inside[:1]
             pairs = zip(itertools.pairwise(inside), itertools.pairwise(kinds), strict=True)
-            found = next((us for us, words in pairs if words == case.kinds), ())
+            found = next((us for us, words in pairs if words == case.kinds and own[0] in us), ())
             if not found:
+                other = "barrier well start" if case.kinds[0] == "well" else "start well barrier"
                 raise InputError(
-                    f"{drift!r} has no {' with a '.join(case.kinds)} behind it, of which its "
-                    "formula is; take numbers of method='laplace'."
+                    f"{drift!r} from {self.start} has no {' with a '.join(case.kinds)} behind it, "
+                    f"of which its formula is; give another start, or case={other!r}."
                 )
             if not any(u.has(sympy.CRootOf) for u in found):
                 self.values = dict(zip(self.zeros, found, strict=True))

@@ -75,7 +75,7 @@ def held(seeds: range, late: int) -> tuple[int, int, list[str]]:
                 far = abs(mp.mpmathify(each.value) - mp.mpmathify(fine.value))
                 if not far <= mpf(each.error) + mpf(fine.error):
                     wrong.append(f"{seed} {name} {each!r} {fine!r} {scene}")
-        known = scene.collocation().moments() if float(scene.kappa) > 0.3 else [1, np.inf, 0]
+        known = scene.collocation(90).moments() if float(scene.kappa) > 0.3 else [1, np.inf, 0]
         if "mean" in values and known[1] < 1e3:
             by_collocation += 1
             if not abs(values["mean"].value / known[1] - 1) < 1e-8:
