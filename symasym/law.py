@@ -74,8 +74,8 @@ _MODES, _ORDER, _MOST = 6, 20, 120  # rates for survival; powers of s, at first 
 _MOST_BITS = 1_500
 _WIDTHS = 12.0  # t over std, above which the contour takes hundreds of nodes
 _NARROW = 0.3  # std over mean, below which the sum over the modes cancels
-_EARLY = (1, 15, 40, 100)  # digits that small probabilities take beyond those asked for
-_ROUGH = 8
+_EARLY = (1, 15, 40)  # digits that small probabilities take beyond those asked for
+_ROUGH, _SMALL = 8, 40
 _STEPS = 200
 _TINY, _LONG = 1e-300, Fraction(10**300)
 
@@ -319,28 +319,39 @@ class ExitLaw:
                 f"t is {float_text(t)} and the standard deviation {self._std:.6g}, too little for "
                 "Talbot's contour; take a larger kappa, or t far above the mean."
             )
+        if name != "survival" and self._markov(t, 32) < arb(10) ** -_SMALL:
+            raise self._too_small(t, name)
         found = self._early(t, name, _ROUGH)
         for more in _EARLY:
             if found.rel_accuracy_bits() > wanted * 3.33 - 4:
                 return found, "estimate"
             # The smaller a probability is beside 1, the more digits it takes.
-            small = math.log(max(float(abs(found).lower()), 1e-290)) if found != 0 else 0.0
-            found = self._early(t, name, wanted + more + math.ceil(max(0.0, -small / math.log(10))))
-        raise AccuracyError(
+            small = math.log10(max(float(abs(found).lower()), 1e-290)) if found != 0 else 0.0
+            if -small > _SMALL:
+                break
+            found = self._early(t, name, wanted + more + math.ceil(max(0.0, -small)))
+        raise self._too_small(t, name)
+
+    def _too_small(self, t: Fraction, name: str) -> AccuracyError:
+        return AccuracyError(
             f"t is {float_text(t)}, where {name} is too small beside 1 to be told apart; take a t "
             "nearer to the mean, or fewer digits."
         )
 
     def _few_exits(self, t: Fraction, wanted: int) -> Any:
-        """P(tau > t) where P(tau <= t) <= e E[e^{-tau/t}] (Markov) is none of the digits."""
+        """P(tau > t) where P(tau <= t) is none of the digits."""
         if float(t) > 1e-9 * float(self._mean):
             return None
-        most, _ = self._ball(
-            lambda f: f.transform(1 / exact_ball(t), None), _ORDER, 1 / float(t), 3
-        )
         with precision(bits(wanted)):
-            most = most.upper() * 3
+            most = self._markov(t, 1)
             return 1 - most / 2 + arb(0, most / 2) if most < arb(10) ** -wanted else None
+
+    def _markov(self, t: Fraction, c: int) -> Any:
+        """e^{s t} E[e^{-s tau}], above P(tau <= t): s = c/t, or as large as some 100 panels bear."""
+        low, high = self._scene.ends
+        s = min(c / t, (400 / (high - low)) ** 2 / self._scene.lam)
+        most, _ = self._ball(lambda f: f.transform(exact_ball(s), None), _ORDER, float(s), wanted=3)
+        return (most.upper() * exact_ball(s * t).exp()).upper()
 
     def _few_modes(self, t: float) -> bool:
         """True where so few rates should do, by Weyl's law."""
