@@ -347,7 +347,7 @@ class ExitLaw:
             return 1 - most / 2 + arb(0, most / 2) if most < arb(10) ** -wanted else None
 
     def _markov(self, t: Fraction, c: int) -> Any:
-        """e^{s t} E[e^{-s tau}], above P(tau <= t): s = c/t, or as large as some 100 panels bear."""
+        """e^{s t} E[e^{-s tau}] >= P(tau <= t): s = c/t, or as large as some 100 panels bear."""
         low, high = self._scene.ends
         s = min(c / t, (400 / (high - low)) ** 2 / self._scene.lam)
         most, _ = self._ball(lambda f: f.transform(exact_ball(s), None), _ORDER, float(s), wanted=3)
