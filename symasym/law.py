@@ -21,19 +21,18 @@ With eta and zeta from the left end (-) and the right one (+) to the start (`sym
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from contextlib import suppress
 from fractions import Fraction
-from functools import cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import mpmath
 import numpy as np
 from flint import acb, arb
+from mpmath import libmp
 
-from symasym.base.balls import exact_ball, precision, to_mpf
-from symasym.base.errors import AccuracyError, InputError, RangeError, RegionError
+from symasym.base.balls import exact_ball, to_mpf
+from symasym.base.errors import InputError, RangeError, RegionError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import (
     choice,
@@ -46,7 +45,6 @@ from symasym.base.inputs import (
     is_array,
     shown,
 )
-from symasym.drift.evaluate import rational
 from symasym.drift.scenes import (
     FLOAT_DIGITS,
     Answer,
@@ -57,9 +55,8 @@ from symasym.drift.scenes import (
     read_scene,
     require_drift,
 )
-from symasym.exact.balls import bits
-from symasym.exact.spectral import Series, TooEarly
-from symasym.exact.transform import Undecided
+from symasym.exact.exit_time import ORDER, Exit
+from symasym.exact.spectral import Series
 from symasym.methods import as_digits
 
 if TYPE_CHECKING:
@@ -70,14 +67,7 @@ if TYPE_CHECKING:
 __all__ = ["ExitLaw", "exit_law"]
 
 _SIDES = ("left", "right")
-_MODES, _ORDER, _MOST = 6, 20, 120  # rates for survival; powers of s, at first and at most
-_MOST_BITS = 1_500
-_WIDTHS = 12.0  # t over std, above which the contour takes hundreds of nodes
-_NARROW = 0.3  # std over mean, below which the sum over the modes cancels
-_EARLY = (1, 15, 40)  # digits that small probabilities take beyond those asked for
-_ROUGH, _SMALL = 8, 40
-_STEPS = 200
-_TINY, _LONG = 1e-300, Fraction(10**300)
+_TINY = 1e-300
 
 
 def exit_law(
@@ -149,13 +139,12 @@ class ExitLaw:
     """
 
     def __init__(self, scene: Scene, reflecting: str | None, dps: int | None, full: bool) -> None:
-        self._scene, self._reflecting, self._dps, self._full = scene, reflecting, dps, full
-        self._digits = FLOAT_DIGITS if dps is None else dps + 3
-        self._kept: dict[Any, Series] = {}
+        self._dps, self._full = dps, full
+        self._exit = Exit(scene, reflecting, FLOAT_DIGITS if dps is None else dps + 3)
 
     def __repr__(self) -> str:
-        given = ", ".join(f"{name}={float_text(x)}" for name, x in self._scene.numbers.items())
-        return f"<law of the exit time of {self._scene.drift!r}, {given}>"
+        given = ", ".join(f"{name}={float_text(x)}" for name, x in self._exit.scene.numbers.items())
+        return f"<law of the exit time of {self._exit.scene.drift!r}, {given}>"
 
     # -- moments -------------------------------------------------------------------------------
 
@@ -190,7 +179,7 @@ class ExitLaw:
         return self._side("right")
 
     def _side(self, side: str) -> Side:
-        if side == self._reflecting:
+        if side == self._exit.reflecting:
             raise InputError(f"the {side} end reflects, so that u does not leave there.")
         return Side(self, side)
 
@@ -209,7 +198,7 @@ class ExitLaw:
     def _laplace(self, s: Any, side: str | None) -> Any:
         complex_one = isinstance(s, complex) or hasattr(s, "_mpc_")
         re, im = (exact("s", x) for x in ((s.real, s.imag) if complex_one else (s, 0)))
-        if re < 0 and not re > -exact("s", self.rate.value) + exact("s", self.rate.error):
+        if re < 0 and not exact_ball(re) > -self._exit.rate:
             raise RegionError(
                 f"s is {shown(s)}, at or beyond the first pole -{float(self.rate):.6g} of the "
                 "transform; give an s to its right."
@@ -220,15 +209,14 @@ class ExitLaw:
             value = f.transform(number, side)
             return value / f.moments(0, side)[0] if side else value
 
-        return self._number(found, _ORDER, abs(complex(re, im)))
+        return self._number(found, ORDER, abs(complex(re, im)))
 
     # -- rates ---------------------------------------------------------------------------------
 
     @cached_property
     def rate(self) -> Estimate:
         """The principal eigenvalue lambda_1: P(tau > t) decays like e^{-lambda_1 t}."""
-        most = float(self._ball(Series.most, 11, wanted=3)[0])
-        found: Estimate = self._estimate(*self._ball(_first_rate, _ORDER, most), full=True)
+        found: Estimate = self._estimate(self._exit.rate, "bound", full=True)
         return found
 
     def rates(self, many: int) -> list[Any]:
@@ -240,7 +228,7 @@ class ExitLaw:
 
         size = float(self.rate)
         return [
-            self._number(found(k), _ORDER + 8 * (k - 1), k * k * size) for k in range(1, many + 1)
+            self._number(found(k), ORDER + 8 * (k - 1), k * k * size) for k in range(1, many + 1)
         ]
 
     # -- times ---------------------------------------------------------------------------------
@@ -259,9 +247,9 @@ class ExitLaw:
 
     def _of_times(self, t: Any, name: str) -> Any:
         if not is_array(t):
-            return self._estimate(*self._at_time(exact("t", t), name))
+            return self._estimate(*self._exit.at_time(_time(t), name))
         times = floats("t", t)
-        each = [self._at_time(exact("t", x), name) for x in times.ravel().tolist()]
+        each = [self._exit.at_time(_time(x), name) for x in times.ravel().tolist()]
         parts = [self._estimate(*x, full=True, dps=None) for x in each]
         value, error = (
             np.array([getattr(p, key) for p in parts]).reshape(times.shape)
@@ -276,136 +264,12 @@ class ExitLaw:
         wanted = exact("p", p)
         if not 0 < wanted < 1:
             raise InputError(f"p is {shown(p)}; give a probability between 0 and 1.")
-        name, share = ("cdf", wanted) if 2 * wanted <= 1 else ("survival", 1 - wanted)
-        with precision(bits(self._digits)):
-            t, places = self._mean.mid(), _ROUGH
-            for _ in range(_STEPS):
-                found, slope = (
-                    self._at_time(_rational(t), key, places)[0] for key in (name, "pdf")
-                )
-                # Newton's step for the logarithm, which is nearly straight.
-                step = (found / exact_ball(share)).log() * found / slope
-                step = -step if name == "survival" else step
-                room = abs(step).upper()
-                if room < t / 10 ** (self._digits - 4):
-                    return self._estimate(t + arb(0, room), "estimate")
-                places = self._digits if room < t / 10 ** (_ROUGH - 3) else _ROUGH
-                t = min(max(t - step.mid(), t / 2), 2 * t).mid()
-        raise AccuracyError(f"p is {shown(p)}, whose quantile is not found; take one further in.")
-
-    @cached_property
-    def _mean(self) -> Any:
-        return self._ball(lambda f: f.moment(1), 3)[0]
-
-    @cached_property
-    def _std(self) -> float:
-        return math.sqrt(self._ball(lambda f: f.variance(), 3)[0])
-
-    def _at_time(self, t: Fraction, name: str, wanted: int = 0) -> tuple[arb, ErrorKind]:
-        """survival, cdf or pdf at a rational t."""
-        wanted = wanted or self._digits
-        if t < 0:
-            raise InputError(f"t is {float_text(t)}; give a time of at least 0.")
-        if t == 0:
-            return arb(name == "survival"), "bound"
-        for modes in (1, 2, 4, _MODES) if self._few_modes(float(min(t, _LONG))) else ():
-            with suppress(TooEarly):
-                late = partial(Series.late, t=rational(t), name=name, count=modes)
-                return self._ball(late, _ORDER + 8 * (modes - 1), modes**2 * float(self.rate))
-        if name == "survival" and (few := self._few_exits(t, wanted)) is not None:
-            return few, "bound"
-        if float(t) > _WIDTHS * self._std:
-            raise AccuracyError(
-                f"t is {float_text(t)} and the standard deviation {self._std:.6g}, too little for "
-                "Talbot's contour; take a larger kappa, or t far above the mean."
-            )
-        if name != "survival" and self._markov(t, 32) < arb(10) ** -_SMALL:
-            raise self._too_small(t, name)
-        found = self._early(t, name, _ROUGH)
-        for more in _EARLY:
-            if found.rel_accuracy_bits() > wanted * 3.33 - 4:
-                return found, "estimate"
-            # The smaller a probability is beside 1, the more digits it takes.
-            small = math.log10(max(float(abs(found).lower()), 1e-290)) if found != 0 else 0.0
-            if -small > _SMALL:
-                break
-            found = self._early(t, name, wanted + more + math.ceil(max(0.0, -small)))
-        raise self._too_small(t, name)
-
-    def _too_small(self, t: Fraction, name: str) -> AccuracyError:
-        return AccuracyError(
-            f"t is {float_text(t)}, where {name} is too small beside 1 to be told apart; take a t "
-            "nearer to the mean, or fewer digits."
-        )
-
-    def _few_exits(self, t: Fraction, wanted: int) -> Any:
-        """P(tau > t) where P(tau <= t) is none of the digits."""
-        if float(t) > 1e-9 * float(self._mean):
-            return None
-        with precision(bits(wanted)):
-            most = self._markov(t, 1)
-            return 1 - most / 2 + arb(0, most / 2) if most < arb(10) ** -wanted else None
-
-    def _markov(self, t: Fraction, c: int) -> Any:
-        """e^{s t} E[e^{-s tau}] >= P(tau <= t): s = c/t, or as large as some 100 panels bear."""
-        low, high = self._scene.ends
-        s = min(c / t, (400 / (high - low)) ** 2 / self._scene.lam)
-        most, _ = self._ball(lambda f: f.transform(exact_ball(s), None), _ORDER, float(s), wanted=3)
-        return (most.upper() * exact_ball(s * t).exp()).upper()
-
-    def _few_modes(self, t: float) -> bool:
-        """True where so few rates should do, by Weyl's law."""
-        low, high = self._scene.ends
-        wanted = self._digits * math.log(10) * float(self._scene.lam) / t
-        narrow = self._std < _NARROW * float(self._mean)
-        return not narrow and float(high - low) / math.pi * math.sqrt(wanted) < _MODES
-
-    def _early(self, t: Fraction, name: str, wanted: int) -> Any:
-        """By Talbot's contour with two numbers of nodes."""
-        nodes = 2 * math.ceil(0.9 * wanted) + 8
-        one, two = (
-            self._ball(
-                partial(Series.early, t=rational(t), density=name == "pdf", nodes=n),
-                _ORDER,
-                n / float(t),
-                wanted,
-            )[0]
-            for n in (nodes, nodes + 8)
-        )
-        with precision(bits(wanted)):
-            found = two + arb(0, abs(one - two).upper())
-            return 1 - found if name == "survival" else found
+        return self._estimate(self._exit.quantile(wanted), "estimate")
 
     # -- answers -------------------------------------------------------------------------------
 
     def _number(self, of: Callable[[Series], Any], order: int, size: float = 0.0) -> Any:
-        return self._estimate(*self._ball(of, order, size))
-
-    def _ball(
-        self, of: Callable[[Series], Any], order: int, size: float = 0.0, wanted: int = 0
-    ) -> tuple[Any, ErrorKind]:
-        """A ball with the digits wanted; powers of s, then bits, are added until it has them."""
-        wanted, more = wanted or self._digits, 0
-        size = 2.0 ** math.ceil(math.log2(size)) if size else 0.0
-        while order <= _MOST and more < _MOST_BITS:
-            working = wanted + 6 + more // 8
-            with precision(bits(working, more)), suppress(ZeroDivisionError, ValueError):
-                powers = max(order, working // 2 + 8) if size else order
-                key = powers, size, working, more
-                if key not in self._kept:
-                    self._kept[key] = Series(self._scene, self._reflecting, powers, size, working)
-                try:
-                    found = of(self._kept[key])
-                except Undecided:
-                    order += order // 3 + 4
-                    continue
-                if found.rel_accuracy_bits() > wanted * 3.33 + 1:
-                    return found, "bound"
-            more = 2 * more + 60
-        raise AccuracyError(
-            f"{self!r} leaves fewer than {wanted} digits right in {_MOST_BITS:,} bits or {_MOST} "
-            "powers of s; ask for fewer digits, or a number nearer to the mean or its inverse."
-        )
+        return self._estimate(self._exit.ball(of, order, size), "bound")
 
     def _estimate(self, ball: Any, kind: ErrorKind, full: bool | None = None, dps: Any = 0) -> Any:
         """A ball as what was asked for."""
@@ -413,12 +277,17 @@ class ExitLaw:
         asked = Request("the law", "exact", None, dps, False, self._full if full is None else full)
         if isinstance(ball, acb):
             re, im = (self._estimate(x, kind, True) for x in (ball.real, ball.imag))
-            value = mpmath.mpc(re.value, im.value) if dps else complex(re.value, im.value)
-            return Estimate(value, re.error + im.error, kind, "exact") if asked.full else value
+            if dps is None:
+                value, error = complex(re.value, im.value), re.error + im.error
+            else:  # mpmath's own sums round to its global precision
+                value = mpmath.mp.make_mpc((re.value._mpf_, im.value._mpf_))
+                whole = libmp.mpf_add(re.error._mpf_, im.error._mpf_, 53, "u")
+                error = mpmath.mp.make_mpf(whole)
+            return Estimate(value, error, kind, "exact") if asked.full else value
         if dps is None and abs(ball) < _TINY:
             ball = arb(0, abs(ball).upper())
         try:
-            return as_digits(asked, Answer(*to_mpf(ball, self._digits), kind))
+            return as_digits(asked, Answer(*to_mpf(ball, self._exit.digits), kind))
         except RangeError:
             size = float(abs(ball).log())
             raise RangeError(
@@ -426,14 +295,12 @@ class ExitLaw:
             ) from None
 
 
-def _first_rate(f: Series) -> arb:
-    return f.rates(1)[0][0]
-
-
-def _rational(x: arb) -> Fraction:
-    """A point."""
-    mantissa, power = x.man_exp()
-    return Fraction(int(mantissa)) * Fraction(2) ** int(power)
+def _time(t: Any) -> Fraction:
+    """A time as it is given."""
+    number = exact("t", t)
+    if number < 0:
+        raise InputError(f"t is {float_text(number)}; give a time of at least 0.")
+    return number
 
 
 class Side(NamedTuple):

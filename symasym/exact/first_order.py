@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from flint import acb_poly, acb_series, arb, arb_series, ctx
 
-from symasym.exact.panels import ENDS, Panel, poly, within
+from symasym.exact.panels import ENDS, Panel, poly, slow_solver, within
 
 _SHORT = 8  # terms of a polynomial drift whose series is found term by term
 _LOG10 = math.log(10.0)
@@ -140,27 +140,8 @@ def _slow(p: Panel, rise: Any, need_e: bool, need_inverse: bool, need_nested: bo
 
 def _slow_solution(p: Panel, sign: int) -> tuple[Any, Any, Any]:
     """The slow solution of t' = h + sign g t, at -1 and 1, and h times its integral."""
-    g, n, h = [sign * c for c in p.slope], p.terms, p.half
-    m, zero = len(g), arb(0)
-    # (k + 1) t_{k+1} = h [k = 0] + sum g_j t_{k-j}, t_n = 0: row k is of t_k, t_{k-1}, ...
-    minus = [-c for c in g]
-    rows = [minus]
-    for k in range(n - 1, 0, -1):
-        first, *others = rows[-1]
-        factor = k / first
-        rows.append([c - factor * x for c, x in zip(minus, others, strict=False)] + minus[-1:])
-    rows.reverse()
-    t = [h / rows[0][0]]
-    for k in range(1, n):
-        row = rows[k]
-        t.append(-sum(map(mul, row[1 : k + 1], t[:-m:-1]), zero) / row[0])
-    # The polynomial solves the equation but for the terms t^n ... t^{n+m-2} of g t, and blur.
-    residual = sum([abs(sum(map(mul, g[k + 1 :], t[:-m:-1]), zero)) for k in range(m - 1)], zero)
-    residual += p.blur * sum(map(abs, t), zero)
-    # A solution that it equals at the end towards which |e^q| grows is d away from it, where
-    # |d' - (g + blur) d| <= residual: so |d| <= residual/least |Re (g + blur)|.
-    least = abs(g[0].real) - sum([abs(c) for c in g[1:]], zero) - p.blur
-    error = within(residual / least if least > 0 else arb.pos_inf(), p.q)
-    even, odd = sum(t[::2], error), sum(t[1::2], zero)
+    t, bound = slow_solver(p, sign, p.terms)([p.half], arb(0))
+    error = within(bound, p.q)
+    even, odd = sum(t[::2], error), sum(t[1::2], arb(0))
     whole = sum([x / (2 * k + 1) for k, x in enumerate(t[::2])], error)
-    return even - odd, even + odd, 2 * h * whole
+    return even - odd, even + odd, 2 * p.half * whole

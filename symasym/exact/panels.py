@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
+from operator import mul
 from typing import Any, NamedTuple
 
 from flint import acb, acb_poly, arb, arb_poly, ctx, fmpq
@@ -177,6 +178,39 @@ def _bounds(
         climb = max(climb, x - low)
     down, up = heights[0] - low + between, max(heights) - heights[0] + between
     return rise, (width + down, width + up, 2 * (width + between) + climb)
+
+
+def slow_solver(p: Panel, sign: int, n: int) -> Callable[[list[Any], Any], tuple[list[Any], arb]]:
+    """The slow solution of x' = f + sign g x on a slow panel: n coefficients, and a bound of its
+    error, as a function of f's coefficients and of what these miss."""
+    g, zero = [sign * c for c in p.slope], arb(0)
+    m, minus = len(g), [-c for c in g]
+    # (k + 1) x_{k+1} - sum g_j x_{k-j} = f_k, x_n = 0: row k is of x_k, x_{k-1}, ...
+    rows, factors = [minus], [zero]
+    for k in range(n - 1, 0, -1):
+        factors.append(k / rows[-1][0])
+        shifted = zip(minus, rows[-1][1:], strict=False)
+        rows.append([c - factors[-1] * x for c, x in shifted] + minus[-1:])
+    rows.reverse()
+    factors = factors[:0:-1]  # of row k + 1 in row k
+    # A solution that it equals at the end towards which |e^q| grows is d away from it, where
+    # |d' - (g + blur) d| <= residual: so |d| <= residual/least |Re (g + blur)|.
+    least = abs(g[0].real) - sum([abs(c) for c in g[1:]], zero) - p.blur
+
+    def solution(f: list[Any], missed: Any) -> tuple[list[Any], arb]:
+        right = f[:n] + [zero] * (n - len(f))
+        for k in range(min(n, len(f)) - 2, -1, -1):
+            right[k] -= factors[k] * right[k + 1]
+        x: list[Any] = []
+        for row, c in zip(rows, right, strict=True):
+            x.append((c - sum(map(mul, row[1 : len(x) + 1], x[: -len(row) : -1]), zero)) / row[0])
+        # It solves the equation but for f's other terms, t^n ... t^{n+m-2} of g x, and blur.
+        residual = sum(map(abs, f[n:]), missed + p.blur * sum(map(abs, x), zero))
+        for k in range(m - 1):
+            residual += abs(sum(map(mul, g[k + 1 :], x[:-m:-1]), zero))
+        return x, residual / least if least > 0 else arb.pos_inf()
+
+    return solution
 
 
 def poly(terms: list[Any]) -> Any:

@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 from flint import acb, acb_poly, arb, arb_poly, arb_series, ctx, fmpq
 
 from symasym.drift.evaluate import Piece
-from symasym.exact.panels import ENDS, Panel, panel_of, panels
+from symasym.exact.panels import ENDS, Panel, panel_of, panels, slow_solver
 
 _REACH = 24.0  # int |g| on a panel of an A that is no polynomial, the shorter whose series are
 _SHORT = 8  # coefficients of a polynomial
@@ -343,30 +343,11 @@ def _slow(p: Weighted, lam: arb, digits: int, order: int) -> Matrix:
 
 def _solver(p: Panel, sign: int, n: int) -> Callable[[Local], Local]:
     """The slow solution of x' = f + sign g x as a function of f."""
-    g, zero = [sign * c for c in p.slope], arb(0)
-    m, minus = len(g), [-c for c in g]
-    # (k + 1) x_{k+1} - sum g_j x_{k-j} = f_k, x_n = 0: row k is of x_k, x_{k-1}, ...
-    rows, factors = [minus], [zero]
-    for k in range(n - 1, 0, -1):
-        factors.append(k / rows[-1][0])
-        shifted = zip(minus, rows[-1][1:], strict=False)
-        rows.append([c - factors[-1] * x for c, x in shifted] + minus[-1:])
-    rows.reverse()
-    factors = factors[:0:-1]  # of row k + 1 in row k
-    least = abs(g[0]) - sum(map(abs, g[1:]), zero) - p.blur
+    of = slow_solver(p, sign, n)
 
     def solution(source: Local) -> Local:
-        f = list(source.series)
-        right = f[:n] + [zero] * (n - len(f))
-        for k in range(n - 2, -1, -1):
-            right[k] -= factors[k] * right[k + 1]
-        x: list[arb] = []
-        for row, c in zip(rows, right, strict=True):
-            x.append((c - sum(map(mul, row[1 : len(x) + 1], x[::-1]), zero)) / row[0])
-        residual = sum(map(abs, f[n:]), source.missed + p.blur * sum(map(abs, x), zero))
-        for k in range(m - 1):
-            residual += abs(sum(map(mul, g[k + 1 :], x[:-m:-1]), zero))
-        return Local(arb_poly(x), residual / least)
+        x, error = of(list(source.series), source.missed)
+        return Local(arb_poly(x), error)
 
     return solution
 

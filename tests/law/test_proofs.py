@@ -5,6 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
 from flint import acb, arb, arb_poly, fmpq
@@ -12,6 +13,7 @@ from flint import acb, arb, arb_poly, fmpq
 import symasym as sa
 from symasym.base.balls import precision
 from symasym.drift.evaluate import pieces
+from symasym.drift.scenes import read_scene
 from symasym.exact import spectral, transform
 from symasym.exact.balls import bits
 from tests.law.scenes import TABLE
@@ -85,6 +87,33 @@ def test_cut_at_random_places(name: str) -> None:
             assert whole.mass.overlaps(parts.mass)
 
 
+@pytest.mark.parametrize("name", DRIFTS)
+def test_what_a_series_misses_is_in_its_balls(name: str) -> None:
+    """With 2 digits asked for, where the remainder is much of the value's error."""
+    with precision(bits(45)):
+        whole, rough = swept(panels(name, digits=45)), swept(panels(name, digits=2))
+        for f, g in ((whole.eta, rough.eta), (whole.zeta, rough.zeta)):
+            assert all(x.overlaps(y) for x, y in zip(list(f), list(g), strict=False))
+        assert whole.mass.overlaps(rough.mass)
+
+
+@pytest.mark.parametrize("name", ["survival", "cdf", "pdf"])
+def test_modes_left_out_are_in_the_ball(name: str) -> None:
+    """One mode of Brownian motion, at times where the next ones are a hundredth of it."""
+    numbers = {"kappa": 1, "r": 1, "start": "1/4"}
+    scene = read_scene(sa.Drift("0", layer=None), numbers)
+    with precision(bits(30)):
+        series = spectral.Series(scene, None, 44, 64.0, 30)
+        series.modes(1), series.modes(4)
+        for t in (fmpq(1), fmpq(3, 2)):
+            series.digits = 6
+            true = series.late(t, name, 4)
+            series.digits = 0
+            found = series.late(t, name, 1)
+            assert found.overlaps(true)
+            assert found.rel_accuracy_bits() < 12
+
+
 def test_truncation_is_bounded() -> None:
     """cosh(sqrt(s)) from few powers, with roughly known ones behind them, at s on every side."""
     with precision(200):
@@ -123,9 +152,9 @@ def test_late_residues_and_early_contour(name: str) -> None:
     law = scene.law(full=True)
     t = Fraction(round(float(law.mean.value) * 20), 10)
     for kind in ("survival", "pdf"):
-        late, how = law._at_time(t, kind)
+        late, how = law._exit.at_time(t, kind)
         assert how == "bound"
-        early = law._early(t, kind, 18)
+        early = law._exit.early(t, kind, 18)
         assert early.overlaps(late)
         assert abs(early / late - 1) < 1e-13
 
@@ -142,3 +171,11 @@ def test_mirror_image() -> None:
             assert relative(of(image), of(law)) < 1e-14
         assert relative(image.left.mean, law.right.mean) < 1e-14
         assert relative(image.left.laplace(2), law.right.laplace(2)) < 1e-14
+
+
+def test_complex_values_keep_their_digits() -> None:
+    """Whatever mpmath's own precision is: E[e^{-s tau}] = 1/cosh(sqrt(2 s)) of Brownian motion."""
+    law = sa.exit_law(sa.Drift("0", layer=None), 1, 1, dps=40, full=True)
+    found = law.laplace(1 + 2j)
+    with mpmath.workdps(60):
+        assert abs(found.value - mpmath.sech(mpmath.sqrt(2 + 4j))) <= found.error < 1e-38

@@ -1,0 +1,187 @@
+"""One exit to so many digits: powers of s and bits as needed, probabilities.
+
+Which way serves a time is decided beforehand: few rates by Weyl's law, Markov's inequality where
+nothing is left of a probability, else Talbot's contour. Theorems and symbols: `symasym.law`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from contextlib import suppress
+from fractions import Fraction
+from functools import cached_property, partial
+from typing import Any
+
+from flint import arb
+
+from symasym.base.balls import exact_ball, precision
+from symasym.base.errors import AccuracyError
+from symasym.base.estimate import ErrorKind
+from symasym.base.inputs import float_text
+from symasym.drift.evaluate import rational
+from symasym.drift.scenes import Scene
+from symasym.exact.balls import bits
+from symasym.exact.spectral import Series, TooEarly
+from symasym.exact.transform import Undecided
+
+#: Powers of s at first, and at most.
+ORDER, _MOST = 20, 120
+_MOST_BITS = 1_500
+_MODES = 6  # rates for a probability
+_WIDTHS = 12.0  # t over std, above which the contour takes hundreds of nodes
+_NARROW = 0.3  # std over mean, below which the sum over the modes cancels
+_EARLY = (1, 15, 40)  # digits that small probabilities take beyond those asked for
+_ROUGH, _SMALL = 8, 40
+_STEPS = 200
+_LONG = Fraction(10**300)
+
+
+class Exit:
+    """The exit time of a scene to so many digits; series that were found are kept."""
+
+    def __init__(self, scene: Scene, reflecting: str | None, digits: int) -> None:
+        self.scene, self.reflecting, self.digits = scene, reflecting, digits
+        self._kept: dict[Any, Series] = {}
+
+    def ball(
+        self, of: Callable[[Series], Any], order: int, size: float = 0.0, wanted: int = 0
+    ) -> Any:
+        """A ball with the digits wanted; powers of s, then bits, are added until it has them."""
+        wanted, more = wanted or self.digits, 0
+        size = 2.0 ** math.ceil(math.log2(size)) if size else 0.0
+        while order <= _MOST and more < _MOST_BITS:
+            working = wanted + 6 + more // 8
+            with precision(bits(working, more)), suppress(ZeroDivisionError, ValueError):
+                powers = max(order, working // 2 + 8) if size else order
+                key = powers, size, working, more
+                if key not in self._kept:
+                    self._kept[key] = Series(self.scene, self.reflecting, powers, size, working)
+                try:
+                    found = of(self._kept[key])
+                except Undecided:
+                    order += order // 3 + 4
+                    continue
+                if found.rel_accuracy_bits() > wanted * 3.33 + 1:
+                    return found
+            more = 2 * more + 60
+        given = ", ".join(f"{n} = {float_text(x)}" for n, x in self.scene.numbers.items())
+        raise AccuracyError(
+            f"{given} leave fewer than {wanted} digits right in {_MOST_BITS:,} bits or {_MOST} "
+            "powers of s; ask for fewer digits, or a number nearer to the mean or its inverse."
+        )
+
+    @cached_property
+    def rate(self) -> Any:
+        """The principal eigenvalue."""
+        most = float(self.ball(Series.most, 11, wanted=3))
+        return self.ball(lambda f: f.rates(1)[0][0], ORDER, most)
+
+    @cached_property
+    def mean(self) -> Any:
+        """E[tau]."""
+        return self.ball(lambda f: f.moment(1), 3)
+
+    @cached_property
+    def std(self) -> float:
+        """Of tau, about."""
+        return math.sqrt(self.ball(lambda f: f.variance(), 3))
+
+    def at_time(self, t: Fraction, name: str, wanted: int = 0) -> tuple[arb, ErrorKind]:
+        """survival, cdf or pdf at a rational t."""
+        wanted = wanted or self.digits
+        if t == 0:
+            return arb(name == "survival"), "bound"
+        for modes in (1, 2, 4, _MODES) if self._few_modes(float(min(t, _LONG))) else ():
+            with suppress(TooEarly):
+                late = partial(Series.late, t=rational(t), name=name, count=modes)
+                order, size = ORDER + 8 * (modes - 1), modes**2 * float(self.rate)
+                return self.ball(late, order, size), "bound"
+        if name == "survival" and (few := self._few_exits(t, wanted)) is not None:
+            return few, "bound"
+        if float(t) > _WIDTHS * self.std:
+            raise AccuracyError(
+                f"t is {float_text(t)} and the standard deviation {self.std:.6g}, too little for "
+                "Talbot's contour; take a larger kappa, or t far above the mean."
+            )
+        if name != "survival" and self._markov(t, 32) < arb(10) ** -_SMALL:
+            raise self._too_small(t, name)
+        found = self.early(t, name, _ROUGH)
+        for more in _EARLY:
+            if found.rel_accuracy_bits() > wanted * 3.33 - 4:
+                return found, "estimate"
+            # The smaller a probability is beside 1, the more digits it takes.
+            small = math.log10(max(float(abs(found).lower()), 1e-290)) if found != 0 else 0.0
+            if -small > _SMALL:
+                break
+            found = self.early(t, name, wanted + more + math.ceil(max(0.0, -small)))
+        raise self._too_small(t, name)
+
+    def _too_small(self, t: Fraction, name: str) -> AccuracyError:
+        return AccuracyError(
+            f"t is {float_text(t)}, where {name} is too small beside 1 to be told apart; take a t "
+            "nearer to the mean, or fewer digits."
+        )
+
+    def _few_exits(self, t: Fraction, wanted: int) -> Any:
+        """P(tau > t) where P(tau <= t) is none of the digits."""
+        if float(t) > 1e-9 * float(self.mean):
+            return None
+        with precision(bits(wanted)):
+            most = self._markov(t, 1)
+            return 1 - most / 2 + arb(0, most / 2) if most < arb(10) ** -wanted else None
+
+    def _markov(self, t: Fraction, c: int) -> Any:
+        """e^{s t} E[e^{-s tau}] >= P(tau <= t): s = c/t, or as large as some 100 panels bear."""
+        low, high = self.scene.ends
+        s = min(c / t, (400 / (high - low)) ** 2 / self.scene.lam)
+        most = self.ball(lambda f: f.transform(exact_ball(s), None), ORDER, float(s), wanted=3)
+        return (most.upper() * exact_ball(s * t).exp()).upper()
+
+    def _few_modes(self, t: float) -> bool:
+        """True where so few rates should do, by Weyl's law."""
+        low, high = self.scene.ends
+        wanted = self.digits * math.log(10) * float(self.scene.lam) / t
+        narrow = self.std < _NARROW * float(self.mean)
+        return not narrow and float(high - low) / math.pi * math.sqrt(wanted) < _MODES
+
+    def early(self, t: Fraction, name: str, wanted: int) -> Any:
+        """By Talbot's contour with two numbers of nodes."""
+        nodes = 2 * math.ceil(0.9 * wanted) + 8
+        one, two = (
+            self.ball(
+                partial(Series.early, t=rational(t), density=name == "pdf", nodes=n),
+                ORDER,
+                n / float(t),
+                wanted,
+            )
+            for n in (nodes, nodes + 8)
+        )
+        with precision(bits(wanted)):
+            found = two + arb(0, abs(one - two).upper())
+            return 1 - found if name == "survival" else found
+
+    def quantile(self, p: Fraction) -> Any:
+        """t with P(tau <= t) = p, within an estimate."""
+        name, share = ("cdf", p) if 2 * p <= 1 else ("survival", 1 - p)
+        with precision(bits(self.digits)):
+            t, places = self.mean.mid(), _ROUGH
+            for _ in range(_STEPS):
+                found, slope = (self.at_time(_rational(t), key, places)[0] for key in (name, "pdf"))
+                # Newton's step for the logarithm, which is nearly straight.
+                step = (found / exact_ball(share)).log() * found / slope
+                step = -step if name == "survival" else step
+                room = abs(step).upper()
+                if room < t / 10 ** (self.digits - 4):
+                    return t + arb(0, room)
+                places = self.digits if room < t / 10 ** (_ROUGH - 3) else _ROUGH
+                t = min(max(t - step.mid(), t / 2), 2 * t).mid()
+        raise AccuracyError(
+            f"p is {float_text(p)}, whose quantile is not found; take one further in."
+        )
+
+
+def _rational(x: arb) -> Fraction:
+    """A point."""
+    mantissa, power = x.man_exp()
+    return Fraction(int(mantissa)) * Fraction(2) ** int(power)
