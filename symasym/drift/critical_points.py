@@ -13,17 +13,15 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from flint import arb, arb_series, ctx, fmpq, fmpq_poly
 
 from symasym.base.balls import precision, to_mpf
 from symasym.base.errors import AccuracyError, RegionError
 from symasym.drift.evaluate import Polynomial, profile, rational
-
-if TYPE_CHECKING:
-    from symasym.drift.drift import Drift
-    from symasym.drift.models import Model
+from symasym.drift.models import Model
+from symasym.drift.parametrized import Parametrized
 
 #: Of the parameters of a formula.
 Values = tuple[tuple[str, Fraction], ...]
@@ -57,7 +55,7 @@ class CriticalPoint:
     kind: str
 
 
-def critical_points(drift: Drift) -> list[CriticalPoint]:
+def critical_points(drift: Parametrized) -> list[CriticalPoint]:
     """Zeros of A in (-1, 1), left to right.
 
     Raises
@@ -71,7 +69,7 @@ def critical_points(drift: Drift) -> list[CriticalPoint]:
     return list(known(*formula_of(drift, 0), fmpq(-1), fmpq(1)))
 
 
-def formula_of(drift: Drift, k: int) -> tuple[Model, Values]:
+def formula_of(drift: Parametrized, k: int) -> tuple[Model, Values]:
     """The formula of the k-th piece, with its parameters."""
     model, values = drift.model.pieces[k], drift.values
     return model, tuple((name, values[name]) for name in model.parameters)

@@ -3,36 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
-import numpy as np
 from flint import fmpq
 
 from symasym.base.errors import InputError, RegionError
-from symasym.base.inputs import (
-    Numbers,
-    common_shape,
-    exact,
-    floats,
-    is_array,
-    is_name,
-    shown,
-)
+from symasym.base.inputs import Numbers, exact, floats, is_array, is_name, shown
 from symasym.drift import landscape, models
+from symasym.drift.critical_points import CriticalPoint, critical_points
+from symasym.drift.parametrized import Parametrized
+from symasym.drift.sampled import values_at
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from sympy import Expr, Symbol
 
     from symasym.base.inputs import Number
-    from symasym.drift.critical_points import CriticalPoint
 
 __all__ = ["Drift"]
 
 
-class Drift:
+class Drift(Parametrized):
     """The scaled drift: a- for u <= -1, A(u) on [-1, 1], a+ for u >= 1 (eq:phi).
 
     Parameters
@@ -136,36 +128,6 @@ class Drift:
 
     # -- parameters ------------------------------------------------------------------------
 
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """Names of all parameters, bound or free."""
-        return self._model.parameters
-
-    @cached_property
-    def free(self) -> tuple[str, ...]:
-        """Names of the parameters that have no value yet."""
-        return tuple(name for name in self.parameters if name not in self._values)
-
-    @property
-    def values(self) -> dict[str, Any]:
-        """The bound parameters, each a Fraction or a float64 array."""
-        return dict(self._values)
-
-    @property
-    def model(self) -> models.Model:
-        """The formula of A, which drifts of other parameters share."""
-        return self._model
-
-    @property
-    def name(self) -> str:
-        """Name of the model, e.g. ``"friction"``."""
-        return self._model.name
-
-    @cached_property
-    def shape(self) -> tuple[int, ...]:
-        """Common shape of the parameters, () unless some are arrays."""
-        return common_shape({k: np.shape(v) for k, v in self._values.items() if is_array(v)})
-
     def bind(self, /, **values: Numbers) -> Self:
         """A new drift with these parameters set.
 
@@ -207,37 +169,7 @@ class Drift:
                 expressions.check_regular(noise, self._values, "noise")
                 expressions.check_noise(noise, self._values, fmpq(-1), fmpq(1))
 
-    def scalars(self) -> dict[str, Fraction]:
-        """The exact parameter values; an error if some are free or arrays."""
-        self.require_bound()
-        for name, value in self._values.items():
-            if is_array(value):
-                raise InputError(
-                    f"{name} is an array, where one value is taken; pass one at a time, or leave "
-                    "dps and full out where they are given."
-                )
-        return self._values
-
-    def require_bound(self) -> None:
-        """Raise unless every parameter has a value."""
-        if self.free:
-            raise InputError(
-                f"the drift's parameters {', '.join(self.free)} have no value; set them with "
-                f"bind({self.free[0]}=…)."
-            )
-
     # -- values ----------------------------------------------------------------------------
-
-    def exact_coefficients(self) -> list[Fraction] | None:
-        """Rational coefficients of A in ascending powers; None if A is no such polynomial."""
-        return None if self._coefficients is None else [*self._coefficients]
-
-    @cached_property
-    def _coefficients(self) -> list[Fraction] | None:
-        known = self._model.coefficients(self.scalars())
-        while known and len(known) > 1 and known[-1] == 0:
-            known.pop()
-        return known
 
     def __call__(self, u: Numbers) -> Any:
         """phi(u) in float64, a- and a+ included (eq:phi).
@@ -247,15 +179,8 @@ class Drift:
         u : float or array_like
             Scaled position, broadcast with the parameters.
         """
-        from symasym.drift.sampled import in_floats
-
-        position = floats("u", u)
-        shape = common_shape({"drift": self.shape, "u": position.shape})
-        inside = np.clip(position, -1.0, 1.0) if self._model.layered else position
-        self.require_bound()
-        values = {name: floats(name, value) for name, value in self._values.items()}
-        result = np.broadcast_to(in_floats(self._model, inside, values), shape)
-        return float(result) if result.ndim == 0 else result.copy()
+        result = values_at(self, floats("u", u))
+        return float(result) if result.ndim == 0 else result
 
     # -- region ----------------------------------------------------------------------------
 
@@ -268,14 +193,6 @@ class Drift:
                 f"{self!r} has no layer, and so no a- and a+; give ends=(…) to what is asked of it."
             )
         return landscape.end(self, -1), landscape.end(self, 1)
-
-    def end(self, side: int) -> Fraction | None:
-        """A(side), side = -1 or 1, where it is rational and known without rounding, else None."""
-        coefficients = self.exact_coefficients()
-        if coefficients is not None:
-            return sum((c * side**k for k, c in enumerate(coefficients)), Fraction(0))
-        known: Fraction | None = self._model.end(self._values, side)
-        return known
 
     @property
     def region(self) -> Any:
@@ -323,7 +240,8 @@ class Drift:
 
     def potential_at(self, u: Numbers) -> Any:
         """V(u) in float64 (eq:V), with V(-1) = 0, by quadrature; as `Drift.__call__`."""
-        return landscape.potential_at(self, floats("u", u))
+        result = landscape.potential_at(self, floats("u", u))
+        return float(result) if result.ndim == 0 else result
 
     def critical_points(self) -> list[CriticalPoint]:
         """Zeros of A in (-1, 1), left to right, with multiplicity and kind.
@@ -333,8 +251,6 @@ class Drift:
         AccuracyError
             If A vanishes on all of [-1, 1], or zeros cannot be told apart.
         """
-        from symasym.drift.critical_points import critical_points
-
         return critical_points(self)
 
     def wells(self) -> list[CriticalPoint]:
@@ -365,27 +281,6 @@ class Drift:
         from symasym.drift.plot import plot
 
         return plot(self, axes)
-
-    # -- as a value ------------------------------------------------------------------------
-
-    def _key(self) -> tuple[Any, ...]:
-        """The value by which this drift is compared and hashed."""
-        return self._model, tuple(
-            (name, (value.shape, value.tobytes()) if is_array(value) else value)
-            for name, value in sorted(self._values.items())
-        )
-
-    def __eq__(self, other: object) -> bool:
-        return self._key() == other._key() if isinstance(other, Drift) else NotImplemented
-
-    def __hash__(self) -> int:
-        return hash(self._key())
-
-    def __repr__(self) -> str:
-        """The call that makes this drift, ``sa`` being symasym; long arrays are shortened."""
-        return self._model.source(
-            {x: y for x in self.parameters if (y := self._values.get(x)) is not None}
-        )
 
     def _repr_latex_(self) -> str:
         """A(u) for a notebook; parameters that are free or arrays stay symbols."""

@@ -15,16 +15,14 @@ from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import cached_property, lru_cache, partial, reduce
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx, fmpq
 
 from symasym.base.errors import InputError
 from symasym.drift.models import Expression, Model, Pieces
-
-if TYPE_CHECKING:
-    from symasym.drift.drift import Drift
+from symasym.drift.parametrized import Parametrized
 
 _RADII = (32, 8, 4, 2)  # of discs, over half a panel's width
 
@@ -308,13 +306,13 @@ class Piece(NamedTuple):
 
 
 def pieces(
-    drift: Drift, low: fmpq, high: fmpq, values: Mapping[str, Any] | None = None
+    drift: Parametrized, low: fmpq, high: fmpq, values: Mapping[str, Any] | None = None
 ) -> list[Piece]:
     """The drift from `low` to `high` at the precision of the moment.
 
     Parameters
     ----------
-    drift : Drift
+    drift : Parametrized
     low, high : fmpq
     values : mapping of str to fmpq, arb or acb, optional
         In place of these of the drift's parameters.

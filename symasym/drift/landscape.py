@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from flint import arb
@@ -13,20 +13,18 @@ from flint import arb
 from symasym.base.balls import precision
 from symasym.base.errors import AccuracyError, RangeError, RegionError
 from symasym.base.inputs import FloatArray, common_shape
+from symasym.drift.critical_points import CriticalPoint
+from symasym.drift.evaluate import profile, rational
 from symasym.drift.models import Pieces
-
-if TYPE_CHECKING:
-    from symasym.drift.critical_points import CriticalPoint
-    from symasym.drift.drift import Drift
+from symasym.drift.parametrized import Parametrized
+from symasym.drift.sampled import Field, flat_values, values_at
 
 _MOST_PANELS = 100_000
 _END_BITS = 4096  # numbers within 1e±300 that cancel leave digits
 
 
-def potential_at(drift: Drift, u: FloatArray) -> float | FloatArray:
+def potential_at(drift: Parametrized, u: FloatArray) -> FloatArray:
     """V in float64 with V(-1) = 0, by Gauss and Legendre's rule on the panels that hold A."""
-    from symasym.drift.sampled import Field, flat_values
-
     if isinstance(drift.model, Pieces):
         return _of_pieces(drift, drift.model, u)
     position = np.broadcast_to(u, common_shape({"drift": drift.shape, "u": u.shape}))
@@ -43,20 +41,20 @@ def potential_at(drift: Drift, u: FloatArray) -> float | FloatArray:
             break
     rule = np.polynomial.legendre.leggauss(held.terms // 2 + 1)
     with np.errstate(over="ignore", invalid="ignore"):
-        total: FloatArray = -drift(position) * (position - inside)
+        total: FloatArray = -values_at(drift, position) * (position - inside)
         for left, right in pairwise(sorted(cuts)):
             low = np.minimum(inside, left)
             half = (np.minimum(inside, right) - low) / 2
             for node, weight in zip(*rule, strict=True):
-                total = total - weight * half * drift(low + half * (1 + node))
+                total = total - weight * half * values_at(drift, low + half * (1 + node))
     if not np.isfinite(total).all():
         raise RangeError(
             f"V of {drift!r} leaves the range of float64; rescale the drift, or give u nearer to 0."
         )
-    return float(total) if total.ndim == 0 else total
+    return np.asarray(total)
 
 
-def _of_pieces(drift: Drift, model: Pieces, u: FloatArray) -> float | FloatArray:
+def _of_pieces(drift: Parametrized, model: Pieces, u: FloatArray) -> FloatArray:
     """The same over panels of at most a quarter between the places asked for and the cuts."""
     drift.scalars()
     ends = [-1.0, *map(float, model.cuts), *([1.0] if model.layered else [])]
@@ -67,19 +65,16 @@ def _of_pieces(drift: Drift, model: Pieces, u: FloatArray) -> float | FloatArray
     marks = np.unique([*marks, *np.linspace(marks[0], marks[-1], count + 1)])
     nodes, weights = np.polynomial.legendre.leggauss(16)
     half = np.diff(marks) / 2
-    values = drift(marks[:-1, None] + half[:, None] * (1 + nodes)) @ weights * half
+    values = values_at(drift, marks[:-1, None] + half[:, None] * (1 + nodes)) @ weights * half
     total = -np.append(0.0, np.cumsum(values))
-    found: FloatArray = total[np.searchsorted(marks, u)] - total[np.searchsorted(marks, -1.0)]
-    return float(found) if found.ndim == 0 else found
+    return np.asarray(total[np.searchsorted(marks, u)] - total[np.searchsorted(marks, -1.0)])
 
 
-def end(drift: Drift, side: int) -> Any:
+def end(drift: Parametrized, side: int) -> Any:
     """A(side), side = -1 or 1: a Fraction where it is rational, else a float, or an array."""
-    from symasym.drift.evaluate import profile, rational
-
     if drift.shape:
         known = drift.model.end(drift.values, side)
-        value = drift(float(side)) if known is None else known
+        value = values_at(drift, np.array(float(side))) if known is None else known
         return np.broadcast_to(np.asarray(value, dtype=np.float64), drift.shape)
     if (exactly := drift.end(side)) is not None:
         return exactly

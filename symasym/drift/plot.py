@@ -8,17 +8,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symasym.base import inputs
+from symasym.drift.critical_points import critical_points
+from symasym.drift.landscape import potential_at
+from symasym.drift.parametrized import Parametrized
+from symasym.drift.sampled import values_at
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from symasym.drift.drift import Drift
 
 _REACH, _POINTS = 1.5, 3_001
 _MOST_NAMES = 16  # more hide each other
 
 
-def plot(drift: Drift, axes: Sequence[Axes] | None) -> Any:
+def plot(drift: Parametrized, axes: Sequence[Axes] | None) -> Any:
     """phi above V; see `symasym.drift.drift.Drift.plot`."""
     drift.scalars()
     if axes is None:
@@ -30,22 +32,22 @@ def plot(drift: Drift, axes: Sequence[Axes] | None) -> Any:
     cuts = [float(x) for x in model.cuts]
     reach = max(_REACH, *(1.5 * abs(x) for x in cuts)) if cuts else _REACH
     u = np.linspace(-reach, reach, _POINTS)
-    phi = drift(u)
+    phi = values_at(drift, u)
     # A jump is no line.
     jumps = np.searchsorted(u, [x for x in cuts if not _continuous(drift, x)])
     above.plot(np.insert(u, jumps, np.nan), np.insert(phi, jumps, np.nan))
     above.axhline(0, color="0.6", linewidth=0.8)
     above.set_ylabel(r"$\phi(u)$")
-    below.plot(u, drift.potential_at(u))
+    below.plot(u, potential_at(drift, u))
     below.set(xlabel="u", ylabel="V(u)")
     for ax in (above, below):
         # The layer's ends, outside of which the drift is constant, or those of the pieces.
         for end in (-1, 1) if model.layered else cuts:
             ax.axvline(end, color="0.6", linewidth=0.8, linestyle=":")
-    points = drift.critical_points() if model.layered else []
+    points = critical_points(drift) if model.layered else []
     named = [p for p in points if p.kind != "inflection"]
     places = np.array([float(p.u) for p in named])
-    heights = drift.potential_at(places) if named else places
+    heights = potential_at(drift, places) if named else places
     for ax, y in ((above, 0 * places), (below, heights)):
         ax.plot(places, y, "o", color="0.3", markersize=4)
     for p, place, height in zip(named[:_MOST_NAMES], places, heights, strict=False):
@@ -58,6 +60,6 @@ def plot(drift: Drift, axes: Sequence[Axes] | None) -> Any:
     return axes
 
 
-def _continuous(drift: Drift, x: float) -> bool:
-    low, high = drift([np.nextafter(x, -np.inf), x])
+def _continuous(drift: Parametrized, x: float) -> bool:
+    low, high = values_at(drift, np.array([np.nextafter(x, -np.inf), x]))
     return bool(abs(high - low) <= 1e-9 * (abs(high) + abs(low)))

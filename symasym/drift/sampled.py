@@ -9,17 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from flint import acb, arb, fmpq
 
 from symasym.base.balls import precision
+from symasym.base.inputs import FloatArray, common_shape, floats
 from symasym.drift.evaluate import Analytic, box, coefficients_of, profile, rational, value_of
 from symasym.drift.models import Model
-
-if TYPE_CHECKING:
-    from symasym.drift.drift import Drift
+from symasym.drift.parametrized import Parametrized
 
 #: Chebyshev terms that hold what is not a polynomial on a panel.
 ANALYTIC = 17
@@ -34,7 +33,16 @@ def in_floats(model: Model, u: Any, values: Mapping[str, Any]) -> Any:
         return value_of(model, u, values, balls=False)
 
 
-def flat_values(drift: Drift, shape: tuple[int, ...]) -> dict[str, Any]:
+def values_at(drift: Parametrized, u: FloatArray) -> FloatArray:
+    """phi(u), a- and a+ included, u broadcast with the parameters."""
+    shape = common_shape({"drift": drift.shape, "u": u.shape})
+    inside = np.clip(u, -1.0, 1.0) if drift.model.layered else u
+    drift.require_bound()
+    values = {name: floats(name, value) for name, value in drift.values.items()}
+    return np.broadcast_to(in_floats(drift.model, inside, values), shape).copy()
+
+
+def flat_values(drift: Parametrized, shape: tuple[int, ...]) -> dict[str, Any]:
     """The parameters of scenes of this shape: numbers, and arrays of an element a scene."""
     return {
         name: np.broadcast_to(x, shape).ravel() if isinstance(x, np.ndarray) else x
@@ -259,7 +267,7 @@ class Field:
 
     def __init__(
         self,
-        drift: Drift,
+        drift: Parametrized,
         values: Mapping[str, Any],
         rows: int,
         span: tuple[float, float] = (-1.0, 1.0),

@@ -14,6 +14,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
+from flint import fmpq
 
 from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import ErrorKind
@@ -240,8 +241,6 @@ def read_scene(drift: Drift, numbers: dict[str, Any], reflecting: str | None = N
 def require_noise(drift: Drift, low: Any, high: Any) -> None:
     """Raise InputError unless sigma > 0 from `low` to `high`, where no layer has shown it."""
     if drift.model.noise and not drift.model.layered:
-        from flint import fmpq
-
         from symasym.drift.expressions import check_noise
 
         check_noise(
