@@ -25,6 +25,17 @@ class Problem(NamedTuple):
     ito: Literal[0, "stratonovich"] = 0
     reflecting: Literal["left", "right"] | None = None
 
+    @property
+    def drift(self) -> sa.Drift:
+        """phi and sigma."""
+        noise = None if self.sigma == "1" else self.sigma
+        return sa.Drift.piecewise(self.phi, noise=noise, ito=self.ito)
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """What the functions take beside kappa."""
+        return {"ends": self.ends, "start": self.start, "reflecting": self.reflecting}
+
 
 _FRICTION = ("12/5", "-1"), ("7/5 - u - 3*(u - u**3)", "1"), ("2/5", None)
 _WELLS, _TILTED = (("u - u**3", None),), (("u - u**3 + 1/5", None),)
@@ -51,9 +62,7 @@ def table(dps: int, step: Callable[[], object]) -> dict[str, Any]:
     """All problems with T, variance, C and rate as decimal strings; `step` is called after each."""
     records = []
     for p in PROBLEMS:
-        drift, more = sa.Drift.piecewise(p.phi, noise=p.sigma, ito=p.ito), dps + 5
-        options: dict[str, Any] = {"ends": p.ends, "start": p.start, "reflecting": p.reflecting}
-        law = sa.exit_law(drift, p.kappa, **options, dps=more, full=True)
+        law = sa.exit_law(p.drift, p.kappa, **p.numbers, dps=dps + 5, full=True)
         found = {"T": law.mean, "variance": law.variance, "rate": law.rate}
         if p.reflecting is None:
             found["C"] = law.left.probability

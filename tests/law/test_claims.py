@@ -66,7 +66,7 @@ def held(seeds: range, late: int) -> tuple[int, int, list[str]]:
     for seed in seeds:
         random = np.random.default_rng(seed)
         scene = drawn(random)
-        slow = scene.noise is not None or "(" in scene.pieces[0][0][:4]
+        slow = scene.sigma != "1" or "(" in scene.phi[0][0][:4]
         values = {}
         with mp.workdps(60):
             found = [*claims(scene, random, seed % (late * (3 if slow else 1)) == 0)]
