@@ -61,7 +61,7 @@ def escape_time(
     reflecting : {"left", "right"}, optional
         The end that reflects: the way out is the other one.
     moment : int, optional
-        k of E[tau^k], tau being the time of the exit: 1 to 20, 1 and 2 in float64 arrays.
+        k of E[tau^k], tau being the time of the exit: 1 to 20.
     method : {"exact", "paper", "laplace", "uniform", "strong_noise", "auto"}
 
         - ``"exact"``: the integral itself.
@@ -194,7 +194,7 @@ def occupation(
     ------
     RegionError
         Where no stationary state exists, or it is not known to: without a layer A must be a
-        polynomial, and the noise bounded.
+        polynomial, and the noise bounded or a polynomial.
 
     Examples
     --------
@@ -221,7 +221,7 @@ def stationary_density(
     log: bool = False,
     full: bool = False,
 ) -> Any:
-    """Stationary density p_ss at the scaled position u = `y` (eq:pss); the region must be sliding.
+    """Stationary density p_ss at the scaled position u = `y` (eq:pss), where `occupation` has a P.
 
     All other parameters, the type returned and the errors are those of `escape_time`.
 
@@ -238,7 +238,7 @@ def stationary_density(
     Raises
     ------
     RegionError
-        Outside a sliding region.
+        Where no stationary state exists, or it is not known to.
 
     Examples
     --------

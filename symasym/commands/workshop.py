@@ -11,7 +11,7 @@ from symasym.base.files import write_bytes
 
 
 def reproduce(*, out: str = "build", only: Any = (), dps: int = 50, force: bool = False) -> None:
-    """Make the paper's figures, the reference table and the derivations.
+    """Make the paper's figures, reference values, standard problems and the derivations.
 
     They are written to build unless --out says otherwise; what is up to date stays.
 

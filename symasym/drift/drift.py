@@ -43,7 +43,7 @@ class Drift(Parametrized):
         sigma(u) of du = phi dt + kappa sigma(u) dW, 1 when left out: analytic and greater than 0,
         constant outside the layer as A is.
     ito : {0, "stratonovich"}, optional
-        How that equation is meant: 0 by Ito.
+        How that equation is meant: 0 by Itô.
 
     Raises
     ------
@@ -223,20 +223,21 @@ class Drift(Parametrized):
         return expressions.expression(self._model, self._values)
 
     def phi(self) -> Expr:
-        """phi(u) as a SymPy Piecewise in the real symbol ``u`` (eq:phi)."""
+        """phi(u) in the real symbol ``u``, with a layer a SymPy Piecewise (eq:phi)."""
         from symasym.drift import expressions
 
-        return expressions.phi(self.expression())
+        A = self.expression()
+        return expressions.phi(A) if self._model.layered else A
 
     def potential(self) -> Expr:
-        """V(u) as a SymPy Piecewise in the real symbol ``u`` (eq:V2).
+        """V(u) in the real symbol ``u``, with a layer a SymPy Piecewise (eq:V2).
 
-        The middle piece is an unevaluated Integral where SymPy finds no closed
-        form; `potential_at` gives its numbers in any case.
+        Where SymPy finds no closed form it has an unevaluated Integral; `potential_at` gives its
+        numbers in any case.
         """
         from symasym.drift import expressions
 
-        return expressions.potential(self.expression())
+        return expressions.potential(self.expression(), self._model.layered)
 
     def potential_at(self, u: Numbers) -> Any:
         """V(u) in float64 (eq:V), with V(-1) = 0, by quadrature; as `Drift.__call__`."""

@@ -221,8 +221,8 @@ def phi(A: Any) -> Any:
     return sympy.Piecewise((A.subs(u, -1), u <= -1), (A, u < 1), (A.subs(u, 1), True))
 
 
-def potential(A: Any) -> Any:
-    """V as a Piecewise in the real symbol u (eq:V2)."""
+def potential(A: Any, layered: bool) -> Any:
+    """V in the real symbol u, where `layered` a Piecewise (eq:V2)."""
     u, v = sympy.Symbol("u", real=True), sympy.Dummy("v", real=True)
     taken = {s.name for s in A.free_symbols}
     named = sympy.Symbol(next(k * "v" for k in count(1) if k * "v" not in taken), real=True)
@@ -234,6 +234,8 @@ def potential(A: Any) -> Any:
             return sympy.expand(antiderivative.subs(v, upper) - antiderivative.subs(v, -1))
         return sympy.Integral(A.subs(u, named), (named, -1, upper))
 
+    if not layered:
+        return -inside(u)
     return sympy.Piecewise(
         (-A.subs(u, -1) * (u + 1), u <= -1),
         (-inside(u), u < 1),

@@ -55,7 +55,14 @@ def test_potential_in_float64(name: str) -> None:
     assert drift.potential_at(0.3) == pytest.approx(wanted[4], rel=1e-13)
 
 
-@pytest.mark.parametrize("make", [lambda: sa.friction(3, 1, "-0.3"), lambda: sa.hill(1, -2, "1/2")])
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: sa.friction(3, 1, "-0.3"),
+        lambda: sa.hill(1, -2, "1/2"),
+        lambda: sa.Drift("u - u**3", layer=None),
+    ],
+)
 def test_symbolic_potential_and_drift_agree(make: Callable[[], sa.Drift]) -> None:
     import sympy
 
