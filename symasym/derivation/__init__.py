@@ -4,7 +4,6 @@ This package loads SymPy; ``import symasym`` does not load it.
 """
 
 from symasym.derivation.derivation import Derivation, Step, build, derives
-from symasym.derivation.mistakes import mutants, survivors
 from symasym.derivation.tex import tex
 
-__all__ = ["Derivation", "Step", "build", "derives", "mutants", "survivors", "tex"]
+__all__ = ["Derivation", "Step", "build", "derives", "tex"]

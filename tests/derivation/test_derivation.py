@@ -11,9 +11,9 @@ from sympy import Function, Integral, Rational, Symbol, cos, exp, log, oo, sin, 
 
 from symasym.base.errors import InputError
 from symasym.derivation.derivation import Derivation
-from symasym.derivation.mistakes import survivors
 from symasym.derivation.tex import tex
 from symasym.formula import formula
+from tests.derivations.mistakes import survivors
 
 u, v, t = (Symbol(name, real=True) for name in "uvt")
 a, b, k = (Symbol(name, positive=True) for name in ("a", "b", "kappa"))

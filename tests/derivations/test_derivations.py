@@ -17,9 +17,9 @@ import pytest
 import derivations.sections  # noqa: F401
 from derivations import pages
 from derivations.labels import BEYOND, DEFINITIONS, NUMBERS
-from symasym.derivation.derivation import BUILT, CHANGED, LABELS, build
-from symasym.derivation.mistakes import mutants, passes, survivors
+from symasym.derivation.derivation import LABELS, build
 from tests.derivations import anchors_a, anchors_b, anchors_c, anchors_d
+from tests.derivations.mistakes import changed, mutants, passes, survivors
 from tests.latex import compiled, needs_latex
 
 STEPS = [(label, step.name) for label in LABELS for step in build(label).steps]
@@ -57,17 +57,11 @@ def notices(label: str, name: str) -> bool:
     """
     step = next(s for s in build(label).steps if s.name == name)
     again = (label, *USERS[label])
-    kept = {x: BUILT.pop(x) for x in again if x in BUILT}
-    CHANGED[label, name] = next(mutants(step.right))
     try:
-        return not all(passes(s, s.right) for x in again for s in build(x).steps)
+        with changed(label, name, next(mutants(step.right)), again):
+            return not all(passes(s, s.right) for x in again for s in build(x).steps)
     except Exception:  # the changed expression does not even fit
         return True
-    finally:
-        CHANGED.clear()
-        for x in again:
-            BUILT.pop(x, None)
-        BUILT.update(kept)
 
 
 def unnoticed(steps: list[tuple[str, str]]) -> set[tuple[str, str]]:
@@ -101,22 +95,19 @@ def test_what_is_concluded_is_what_it_is_about(check: Any) -> None:
 @pytest.mark.parametrize("label", ANCHORS)
 def test_a_changed_conclusion_is_not_what_it_is_about(label: str) -> None:
     def differs(name: str, mutant: Any, check: Any) -> bool:
-        CHANGED[label, name], kept = mutant, BUILT.pop(label)
         try:
-            return not worst(check) <= 1
+            with changed(label, name, mutant, [label]):
+                return not worst(check) <= 1
         except Exception:  # the changed expression has no number there
             return True
-        finally:
-            CHANGED.clear()
-            BUILT[label] = kept
 
     # A limit, 0 or 1, is that of another conclusion.
     for step in (s for s in build(label).concluded if s.right.free_symbols):
         # A bound may stay one, when it is changed.
         bound = re.search(r"\\[lg]e\b", step.latex())
-        changed = islice(mutants(step.right), 9 if bound else 1)
+        some = islice(mutants(step.right), 9 if bound else 1)
         check = anchors_b.bounds if bound else ANCHORS[label]
-        assert any(differs(step.name, m, check) for m in changed), step.name
+        assert any(differs(step.name, m, check) for m in some), step.name
 
 
 def test_every_label_of_the_paper_is_derived_or_defined() -> None:

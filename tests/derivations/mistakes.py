@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import suppress
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from itertools import product
 from typing import Any
 
+import pytest
 import sympy
 from sympy import Integral, S
 from sympy.core.function import AppliedUndef
 
-from symasym.derivation.derivation import Step
+from symasym.derivation.derivation import BUILT, Derivation, Step
 
 
 def mutants(e: Any) -> Iterator[Any]:
@@ -69,3 +70,25 @@ def passes(step: Step, stated: Any) -> bool:
     with suppress(Exception):
         return bool(step.check(stated))
     return False
+
+
+@contextmanager
+def changed(label: str, name: str, right: Any, again: Iterable[str]) -> Iterator[None]:
+    """The labels `again` are built anew, with this right side in the place of a step's own, whose
+    check is left out."""
+    kept, add = dict(BUILT), Derivation._add
+
+    def added(self: Derivation, step: Step) -> Any:
+        if (self.label, step.name) == (label, name):
+            step.right, step.check = right, lambda *_: True
+        return add(self, step)
+
+    for x in again:
+        BUILT.pop(x, None)
+    try:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(Derivation, "_add", added)
+            yield
+    finally:
+        BUILT.clear()
+        BUILT.update(kept)
