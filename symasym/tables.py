@@ -14,23 +14,23 @@ import json
 import math
 import os
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from concurrent.futures import Executor
+from decimal import Decimal
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import IO, Any, NamedTuple
 
-from symasym.base import progress
 from symasym.base.errors import InputError, OutputError, SymasymError
-from symasym.base.files import reference_value, write_bytes
-from symasym.base.inputs import choice, digits, exact, sequence
-from symasym.base.texts import number_text
+from symasym.base.estimate import number_text
+from symasym.base.files import progress, reference_value, write_bytes
+from symasym.base.inputs import choice, count, digits, exact, positive, sequence, taken
 from symasym.drift.ready_made import named_drift
 from symasym.drift.scenes import QUANTITIES
 from symasym.quantities import call_named
 
-__all__ = ["Outcome", "Spec", "read_spec", "write_table"]
+__all__ = ["Spec", "read_spec", "write_table"]
 
 _NUMBERS = ("kappa", "r", "start")
 _KEYS = (*_NUMBERS, "drift", "expr", "quantities", "dps", "parameters")
@@ -42,25 +42,24 @@ _AT_ONCE = 256  # values that are asked for before the first of them is written
 class Spec(NamedTuple):
     """The contents of a table.
 
-    `drift` is the name of a ready-made one, or None where `expr` is its formula; `axes` are the
-    numbers and parameters, each with its values as exact texts, the last one varying fastest.
+    `of` is {"drift": the name of a ready-made one} or {"expr": a formula}; `axes` are the numbers
+    and parameters, each with its values as exact texts, the last one varying fastest.
     """
 
-    drift: str | None
-    expr: str | None
+    of: dict[str, str]
     quantities: tuple[str, ...]
     dps: int
     axes: dict[str, list[str]]
 
-    def points(self) -> Iterator[dict[str, str]]:
+    def points(self) -> list[dict[str, str]]:
         """The points of the grid, in order."""
-        for values in itertools.product(*self.axes.values()):
-            yield dict(zip(self.axes, values, strict=True))
+        each = itertools.product(*self.axes.values())
+        return [dict(zip(self.axes, values, strict=True)) for values in each]
 
     def drift_at(self, x: Mapping[str, str]) -> Any:
         """The drift at a point."""
         values = {name: text for name, text in x.items() if name not in _NUMBERS}
-        return named_drift(self.drift, self.expr, values)
+        return named_drift(self.of.get("drift"), self.of.get("expr"), values)
 
 
 def read_spec(path: str | os.PathLike[str]) -> Spec:
@@ -69,17 +68,14 @@ def read_spec(path: str | os.PathLike[str]) -> Spec:
         with open(path, "rb") as file:
             # A decimal stands for what it says, not for the nearest binary number.
             return _spec(tomllib.load(file, parse_float=str))
-    except SymasymError as error:
-        raise InputError(f"{path}: {error}") from None
-    except (OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
-        told = f"{path} is no spec of a table ({error}); see docs/command-line.md."
-        raise InputError(told) from None
+    except (SymasymError, OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
+        raise InputError(f"{path} is no spec of a table: {error}") from None
 
 
 def _spec(given: dict[str, Any]) -> Spec:
     """The spec of what a file says."""
-    needed = "kappa" in given and ("drift" in given) != ("expr" in given)
-    if not (needed and given.keys() <= set(_KEYS)):
+    of: dict[str, str] = {n: given[n] for n in ("drift", "expr") if n in given}
+    if len(of) != 1 or not given.keys() <= set(_KEYS):
         raise InputError(
             f"the keys are {', '.join(given)}; give kappa, either drift or expr, and of "
             f"{', '.join(_KEYS)} what else is needed."
@@ -91,38 +87,25 @@ def _spec(given: dict[str, Any]) -> Spec:
     }
     wanted = sequence("quantities", given.get("quantities", ["T"]))
     names = tuple(choice("quantities", q, QUANTITIES) for q in wanted)
-    spec = Spec(given.get("drift"), given.get("expr"), names, digits(given.get("dps", 50)), axes)
-    spec.drift_at(next(spec.points())).scalars()
-    if (size := math.prod(map(len, axes.values())) * len(names)) > _MOST:
-        raise InputError(f"there are {size:,} values; give at most {_MOST:,}.")
-    if wanting := [n for q in names for n in QUANTITIES[q].numbers if n not in (*axes, "start")]:
-        raise InputError(f"{', '.join(names)} need {wanting[0]}, which is not given; give it.")
+    for name in names:
+        taken(name, QUANTITIES[name].numbers, {n: axes.get(n) for n in QUANTITIES[name].numbers})
+    count("the number of values", math.prod(map(len, axes.values())) * len(names), 1, _MOST)
+    spec = Spec(of, names, digits(given.get("dps", 50)), axes)
+    spec.drift_at({name: values[0] for name, values in axes.items()}).scalars()
     return spec
 
 
 def _axis(name: str, given: Any) -> list[Fraction]:
     """The values of one number, a list of them, or a range."""
     if not isinstance(given, dict):
-        several = isinstance(given, list) and given
-        return [exact(name, x) for x in (given if several else [given])]
+        return [exact(name, x) for x in (given if isinstance(given, list) else [given])]
     low, high = (exact(f"{name}.{end}", given.get(end)) for end in ("from", "to"))
-    if "step" in given:
-        step = exact(f"{name}.step", given["step"])
-        count, least = (high - low) / step + 1 if step else Fraction(0), 1
-    else:
-        count, least = exact(f"{name}.points", given.get("points", 0)), 2
-    if count.denominator > 1 or not least <= count <= _MOST:
-        raise InputError(
-            f"{name} has {count} points from {low} to {high}; give a whole number of them, at "
-            "least 2, or a step that leads from one end to the other."
-        )
-    parts = [Fraction(k, max(int(count) - 1, 1)) for k in range(int(count))]
+    points = count(f"{name}.points", given.get("points"), 2, _MOST)
+    parts = [Fraction(k, points - 1) for k in range(points)]
     if choice(f"{name}.spacing", given.get("spacing", "linear"), ("linear", "log")) == "linear":
         return [low + x * (high - low) for x in parts]
-    if not 0 < low < high:
-        raise InputError(f"{name} is log from {low} to {high}; give ends above 0.")
-    between = (float(low) * (float(high) / float(low)) ** float(x) for x in parts[1:-1])
-    return [low, *(Fraction(f"{x:.6g}") for x in between), high]
+    ratio = float(positive(name, high)) / float(positive(name, low))
+    return [low, *(Fraction(f"{float(low) * ratio ** float(x):.6g}") for x in parts[1:-1]), high]
 
 
 def line_of(spec: Spec, quantity: str, x: Mapping[str, str]) -> bytes:
@@ -134,92 +117,75 @@ def line_of(spec: Spec, quantity: str, x: Mapping[str, str]) -> bytes:
         record |= reference_value(record["x"], found, spec.dps)
     except SymasymError as error:
         record |= {"mid": None, "rad": None, "dps": spec.dps, "refused": str(error)}
-    text = json.dumps(record)[:-1].encode()
-    return text + b', "sum": "' + _sum(text) + b'"}\n'
+    return _sealed(json.dumps(record)[:-1].encode())
 
 
 def _head(spec: Spec, quantity: str, x: Mapping[str, str]) -> dict[str, Any]:
     """What a line says of its value beforehand."""
-    what = {"drift": spec.drift} if spec.drift else {"expr": spec.expr}
     used = {n: t for n, t in x.items() if n not in _NUMBERS or n in QUANTITIES[quantity].numbers}
-    return {**what, "quantity": quantity, "x": used}
+    return {**spec.of, "quantity": quantity, "x": used}
 
 
-def _sum(text: bytes) -> bytes:
-    return hashlib.sha256(text).hexdigest()[:16].encode()
-
-
-class Outcome(NamedTuple):
-    """The files, the number of values, of those made in this run, and of those without a number."""
-
-    files: tuple[Path, ...]
-    values: int
-    made: int
-    refused: int
+def _sealed(text: bytes) -> bytes:
+    """The line of a record without its last brace: with a checksum instead."""
+    return text + b', "sum": "' + hashlib.sha256(text).hexdigest()[:16].encode() + b'"}\n'
 
 
 def write_table(
-    spec: Spec,
-    path: str | os.PathLike[str],
-    *,
-    executor: Executor | None = None,
-    force: bool = False,
-) -> Outcome:
-    """Make a table's JSON lines, or what is missing of them; a CSV and a LaTeX file go beside them.
+    spec: Spec, path: str | os.PathLike[str], executor: Executor | None = None
+) -> tuple[list[dict[str, Any]], int]:
+    """Make a table's JSON lines, or what is missing of them; CSV and LaTeX files go beside them.
 
-    Values are computed by the executor, here if it is left out; with `force` all of them again.
-    An OutputError says that the file is no beginning of this table, a line of it was changed,
-    another run is at work on it, or it can't be written.
+    Values are computed by the executor, here if it is left out. Given are the records of the lines,
+    and how many of them were there before. An OutputError says that the file is no beginning of
+    this table, that a line of it was changed, or that it can't be written.
     """
     target = Path(path)
-    files = target, target.with_suffix(".csv"), target.with_suffix(".tex")
     asked = [(q, x) for x in spec.points() for q in spec.quantities]
     run = map if executor is None else executor.map
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with open(target, "a+b") as file:
             fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            records = [] if force else _known(target, file, spec, asked)
-            file.truncate(0 if force else file.tell())
+            records = _known(target, file, spec, asked)
+            file.truncate()
             done = len(records)
-            with progress.stage(target.name, len(asked), done=done) as step:
+            with progress(target.name, len(asked), done) as bar:
                 for low in range(done, len(asked), _AT_ONCE):
                     some = zip(*asked[low : low + _AT_ONCE], strict=True)
                     for line in run(partial(line_of, spec), *some):
                         file.write(line)
                         file.flush()
                         records.append(json.loads(line))
-                        step()
-    except BlockingIOError:
-        raise OutputError(f"{target} is being written by another run; wait for it.") from None
-    except OutputError:
-        raise
+                        bar.update()
     except OSError as error:
-        raise OutputError(f"{target} cannot be written ({error.strerror or error}).") from None
+        raise OutputError(
+            f"{target} cannot be written ({error.strerror or error}); make room, choose another "
+            "place, or wait for another run that is at work on it."
+        ) from None
     rows = _rows(spec, records)
     body = [" & ".join(row).replace("_", r"\_") + r" \\" for row in rows]
     body = [rf"\begin{{tabular}}{{{'l' * len(rows[0])}}}", body[0], r"\hline", *body[1:]]
-    lines = [",".join(row) for row in rows], [*body, r"\end{tabular}"]
-    for name, text in zip(files[1:], lines, strict=True):
-        write_bytes(name, "\n".join([*text, ""]).encode())
-    refused = sum(record["mid"] is None for record in records)
-    return Outcome(files, len(asked), len(asked) - done, refused)
+    lines = {".csv": [",".join(row) for row in rows], ".tex": [*body, r"\end{tabular}"]}
+    for kind, text in lines.items():
+        write_bytes(target.with_suffix(kind), "\n".join([*text, ""]).encode())
+    return records, done
 
 
-def _known(target: Path, file: IO[bytes], spec: Spec, asked: list[Any]) -> list[Any]:
+def _known(target: Path, file: IO[bytes], spec: Spec, asked: list[Any]) -> list[dict[str, Any]]:
     """The records of the whole lines of a file, which is left behind the last of them."""
     file.seek(0)
     found, end = [], 0
     for number, line in enumerate(file):
         if not line.endswith(b"\n"):
             break
-        text, _, last = line.rpartition(b', "sum": "')
-        record: Any = json.loads(line) if last == _sum(text) + b'"}\n' else {}
+        text = line.rpartition(b', "sum": "')[0]
+        record: Any = json.loads(line) if line == _sealed(text) else {}
         head = _head(spec, *asked[number]) | {"dps": spec.dps} if number < len(asked) else None
         if head is None or not head.items() <= record.items():
             raise OutputError(
                 f"{target}, line {number + 1}, was changed or belongs to another table; it is left "
-                "as it is: choose another file, or make it anew with --force."
+                "as it is: choose another file, or remove this one."
             )
         found.append(record)
         end += len(line)
@@ -234,12 +200,7 @@ def _rows(spec: Spec, records: list[dict[str, Any]]) -> list[list[str]]:
     for x in spec.points():
         row = [*x.values()]
         for record in itertools.islice(each, len(spec.quantities)):
-            mid = record["mid"]
-            row += ["", "", ""] if mid is None else [mid, record["rad"], _log10(mid)]
+            mid, rad = record["mid"], record["rad"]
+            row += ["", "", ""] if mid is None else [mid, rad, f"{Decimal(mid).log10():.16g}"]
         rows.append(row)
     return rows
-
-
-def _log10(text: str) -> str:
-    mantissa, _, power = text.lower().partition("e")
-    return repr(math.log10(float(mantissa)) + int(power or 0)) if float(mantissa) > 0 else ""

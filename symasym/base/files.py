@@ -1,4 +1,4 @@
-"""Writing results: whole files or none, and the format of reference values."""
+"""Writing results: whole files or none, the format of reference values, progress."""
 
 from __future__ import annotations
 
@@ -10,21 +10,16 @@ from contextlib import suppress
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from symasym.base.errors import OutputError
-from symasym.base.estimate import Estimate
-
-if TYPE_CHECKING:
-    from mpmath import mpf
+from symasym.base.estimate import Estimate, interval_text
 
 
 def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
     """Write a file that is either whole or as it was before, and make its folder where needed."""
     target = Path(path)
-    if not target.name:
-        raise OutputError(f"the file is {os.fspath(path)!r}; give the name of a file.")
-    beside = target.with_name(f".{target.name}.{os.getpid()}.tmp")
+    beside = Path(f"{target}.{os.getpid()}.tmp")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with open(beside, "wb") as file:
@@ -55,40 +50,12 @@ def read_json(path: str | os.PathLike[str]) -> Any:
         return None
 
 
-def decimal_text(value: mpf, dps: int) -> str:
-    """An mpf rounded to `dps` digits, trailing zeros included."""
-    from mpmath import libmp
-
-    return str(libmp.to_str(value._mpf_, dps, strip_zeros=False))
-
-
-def decimal_ball(value: mpf, error: mpf, dps: int) -> tuple[str, str]:
-    """`value` rounded to `dps` digits, and an `error` that has grown by the rounding.
-
-    Examples
-    --------
-    >>> from mpmath import mp, mpf
-    >>> with mp.workdps(30):
-    ...     decimal_ball(mpf(2) / 3, mpf("1e-12"), 10)
-    ('0.6666666667', '3.47e-11')
-    """
-    from mpmath import MPContext
-
-    mid = decimal_text(value, dps)
-    context = MPContext()
-    context.dps = dps + 20
-    rounding = abs(context.mpf(mid) - context.convert(value))
-    # Three digits are printed; the factor covers their rounding and that of this sum.
-    rad = (rounding + context.convert(error)) * context.mpf("1.01")
-    return mid, str(context.nstr(rad, 3))
-
-
 def reference_value(x: Mapping[str, str], estimate: Estimate, dps: int) -> dict[str, Any]:
     """One value, of exact inputs `x`, as it stands in a JSON file: decimal strings, never floats.
 
     The estimate's numbers are mpf, best with a few more than `dps` digits.
     """
-    mid, rad = decimal_ball(estimate.value, estimate.error, dps)
+    mid, rad = interval_text(estimate.value, estimate.error, dps, more=True)
     return {
         "x": dict(x),
         "mid": mid,
@@ -105,3 +72,10 @@ def versions(*libraries: str) -> dict[str, str]:
     """Versions of symasym, Python and `libraries`."""
     python = {"symasym": metadata.version("symasym"), "python": platform.python_version()}
     return python | {name: metadata.version(name) for name in libraries}
+
+
+def progress(name: str, total: int, done: int = 0) -> Any:
+    """A bar on the standard error stream, of what takes longer than two seconds."""
+    from tqdm import tqdm
+
+    return tqdm(total=total, initial=done, desc=name, delay=2, mininterval=1)

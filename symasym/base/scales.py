@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from symasym.base.errors import InputError
+from symasym.base.estimate import number_text
 from symasym.base.inputs import Numbers, common_shape, floats, is_array, positive
-from symasym.base.texts import number_text
 
 __all__ = ["Scales", "rescale"]
 
@@ -87,15 +86,11 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
     if any(map(is_array, given.values())):
         arrays = {name: floats(name, x) for name, x in given.items()}
         for name, x in arrays.items():
-            if not (x > 0).all():
-                raise InputError(f"{name} has an entry {x.min():.6g}; it must be greater than 0.")
+            positive(name, x.min())
         common_shape({name: x.shape for name, x in arrays.items()})
         widths, noises, radii = np.broadcast_arrays(*arrays.values())
         with np.errstate(over="ignore"):
-            scaled = Scales(noises / np.sqrt(widths), radii / widths, widths.copy())
-        if not (np.isfinite(scaled.kappa) & np.isfinite(scaled.r)).all():
-            raise InputError("kappa/sqrt(eps) or r/eps leaves float64; give larger eps.")
-        return scaled
+            return Scales(noises / np.sqrt(widths), radii / widths, widths.copy())
     e, k, radius = (positive(name, x) for name, x in given.items())
     root = Fraction(isqrt(e.numerator), isqrt(e.denominator))
     return Scales(k / root if root * root == e else _noise(k, e), radius / e, e)

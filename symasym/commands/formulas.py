@@ -25,15 +25,15 @@ def derive(labels: Any = (), *, out: str = "build/derivations") -> None:
       symasym derive eq:Ttilde
     """
     from derivations import pages
-    from symasym.base.progress import stage
+    from symasym.base.files import progress
     from symasym.formula import formula
     from symasym.formula import labels as every
 
     for label in labels:
         formula(label)  # which refuses what is no label
     chosen = pages.with_roots(labels or every())
-    with stage("derivations", len(chosen)) as step:
-        pages.derive(chosen, Path(out), step)
+    with progress("derivations", len(chosen)) as bar:
+        pages.derive(chosen, Path(out), bar.update)
     for label in labels or chosen:
         shown = formula(label)
         print(f"{label}: {shown.title}; {len(shown.steps)} steps hold; error: {shown.error}")

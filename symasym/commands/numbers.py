@@ -14,8 +14,8 @@ from typing import Any
 
 import symasym as sa
 from symasym.base.errors import InputError, OutputError
+from symasym.base.estimate import carried_text
 from symasym.base.inputs import count, digits
-from symasym.base.texts import carried_text
 from symasym.drift import scenes
 from symasym.drift.ready_made import drift_signatures, named_drift
 from symasym.methods import METHODS
@@ -142,9 +142,7 @@ def release(
     print(*answer.notes, sep="\n", end="\n" * bool(answer.notes))
 
 
-def table(
-    spec: str, *, out: str, workers: int = 1, cluster: str | None = None, force: bool = False
-) -> int:
+def table(spec: str, *, out: str, workers: int = 1, cluster: str | None = None) -> int:
     """Make a table of exact values from a spec.
 
     JSON lines, with CSV and LaTeX beside them, or what is missing of them; status 1 if some values
@@ -156,19 +154,18 @@ def table(
     """
     from symasym.tables import read_spec, write_table
 
-    wanted = read_spec(spec)
     where: Any = nullcontext()
     if cluster is not None:
         where = _cluster(cluster)
     elif count("--workers", workers, 1, 1_000) > 1:
         where = ProcessPoolExecutor(workers, initializer=_end_with_parent)
     with where as executor:
-        outcome = write_table(wanted, out, executor=executor, force=force)
-    made = f"{outcome.made} of them new" if outcome.made else "up to date"
-    print(f"{', '.join(map(str, outcome.files))}: {outcome.values} values, {made}")
-    if outcome.refused:
-        print(f"{outcome.refused} values do not exist or could not be had; their lines say why.")
-    return 1 if outcome.refused else 0
+        records, done = write_table(read_spec(spec), out, executor)
+    made = f"{len(records) - done} of them new" if done < len(records) else "up to date"
+    print(f"{out}, with CSV and LaTeX beside it: {len(records)} values, {made}")
+    if refused := sum(record["mid"] is None for record in records):
+        print(f"{refused} values do not exist or could not be had; their lines say why.")
+    return 1 if refused else 0
 
 
 def _end_with_parent() -> None:

@@ -14,8 +14,8 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from symasym.base.errors import InputError
+from symasym.base.estimate import number_repr
 from symasym.base.inputs import exact, float_text
-from symasym.base.texts import number_repr
 
 Values = Mapping[str, Any]
 _MOST_SHOWN = 1000  # values of an array

@@ -23,9 +23,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from mpmath import mp, mpf
 
 import symasym as sa
-from symasym.base import progress
 from symasym.base.errors import SymasymError
-from symasym.base.files import write_bytes
+from symasym.base.files import progress, write_bytes
 from symasym.base.inputs import choice
 from symasym.workshop.problems import BY_NAME, PROBLEMS, Problem
 
@@ -120,10 +119,10 @@ def verify(level: str = "quick", seed: int = 1) -> tuple[list[Record], str]:
     else:
         scenes = [p for p in scenes if not p.tags & {"slow", "may refuse", "extreme"}]
     found: list[Record] = []
-    with progress.stage("verify", len(scenes), every=5.0) as step:
+    with progress("verify", len(scenes)) as bar:
         for problem in scenes:
             found += records(problem)
-            step()
+            bar.update()
     rows = defaultdict(list)
     for r in found:
         rows[r.quantity, r.method].append(r)
@@ -181,7 +180,7 @@ def report(
     names = names or (_SCENES[1:4] if quick else _SCENES)
     scenes = [BY_NAME[choice("scene", name, BY_NAME)] for name in names]
     found: list[Record] = []
-    with progress.stage("report", len(scenes), every=5.0) as step:
+    with progress("report", len(scenes)) as bar:
         for problem in scenes:
             found += records(problem, ["T"])
             true, _ = truth(problem, "T")
@@ -193,7 +192,7 @@ def report(
                     error = _small(abs(mpf(value) / true - 1))
                 known = problem.name, "T", peer, None, None
                 found.append(Record(*known, seconds, error, None, "none"))
-            step()
+            bar.update()
     place = Path(folder)
     out = io.StringIO()
     csv.writer(out, lineterminator="\n").writerows([Record._fields, *found])

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 import derivations
 import symasym as sa
 from derivations.pages import derive, names, with_roots
-from symasym.base import progress
+from symasym.base.estimate import interval_text
 from symasym.base.files import (
-    decimal_text,
+    progress,
     read_json,
     reference_value,
     versions,
@@ -62,8 +62,8 @@ def reproduce(
             yield stage, None
             continue
         start = time.perf_counter()
-        with progress.stage(stage.name, stage.steps) as step:
-            stage.make(folder, dps, step)
+        with progress(stage.name, stage.steps) as bar:
+            stage.make(folder, dps, bar.update)
         stamps[stage.name] = _stamp(stage, folder, inputs)
         write_json(folder / _STAMPS, stamps)
         yield stage, time.perf_counter() - start
@@ -136,7 +136,7 @@ def _table(folder: Path, dps: int, step: Callable[[], object]) -> None:
                 record["physical"] = {"eps": figures.EPS, "kappa": kappa, "r": figures.R}
                 if name == "T":
                     paper = sa.escape_time(*scene, method="paper", dps=dps)
-                    record["paper"] = decimal_text(paper, dps)
+                    record["paper"] = interval_text(paper, 0, dps, more=True)[0]
                 values.append(record)
             step()
     table = {

@@ -10,7 +10,8 @@ from collections.abc import Callable
 from typing import Any, Literal, NamedTuple
 
 import symasym as sa
-from symasym.base.files import decimal_ball, versions
+from symasym.base.estimate import interval_text
+from symasym.base.files import versions
 
 
 class Problem(NamedTuple):
@@ -68,9 +69,8 @@ def table(dps: int, step: Callable[[], object]) -> dict[str, Any]:
             found["C"] = law.left.probability
         record = p._asdict()
         for name, x in found.items():
-            record[name] = dict(
-                zip(("mid", "rad"), decimal_ball(x.value, x.error, dps), strict=True)
-            )
+            mid, rad = interval_text(x.value, x.error, dps, more=True)
+            record[name] = {"mid": mid, "rad": rad}
         records.append(record)
         step()
     return {

@@ -14,9 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import symasym as sa
-from symasym.base.estimate import Estimate, with_error
+from symasym.base.estimate import Estimate, carried_text, number_repr, with_error
 from symasym.base.inputs import exact
-from symasym.base.texts import carried_text, number_repr
 from tests.strategies import SAMPLE
 
 VALUES = st.floats(-1e290, 1e290)

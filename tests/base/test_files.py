@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 from symasym import OutputError
-from symasym.base.estimate import Estimate
-from symasym.base.files import decimal_ball, read_json, reference_value, write_bytes
+from symasym.base.estimate import Estimate, interval_text
+from symasym.base.files import read_json, reference_value, write_bytes
 
 
 def fail_with(error: BaseException) -> Any:
@@ -89,7 +89,7 @@ def test_the_true_value_lies_within_the_printed_radius(
     with mp.workdps(dps + guard):
         rounded = mpf(truth.numerator) / truth.denominator
         error = abs(rounded) * mpf(10) ** -(dps + guard - 1)
-    mid, rad = decimal_ball(rounded, error, dps)
+    mid, rad = interval_text(rounded, error, dps, more=True)
     assert abs(Fraction(mid) - truth) <= Fraction(rad)
     # And no wider than the error plus one unit in the last digit.
     last_digit = abs(truth) * Fraction(10) ** -(dps - 1)

@@ -64,7 +64,7 @@ BAD: list[tuple[Any, Any, Any, str]] = [
     (1, 1, 0, "r is 0"),
     ("x", 1, 1, "eps is 'x'"),
     (1, float("nan"), 1, "kappa is nan"),
-    ([1.0, 0.0], 1, 1, "eps has an entry 0"),
+    ([1.0, 0.0], 1, 1, "eps is 0"),
     ([1.0, 2.0], [1.0, 2.0, 3.0], 1, "do not broadcast"),
     (1, "1e301", 1, "kappa is '1e301'"),
 ]
