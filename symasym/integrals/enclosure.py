@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import accumulate, pairwise
-from typing import Any, ClassVar
+from typing import Any
 
 from flint import acb, arb, ctx
 from sympy import Expr, S, Symbol
@@ -46,18 +46,12 @@ def number(e: Any) -> Any:
 
 @dataclass(frozen=True)
 class Zero:
-    """Where an expression in x changes its sign between two numbers: a zero, or a pole."""
+    """Where an expression in x changes its sign between two numbers."""
 
     equation: Expr
     x: Symbol
     lo: Any
     hi: Any
-    # As of a number in SymPy.
-    is_infinite: ClassVar[bool] = False
-    free_symbols: ClassVar[frozenset[Symbol]] = frozenset()
-
-    def xreplace(self, row: Any) -> Zero:
-        return self
 
     def ball(self) -> Any:
         """By bisection."""
@@ -75,6 +69,13 @@ class Zero:
 
     def __str__(self) -> str:
         return str(self.ball().str(12, radius=False))
+
+
+def middle(lo: Any, hi: Any) -> Any:
+    """A point inside an interval, of balls."""
+    if lo.is_finite():
+        return (lo + hi) / 2 if hi.is_finite() else lo + 1
+    return hi - 1 if hi.is_finite() else arb(0)
 
 
 def integral(
@@ -99,18 +100,16 @@ def integral(
 
     total, tiny, proved = arb(0), arb(2) ** -bits, True
     for lo, hi in pairwise(marks):
-        if not lo < hi:
-            continue
-        inside = lo + 1 if lo.is_finite() else hi - 1 if hi.is_finite() else arb(0)
-        inside = (lo + hi) / 2 if (hi - lo).is_finite() else inside
-        (a, before), (b, after) = (_cut(integrand, end, inside, tiny) for end in (lo, hi))
-        found = acb.integral(lambda z, _: acb(integrand(z)), acb(a), acb(b), tiny, tiny)
-        total += found.real + arb(0, before + after)
-        proved = proved and before == after == 0
+        if lo < hi:
+            inside = middle(lo, hi)
+            (a, before), (b, after) = (cut(integrand, end, inside, tiny) for end in (lo, hi))
+            found = acb.integral(lambda z, _: acb(integrand(z)), acb(a), acb(b), tiny, tiny)
+            total += found.real + arb(0, before + after)
+            proved = proved and before == after == 0
     return total, proved
 
 
-def _cut(integrand: Any, end: Any, inside: Any, tiny: Any) -> tuple[Any, Any]:
+def cut(integrand: Any, end: Any, inside: Any, tiny: Any) -> tuple[Any, Any]:
     """Where to end towards an end, and what bounds the integral beyond: 0 at a regular end."""
     far = not end.is_finite()
     if not far and integrand(acb(end) + box(0, tiny, tiny)).is_finite():
@@ -139,6 +138,5 @@ def _bound(integrand: Any, p: Any, q: Any, small: Any, depth: int) -> Any:
     whole = abs(integrand(p.union(q))) * abs(q - p)
     if depth and not (whole < small or whole < 64 * abs(q - p) * abs(integrand(p))):
         m = ((p + q) / 2).mid()
-        halves = (p, m), (m, q)
-        return sum((_bound(integrand, *half, small, depth - 1) for half in halves), arb(0))
+        return sum((_bound(integrand, *h, small, depth - 1) for h in ((p, m), (m, q))), arb(0))
     return whole.upper()

@@ -7,10 +7,9 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-import mpmath
 import numpy as np
 import sympy
-from flint import acb, arb
+from flint import arb
 from sympy import Expr, Symbol
 
 from symasym.base import inputs
@@ -69,7 +68,7 @@ class IntegralExpansion:
         ----------
         lam : number or array_like
         dps : int, optional
-            Digits of the sum, as mpf or mpc. None: float64.
+            Digits of the sum, as mpf. None: float64.
         log : bool
             Natural logarithm, finite where the value overflows.
         full : bool
@@ -109,26 +108,22 @@ class IntegralExpansion:
                     f"the integral's logarithm is {size:.6g}, beyond float64; pass log=True or "
                     "dps=…."
                 )
-            if log and not (acb(total).imag == 0 and acb(total).real > error):
+            if log and not total > error:
                 raise AccuracyError(
                     f"the sum at lam = {inputs.float_text(lam)} is not surely positive, so its "
                     "logarithm is not known; ask for the value, or for a larger lam."
                 )
             if log:
-                value, error = level + total.log(), -(-error / abs(total)).log1p()
+                value, error = level + total.log(), -(-error / total).log1p()
             else:
                 value, error = level.exp() * total, level.exp() * error
-            parts = [to_mpf(y, wanted) for y in (acb(value).real, acb(value).imag)]
-            error += sum((arb(radius) for _, radius in parts), arb(0))
-            error += abs(value) * arb(2) ** -52 if dps is None else 0
+            middle, radius = to_mpf(value, wanted)
+            error += arb(radius) + (abs(value) * arb(2) ** -52 if dps is None else 0)
             # The last rounding is within the factor.
             whole = to_mpf((error * (1 + arb(2) ** -30)).upper(), 15)[0]
-        real, imaginary = (middle for middle, _ in parts)
-        if isinstance(value, acb):
-            real = mpmath.mp.make_mpc((real._mpf_, imaginary._mpf_))
         if dps is None:
-            real, whole = complex(real) if isinstance(value, acb) else float(real), float(whole)
-        return Estimate(real, whole, *notes)
+            return Estimate(float(middle), float(whole), *notes)
+        return Estimate(middle, whole, *notes)
 
 
 def read(

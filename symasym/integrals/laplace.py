@@ -1,7 +1,7 @@
 """Laplace's method for int g(x) e^(lam f(x)) dx over [a, b] as lam grows.
 
 To all powers of 1/lam the integral is the sum of the contributions of the points where f is
-largest, inside, at ends and at kinks. With f = f(p) - a t^mu (1 + ...) and g = t^(beta - 1) (g_0 +
+largest, inside and at ends. With f = f(p) - a t^mu (1 + ...) and g = t^(beta - 1) (g_0 +
 ...), t the distance from the point p on one side or both, each is
 
     e^(lam f(p)) sum over k of c_k lam^(-(k + beta)/mu)
@@ -11,9 +11,8 @@ Expansions, 2.4; `symasym.series.local.watson`). On both sides of a smooth maxim
 k + beta - 1 odd cancel.
 
 The error at a given lam is the distance to the integral, enclosed: a bound on a finite interval
-with f and g analytic at its ends and all kinks known exactly, whatever maxima were found. It is an
-estimate where the rest towards an infinite or singular end (`symasym.integrals.enclosure`), or
-kinks that are no zeros of polynomials with rational coefficients, are found by sampling.
+with f and g analytic at its ends, whatever maxima were found, else an estimate
+(`symasym.integrals.enclosure`).
 """
 
 from __future__ import annotations
@@ -41,7 +40,6 @@ from symasym.series.power_series import Series
 
 __all__ = ["Contribution", "LaplaceExpansion", "laplace_integral"]
 
-_KINKED = ("Abs", "sign", "Heaviside", "Max", "Min", "Piecewise")
 #: Terms that order="optimal" chooses from, and the most.
 _OPTIMAL, _MOST = 48, 100
 #: Bits at which f is compared with itself; digits of coefficients that aren't exact.
@@ -56,7 +54,7 @@ _SPARE = 4
 class Contribution:
     """e^(lam height) times the sum of coefficients[k] lam^(-exponents[k]), of a maximum of f.
 
-    `side` is "both", "left" or "right": what the interval, or the piece, has of its neighbourhood.
+    `side` is "both", "left" or "right": what the interval has of the point's neighbourhood.
     f - height begins with -a t^contact there, and g with t^(beta - 1).
     """
 
@@ -74,35 +72,36 @@ class Contribution:
         return Rational(2 if self.side == "both" else 1, self.contact)
 
 
-def contribution(piece: maxima.Piece, point: Any, side: str, order: int, ring: Any) -> Contribution:
+def contribution(
+    f: Expr, g: Expr, x: Symbol, top: maxima.Maximum, order: int, ring: Any
+) -> Contribution:
     """That of a maximum."""
-    sign, step = (-1 if side == "left" else 1), (2 if side == "both" else 1)
-    f, g, x = piece.f, piece.g, piece.x
+    point, side, both = top.point, top.side, top.side == "both"
+    sign, step = (-1 if side == "left" else 1), (2 if both else 1)
     try:
         c = Point(x, point, sign, maxima.FLAT + 1, ring).taylor(f).c
         contact = next((k for k, y in enumerate(c) if k and ring.sign(y) != 0), maxima.FLAT)
         here = Point(x, point, sign, step * order + contact + _SPARE, ring)
         lead, (front, weight) = here.taylor(f).c, here.term(g)
-        first = front % 2 if side == "both" and front.is_Integer else 0
-        ks = range(int(first), int(first) + step * order, step)
-        if ring.sign(-lead[contact]) != 1 or (side == "both" and contact % 2):
+        first = int(front % 2) if both and front.is_Integer else 0
+        n = first + step * (order - 1) + 1
+        if ring.sign(-lead[contact]) != 1 or (both and contact % 2):
             raise NotAnalytic(f"{f} is flat or not surely largest")
-        if len(weight) <= ks[-1]:
+        if len(weight) < n:
             raise NotAnalytic(f"{g} vanishes, or cancels, to all orders looked at")
-        if sign_of(front + 1) != 1 or (side == "both" and not front.is_Integer):
+        if sign_of(front + 1) != 1 or (both and not front.is_Integer):
             raise NotAnalytic(f"{g} behaves as a power {sympy.simplify(front)} of the distance")
     except NotAnalytic as error:
         raise InputError(
             f"{error} at {x} = {point}, where f is largest; Laplace's method takes f with a Taylor "
-            "series on each side, and g a power of the distance, above -1 and whole inside unless "
-            "g has Abs, times such: change f or g, or give their symbols assumptions."
+            "series there, and g such a series times a power of the distance, above -1 and whole "
+            "inside: change f or g, split the integral, or give symbols assumptions."
         ) from None
-    beta, n = front + 1, ks[-1] + 1
-    exponents, values = tuple((k + beta) / contact for k in ks), []
-    a = ring.expression(-lead[contact])
+    beta, a = front + 1, ring.expression(-lead[contact])
+    exponents, values = tuple((k + beta) / contact for k in range(first, n, step)), []
     steep = Series([ring.of(S.One), *(y / lead[contact] for y in lead[contact + 1 :])][:n])
     reduced = watson(
-        steep, Series(weight.c[:n]), contact, exponent(beta, ring), first=ks[0], step=step
+        steep, Series(weight.c[:n]), contact, exponent(beta, ring), first=first, step=step
     )
     for d, s in zip(reduced, exponents, strict=True):
         # On each side the moment of t^(mu s - 1) e^(-a t^mu).
@@ -123,7 +122,6 @@ class LaplaceExpansion(IntegralExpansion):
 
     dropped: tuple[str, ...] = ()
     conditions: tuple[str, ...] = ()
-    _pieces: tuple[maxima.Piece, ...] = field(default=(), compare=False)
     _tops: tuple[maxima.Maximum, ...] = field(default=(), compare=False)
     _known: dict[int, list[Contribution]] = field(default_factory=dict, compare=False)
 
@@ -132,7 +130,7 @@ class LaplaceExpansion(IntegralExpansion):
 
     def _expanded(self, ring: Any, terms: int = 0) -> list[Contribution]:
         n = terms or self._terms
-        return [contribution(p, m.point, s, n, ring) for m in self._tops for p, s in m.sides]
+        return [contribution(self.f, self.g, self.x, m, n, ring) for m in self._tops]
 
     @property
     def _terms(self) -> int:
@@ -140,9 +138,9 @@ class LaplaceExpansion(IntegralExpansion):
 
     @cached_property
     def contributions(self) -> tuple[Contribution, ...]:
-        """One for each maximum, and each side of it where the sides differ."""
-        parts = sympy.Tuple(*(e for p in self._pieces for e in (p.f, p.g)))
-        roots = [n for n in parts.atoms(sympy.Function, sympy.Pow) if not n.args[-1].is_Integer]
+        """One for each maximum."""
+        roots = sympy.Tuple(self.f, self.g).atoms(sympy.Function, sympy.Pow)
+        roots = {n for n in roots if not n.args[-1].is_Integer}
         closed = all(isinstance(m.point, Expr) for m in self._tops) and len(roots) <= _FUNCTIONS
         if closed and not self.parameters and self._terms > _EXACT_TERMS:
             closed = exactly(lambda ring: bool(self._expanded(ring, 1)) and ring.domain == sympy.QQ)
@@ -165,7 +163,7 @@ class LaplaceExpansion(IntegralExpansion):
 
     def _at(self, lam: Fraction, dps: int | None, full: bool) -> tuple[Any, ...]:
         """The sum over e^(lam height), and the distance to the integral with `full`."""
-        wanted, whole, proved = dps or 17, arb(0), True
+        wanted = dps or 17
         first = int(3.33 * wanted) + 64 + (borel.BITS if self.order == "borel" else 0)
         for bits in (first << k for k in range(4)):
             with precision(bits):
@@ -174,10 +172,13 @@ class LaplaceExpansion(IntegralExpansion):
             if total.rel_accuracy_bits() > 3.33 * wanted + 4:
                 break
         with precision(bits):
-            for p in self._pieces if full else ():
-                part, known = integral(p.f, p.g, self.x, p.marks(), large, top, bits)
-                whole, proved = whole + part, proved and known and p.exact
-            error = abs(total - whole) if full else arb(0)
+            error, proved = arb(0), True
+            if full:
+                f, x, a, b = self.f, self.x, self.a, self.b
+                inside = sorted(map(number, maxima.zeros(f.diff(x), x, a, b)), key=float)
+                marks = [number(a), *inside, number(b)]
+                whole, proved = integral(f, self.g, x, marks, large, top, bits)
+                error = abs(total - whole)
             kind = "bound" if proved else "estimate"
             shares = tuple(f"{self.x} = {short(m.point)}: {used} terms" for m in self._tops)
             return large * top, total, error, (kind, "laplace", used, shares, self.dropped)
@@ -251,9 +252,9 @@ def laplace_integral(f: Any, g: Any, x: Any, a: Any, b: Any, order: Any = 3) -> 
     Parameters
     ----------
     f, g : Expr, str or number
-        Real on (a, b), of elementary functions and parameters, perhaps in pieces (Abs, Max, Min,
-        sign, Heaviside, Piecewise). At its maximum f has a Taylor series on each side, and g is a
-        power of the distance, above -1, times such.
+        Real on (a, b), of elementary functions and parameters; at a kink, split the integral. At
+        its maximum f has a Taylor series, and g is such a series times a power of the distance,
+        above -1.
     x : Symbol or str
         Variable of integration.
     a, b : Expr or number
@@ -290,18 +291,17 @@ def laplace_integral(f: Any, g: Any, x: Any, a: Any, b: Any, order: Any = 3) -> 
     """
     if not isinstance(order, str) or order not in ("optimal", "borel"):
         order = count("order", order, 1, _MOST, " of terms", ', "optimal" or "borel"')
-    f, g, x, a, b = read(f, g, x, a, b, (*FUNCTIONS, *_KINKED))
+    f, g, x, a, b = read(f, g, x, a, b, FUNCTIONS)
     with precision(_BITS):
         ends = [number(e) for e in (a, b) if not e.free_symbols]
-        whole = maxima.Piece(x, a, b, f, g)
-        free = whole.free
+        free = sympy.Tuple(f, g, a, b).free_symbols - {x}
         known = len(ends) < 2 or ends[0] < ends[1]
         if sympy.Tuple(f, g, a, b).has(sympy.I) or not known or "lam" in map(str, free):
             raise InputError(
                 f"f = {f}, g = {g}, a = {a}, b = {b}; give real f and g (oscillating integrals "
                 "need stationary phase), real ends with a less than b, and no parameter lam."
             )
-        pieces, tops, others = maxima.located(whole)
+        tops, others = maxima.located(f, g, x, a, b)
         dropped = tuple(
             f"maximum at {x} = {short(m.point)}: smaller by a factor "
             f"e^(-{short(tops[0].height - m.height)} lam)"
@@ -310,7 +310,7 @@ def laplace_integral(f: Any, g: Any, x: Any, a: Any, b: Any, order: Any = 3) -> 
         )
         how = "compared at sampled parameters"
         said = tuple(f"f is largest at {x} = {m.point} ({how})" for m in tops if free)
-        found = LaplaceExpansion(f, g, x, a, b, order, dropped, said, tuple(pieces), tuple(tops))
+        found = LaplaceExpansion(f, g, x, a, b, order, dropped, said, tuple(tops))
         one = partial(found._expanded, terms=1)
         steps = {c.step for c in (exactly(one) if free else one(Balls()))}
         if order == "borel" and (free or steps != {1} or not borel.applies(f, g, x, a, b)):

@@ -1,10 +1,9 @@
 """Integrals of g e^{lam f}, uniform as two saddles, or a saddle and an end, coalesce.
 
 On a real interval the integral is B of panels in canonical form with phi = -f'
-(`symasym.expansions.canonical`), with lam i in place of lam where f is imaginary; iterated over
-u < v with the weights g(u) h(v) it is J. On a path between the valleys beside two saddles, or over
-the whole line for imaginary f, the canonical integrals are Airy functions alone (C. Chester, B.
-Friedman, F. Ursell, Proc. Camb. Phil. Soc. 53 (1957) 599; DLMF 2.4(v)): with the coefficients
+(`symasym.expansions.canonical`); iterated over u < v with the weights g(u) h(v) it is J. On a path
+between the valleys beside two saddles the canonical integrals are Airy functions alone (C. Chester,
+B. Friedman, F. Ursell, Proc. Camb. Phil. Soc. 53 (1957) 599; DLMF 2.4(v)): with the coefficients
 p_k + q_k s of the integration by parts, f = f_0 + eps (zeta s - s^3/3) and Z = lam^(2/3) zeta
 
     2 pi i e^{lam f_0} sum (eps lam)^-k (p_k Ai(Z) lam^(-1/3) + eps q_k Ai'(Z) lam^(-2/3)).
@@ -15,13 +14,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property, reduce
+from functools import reduce
 from itertools import pairwise
 from typing import Any
 
 import sympy
-from flint import acb, arb, ctx
-from sympy import Expr
+from flint import arb, ctx
 
 from symasym.base.balls import exact_ball, precision, to_mpf
 from symasym.base.errors import AccuracyError, InputError
@@ -30,7 +28,7 @@ from symasym.drift.evaluate import FUNCTIONS
 from symasym.expansions import canonical, coalescence
 from symasym.expansions.canonical import Way
 from symasym.expansions.coalescence import Factor, Field
-from symasym.integrals.enclosure import code, integral, number
+from symasym.integrals.enclosure import code, cut, integral, middle, number
 from symasym.integrals.integral import IntegralExpansion, read
 
 __all__ = ["UniformExpansion", "uniform_integral"]
@@ -45,7 +43,7 @@ class UniformExpansion(IntegralExpansion):
     """An expansion of the integral of g(x) e^(lam f(x)) that holds as critical points coalesce.
 
     Or, with g a pair (g, h), of the iterated integral of g(u) h(v) e^(lam (f(v) - f(u))), u < v.
-    `kind` is "real", "oscillating", "contour" or "iterated"; `near` is a point beside the saddles.
+    `kind` is "real", "contour" or "iterated"; `near` is a point beside the saddles.
     """
 
     kind: str
@@ -65,25 +63,23 @@ class UniformExpansion(IntegralExpansion):
     def _at(self, lam: Fraction, dps: int | None, full: bool) -> tuple[Any, ...]:
         """0, the sum, and its error.
 
-        That is the distance to the integral of a real f, enclosed; else, and without `full`, three
-        times the sum of the next three differences.
+        That is the distance to the integral over a real interval, enclosed; else, and without
+        `full`, three times the sum of the next three differences.
         """
         wanted, first = 14 if dps is None else dps, self.order - 1
         nats = math.log(10) * (wanted + 2) + math.log(2 + lam)
         with precision(int(2 * nats) + 60):
             ctx.cap = math.ceil(-nats / math.log(coalescence.SHARE))
-            large, turned = exact_ball(lam), self.kind == "oscillating"
-            # Where no end adds anything.
-            whole = self.kind == "contour" or (turned and self.a.is_infinite and self.b.is_infinite)
+            large, kind = exact_ball(lam), "estimate"
             try:
-                row = self._by_airy(large) if whole else self._by_panels(large, nats)
+                airy = self.kind == "contour"
+                row = self._by_airy(large) if airy else self._by_panels(large, nats)
             except (AccuracyError, ArithmeticError, ValueError):  # of zeros, and of singularities
                 row = [arb.nan()] * (self.order + _NEXT)
-            value = acb(row[first])
-            found, kind = value if turned else value.real, "estimate"
+            found = row[first]
             gaps = sum((abs(y - x) for x, y in pairwise(row[first:])), arb(0))
-            error = _SAFETY * gaps + abs(value) * arb(10) ** -wanted
-            if full and self.kind == "real" and value.is_finite():
+            error = _SAFETY * gaps + abs(found) * arb(10) ** -wanted
+            if full and self.kind == "real" and found.is_finite():
                 near, lo, hi = exact_ball(self.near), number(self.a), number(self.b)
                 marks = [lo, *([near] if lo < near < hi else []), hi]
                 # In units of the sum.
@@ -94,22 +90,19 @@ class UniformExpansion(IntegralExpansion):
                 error, kind = abs(found.mid() - size * true), "bound" if proved else "estimate"
             return arb(0), found.mid(), error.upper(), (kind, "uniform", self.order)
 
-    @cached_property
-    def _real(self) -> Expr:
-        """f, or f/i where f is imaginary."""
-        return sympy.expand(self.f / sympy.I) if self.kind == "oscillating" else self.f
-
     def _weights(self) -> tuple[Any, list[Any]]:
         """The constant factors of g and h, and the rest as functions of balls; None for 1."""
-        front, rest = acb(1), list[Any]()
+        front, rest = arb(1), list[Any]()
         for g in self.g if self.kind == "iterated" else (self.g,):
             constant, part = g.as_independent(self.x, as_Add=False)
-            front *= acb(*map(number, sympy.expand_complex(constant).as_real_imag()))
+            front *= number(
+                sympy.expand(sympy.I * constant) if self.kind == "contour" else constant
+            )
             rest.append(None if part == 1 else code(part, self.x))
         return front, rest
 
     def _field(self, lo: Any, hi: Any) -> Field:
-        return Field(code(-sympy.diff(self._real, self.x), self.x), float(lo), float(hi))
+        return Field(code(-sympy.diff(self.f, self.x), self.x), float(lo), float(hi))
 
     def _pair(self, terms: int) -> tuple[int, Any, list[tuple[Any, Any]], Any]:
         """eps, zeta, (p_k, q_k) and f_0 of the two saddles nearest to `near`."""
@@ -123,63 +116,55 @@ class UniformExpansion(IntegralExpansion):
         g = field.taylor(centre, weight or (lambda y: 0 * y + 1))
         top = coalescence.primitive(2, found.zeta, coalescence.at(found.s, arb(0)))
         rows = coalescence.integrated_by_parts(pi, found, g, terms - 1)[0]
-        return found.eps, found.zeta, rows, code(self._real, self.x)(centre) + found.eps * top
+        return found.eps, found.zeta, rows, code(self.f, self.x)(centre) + found.eps * top
 
     def _by_airy(self, lam: Any) -> list[Any]:
         eps, zeta, pairs, level = self._pair(self.order + _NEXT)
-        third, total, rows = lam.root(3), acb(0), []
-        # With s = i t on the path of an oscillating integral.
-        turn = acb(0, 1) if self.kind == "oscillating" else acb(1)
-        ai, slope, _, _ = (turn * turn * zeta * third**2).airy()
-        front = 2 * arb.pi() * (turn * lam * level).exp() * acb(0, 1) / turn * self._weights()[0]
+        third, total, rows = lam.root(3), arb(0), []
+        ai, slope, _, _ = (zeta * third**2).airy()
+        front = 2 * arb.pi() * (lam * level).exp() * self._weights()[0]
         for k, (p, q) in enumerate(pairs):
-            total += (p * ai / third + turn * eps * q * slope / third**2) / (turn * eps * lam) ** k
+            total += (p * ai / third + eps * q * slope / third**2) / (eps * lam) ** k
             rows.append(front * total)
         return rows
 
     def _by_panels(self, lam: Any, nats: float) -> list[Any]:
-        lo, hi = self._ends(float(lam), nats)
+        lo, hi = self._ends(lam, nats)
         front, weights = self._weights()
-        middle, last = min(max(float(self.near), float(lo)), float(hi)), self.order + _NEXT - 1
-        low, high = max(lo, arb(middle - _CORE)), min(hi, arb(middle + _CORE))
+        centre, last = min(max(float(self.near), float(lo)), float(hi)), self.order + _NEXT - 1
+        low, high = max(lo, arb(centre - _CORE)), min(hi, arb(centre + _CORE))
         field = self._field(low, high)
         before, after = (
             [coalescence.panel(field, at, Factor(0), p, q, last, *weights)] if p < q else []
             for at, p, q in ((low, lo, low), (high, high, hi))
         )
         parts = [*before, *field.panels(low, high, last, *weights), *after]
-        turned = acb(0, lam) if self.kind == "oscillating" else lam
-        rows = zip(*(canonical.ways(one, turned, nats) for one in parts), strict=True)
+        rows = zip(*(canonical.ways(one, lam, nats) for one in parts), strict=True)
         whole = [reduce(Way.then, row) for row in rows]
         if self.kind == "iterated":
             return [front * y.J for y in whole]
-        return [front * (turned * code(self._real, self.x)(lo)).exp() * y.B for y in whole]
+        return [front * (lam * code(self.f, self.x)(lo)).exp() * y.B for y in whole]
 
-    def _ends(self, lam: float, nats: float) -> list[Any]:
+    def _ends(self, lam: Any, nats: float) -> list[Any]:
         """The ends, where infinite or f is -oo moved to where e^{lam f} is below all digits."""
-        f, inside, found = code(self._real, self.x), float(self.near), list[Any]()
-        for end, side in ((self.a, -1), (self.b, 1)):
-            here, top = number(end), -math.inf
-            far = not here.is_finite()
-            if far and self.kind == "iterated":
+        lo, hi, inside = number(self.a), number(self.b), exact_ball(self.near)
+        inside = inside if lo < inside < hi else middle(lo, hi)
+        f, slope, found = code(self.f, self.x), code(self.f.diff(self.x), self.x), []
+        top, tiny = f(inside), (-arb(nats) - 10).exp()
+        for end, side in ((lo, -1), (hi, 1)):
+            if end.is_finite() or self.kind != "iterated":
+                here, rest = cut(lambda u: (lam * (f(u) - top)).exp(), end, inside, tiny)
+                falls = rest.is_finite()
+            else:
                 # The part with u near v falls like a power.
-                here = arb(inside + side * math.exp(nats))
-            elif far or not f(here).is_finite():
-                for k in range(60):
-                    # Outwards, or half of what is left at a time.
-                    mark = arb(inside + side * 2**k) if far else here + (inside - here) / 2**k
-                    height = float(f(mark))
-                    top = max(top, height)
-                    if lam * (top - height) > nats + 10:
-                        break
-                else:
-                    raise InputError(
-                        f"f = {self.f} does not fall as {self.x} tends to {end}, so the integral "
-                        "diverges; give other ends."
-                    )
-                here = mark
+                here = inside + side * arb(nats).exp()
+                falls = slope(2 * here) < 3.9 * slope(here) < 0
+            if not falls:
+                raise InputError(
+                    f"f = {self.f} does not fall, or not fast enough, as {self.x} tends to {end}, "
+                    "so the integral diverges; give other ends."
+                )
             found.append(here)
-            inside = max(inside, float(here) + 1)
         return found
 
     def __repr__(self) -> str:
@@ -197,12 +182,11 @@ def uniform_integral(
     Parameters
     ----------
     f : Expr, str or number
-        Analytic. Real on a real interval; or real with a and b conjugate complex infinities such as
-        ``oo - I*pi`` and ``oo + I*pi``, for a path between the valleys beside two saddles; or
-        imaginary, on a finite interval or from -oo to oo.
+        Analytic and real, on a real interval; or with a and b conjugate complex infinities such as
+        ``oo - I*pi`` and ``oo + I*pi``, for a path up between the valleys beside two saddles.
     g : Expr, str or number, or a pair of them
-        Analytic and real, up to a constant factor where f or the path is not. A pair (g, h) asks
-        for the iterated integral over a < u < v < b of g(u) h(v) e^(lam (f(v) - f(u))).
+        Analytic and real, on such a path i times that. A pair (g, h) asks for the iterated integral
+        over a < u < v < b of g(u) h(v) e^(lam (f(v) - f(u))).
     x : Symbol or str
     a, b : Expr or number
     order : int, optional
@@ -227,13 +211,15 @@ def uniform_integral(
     """
     f, g, x, a, b = read(f, g, x, a, b, FUNCTIONS, pairs=True)
     order, beside = count("order", order, 1, _MOST, " of terms"), exact("near", near)
-    kind = "iterated" if isinstance(g, tuple) else "oscillating" if f.has(sympy.I) else "real"
-    if a.has(sympy.I) or b.has(sympy.I):
-        kind = "contour"
-    plain = kind in ("real", "iterated") and sympy.Tuple(g).has(sympy.I)
-    if plain or sympy.expand(f / sympy.I if kind == "oscillating" else f).has(sympy.I):
+    kind = "iterated" if isinstance(g, tuple) else "real"
+    weights, contour = sympy.Tuple(g), sympy.Tuple(a, b).has(sympy.I)
+    infinite = a == b.conjugate() and b.has(sympy.oo) and sympy.im(b).is_positive
+    if contour and infinite and kind == "real":
+        kind, weights = "contour", sympy.expand(sympy.I * g)
+    if f.has(sympy.I) or weights.has(sympy.I) or contour != (kind == "contour"):
         raise InputError(
-            f"f = {f} is neither real nor imaginary, or real and g = {g} is not; take a factor out."
+            f"f = {f}, g = {g}, a = {a}, b = {b}; give real f, g and ends, or real f and I*g with "
+            "ends such as oo - I*pi and oo + I*pi (take a constant factor out)."
         )
     # Where g's zeros leave nothing of the terms and of the differences, these prove nothing.
     zeros = [p.exp for p in sympy.Tuple(g).atoms(sympy.Pow) if p.base.has(x) and p.exp.is_Integer]

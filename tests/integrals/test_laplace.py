@@ -24,7 +24,7 @@ c, y = sympy.Symbol("c", positive=True), sympy.Symbol("y")
 
 
 #: Where f or g is singular at an end, or inside.
-SINGULAR = ("beta, symmetric", "branch point inside", "singular end", "removable")
+SINGULAR = ("beta, symmetric", "singular end", "removable")
 
 
 @cache
@@ -54,29 +54,12 @@ def test_right_and_honest(name: str) -> None:
     errors = [scaled(result, result.evaluate(n, dps=20, full=True), n)[1] for n in (900, 1800)]
     slope = math.log2(errors[0] / errors[1])
     # Where a coefficient is 0 the next one shows.
-    steps = {Fraction(2 if d.side == "both" else 1, d.contact) for d in result.contributions}
+    steps = {d.step for d in result.contributions}
     last = min(float(d.exponents[-1]) for d in result.contributions)
     powers = [last + k * float(gap) for gap in steps for k in range(1, 5)]
     # There what the near end cuts off is all there is.
     small = name == "cut close" or errors[1] < mpf(10) ** -18
     assert small or min(abs(slope - power) for power in powers) < 0.06
-
-
-@pytest.mark.parametrize(
-    ("f", "g", "cuts", "kind"),
-    [  # kinks without a closed form, found on a grid, and where a sign changes at a pole
-        ("-Abs(x**3 - x - 1) - x/9", "1 + x", "1.324717957244746", "estimate"),
-        ("-x - Abs(sin(2*x))", "1", "1.5707963267948966", "estimate"),
-        ("-(x - 1)**2", "2 + sign(tan(x))", "1.5707963267948966", "estimate"),
-        ("-x**2", "Piecewise((1, 1/(x - 1) > -2), (3, True))", "0.5 1", "bound"),
-    ],
-)
-def test_kinks(f: str, g: str, cuts: str, kind: str) -> None:
-    found = sa.laplace_integral(f, g, x, 0, 2).evaluate(5, full=True)
-    of = [sympy.lambdify(x, sympy.sympify(e), "mpmath") for e in (f, g)]
-    true = mp.quad(lambda z: of[1](z) * mp.exp(5 * of[0](z)), [0, *map(mpf, cuts.split()), 2])
-    assert found.error_kind == kind
-    assert abs(abs(found.value - true) - found.error) < 1e-9
 
 
 def hankel(k: int) -> Any:
@@ -180,17 +163,16 @@ def test_the_formula_is_the_sum(target: str) -> None:
         (x, 1, x, 0, "oo"), ("cos(x)", 1, x, 0, "oo"), ("1/(1 + x**2)", 1, x, 0, "oo"),
         (-x, "exp(x**2)", x, 0, "oo"), ("1/x", 1, x, 0, 1), ("sin(1/x)", 1, x, 0, 1),
         (-x, 1 / x, x, 0, 1), (-(x**2), "sqrt(x)", x, -1, 1), (-(x**2), "log(x)", x, 0, 1),
-        (-x, "sqrt(x) + x", x, 0, 1),
-        (-(sympy.Abs(x) ** sympy.Rational(3, 2)), 1, x, -1, 1), (sympy.I * x, 1, x, 0, 1),
+        (-x, "sqrt(x) + x", x, 0, 1), ("-x**(3/2)", 1, x, 0, 1), ("-Abs(x)", 1, x, -1, 1),
+        (sympy.I * x, 1, x, 0, 1),
         (-x, "oo*x", x, 0, 1), (sympy.Integer(3), 1, x, 0, 1), (-sympy.gamma(x), 1, x, 1, 3),
         (-x, 1, x, 1, 0), (-x, 1, x, 0, x), (-x, 0, x, 0, 1), (-x, [1], x, 0, 1), (-x, 1, 3, 0, 1),
         (-x, 1, x, 0, 1, 0), (-x, 1, x, 0, 1, "best"), (-x, x ** (y - 1), x, 0, 1),
-        ("Piecewise((0, x < 1), (1 - x, True))", 1, x, 0, 2), (-c * sympy.Abs(x - y), 1, x, -1, 1),
+        (-(x**2), "Piecewise((1, x < 1), (2, True))", x, 0, 2),
         ("-(x - a)**2*(x - b)**2 + a*x", 1, x, -10, 10), (-x, "1 + lam*x", x, 0, "oo"),
         ("log(x) - x", 1, x, 0, "oo", "borel"), ("-x**4", 1, x, "-oo", "oo", "borel"),
         ("-x**2 - x**3", "x", x, 0, 1, "borel"), (-c * x**2, 1, x, "-oo", "oo", "borel"),
-        (-(x**61), 1, x, 0, 1), ("-Abs(sin(99*x))", 1, x, 0, 9),
-        (-(x**2), "Piecewise((1, sqrt(x) < 1), (2, True))", x, -1, 2),
+        (-(x**61), 1, x, 0, 1),
         ("-1/(x+" * 15 + "1" + ")" * 15, 1, x, 1, 2),
     ],
 )  # fmt: skip

@@ -14,14 +14,12 @@ import symasym as sa
 CASES: dict[str, Any] = {
     "Bessel": ("z*sinh(t) - t", "1/(2*pi*I)", "t", "oo - I*pi", "oo + I*pi", 0),
     "gamma": ("log(x) - x", "1/x", "x", "z", "oo", 1),
-    "Airy": ("I*(t**3/3 + z*t)", "1/(2*pi)", "t", "-oo", "oo", 0),
-    "Anger": ("I*(z*sin(t) - t)", "1/(2*pi)", "t", "-pi", "pi", 0),
     "passage": ("z*x - x**3/3", (1, 1), "x", "-oo", "oo", 0),
 }
 
-
-def anger(lam: Any, z: Any) -> Any:
-    return mp.quad(lambda t: mp.cos(lam * (t - z * mp.sin(t))), mp.linspace(0, mp.pi, 16)) / mp.pi
+#: g and ends that leave the integral complex, or are no path between valleys.
+PATHS = [(1, "t", "oo - I*pi", "oo + I*pi"), ("I", "t", "-I", "I"),
+         ("I", "t", "oo + I*pi", "oo - I*pi")]  # fmt: skip
 
 
 def passage(lam: Any, z: Any) -> Any:
@@ -33,8 +31,6 @@ def passage(lam: Any, z: Any) -> Any:
 EXACT: dict[str, Any] = {
     "Bessel": lambda lam, z: mp.besselj(lam, lam * z),
     "gamma": lambda lam, z: mp.gammainc(lam, z * lam) * lam**-lam,
-    "Airy": lambda lam, z: mp.airyai(mp.cbrt(lam) ** 2 * z) / mp.cbrt(lam),
-    "Anger": anger,
     "passage": passage,
 }
 
@@ -44,8 +40,6 @@ EXACT: dict[str, Any] = {
     [  # the largest error with 1, 2, ... terms
         ("Bessel", 100, "0.5 0.999999999999 1 1.01 2", {1: 4e-3, 4: 4e-11, 7: 4e-16}),
         ("gamma", 60, "0.25 0.9 1 1.01 2 10", {1: 1e-2, 4: 3e-9}),
-        ("Airy", 8, "-2 0 1", {1: 1e-10}),
-        ("Anger", 40.25, "0.9 1.2", {3: 1e-5}),
         ("passage", 20, "0.25 0 -0.25", {2: 1e-8}),
     ],
 )
@@ -102,19 +96,22 @@ def test_arrays_and_refusals() -> None:
     values = pair.evaluate([50.0, 100.0], full=True)
     assert abs(values.value[1] - float(pair.evaluate(100, dps=20))) <= values.error[1]
     assert pair.evaluate(10**6, log=True) < -1e6
-    assert isinstance(sa.uniform_integral("I*t**3", 1, "t", "-oo", "oo").evaluate(5), complex)
     waves = "*".join(f"sin({k}*x)" for k in range(1, 30))
     refused: list[Any] = [
         lambda: pair.evaluate(10**6),
-        lambda: sa.uniform_integral("I*t**3", "1 + t", "t", 0, 1).evaluate(5, log=True),
         lambda: sa.uniform_integral(*integral).evaluate(3),
         lambda: sa.uniform_integral("x**2", 1, "x", "-oo", "oo").evaluate(3),
         lambda: sa.uniform_integral("t", 1, "t", "oo - I*pi", "oo + I*pi").evaluate(3),
-        lambda: sa.uniform_integral("t + I*t**2", 1, "t", 0, 1),
-        lambda: sa.uniform_integral(f"I*{waves}", 1, "x", -1, 1),
+        lambda: sa.uniform_integral("I*t**3", 1, "t", 0, 1),
+        lambda: sa.uniform_integral(waves, 1, "x", -1, 1),
+        *(lambda e=e: sa.uniform_integral("sinh(t) - t", *e) for e in PATHS),
+        *(
+            lambda f=f: sa.uniform_integral(f, (1, 1), "x", 0, "oo").evaluate(3)
+            for f in ("-x", "x")
+        ),
         lambda: sa.uniform_integral("-x**2", "1 + I*x", "x", -1, 1),
         lambda: sa.uniform_integral("-x - sqrt((x - 1)**2)/2", 1, "x", 0, 2).evaluate(9),
-        lambda: sa.uniform_integral("I*t**3", "t**30", "t", "-oo", "oo"),
+        lambda: sa.uniform_integral("-t", (1, "t**30"), "t", 0, 1),
     ]
     for call in refused:
         with pytest.raises(sa.SymasymError):
