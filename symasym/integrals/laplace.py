@@ -13,6 +13,21 @@ k + beta - 1 odd cancel.
 The error at a given lam is the distance to the integral, enclosed: a bound on a finite interval
 with f and g analytic at its ends, whatever maxima were found, else an estimate
 (`symasym.integrals.enclosure`).
+
+Beyond the optimal order there is the median Borel–Padé sum. With s = (first exponent) and b = s/2
+the series is lam^(b - s) times the Laplace transform of t^(b - 1) B(t), B = sum_k c_k t^k/Gamma(b +
+k), singular where t is a singulant F = f(p) - f(q), q a saddle of f seen from the maximum p (M. V.
+Berry and C. J. Howls, Proc. R. Soc. A 434 (1991) 657). A minimum q of f has F > 0: real lam is on
+the series' Stokes line, and the real integral is the mean of the sums that pass F above and below
+(E. Delabaere and F. Pham, Ann. IHP 71 (1999) 1), q having no share of its own unless f'' vanishes
+there: such f are refused. Padé's approximant continues B; with its poles p_j and residues, z =
+-p_j, and t in units of 1/lam,
+
+    int_0^oo e^(-t) t^(b - 1)/(t - p_j) dt = Gamma(b) z^(b - 1) e^z Gamma(1 - b, z)
+
+(DLMF 8.6.4), of which for p_j > 0 the real part is the mean. Beyond a complex pair of singulants
+with Re F > 0 the approximants may follow another branch: the sum is then as good as
+e^(-lam |F|^2/Re F) and no better.
 """
 
 from __future__ import annotations
@@ -23,7 +38,7 @@ from functools import cached_property, partial
 from typing import Any
 
 import sympy
-from flint import arb
+from flint import acb, acb_poly, arb, arb_mat
 from sympy import Expr, Float, Rational, S, Symbol
 
 from symasym.base.balls import exact_ball, precision
@@ -31,7 +46,7 @@ from symasym.base.errors import InputError
 from symasym.base.inputs import count
 from symasym.derivation.tex import tex
 from symasym.drift.evaluate import FUNCTIONS
-from symasym.integrals import borel, maxima
+from symasym.integrals import maxima
 from symasym.integrals.enclosure import Zero, integral, number
 from symasym.integrals.integral import IntegralExpansion, read
 from symasym.integrals.local import Balls, NotAnalytic, Point, exactly, exponent, sign_of
@@ -40,8 +55,10 @@ from symasym.series.power_series import Series
 
 __all__ = ["Contribution", "LaplaceExpansion", "laplace_integral"]
 
-#: Terms that order="optimal" chooses from, and the most.
-_OPTIMAL, _MOST = 48, 100
+#: Terms that order="optimal" chooses from, those of order="borel", the most of an order.
+_OPTIMAL, _BOREL, _MOST = 48, 41, 100
+#: Bits of Padé's approximants.
+_PADE = 640
 #: Bits at which f is compared with itself; digits of coefficients that aren't exact.
 _BITS, _DIGITS = 256, 60
 # Terms with irrational constants, and functions and roots, beyond which they aren't.
@@ -134,7 +151,7 @@ class LaplaceExpansion(IntegralExpansion):
 
     @property
     def _terms(self) -> int:
-        return int({"optimal": _OPTIMAL, "borel": borel.TERMS}.get(self.order, self.order))
+        return int({"optimal": _OPTIMAL, "borel": _BOREL}.get(self.order, self.order))
 
     @cached_property
     def contributions(self) -> tuple[Contribution, ...]:
@@ -164,7 +181,7 @@ class LaplaceExpansion(IntegralExpansion):
     def _at(self, lam: Fraction, dps: int | None, full: bool) -> tuple[Any, ...]:
         """The sum over e^(lam height), and the distance to the integral with `full`."""
         wanted = dps or 17
-        first = int(3.33 * wanted) + 64 + (borel.BITS if self.order == "borel" else 0)
+        first = int(3.33 * wanted) + 64 + (_PADE if self.order == "borel" else 0)
         for bits in (first << k for k in range(4)):
             with precision(bits):
                 large = exact_ball(lam)
@@ -193,8 +210,8 @@ class LaplaceExpansion(IntegralExpansion):
             if self.order == "optimal":
                 sizes = [arb.pos_inf() if t.contains(0) else abs(t.mid()) for t in terms]
                 terms = terms[: max(1, min(range(len(sizes)), key=sizes.__getitem__))]
-            borels = self.order == "borel"
-            part = borel.median_sum(terms, s[0]) if borels else sum(terms, arb(0))
+            borel = self.order == "borel"
+            part = _median_sum(terms, s[0]) if borel else sum(terms, arb(0))
             total, used = total + part * (lam * (c.height - top)).exp(), max(used, len(terms))
         return total, top, used
 
@@ -246,6 +263,47 @@ def short(value: Any) -> str:
     return str(value.xreplace({y: y.n(12) for y in value.atoms(Float)}))
 
 
+def _simple(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> bool:
+    """True for polynomials, f' and f'' without a common zero in (a, b)."""
+    if not (f.is_polynomial(x) and g.is_polynomial(x)):
+        return False
+    slope = sympy.Poly(f, x).diff(x)
+    return not any(a < z and z < b for z in sympy.gcd(slope, slope.diff(x)).real_roots())
+
+
+def _median_sum(terms: list[Any], first: Any) -> Any:
+    """The median sum of c_k lam^-(first + k), terms in balls."""
+    b = first / 2
+    whole, poles = _approximant([x / (b + k).gamma() for k, x in enumerate(terms)])
+    total = sum((a * (b + k).gamma() for k, a in enumerate(whole)), arb(0))
+    for pole, residue in poles:
+        z = -pole
+        share = acb(b).gamma() * z ** (b - 1) * z.exp() * z.gamma_upper(1 - b)
+        total += (residue * share).real
+    return total
+
+
+def _approximant(b: list[Any]) -> tuple[list[Any], list[tuple[Any, Any]]]:
+    """Padé's approximant of sum b_k t^k: polynomial part, and its poles with their residues.
+
+    Numerator and denominator have half the degree of the series, less where it is that of a lower
+    one: then the equations for the denominator are singular.
+    """
+    for m in range((len(b) - 1) // 2, 0, -1):
+        rows = [[b[m + i - j] for j in range(1, m + 1)] for i in range(1, m + 1)]
+        try:
+            solved = arb_mat(rows).solve(arb_mat([[-b[m + i]] for i in range(1, m + 1)]))
+            q = acb_poly([arb(1), *(x.mid() for x in solved.entries())])
+            zeros = q.roots(tol=arb(2) ** (-_PADE // 2)) if q.degree() == m else []
+        except (ValueError, ZeroDivisionError):
+            continue
+        if zeros:
+            p = acb_poly((acb_poly(b[: m + 1]) * q).coeffs()[: m + 1])
+            poles = [acb(z.real) if z.imag.contains(0) else z for z in zeros]
+            return [(p[m] / q[m]).real], [(z, p(z) / q.derivative()(z)) for z in poles]
+    return b, []
+
+
 def laplace_integral(f: Any, g: Any, x: Any, a: Any, b: Any, order: Any = 3) -> LaplaceExpansion:
     """Expansion of the integral of g(x) e^(lam f(x)) over [a, b] for large lam (Laplace's method).
 
@@ -262,7 +320,7 @@ def laplace_integral(f: Any, g: Any, x: Any, a: Any, b: Any, order: Any = 3) -> 
     order : int, "optimal" or "borel"
         Terms for each maximum, 1 to 100; ``"optimal"``: up to the smallest term at each lam;
         ``"borel"``: the median Borel–Padé sum of 41 terms, far beyond that, of polynomial f and g
-        without free parameters, f's critical points simple (`symasym.integrals.borel`).
+        without free parameters, f's critical points simple (`symasym.integrals.laplace`).
 
     Returns
     -------
@@ -313,7 +371,7 @@ def laplace_integral(f: Any, g: Any, x: Any, a: Any, b: Any, order: Any = 3) -> 
         found = LaplaceExpansion(f, g, x, a, b, order, dropped, said, tuple(tops))
         one = partial(found._expanded, terms=1)
         steps = {c.step for c in (exactly(one) if free else one(Balls()))}
-        if order == "borel" and (free or steps != {1} or not borel.applies(f, g, x, a, b)):
+        if order == "borel" and not (steps == {1} and not free and _simple(f, g, x, a, b)):
             raise InputError(
                 f"order is 'borel', f = {f} and g = {g}; it is for polynomials with numbers, f' "
                 "and f'' without common zeros inside, and terms in steps of 1/lam: give another "

@@ -71,9 +71,9 @@ class UniformExpansion(IntegralExpansion):
         with precision(int(2 * nats) + 60):
             ctx.cap = math.ceil(-nats / math.log(coalescence.SHARE))
             large, kind = exact_ball(lam), "estimate"
+            ends = [] if self.kind == "contour" else self._ends(large, nats)
             try:
-                airy = self.kind == "contour"
-                row = self._by_airy(large) if airy else self._by_panels(large, nats)
+                row = self._by_panels(large, nats, *ends) if ends else self._by_airy(large)
             except (AccuracyError, ArithmeticError, ValueError):  # of zeros, and of singularities
                 row = [arb.nan()] * (self.order + _NEXT)
             found = row[first]
@@ -95,9 +95,8 @@ class UniformExpansion(IntegralExpansion):
         front, rest = arb(1), list[Any]()
         for g in self.g if self.kind == "iterated" else (self.g,):
             constant, part = g.as_independent(self.x, as_Add=False)
-            front *= number(
-                sympy.expand(sympy.I * constant) if self.kind == "contour" else constant
-            )
+            turn = sympy.I if self.kind == "contour" else 1
+            front *= number(sympy.expand(turn * constant))
             rest.append(None if part == 1 else code(part, self.x))
         return front, rest
 
@@ -106,12 +105,12 @@ class UniformExpansion(IntegralExpansion):
 
     def _pair(self, terms: int) -> tuple[int, Any, list[tuple[Any, Any]], Any]:
         """eps, zeta, (p_k, q_k) and f_0 of the two saddles nearest to `near`."""
-        middle, weight = float(self.near), self._weights()[1][0]
-        field = self._field(middle - _CORE, middle + _CORE)
+        near, weight = float(self.near), self._weights()[1][0]
+        field = self._field(near - _CORE, near + _CORE)
         pairs = [c for c in field.clusters() if len(c.zeros) == 2]
         if not pairs:
-            raise InputError(f"f = {self.f} has no two saddles near {self.x} = {middle:g}.")
-        centre, pi = field.factor(min(pairs, key=lambda c: abs(c.centre - middle)))
+            raise InputError(f"f = {self.f} has no two saddles near {self.x} = {near:g}.")
+        centre, pi = field.factor(min(pairs, key=lambda c: abs(c.centre - near)))
         found = coalescence.central_map(field.taylor(centre), pi)
         g = field.taylor(centre, weight or (lambda y: 0 * y + 1))
         top = coalescence.primitive(2, found.zeta, coalescence.at(found.s, arb(0)))
@@ -128,8 +127,7 @@ class UniformExpansion(IntegralExpansion):
             rows.append(front * total)
         return rows
 
-    def _by_panels(self, lam: Any, nats: float) -> list[Any]:
-        lo, hi = self._ends(lam, nats)
+    def _by_panels(self, lam: Any, nats: float, lo: Any, hi: Any) -> list[Any]:
         front, weights = self._weights()
         centre, last = min(max(float(self.near), float(lo)), float(hi)), self.order + _NEXT - 1
         low, high = max(lo, arb(centre - _CORE)), min(hi, arb(centre + _CORE))
