@@ -1,8 +1,8 @@
 """The command ``symasym``.
 
-A command is a function of `numbers`, `formulas` or `workshop`: its arguments are the command's, its
-keywords the options, its documentation the help, and what it gives an exit status or None. What an
-option is called and means is said in `OPTIONS`, for all commands that have it.
+A command is a function of `verbs`: its documentation is the help, what it gives an exit status or
+None, and it takes what argparse read. `COMMANDS` says which arguments a command has, and `OPTIONS`
+what each of them is, for all commands.
 """
 
 from __future__ import annotations
@@ -14,62 +14,22 @@ import re
 import signal
 import sys
 from collections.abc import Callable, Sequence
-from functools import partial
+from importlib import metadata
 from typing import Any, NoReturn
 
-import symasym as sa
-from symasym.base.errors import InputError, OutputError, SymasymError
-from symasym.base.inputs import is_name
-from symasym.commands import formulas, numbers, workshop
-from symasym.drift.ready_made import DRIFTS
+from symasym.base.errors import SymasymError
+from symasym.commands import verbs
+from symasym.drift.ready_made import DRIFTS, drift_signatures
+from symasym.methods import METHODS
 
 _BAD_INPUT, _INTERRUPTED = 2, 130
-_ABOUT = """Escape times and Laplace-type integrals of smoothed switches with noise.
-
-examples:
-  symasym value --help
-  symasym show eq:Ttilde
-"""
-COMMANDS = (
-    workshop.reproduce,
-    numbers.value,
-    numbers.release,
-    formulas.derive,
-    formulas.show,
-    formulas.emit,
-    workshop.figure,
-    numbers.table,
-    workshop.verify,
-    workshop.report,
-)
+_EXAMPLES = "examples:\n  symasym value --help\n  symasym show eq:Ttilde"
 
 
-class _Set(argparse.Action):
-    """Collect ``NAME=X`` by name."""
-
-    def __call__(self, _: Any, found: argparse.Namespace, pair: Any, *__: object) -> None:
-        name, equals, text = pair.partition("=")
-        known = dict(found.values)
-        if not equals or not is_name(name) or name in known:
-            raise InputError(f"--set is {pair!r}; give each name once, as NAME=NUMBER.")
-        found.values = {**known, name: text}
-
-
-class _Version(argparse.Action):
-    """Look the version up when it is asked for, and not at every start."""
-
-    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
-        from importlib import metadata
-
-        print(f"symasym {metadata.version('symasym')}")
-        parser.exit()
-
-
-def _place(text: str) -> str:
-    """The text, not empty; argparse lets an OutputError through, and no InputError."""
-    if not text:
-        raise OutputError("--out is ''; give the name of a file or a folder.")
-    return text
+def _setting(text: str) -> tuple[str, str]:
+    """The name and the value of ``NAME=X``."""
+    name, value = text.split("=")
+    return name, value
 
 
 def _order(text: str) -> int | str:
@@ -77,148 +37,110 @@ def _order(text: str) -> int | str:
     return text if text == "optimal" else int(text)
 
 
-#: Every argument: its flag, what its value is called (empty: it has none), and what it is.
-OPTIONS = {
-    "label": ("", "LABEL", "such as eq:Ttilde, fr1, folds, expansion:C"),
-    "labels": ("", "LABEL", "such as eq:Ttilde, fr1, folds"),
-    "name": ("", "NAME", "such as phase or fric1; without it they are listed"),
-    "spec": ("", "SPEC", "a TOML file: drift, grid, quantities, dps"),
-    "drift": ("--drift", None, "a ready-made drift"),
-    "expr": ("--expr", "A", 'or a formula A(u), e.g. "1/2 - u + b*u**3"'),
-    "values": ("--set", "NAME=X", "a parameter's value, may be repeated"),
-    "phi": ("--phi", "F", "velocity of u, in u, z and y = eps u"),
-    "velocity": ("--velocity", "G", "velocity of z, in the same"),
-    "factor": ("--noise", "S", "factor of the noise, in u (%(default)s)"),
-    "noise": ("--noise", "NAME", "of an expansion: weak, strong or uniform (weak)"),
-    "kappa": ("--kappa", "X", "noise amplitude"),
-    "r": ("--r", "X", "escape radius"),
-    "eps": ("--eps", "X", "half-width of the switch"),
-    "start": ("--start", "X", "starting point (0)"),
-    "y": ("--y", "X", "position"),
-    "z": ("--z", "X", "z at the start"),
-    "case": ("--case", "WORDS", 'of an expansion, such as "start well barrier"'),
-    "ends": ("--ends", ("LEFT", "RIGHT"), "in place of -r and r; of occupation both reflect"),
-    "interval": ("--interval", ("LEFT", "RIGHT"), "in place of the layer"),
-    "reflecting": ("--reflecting", "SIDE", "the end that reflects, left or right"),
-    "moment": ("--moment", "N", "of the time, 1 to 20 (%(default)s)"),
-    "method": ("--method", "NAME", "how (%(default)s)"),
-    "order": ("--order", "N", "of an expansion; of a value also optimal"),
-    "rtol": ("--rtol", "X", "relative error allowed, for --method auto or march"),
-    "complement": ("--complement", "", "1 minus it"),
-    "dps": ("--dps", "N", "digits; of a value float64 where they are left out"),
-    "log": ("--log", "", "its natural logarithm"),
-    "paths": ("--paths", "N", "of --method simulate (%(default)s)"),
-    "seed": ("--seed", "N", "of random numbers (%(default)s)"),
-    "quantiles": ("--quantiles", "", "of the time and of z, too"),
-    "record": ("--json", "", "as a record, with all that is known"),
-    "everything": ("--all", "", "every formula; a document with --latex"),
-    "latex": ("--latex", "", "as LaTeX"),
-    "steps": ("--steps", "", "with the steps of its derivation"),
-    "target": ("--target", "T", "numpy, mpmath, c, javascript or latex"),
-    "workers": ("--workers", "N", "processes (%(default)s)"),
-    "cluster": ("--cluster", "ADDRESS", "or a dask.distributed scheduler's"),
-    "only": ("--only", "NAME", "these stages, not all"),
-    "scene": ("--scene", "NAME", "these scenes, not all"),
-    "level": ("--level", "NAME", "quick or full (%(default)s)"),
-    "quick": ("--quick", "", "fewer scenes and programs"),
-    "force": ("--force", "", "make everything again"),
-    "out": ("-o --out", "PLACE", "the file or folder to write"),
-}
-_TOLD: dict[str, dict[str, Any]] = {
-    "drift": {"choices": DRIFTS},
-    "values": {"action": _Set},
-    "order": {"type": _order},
-    "only": {"nargs": "+", "action": "extend"},
-    "scene": {"nargs": "+", "action": "extend"},
-    "out": {"type": _place},
-    "ends": {"nargs": 2},
-    "interval": {"nargs": 2},
-}
-#: Of these one may be given.
-_EITHER = (("drift", "expr"), ("workers", "cluster"))
-_MISSING = inspect.Parameter.empty
+_X, _N = {"metavar": "X"}, {"metavar": "N", "type": int}
+_NAME, _ON = {"metavar": "NAME"}, {"action": "store_true"}
+_MODELS = "; ".join(f"{name}, with {taken}" for name, taken in drift_signatures().items())
+#: What each argument is, and what argparse is told of it.
+OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
+    "quantity": ("one of %(choices)s", {"choices": verbs.QUANTITIES, "metavar": "QUANTITY"}),
+    "label": ("such as eq:Ttilde, folds, expansion:C", {}),
+    "labels": ("such as eq:Ttilde, fr1, folds; all if left out", {"nargs": "*"}),
+    "name": ("such as phase or fric1; without it they are listed", {"nargs": "?"}),
+    "spec": ("a TOML file: drift, grid, quantities, dps", {}),
+    "--drift": (f"ready-made: {_MODELS}", {"choices": DRIFTS, "metavar": "NAME"}),
+    "--expr": ('or a formula A(u), e.g. "1/2 - u + b*u**3"', {"metavar": "A"}),
+    "--set": ("a parameter's value, may be repeated",
+              {"action": "append", "default": [], "type": _setting, "metavar": "NAME=X"}),
+    "--no-layer": ("A(u) holds everywhere, not for |u| < 1 alone", _ON),
+    "--noise": ("factor of the noise, in u; of an expansion weak, strong or uniform", _NAME),
+    "--phi": ("velocity of u in place of the oscillator's, in u, z and y = eps u", _X),
+    "--velocity": ("velocity of z in place of y - 1, in the same", _X),
+    "--kappa": ("noise amplitude", _X),
+    "--r": ("escape radius", _X),
+    "--eps": ("half-width of the switch", _X),
+    "--start": ("starting point (0)", _X),
+    "--y": ("position, of stationary-density", _X),
+    "--z": ("z at the start", _X),
+    "--case": ('of an expansion, such as "start well barrier"', {"metavar": "WORDS"}),
+    "--ends": ("in place of -r and r; of occupation both reflect", {"nargs": 2, **_X}),
+    "--interval": ("in place of the layer, of occupation", {"nargs": 2, **_X}),
+    "--reflecting": ("the end that reflects, left or right", _NAME),
+    "--moment": ("of the time, 1 to 20", _N),
+    "--method": (f"{', '.join(METHODS)} or auto; of release march or simulate", _NAME),
+    "--order": ("of an expansion; of a value also optimal", {"type": _order, "metavar": "N"}),
+    "--rtol": ("relative error allowed, for --method auto or march", _X),
+    "--complement": ("1 minus a probability", _ON),
+    "--dps": ("digits; of a value float64 where they are left out", _N),
+    "--log": ("the natural logarithm", _ON),
+    "--paths": ("of --method simulate (%(default)s)", _N),
+    "--seed": ("of random numbers (%(default)s)", _N),
+    "--json": ("as a record, with all that is known", _ON),
+    "--latex": ("as LaTeX; of all formulas a document", _ON),
+    "--steps": ("with the steps of its derivation", _ON),
+    "--target": ("numpy, mpmath, c, javascript or latex", _NAME),
+    "--workers": ("processes (%(default)s)", _N),
+    "--cluster": ("or the address of a dask.distributed scheduler", _X),
+    "--only": ("these stages, not all", {"nargs": "+", **_NAME}),
+    "--scene": ("these scenes, not all", {"nargs": "+", **_NAME}),
+    "--level": ("quick or full (%(default)s)", _NAME),
+    "--quick": ("fewer scenes and programs", _ON),
+    "--force": ("make everything again", _ON),
+    "--out": ("the file or folder to write (%(default)s)", {"metavar": "PLACE"}),
+}  # fmt: skip
+_DRIFT = "--drift --expr --set --no-layer"
+#: The commands: options that each needs, what else it takes, and defaults that are not None.
+COMMANDS: tuple[tuple[Callable[[Any], int | None], str, str, dict[str, Any]], ...] = (
+    (verbs.value, "--kappa", f"quantity {_DRIFT} --noise {verbs.INPUTS} --dps --json", {}),
+    (verbs.show, "", f"labels --latex --steps {_DRIFT} --noise --order --start --case", {}),
+    (verbs.derive, "", "labels --out", {"out": "build/derivations"}),
+    (verbs.emit, "--target", f"label --out {_DRIFT} --order", {}),
+    (verbs.release, "--kappa --r --eps --z",
+     "--start --set --phi --velocity --noise --method --rtol --paths --seed --json",
+     {"start": "0", "noise": "1", "method": "march", "rtol": "1e-6", "paths": 10_000, "seed": 0}),
+    (verbs.figure, "", "name --out", {}),
+    (verbs.table, "--out", "spec --workers --cluster", {"workers": 1}),
+    (verbs.reproduce, "", "--out --only --dps --force", {"out": "build", "dps": 50}),
+    (verbs.verify, "", "--level --seed", {"level": "quick", "seed": 1}),
+    (verbs.report, "", "--scene --quick --out", {"out": "build/report"}),
+)  # fmt: skip
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser that names what is close to a wrong word."""
+    """A parser that names what is close to a wrong word, and takes -1/3 and -u for values."""
 
     def __init__(self, **told: Any) -> None:
         shown = argparse.RawDescriptionHelpFormatter
         super().__init__(allow_abbrev=False, formatter_class=shown, **told)
-
-    def parse_known_args(self, *given: Any, **named: Any) -> Any:
-        """Refuse what is left with this command's own usage and options."""
-        found, left = super().parse_known_args(*given, **named)
-        if left:
-            self.error(f"unrecognized arguments: {' '.join(left)}")
-        return found, left
+        self._negative_number_matcher = re.compile("-(?!-|[oh]$)")
 
     def error(self, message: str) -> NoReturn:
-        wrong = re.search(r"(?:invalid choice: '|unrecognized arguments: )([^' ]+)", message)
-        choices = re.findall(r"[\w-]+", message.partition("choose from")[2])
-        known = choices or [name for action in self._actions for name in action.option_strings]
-        near = difflib.get_close_matches(wrong[1], known, 1) if wrong else []
-        super().error("; ".join([message, *(f"perhaps you mean {word!r}" for word in near)]))
-
-
-def _command(below: Any, name: str, doc: str, run: Any, taken: dict[str, Any]) -> Any:
-    """The parser of a command, of what `run` takes: names with defaults."""
-    about, _, more = inspect.cleandoc(doc).partition("\n\n")
-    parser = below.add_parser(name, help=about.rstrip("."), description=about, epilog=more)
-    parser.set_defaults(run=run)
-    to: dict[str, Any] = {}
-    for pair in _EITHER:
-        if pair[1] in taken:
-            group = parser.add_mutually_exclusive_group(required=taken[pair[1]] is _MISSING)
-            to |= dict.fromkeys(pair, group)
-    for name, default in taken.items():
-        flag, metavar, about = OPTIONS[name]
-        told: dict[str, Any] = {"help": about, "metavar": metavar}
-        if not flag:
-            parser.add_argument(name, nargs={None: "?", (): "*"}.get(default), **told)
-            continue
-        if metavar == "":
-            told = {"help": about, "action": "store_true"}
-        elif metavar == "N":
-            told["type"] = int
-        if default is _MISSING:
-            told["required"] = name not in to
-        elif default == ():
-            told |= {"action": "append", "default": []}
-        else:
-            told["default"] = default
-        to.get(name, parser).add_argument(*flag.split(), dest=name, **told | _TOLD.get(name, {}))
-    return parser
+        if wrong := re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message):
+            known = re.findall(r"[\w-]+", wrong[2])
+            for near in difflib.get_close_matches(wrong[1], known, 1):
+                message += f"; perhaps you mean {near!r}"
+        super().error(message)
 
 
 def _parser() -> _Parser:
     """The parser of the whole command line."""
-    about, _, more = _ABOUT.partition("\n\n")
-    whole = _Parser(prog="symasym", description=about, epilog=more)
-    about = "print the version and stop"
-    whole.add_argument("--version", action=_Version, nargs=0, default=argparse.SUPPRESS, help=about)
+    about = "Escape times and Laplace-type integrals of smoothed switches with noise."
+    whole = _Parser(prog="symasym", description=about, epilog=_EXAMPLES)
+    version = f"symasym {metadata.version('symasym')}"
+    whole.add_argument("--version", action="version", version=version)
     commands = whole.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for run in COMMANDS:
-        if run is not numbers.value:
-            _command(commands, run.__name__, str(run.__doc__), run, _defaults(run))
-            continue
-        value = _command(commands, "value", str(run.__doc__), run, {})
-        quantities = value.add_subparsers(required=True, metavar="QUANTITY")
-        for verb in numbers.QUANTITIES:
-            taken: dict[str, Any] = {"drift": _MISSING, "expr": _MISSING, "values": ()}
-            taken |= _defaults(getattr(sa, verb)) | {"record": False}
-            del taken["full"]
-            name, doc = verb.replace("_", "-"), numbers.help_of(verb)
-            _command(quantities, name, doc, partial(run, verb), taken)
+    for run, needed, more, defaults in COMMANDS:
+        name, (about, _, rest) = run.__name__, inspect.cleandoc(str(run.__doc__)).partition("\n\n")
+        parser = commands.add_parser(name, help=about, description=about, epilog=rest)
+        either: Any = parser
+        if "--expr" in more:
+            either = parser.add_mutually_exclusive_group(required=run is verbs.value)
+        for word in [*needed.split(), *more.split()]:
+            about, told = OPTIONS[word]
+            to = either if word in ("--drift", "--expr") else parser
+            argument = to.add_argument(*["-o"] * (word == "--out"), word, help=about, **told)
+            argument.required = argument.required or word in needed.split()
+        parser.set_defaults(run=run, **defaults)
     return whole
-
-
-def _defaults(function: Callable[..., object]) -> dict[str, Any]:
-    """What a function takes, with defaults; a number's is a text."""
-    known = inspect.signature(function).parameters
-    return {
-        name: "0" if p.default == 0 and name == "start" else p.default for name, p in known.items()
-    }
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -236,12 +158,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         sentence, 130 after an interrupt.
     """
     if argv is None:
-        argv = sys.argv[1:]
         # A batch system that stops the job is owed the same tidiness as Ctrl-C.
         signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        arguments = vars(_parser().parse_args(_join_negative(argv)))
-        return int(arguments.pop("run")(**arguments) or 0)
+        given = _parser().parse_args(argv)
+        return int(given.run(given) or 0)
     except SymasymError as error:
         # A stranger's file may hold what a terminal would obey.
         text = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(error))
@@ -250,15 +171,3 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("symasym: interrupted; every file that was written is whole.", file=sys.stderr)
         return _INTERRUPTED
-
-
-def _join_negative(argv: Sequence[str]) -> list[str]:
-    """Write ``--start -1/3`` as ``--start=-1/3``, which argparse would take for an option."""
-    joined: list[str] = []
-    for word in argv:
-        takes_value = joined and re.fullmatch(r"--(?!ends|interval)[a-z]+", joined[-1])
-        if takes_value and re.match(r"-[\d.(a-z]", word) and not re.match(r"-[a-z]$", word):
-            joined[-1] += f"={word}"
-        else:
-            joined.append(word)
-    return joined

@@ -163,14 +163,3 @@ def worst_disagreement(out: str | Path = "build") -> tuple[dict[str, Any], float
     off = [float(abs(mpf(r["paper"]) / mpf(r["mid"]) - 1)) for r in compared]
     worst = max(range(len(off)), key=off.__getitem__)
     return compared[worst], off[worst], len(off)
-
-
-def frozen_and_whole() -> tuple[float, float]:
-    """T with z frozen at -2/5 and the mean time of release, mu = 3, eps = 1/100, r = 1/10."""
-    scales = sa.rescale(eps="0.01", kappa="0.01", r="0.1")
-    frozen = sa.escape_time(sa.friction(mu=3, alpha=1, z0="-0.4"), scales.kappa, scales.r)
-    block = sa.oscillator(mu=3, alpha=1)
-    whole = sa.release(
-        block, scales.kappa, scales.r, eps=scales.time, start=(0, "-0.4"), rtol="1e-4"
-    )
-    return float(frozen), whole.mean

@@ -101,6 +101,11 @@ def test_as_many_digits_as_the_error_carries(program: Program, words: str) -> No
          "1 --r 3", lambda: sa.escape_time(sa.sine(1, 1, 4, waves=2), 1, 3)),
         ("escape-time --expr -u+b --set b=1/4 --kappa 1 --r 3",
          lambda: sa.escape_time(sa.polynomial("1/4", -1), 1, 3)),
+        ("escape-time --expr -u --no-layer --noise 1+u**2/4 --kappa 1 --ends -1 2 --moment 2",
+         lambda: sa.escape_time(sa.Drift("-u", layer=None, noise="1 + u**2/4"), 1, ends=(-1, 2),
+                                moment=2)),
+        (f"escape-time {FRICTION} --no-layer --kappa 1 --ends -2 2",
+         lambda: sa.escape_time(sa.Drift("7/5 - u - 3*(u - u**3)", layer=None), 1, ends=(-2, 2))),
     ],
 )  # fmt: skip
 def test_options_reach_the_verb(program: Program, line: str, want: Any) -> None:
@@ -122,11 +127,11 @@ def test_value_loads_neither_sympy_nor_matplotlib() -> None:
     ("line", "told"),
     [
         (f"{ESCAPE} --kappa -1", "kappa is -1"),
+        ("value occupation --expr -u --kappa 1 --r 2", "'r'"),
         (f"{ESCAPE} --r 0", "r is 0"),
         (f"{ESCAPE} --dps 0", "dps is 0"),
         (f"{ESCAPE} --method magic", "magic"),
         (f"{ESCAPE} --kappa 0.01", "log"),
-        (f"{ESCAPE} --set z0=1", "z0=1"),
         (f"{ESCAPE} --set nu=1", "nu"),
         ("value occupation --drift linear --kappa 1", "a_minus"),
         ("value escape-time --expr 'u +' --kappa 1 --r 2", "u +"),
@@ -138,10 +143,9 @@ def test_value_loads_neither_sympy_nor_matplotlib() -> None:
         ("figure phase -o phase.doc", "phase.doc"),
         ("emit folds --target pyton", "pyton"),
         ("emit eq:V --target c --order 2", "--order"),
-        ("emit fr1 --target c -o ''", "''"),
+        ("emit fr1 --target c -o ''", "cannot be written"),
         ("show eq:Ttilde --order 2", "--order"),
         ("show expansion:Q --drift friction", "Q"),
-        ("show", "label"),
         ("derive eq:nothing", "eq:nothing"),
         ("table none.toml -o t.jsonl", "none.toml"),
         ("verify --level fulll", "fulll"),
@@ -160,7 +164,7 @@ def test_bad_input_is_one_sentence(program: Program, line: str, told: str, tmp_p
     ("line", "near"),
     [
         ("valeu", "value"),
-        ("value escape_time", "escape-time"),
+        ("value escape_time --kappa 1", "escape-time"),
         ("value escape-time --drift frictoin --kappa 1 --r 1", "friction"),
     ],
 )
@@ -173,9 +177,8 @@ def test_what_may_have_been_meant(program: Program, line: str, near: str) -> Non
 
 # -- the examples of each help ---------------------------------------------------------------------
 
-VALUES = ("escape-time", "exit-probability", "occupation", "stationary-density")
-COMMANDS = ["", *(f"value {name}" for name in VALUES), "show", "derive", "emit", "figure"]
-COMMANDS += ["release", "table", "reproduce", "verify", "report"]
+COMMANDS = ["", "value", "show", "derive", "emit", "figure", "release", "table", "reproduce"]
+COMMANDS += ["verify", "report"]
 #: Examples of more than a second or two.
 SLOW = {"derive", "release", "reproduce", "verify", "report", "figure"}
 CHEAP = {"derive eq:Ttilde"}
@@ -190,7 +193,7 @@ def test_the_examples_run(
     Path("well.toml").write_text(WELL)
     monkeypatch.setattr(reproduce, "Z0", ("-0.40",))
     examples = program.out(f"{command} --help").partition("examples:\n")[2].splitlines()
-    assert len(examples) == 2
+    assert len(examples) >= 2
     for line in (example.strip().removeprefix("symasym ") for example in examples):
         slow = line.split()[0] in SLOW and line not in CHEAP
         if all_of_them or not slow:
@@ -223,7 +226,7 @@ def test_show_prints_the_expansion_of_the_library(program: Program) -> None:
 
 
 def test_a_release(program: Program) -> None:
-    record = json.loads(program.out(f"{RELEASE} --json --quantiles"))
+    record = json.loads(program.out(f"{RELEASE} --json"))
     want = sa.release(sa.oscillator(3, 1), 1, 5, eps="0.1", start=(0, 0), rtol="1e-6")
     assert record["mean"] == want.mean
     assert record["time"]["0.5"] == want.time.quantile(0.5)
