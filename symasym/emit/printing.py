@@ -275,8 +275,8 @@ def _function(f: Function, target: str, printer: Any) -> str:
     except (PrintMethodNotImplementedError, KeyError) as error:
         what = re.findall(r"\w+", str(error).splitlines()[0])[-1]
         raise InputError(
-            f"{f.name} holds {what}, which {target} does not have; put a drift in with drift=… (for "
-            "T, C, P and V in 'c' or 'javascript'), or emit 'latex'."
+            f"{f.name} holds {what}, which {target} does not have; put a drift in with drift=…, "
+            "for T, C, P and V in 'c' or 'javascript', or emit 'latex'."
         ) from None
     lines = [numbers.format(n) for n in names if numbers] + [given.format(*row) for row in rows]
     typed = [f"double {n}" for n in names]
