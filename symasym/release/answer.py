@@ -1,29 +1,63 @@
-"""`release`: when and where a block that sticks comes free while its slow variable moves."""
+"""`release`: when and where a block that sticks comes free while its slow variable moves.
+
+The march (`symasym.release.march`), or Monte Carlo: Euler and Maruyama's method. What its paths
+miss between two looks, every h, is undone to first order in sqrt(h) by a boundary that is nearer by
+-zeta(1/2)/sqrt(2 pi) kappa sqrt(h) (Broadie, Glasserman and Kou, Math. Finance 7 (1997) 325; Gobet,
+Stochastic Process. Appl. 87 (2000) 167). What is left is of order h, seen at twice the step.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
-from symasym.base.errors import InputError
+from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import with_error
 from symasym.base.inputs import (
+    FloatArray,
     Number,
+    Numbers,
     choice,
     count,
     exact,
+    floats,
     positive,
     sequence,
     shown,
     within,
 )
-from symasym.release.laws import Law, of_march, of_sample
-from symasym.release.march import Scene, march
-from symasym.release.simulate import simulate, step_of
+from symasym.release.march import March, Scene, march
 from symasym.release.system import System
+
+Function = Callable[[FloatArray], FloatArray]
+_SHIFT = 0.5825971579390106  # -zeta(1/2)/sqrt(2 pi)
+_MOST = 2 * 10**9  # random numbers and, at a hundred each, steps of a simulation
+
+
+class Law:
+    """A law on a line: `mean`, `std`, distribution function with its `error`, quantiles."""
+
+    def __init__(self, of: Function, ends: Any, mean: float, std: float, error: float) -> None:
+        self._of, self._ends, self.mean, self.std, self.error = of, ends, mean, std, error
+
+    def cdf(self, x: Numbers) -> Any:
+        """The chance to be at most x."""
+        return np.clip(self._of(floats("x", x)), 0.0, 1.0)[()]
+
+    def quantile(self, p: Numbers) -> Any:
+        """The x at which `cdf` is p, which must lie in (0, 1)."""
+        level = floats("p", p)
+        if not ((level > 0.0) & (level < 1.0)).all():
+            raise InputError(f"p is {level[()]}; give a probability between 0 and 1.")
+        low, high = (np.full(level.shape, end) for end in self._ends)
+        for _ in range(60):
+            middle = (low + high) / 2
+            past = self._of(middle) >= level
+            low, high = np.where(past, low, middle), np.where(past, middle, high)
+        return high[()]
 
 
 @dataclass(frozen=True)
@@ -81,7 +115,7 @@ def release(
         Relative error allowed, 1e-10 to 0.1, for ``"march"``.
     paths, seed, step, tau
         Of ``"simulate"``: independent paths, seed of the random numbers, step in scaled time, and
-        the correlation time of coloured noise (0: white).
+        the correlation time of coloured noise (0: white), at least four steps.
 
     Examples
     --------
@@ -113,18 +147,101 @@ def release(
             raise InputError(f"tau is {colour:g}; coloured noise is for method='simulate'.")
         rough, fine, error = march(scene, allowed)
         left = min(max(float(fine.p[0][0]), 0.0), 1.0)
-        laws = of_march(rough, fine)
-        return Release(fine.mean, error, fine.std, (left, 1.0 - left), method, (), *laws)
-    h = step_of(scene, colour) if step is None else float(positive("step", step))
-    if colour and h > colour / 4:
-        raise InputError(f"step is {h:g} and tau {colour:g}; give a step of at most tau/4.")
+        time, place = _laws(fine)
+        for law, other in zip((time, place), _laws(rough), strict=True):
+            x = law.quantile(np.linspace(0.0, 1.0, 402)[1:-1])
+            law.error = float(np.abs(law.cdf(x) - other.cdf(x)).max())
+        return Release(fine.mean, error, fine.std, (left, 1.0 - left), method, (), time, place)
+    # A path in coloured noise needs steps far shorter than its memory.
+    most = colour / 4 or 1e300
+    h = _step(scene, colour) if step is None else float(within("step", step, 1e-300, most))
     number, first = count("paths", paths, 10, 10_000_000), count("seed", seed, 0, 2**62)
-    times, places, sides = simulate(scene, number, h, first, colour)
-    check, _, _ = simulate(scene, max(2, number // 5), 2.0 * h, first + 1, colour)
-    time, z_law = of_sample(times), of_sample(places)
-    noise, bias = time.std / number**0.5, abs(float(check.mean()) - time.mean)
+    times, places, sides = _simulated(scene, number, h, first, colour)
+    check = _simulated(scene, max(2, number // 5), 2.0 * h, first + 1, colour)[0]
+    time, place = _of_sample(times), _of_sample(places)
+    spread, bias = time.std / number**0.5, abs(float(check.mean()) - time.mean)
     note = (
-        f"{number} paths at step {h:.3g}: standard error {noise:.2g}, at step 2h {bias:.2g} away."
+        f"{number} paths at step {h:.3g}: standard error {spread:.2g}, at step 2h {bias:.2g} away."
     )
-    left, error = float((sides < 0).mean()), 3.0 * noise + bias
-    return Release(time.mean, error, time.std, (left, 1.0 - left), method, (note,), time, z_law)
+    left, error = float((sides < 0).mean()), 3.0 * spread + bias
+    return Release(time.mean, error, time.std, (left, 1.0 - left), method, (note,), time, place)
+
+
+def _laws(found: March) -> tuple[Law, Law]:
+    """Of the time and of z.
+
+    At each z the time is taken as normal, of the mean and the variance that left there; the law of
+    the time is their mixture, by Gauss and Hermite's rule.
+    """
+    from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
+
+    share, z, sign = found.share[:, 0], found.scene.z, found.scene.sign
+    sure = share > 1e-9 * share.max()
+    late, square = (found.share[sure, 1:] / share[sure, None]).T
+    columns = found.way, found.left, found.density, found.clock
+    way, left, density, clock = (np.append(0.0, x[sure]) for x in columns)
+    time = clock + np.append(0.0, late)
+    spread = np.append(0.0, np.sqrt(np.maximum(square - late**2, 0.0)))
+    gone = CubicHermiteSpline(way, left, density)
+    normals, weights = np.polynomial.hermite_e.hermegauss(9)
+    ways = []
+    for x in (np.maximum.accumulate(time + k * spread) for k in normals):
+        grows = np.append(True, np.diff(x) > 0.0)
+        ways.append((x[grows][-1], PchipInterpolator(x[grows], way[grows])))
+
+    def of_time(x: FloatArray) -> FloatArray:
+        return np.average([gone(of(np.clip(x, 0.0, last))) for last, of in ways], 0, weights)
+
+    def of_z(x: FloatArray) -> FloatArray:
+        left = np.asarray(gone(np.clip((x - z) * sign, 0.0, way[-1])))
+        return left if sign > 0 else 1.0 - left
+
+    ends, mean = sorted((z, z + sign * way[-1])), float(share @ found.way)
+    std = float(share @ (found.way - mean) ** 2) ** 0.5
+    of_t = Law(of_time, (0.0, time[-1] + 5.0 * spread[-1]), found.mean, found.std, 0.0)
+    return of_t, Law(of_z, ends, z + sign * mean, std, 0.0)
+
+
+def _of_sample(values: FloatArray) -> Law:
+    """The law of a sample."""
+    order, n = np.sort(values), len(values)
+    mean, std, error = float(order.mean()), float(order.std()), 1.36 / n**0.5
+    return Law(lambda x: order.searchsorted(x, "right") / n, order[[0, -1]], mean, std, error)
+
+
+def _simulated(scene: Scene, paths: int, h: float, seed: int, tau: float) -> FloatArray:
+    """Rows of times, z and sides (-1 or 1) at release of independent paths by steps of h.
+
+    With `tau` > 0 the noise is Ornstein and Uhlenbeck's of that correlation time, which tends to
+    the white one: kappa x dt in place of kappa dW, dx = (-x dt + dW)/tau; h must be far below it.
+    """
+    normal = np.random.default_rng(seed).standard_normal
+    # Paths in coloured noise are smooth, and are not missed between two looks.
+    shift = 0.0 if tau else _SHIFT * np.sqrt(h) * float(scene.noise(np.array(scene.r)))
+    fresh = np.sqrt(-np.expm1(-2.0 * h / tau) / (2.0 * tau)) if tau else 1.0
+    colour = normal(paths) / np.sqrt(2.0 * tau) if tau else np.zeros(paths)
+    u, z, index = np.full(paths, scene.u), np.full(paths, scene.z), np.arange(paths)
+    found, step, drawn = np.empty((3, paths)), 0, 0
+    while u.size:
+        step, drawn = step + 1, drawn + u.size + 100
+        if drawn > _MOST:
+            raise AccuracyError(
+                f"{u.size} paths are held after {step} steps of {h:.3g}; "
+                "give a longer step or fewer paths, or take method='march'."
+            )
+        push = (h * colour if tau else np.sqrt(h) * normal(u.size)) * scene.noise(u)
+        if tau:
+            colour = np.exp(-h / tau) * colour + fresh * normal(u.size)
+        u, z = u + h * scene.phi(u, z) + push, z + h * scene.eps * scene.velocity(u, z)
+        gone = np.abs(u) >= scene.r - shift
+        found[:, index[gone]] = np.broadcast_arrays(step * h, z[gone], np.sign(u[gone]))
+        u, z, colour, index = (x[~gone] for x in (u, z, colour, index))
+    return found
+
+
+def _step(scene: Scene, tau: float) -> float:
+    """A step that follows phi, the noise and its correlation."""
+    across = np.linspace(-1.0, 1.0, 201)
+    bend = np.abs(np.gradient(scene.phi(across, scene.z), across)).max()
+    flight = 0.002 * (scene.r / scene.kappa) ** 2
+    return float(min(0.05 / max(bend, 1.0), flight, tau / 8 or 0.05))

@@ -1,37 +1,47 @@
 """The release of a system whose slow variable is a clock, marched in it.
 
-Where g keeps its sign, z is a clock and the state u a diffusion on a line (see
-`symasym.release.slabs`). With p the chance to be at a node, C(s) the time that z takes over the way
-s at u = 0, and p1, p2 that chance times the first and the second power of the time t - C,
+With s, the way that z has gone, as time, the state u is a diffusion on a line,
 
-    p' = A p,    p1' = A p1 + c p,    p2' = A p2 + 2 c p1,    c = 1/(eps |g|) - C'
+    du = phi/(eps |g|) ds + kappa sigma/sqrt(eps |g|) dW_s.
 
-are marched from the start until all but nothing is held. What p, p1 and p2 lose through -r and r
-is the law of z at release and the first two moments of t - C at each z: hence the mean, the
+With p the chance to be at a node, t the time, C(s) that of a block which stays at the start's u,
+and p1, p2 the chance times the first and the second power of t - C,
+
+    p' = A p,    p1' = A p1 + c p,    p2' = A p2 + 2 c p1,    c = 1/(eps |g|) - C',
+
+where A = K^T/(eps |g| W) (Gardiner, Handbook of Stochastic Methods, section 3.6), with the nodes'
+weights W and K: W times phi d/du + (kappa sigma)^2/2 d^2/du^2, Galerkin's on Gauss-Lobatto elements
+(Karniadakis and Sherwin, Spectral/hp Element Methods, chapter 2). Its rows add to 0, so that
+probability is kept; -r and r absorb: p there is the chance to have left. What p, p1 and p2 lose
+there is the law of z at release and the first two moments of t - C at each z: hence the mean, the
 variance and the sides. Given z, the time is taken as normal; where g does not depend on u it is C,
 and the law of the time exact.
 
-Steps in z follow what a slab's highest degree adds to p. A second march has every slab halved and
-elements of two degrees more; its difference from the first is the error that is stated.
+A slab is one step of Radau's method IIA (Hairer and Wanner, Solving ODEs II, section IV.5):
+collocation at the zeros of P_n - P_(n-1), of order 2n - 1 and stiffly accurate. Its stages are one
+sparse system, factorised once for p, p1 and p2. Steps follow what a slab's highest degree adds to
+p. A second march has every slab halved and elements of two degrees more; its difference from the
+first is the error that is stated.
 """
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial import Legendre, legendre
 
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import FloatArray
-from symasym.release.slabs import Elements, radau
 from symasym.release.system import System, values
 
 _MOST_ELEMENTS, _MOST_SLABS, _FINEST = 1500, 3000, 6
 
 
 class Scene(NamedTuple):
-    """One question, in float64 and scaled variables."""
+    """One question, in float64 and scaled variables; phi and velocity at scaled positions."""
 
     system: System
     kappa: float
@@ -41,32 +51,18 @@ class Scene(NamedTuple):
     z: float
 
     def phi(self, u: FloatArray, z: Any) -> FloatArray:
-        """phi at scaled positions u and at z."""
         return values(self.system.phi, u, z, self.eps)
 
     def velocity(self, u: FloatArray, z: Any) -> FloatArray:
-        """g, likewise."""
         return values(self.system.velocity, u, z, self.eps)
 
     def noise(self, u: FloatArray) -> FloatArray:
-        """kappa sigma."""
         return self.kappa * values(self.system.noise, u)
 
     @property
     def sign(self) -> float:
         """The direction in which z goes."""
         return float(np.sign(self.velocity(np.array(self.u), self.z)))
-
-    def speed(self, u: FloatArray, z: FloatArray) -> FloatArray:
-        """|g| at all u for each z, refused where z is no clock."""
-        g = self.velocity(u, z[:, None]) * self.sign
-        if not (g > 0).all():
-            row, column = np.unravel_index(np.argmin(g), g.shape)
-            raise InputError(
-                f"z = {z[row]:.6g} is no clock, its velocity changes sign by u = {u[column]:.3g}; "
-                "take r eps smaller (below 1 for friction), or method='simulate'."
-            )
-        return g
 
 
 def mesh(scene: Scene, way: float, coarse: float) -> FloatArray:
@@ -84,69 +80,134 @@ def mesh(scene: Scene, way: float, coarse: float) -> FloatArray:
     bend = np.abs(np.gradient(scene.phi(across, z), across, axis=1)).max()
     skin = kappa**2 / (2.0 * max(ends, 1e-300))
     width = 2.5 * kappa / np.sqrt(2.0 * max(bend, 1e-300))
-
-    def size(u: FloatArray) -> FloatArray:
+    points = [np.array([-r])]
+    # Dense towards both ends of a stretch, where the elements are smallest.
+    shares = (t := np.linspace(0.0, 1.0, 4001) ** 4) / (t + t[::-1])
+    for low, high in pairwise(sorted({-r, r, scene.u, *(x for x in (-1.0, 1.0) if abs(x) < r)})):
+        u = low + (high - low) * shares
         away = np.maximum(np.abs(u) - 1.0, 0.0)
         blur = kappa * np.minimum(2.5 * (2.0 * away / scene.eps) ** 0.25, 4.0 * np.sqrt(1.0 + away))
-        near = np.minimum(min(width, 0.5) + 0.5 * away, np.maximum(blur, width))
-        return np.asarray(coarse * np.minimum(near, 3.0 * skin + 0.5 * (r - np.abs(u))))
-
-    marks = sorted({-r, r, scene.u, *(x for x in (-1.0, 1.0) if abs(x) < r)})
-    # Dense towards both ends, where the elements are smallest.
-    shares = (t := np.linspace(0.0, 1.0, 4001) ** 4) / (t + t[::-1])
-    points = [np.array([-r])]
-    for low, high in pairwise(marks):
-        x = low + (high - low) * shares
+        size = np.minimum(min(width, 0.5) + 0.5 * away, np.maximum(blur, width))
+        size = coarse * np.minimum(size, 3.0 * skin + 0.5 * (r - np.abs(u)))
         with np.errstate(divide="ignore", over="ignore"):
-            density = 1.0 / size(x)
-        count = np.append(0.0, np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(x)))
+            steps = (1.0 / size[1:] + 1.0 / size[:-1]) / 2 * np.diff(u)
+        count = np.append(0.0, np.cumsum(steps))
         if not count[-1] + len(points) <= _MOST_ELEMENTS:
             raise AccuracyError(
                 f"the march would need {count[-1]:.4g} elements in u or more at kappa = "
                 f"{kappa:g}, above {_MOST_ELEMENTS}; take kappa larger, or method='simulate'."
             )
         parts = np.linspace(0.0, count[-1], max(1, int(np.ceil(count[-1]))) + 1)
-        points.append(np.append(np.interp(parts[1:-1], count, x), high))
+        points.append(np.append(np.interp(parts[1:-1], count, u), high))
     return np.concatenate(points)
 
 
-class March:
-    """The density on one mesh, marched slab by slab.
+# -- elements in u, steps in z ---------------------------------------------------------------------
 
-    After `finish`: at eight places of each slab the way s, the time `clock` C(s), the chance to
-    have `left` by then, and in three columns the quadrature's `share` of what p, p1 and p2 lose;
+
+def _slopes(x: FloatArray, degree: int) -> FloatArray:
+    """Derivatives of the Legendre polynomials up to `degree`, a row for each x."""
+    return np.stack([Legendre.basis(k).deriv()(x) for k in range(degree + 1)], axis=-1)
+
+
+@cache
+def radau(n: int) -> tuple[Any, ...]:
+    """Radau's rule on [0, 1]: its n stages, of which the last is 1; integrals from 0 to them, from
+    values there; and from values at 0 and there the derivatives, and the Legendre coefficient of
+    the highest degree."""
+    at = np.sort((Legendre.basis(n) - Legendre.basis(n - 1)).roots().real)
+    at[-1] = 1.0
+    inverse = np.linalg.inv(legendre.legvander(np.append(-1.0, at), n))
+    slopes = 2.0 * _slopes(at, n) @ inverse
+    return (at + 1) / 2, np.linalg.inv(slopes[:, 1:]), slopes, inverse[n]
+
+
+class March:
+    """The density on elements of one degree between `ends`, marched slab by slab.
+
+    After `finish`: at each stage the way s, the time `clock` C(s), the chance to have `left` by
+    then, its `density`, and in three columns the quadrature's `share` of what p, p1 and p2 lose;
     the mean and the standard deviation of the time; in p[0] the chances to have left.
     """
 
-    def __init__(self, scene: Scene, elements: Elements, stages: int) -> None:
-        self.scene, self.elements, self.rule = scene, elements, radau(stages)
-        u = elements.u
+    def __init__(self, scene: Scene, ends: FloatArray, degree: int, stages: int) -> None:
+        self.scene, self._sign, self._rule = scene, scene.sign, radau(stages)
+        p, m = Legendre.basis(degree), len(ends) - 1
+        x = np.concatenate([[-1.0], np.sort(p.deriv().roots().real), [1.0]])
+        self._w = 2.0 / (degree * (degree + 1) * p(x) ** 2)
+        self._slope = _slopes(x, degree) @ np.linalg.inv(legendre.legvander(x, degree))
+        self._half = np.diff(ends)[:, None, None] / 2.0
+        self._index = index = np.arange(m)[:, None] * degree + np.arange(degree + 1)
+        self.u, self._weights = u, weights = np.empty(m * degree + 1), np.zeros(m * degree + 1)
+        u[index] = ends[:-1, None] + self._half[:, 0] * (x + 1.0)
+        u[::degree] = ends  # two elements share them
+        np.add.at(weights, index, self._half[:, 0] * self._w)
+        # Unknowns in the order of u, the stages of a node together.
+        place = np.broadcast_to(
+            (stages * index + np.arange(stages)[:, None, None])[..., None],
+            (stages, m, degree + 1, degree + 1),
+        )
+        every = np.arange(stages * u.size)
+        across = np.tile(every.reshape(u.size, stages), stages).ravel()
+        rows = np.concatenate([place.swapaxes(2, 3).ravel(), every.repeat(stages)])
+        self._places = rows, np.concatenate([place.ravel(), across])
         self.p = [np.where(u == scene.u, 1.0, 0.0), np.zeros_like(u), np.zeros_like(u)]
         self.gone, self.time, self.held = 0.0, 0.0, 1.0
         self.rows: list[tuple[FloatArray, ...]] = []
-        self._diffusion = scene.noise(u) ** 2 / 2
+
+    def _rates(self, z: FloatArray) -> FloatArray:
+        """1/(eps |g|) at all u for each z, refused where z is no clock."""
+        g = self.scene.velocity(self.u, z[:, None]) * self._sign
+        if not (g > 0).all():
+            row, column = np.unravel_index(np.argmin(g), g.shape)
+            raise InputError(
+                f"z = {z[row]:.6g} is no clock, its velocity changes sign by u = "
+                f"{self.u[column]:.3g}; take r eps smaller (below 1 for friction), or "
+                "method='simulate'."
+            )
+        return np.asarray(1.0 / (self.scene.eps * g))
+
+    def _generators(self, z: FloatArray) -> FloatArray:
+        """K of each element for each z; integrating D T'' by parts leaves -D' T' beside phi."""
+        D = self.scene.noise(self.u)[self._index] ** 2 / 2
+        moved = (
+            self.scene.phi(self.u, z[:, None])[..., self._index]
+            - D @ self._slope.T / self._half[:, 0]
+        )
+        stretch = np.einsum("ca,mc,cb->mab", self._slope, D * self._w, self._slope) / self._half
+        return np.asarray((moved * self._w)[..., None] * self._slope - stretch)
 
     def advance(self, step: float, most: float = np.inf) -> float:
         """What a slab's highest degree adds to p; the slab is done unless that is over `most`."""
-        scene, elements, p, rule = self.scene, self.elements, self.p, self.rule
-        at = scene.z + scene.sign * (self.gone + step * rule.nodes)
-        rates = 1.0 / (scene.eps * scene.speed(elements.u, at))
-        clock = 1.0 / (scene.eps * scene.speed(np.zeros(1), at))
-        generators = elements.generator(scene.phi(elements.u, at[:, None]), self._diffusion)
-        solve = elements.slab(rule, step, rates, generators)
+        from scipy.sparse import csc_array
+        from scipy.sparse.linalg import splu
+
+        nodes, integral, slopes, top = self._rule
+        p, n, way = self.p, len(nodes), self.gone + step * nodes
+        z = self.scene.z + self._sign * way
+        rates = self._rates(z)
+        clock = rates[:, self.u == self.scene.u]
+        flow, ahead = rates / self._weights, rates - clock
+        for x in (flow, ahead):
+            x[:, [0, -1]] = 0.0  # the ends absorb
+        moved = (self._generators(z) * flow[:, self._index, None]).ravel()
+        data = np.concatenate([-moved, np.tile(slopes[:, 1:].ravel() / step, self.u.size)])
+        factors = splu(csc_array((data, self._places)), permc_spec="NATURAL")
+
+        def solve(start: FloatArray, source: FloatArray | float) -> FloatArray:
+            right = source - slopes[:, :1] / step * start
+            return np.vstack([start, factors.solve(right.T.ravel()).reshape(-1, n).T])
+
         new = [solve(p[0], 0.0)]
-        error = float(np.abs(rule.top[0] * p[0] + rule.top[1:] @ new[0]).sum())
+        error = float(np.abs(top @ new[0]).sum())
         if error > most:
             return error
-        ahead = rates - clock
-        ahead[:, [0, -1]] = 0.0
         for k in (1, 2):
-            new.append(solve(p[k], k * ahead * new[-1]))
-        ends = [np.vstack([old, one])[:, [0, -1]] for old, one in zip(p, new, strict=True)]
-        lost, way = np.sum(ends, axis=2).T, self.gone + step * rule.places
-        time = rule.filled @ np.append(self.time, self.time + step * rule.integral @ clock[:, 0])
-        self.rows.append((way, time, rule.filled @ lost[:, 0], rule.change @ lost))
-        self.p, self.gone, self.time = [one[-1] for one in new], self.gone + step, float(time[-1])
+            new.append(solve(p[k], k * ahead * new[-1][1:]))
+        lost = np.stack([one[:, 0] + one[:, -1] for one in new], axis=1)
+        time, density = self.time + step * integral @ clock[:, 0], slopes @ lost / step
+        self.rows.append((way, time, lost[1:, 0], density, step * integral[-1]))
+        self.p, self.gone, self.time = [one[-1] for one in new], float(way[-1]), float(time[-1])
         # Absolute values: where a packet is not resolved, waves of both signs go before it.
         self.held = float(np.abs(self.p[0][1:-1]).sum())
         return error
@@ -154,7 +215,8 @@ class March:
     def finish(self) -> None:
         """Tables and moments of what left."""
         tables = (np.concatenate(row) for row in zip(*self.rows, strict=True))
-        self.way, self.clock, self.left, self.share = tables
+        self.way, self.clock, self.left, densities, weights = tables
+        self.density, self.share = densities[:, 0], densities * weights[:, None]
         lost, once, twice = self.share.T
         self.mean = float(self.clock @ lost + once.sum())
         off = self.clock - self.mean
@@ -167,7 +229,7 @@ def march(scene: Scene, rtol: float) -> tuple[March, March, float]:
     coarse, tol, way, last = 1.5, min(1e-3, 30.0 * rtol**0.6), 0.0, np.nan
     for _ in range(_FINEST):
         ends = mesh(scene, way, coarse)
-        rough, fine = (March(scene, Elements(ends, k), stages) for k in (degree, degree + 2))
+        rough, fine = (March(scene, ends, k, stages) for k in (degree, degree + 2))
         step = scene.eps * 1e-3
         while rough.held > 1e-3 * rtol:
             error = rough.advance(step, 2.0 * tol if step > 1e-12 * (1 + abs(scene.z)) else np.inf)

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import FloatArray, Number, Numbers, exact, float_text, positive, shown
+from symasym.base.inputs import FloatArray, Number, Numbers, choice, exact, positive, within
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import of_arrays
 from symasym.drift.landscape import drag_time
@@ -84,20 +84,16 @@ class System:
         """
         import sympy
 
-        if not isinstance(reduction, Reduction):
-            raise InputError(f"reduction is {shown(reduction)}; give what sa.reduce returns.")
-        names = [str(c) for c in reduction.coordinates]
-        if slow == across or slow not in names or across not in names:
-            given = f"slow is {shown(slow)} and across {shown(across)}"
-            raise InputError(f"{given}; give two different ones of {', '.join(names)}.")
+        names, u = [str(c) for c in reduction.coordinates], reduction.layer
+        k = names.index(choice("slow", slow, names))
+        choice("across", across, {*names} - {slow})
         known: dict[str, Any] = dict(numbers_of("at", at or {}))
-        known |= {slow: sympy.Symbol("z"), across: sympy.Symbol("y")}
-        expressions = reduction.normal_inside, reduction.inside[names.index(slow)]
-        put: dict[Any, Any] = {reduction.layer: sympy.Symbol("u")}
-        for symbol in {s for e in expressions for s in e.free_symbols} - {reduction.layer}:
-            if symbol.name not in known:
-                raise InputError(f"at has no value of {symbol.name}; give it a number there.")
-            put[symbol] = known[symbol.name]
+        known |= {slow: sympy.Symbol("z"), across: sympy.Symbol("y"), u.name: sympy.Symbol("u")}
+        expressions = reduction.normal_inside, reduction.inside[k]
+        found = {s: s.name for e in expressions for s in e.free_symbols}
+        if left := sorted(set(found.values()) - set(known)):
+            raise InputError(f"at has no value of {left[0]}; give it a number there.")
+        put = {s: known[name] for s, name in found.items()}
         return cls(*(e.subs(put, simultaneous=True) for e in expressions))
 
     def drag_time(self, z: Number, eps: Number) -> float:
@@ -159,9 +155,6 @@ def oscillator(mu: Number, alpha: Number) -> System:
     """
     import sympy
 
-    shape, strength = exact("mu", mu), positive("alpha", alpha)
-    if shape < 0:
-        raise InputError(f"mu is {float_text(shape)}; it must be at least 0.")
     u, z, y = sympy.symbols("u z y")
-    m, a = (sympy.Rational(x.numerator, x.denominator) for x in (shape, strength))
+    m, a = map(sympy.Rational, (within("mu", mu, 0, 1e300), positive("alpha", alpha)))
     return System(1 - z - y - a * (u + m * (u - u**3)), y - 1)
