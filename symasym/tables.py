@@ -30,8 +30,6 @@ from symasym.drift.ready_made import named_drift
 from symasym.drift.scenes import QUANTITIES
 from symasym.quantities import call_named
 
-__all__ = ["Spec", "read_spec", "write_table"]
-
 _NUMBERS = ("kappa", "r", "start")
 _KEYS = (*_NUMBERS, "drift", "expr", "quantities", "dps", "parameters")
 _MOST = 10_000_000  # values of a table
@@ -90,7 +88,7 @@ def _spec(given: dict[str, Any]) -> Spec:
     for name in names:
         taken(name, QUANTITIES[name].numbers, {n: axes.get(n) for n in QUANTITIES[name].numbers})
     count("the number of values", math.prod(map(len, axes.values())) * len(names), 1, _MOST)
-    spec = Spec(of, names, digits(given.get("dps", 50)), axes)
+    spec = Spec(of, names, digits(given.get("dps", 50), 10_000 - _GUARD), axes)
     spec.drift_at({name: values[0] for name, values in axes.items()}).scalars()
     return spec
 
@@ -110,20 +108,19 @@ def _axis(name: str, given: Any) -> list[Fraction]:
 
 def line_of(spec: Spec, quantity: str, x: Mapping[str, str]) -> bytes:
     """The line of one value, with its error; with a reason where there is none."""
-    numbers = {n: x[n] for n in QUANTITIES[quantity].numbers if n in x}
     record = _head(spec, quantity, x)
     try:
-        found = call_named(quantity, spec.drift_at(x), numbers, dps=spec.dps + _GUARD, full=True)
+        found = call_named(quantity, spec.drift_at(x), x, dps=spec.dps + _GUARD, full=True)
         record |= reference_value(record["x"], found, spec.dps)
     except SymasymError as error:
-        record |= {"mid": None, "rad": None, "dps": spec.dps, "refused": str(error)}
+        record |= {"mid": None, "rad": None, "refused": str(error)}
     return _sealed(json.dumps(record)[:-1].encode())
 
 
 def _head(spec: Spec, quantity: str, x: Mapping[str, str]) -> dict[str, Any]:
     """What a line says of its value beforehand."""
     used = {n: t for n, t in x.items() if n not in _NUMBERS or n in QUANTITIES[quantity].numbers}
-    return {**spec.of, "quantity": quantity, "x": used}
+    return {**spec.of, "quantity": quantity, "x": used, "dps": spec.dps}
 
 
 def _sealed(text: bytes) -> bytes:
@@ -181,7 +178,7 @@ def _known(target: Path, file: IO[bytes], spec: Spec, asked: list[Any]) -> list[
             break
         text = line.rpartition(b', "sum": "')[0]
         record: Any = json.loads(line) if line == _sealed(text) else {}
-        head = _head(spec, *asked[number]) | {"dps": spec.dps} if number < len(asked) else None
+        head = _head(spec, *asked[number]) if number < len(asked) else None
         if head is None or not head.items() <= record.items():
             raise OutputError(
                 f"{target}, line {number + 1}, was changed or belongs to another table; it is left "

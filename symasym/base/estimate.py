@@ -10,14 +10,11 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
-from symasym.base.errors import InputError
-
 if TYPE_CHECKING:
     from mpmath import mpf
 
 ErrorKind = Literal["bound", "estimate", "none"]
 IN_WORDS = {"bound": "proved bound", "estimate": "estimate", "none": "no error claimed"}
-_EVALUATED = 12  # digits of a float64 value without a stated error
 
 
 def _compared(name: str) -> Callable[[Any, Any], Any]:
@@ -101,14 +98,11 @@ class Estimate:
         return mpmath.mp.convert(self.value)
 
     def __format__(self, spec: str) -> str:
-        if spec and hasattr(self.value, "shape"):
-            raise InputError(f"the value is an array; format its elements with {spec!r}.")
-        if not hasattr(self.value, "_mpf_"):
+        if not spec or not hasattr(self.value, "_mpf_"):
             return format(self.value, spec) if spec else str(self)
         from mpmath import libmp
 
-        digits = Decimal(libmp.to_str(self.value._mpf_, 10_000))
-        return format(digits, spec) if spec else str(self)
+        return format(Decimal(libmp.to_str(self.value._mpf_, 10_000)), spec)
 
     __eq__ = _compared("eq")
     __ne__ = _compared("ne")
@@ -214,17 +208,3 @@ def interval_text(value: Any, error: Any, digits: int, more: bool = False) -> tu
         text = arb(value, error).str(digits, more=more)
     middle, _, radius = text.strip("[]").partition("+/- ")
     return middle.strip() or "0", radius or "0"
-
-
-def carried_text(value: Any, error: Any, most: int) -> tuple[str, str | None]:
-    """At most `most` digits of `value`, as many as its error leaves, and the error of that text.
-
-    Without an error: `most` digits, 12 of a float.
-    """
-    if error is not None:
-        return interval_text(value, error, most)
-    if isinstance(value, float):
-        return f"{value:.{_EVALUATED}g}", None
-    from mpmath import libmp
-
-    return libmp.to_str(value._mpf_, most), None

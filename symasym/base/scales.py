@@ -93,12 +93,10 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
             return Scales(noises / np.sqrt(widths), radii / widths, widths.copy())
     e, k, radius = (positive(name, x) for name, x in given.items())
     root = Fraction(isqrt(e.numerator), isqrt(e.denominator))
-    return Scales(k / root if root * root == e else _noise(k, e), radius / e, e)
-
-
-def _noise(k: Fraction, e: Fraction) -> Any:
-    """k/sqrt(e) as an mpf, right to 60 digits (eq:tildexykappa)."""
+    if root * root == e:
+        return Scales(k / root, radius / e, e)
     from symasym.base.balls import exact_ball, precision, to_mpf
 
     with precision(4 * _DIGITS):
-        return to_mpf(exact_ball(k) / exact_ball(e).sqrt(), _DIGITS)[0]
+        noise, _ = to_mpf(exact_ball(k) / exact_ball(e).sqrt(), _DIGITS)
+    return Scales(noise, radius / e, e)

@@ -22,9 +22,6 @@ from symasym.commands import verbs
 from symasym.drift.ready_made import DRIFTS, drift_signatures
 from symasym.methods import METHODS
 
-_BAD_INPUT, _INTERRUPTED = 2, 130
-_EXAMPLES = "examples:\n  symasym value --help\n  symasym show eq:Ttilde"
-
 
 def _setting(text: str) -> tuple[str, str]:
     """The name and the value of ``NAME=X``."""
@@ -52,7 +49,7 @@ OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "--set": ("a parameter's value, may be repeated",
               {"action": "append", "default": [], "type": _setting, "metavar": "NAME=X"}),
     "--no-layer": ("A(u) holds everywhere, not for |u| < 1 alone", _ON),
-    "--noise": ("factor of the noise, in u; of an expansion weak, strong or uniform", _NAME),
+    "--noise": ("factor of the noise, in u; of an expansion weak, strong or uniform", _X),
     "--phi": ("velocity of u in place of the oscillator's, in u, z and y = eps u", _X),
     "--velocity": ("velocity of z in place of y - 1, in the same", _X),
     "--kappa": ("noise amplitude", _X),
@@ -90,7 +87,8 @@ OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
 _DRIFT = "--drift --expr --set --no-layer"
 #: The commands: options that each needs, what else it takes, and defaults that are not None.
 COMMANDS: tuple[tuple[Callable[[Any], int | None], str, str, dict[str, Any]], ...] = (
-    (verbs.value, "--kappa", f"quantity {_DRIFT} --noise {verbs.INPUTS} --dps --json", {}),
+    (verbs.value, "--kappa", f"quantity {_DRIFT} --noise --r --ends --start --reflecting --moment "
+     "--interval --y --complement --method --order --rtol --log --dps --json", {}),
     (verbs.show, "", f"labels --latex --steps {_DRIFT} --noise --order --start --case", {}),
     (verbs.derive, "", "labels --out", {"out": "build/derivations"}),
     (verbs.emit, "--target", f"label --out {_DRIFT} --order", {}),
@@ -124,17 +122,18 @@ class _Parser(argparse.ArgumentParser):
 def _parser() -> _Parser:
     """The parser of the whole command line."""
     about = "Escape times and Laplace-type integrals of smoothed switches with noise."
-    whole = _Parser(prog="symasym", description=about, epilog=_EXAMPLES)
+    more = "examples:\n  symasym value --help\n  symasym show eq:Ttilde"
+    whole = _Parser(prog="symasym", description=about, epilog=more)
     version = f"symasym {metadata.version('symasym')}"
     whole.add_argument("--version", action="version", version=version)
     commands = whole.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for run, needed, more, defaults in COMMANDS:
-        name, (about, _, rest) = run.__name__, inspect.cleandoc(str(run.__doc__)).partition("\n\n")
-        parser = commands.add_parser(name, help=about, description=about, epilog=rest)
+    for run, needed, others, defaults in COMMANDS:
+        about, _, more = inspect.cleandoc(str(run.__doc__)).partition("\n\n")
+        parser = commands.add_parser(run.__name__, help=about, description=about, epilog=more)
         either: Any = parser
-        if "--expr" in more:
+        if "--expr" in others:
             either = parser.add_mutually_exclusive_group(required=run is verbs.value)
-        for word in [*needed.split(), *more.split()]:
+        for word in [*needed.split(), *others.split()]:
             about, told = OPTIONS[word]
             to = either if word in ("--drift", "--expr") else parser
             argument = to.add_argument(*["-o"] * (word == "--out"), word, help=about, **told)
@@ -144,18 +143,10 @@ def _parser() -> _Parser:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command line and give its exit status.
+    """Run a command line, by default that of the process, and give its exit status.
 
-    Parameters
-    ----------
-    argv : sequence of str, optional
-        Arguments; those of the process when left out.
-
-    Returns
-    -------
-    int
-        0, or 1 for a derivation or check that fails, 2 after an error that is said in one
-        sentence, 130 after an interrupt.
+    0, or 1 for a check that fails or a value that does not exist, 2 after an error that is said in
+    one sentence, 130 after an interrupt.
     """
     if argv is None:
         # A batch system that stops the job is owed the same tidiness as Ctrl-C.
@@ -167,7 +158,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         # A stranger's file may hold what a terminal would obey.
         text = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(error))
         print(f"symasym: {text}", file=sys.stderr)
-        return _BAD_INPUT
+        return 2
     except KeyboardInterrupt:
         print("symasym: interrupted; every file that was written is whole.", file=sys.stderr)
-        return _INTERRUPTED
+        return 130

@@ -17,17 +17,12 @@ from typing import Any
 
 import symasym as sa
 from symasym.base.errors import InputError, OutputError
-from symasym.base.estimate import carried_text
+from symasym.base.estimate import interval_text
 from symasym.base.files import progress, write_bytes
 from symasym.base.inputs import choice, count, digits
 from symasym.drift.ready_made import named_drift
 
 QUANTITIES = ("escape-time", "exit-probability", "occupation", "stationary-density")
-#: What one or the other takes beside kappa and the digits.
-INPUTS = (
-    "--r --ends --start --reflecting --moment --interval --y --complement --method --order --rtol "
-    "--log"
-)
 
 
 # -- numbers ---------------------------------------------------------------------------------------
@@ -53,8 +48,9 @@ def value(a: Any) -> None:
       symasym value stationary-density --expr "-u" --no-layer --noise "1 + u**2" --kappa 1 --y 1/2
     """
     verb = getattr(sa, a.quantity.replace("-", "_"))
-    names = ["kappa", *re.findall(r"\w+", INPUTS)]
-    inputs = {n: x for n in names if (x := getattr(a, n)) is not None and x is not False}
+    own = ("run", "quantity", "drift", "expr", "set", "no_layer", "noise", "dps", "json")
+    given = {n: x for n, x in vars(a).items() if x is not None and x is not False}
+    inputs = {n: x for n, x in given.items() if n not in own}
     try:
         inspect.signature(verb).bind(None, **inputs)
     except TypeError as wrong:
@@ -64,12 +60,14 @@ def value(a: Any) -> None:
     start = time.perf_counter()
     found = verb(_drift(a, a.noise), **inputs, dps=more, full=True)
     seconds = time.perf_counter() - start
-    shown, error = carried_text(found.value, found.error, a.dps or 17)
-    record: dict[str, Any] = {"quantity": a.quantity, "value": shown, "error": error}
+    claims = found.error is not None
+    shown, error = interval_text(found.value, found.error or 0, a.dps or (17 if claims else 12))
+    record: dict[str, Any] = {"quantity": a.quantity, "value": shown}
+    record |= {"error": error if claims else None}
     record |= {name: getattr(found, name) for name in ("error_kind", "method", "notes")}
     record |= {"dps": a.dps, "seconds": round(seconds, 6)}
-    given = {n: x for n in ("drift", "expr", "no_layer", "noise") if (x := getattr(a, n))}
-    record["inputs"] = {**given, "set": dict(a.set), **inputs}
+    drift = {n: given[n] for n in ("drift", "expr", "no_layer", "noise") if n in given}
+    record["inputs"] = {**drift, "set": dict(a.set), **inputs}
     print(json.dumps(record, indent=1) if a.json else shown)
 
 
@@ -147,7 +145,8 @@ def _expansion(label: str, a: Any, **options: Any) -> Any:
     given: Any = {n: x for n, x in options.items() if x is not None}
     if kind == "expansion":
         drift = _drift(a) if a.drift or a.expr else sa.Drift.general().bind(**dict(a.set))
-        return sa.expand(drift, name.replace("1-", "1 - "), **given)  # type: ignore[arg-type]
+        more = {n: x for n, x in given.items() if n not in ("drift", "expr")}
+        return sa.expand(drift, name.replace("1-", "1 - "), **more)  # type: ignore[arg-type]
     if given:
         raise InputError(f"--{min(given)} is for an expansion such as expansion:T; leave it out.")
     return None
@@ -203,7 +202,8 @@ def show(a: Any) -> None:
     from derivations.pages import document
     from symasym.formula import formula, labels
 
-    options = {name: getattr(a, name) for name in ("noise", "order", "start", "case")}
+    names = ("drift", "expr", "noise", "order", "start", "case")
+    options = {name: getattr(a, name) for name in names}
     if a.latex and not a.labels:
         print(document(), end="")
         return

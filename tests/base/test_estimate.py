@@ -9,12 +9,11 @@ from typing import Any
 
 import mpmath
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import symasym as sa
-from symasym.base.estimate import Estimate, carried_text, number_repr, with_error
+from symasym.base.estimate import Estimate, interval_text, number_repr, with_error
 from symasym.base.inputs import exact
 from tests.strategies import SAMPLE
 
@@ -37,7 +36,7 @@ def test_the_printed_interval_holds_the_stated_one(value: float, size: float) ->
 @given(VALUES, SIZES)
 def test_no_digit_beyond_the_error(value: float, size: float) -> None:
     error = abs(value) * size
-    text, shown = (Decimal(x) for x in carried_text(value, error, 17))
+    text, shown = (Decimal(x) for x in interval_text(value, error, 17))
     assert abs(text - Decimal(value)) + Decimal(error) <= shown * (1 + Decimal("1e-15"))
     if value and size < 0.1:
         unit = Decimal(1).scaleb(Decimal(text).as_tuple().exponent)  # type: ignore[arg-type]
@@ -69,8 +68,6 @@ def test_it_stands_for_its_value() -> None:
         assert format(digits, spec) == text
     many = sa.escape_time(drift, [0.1, 0.2], 10, full=True)
     assert (many > [1e11, 1e11]).tolist() == [True, False]
-    with pytest.raises(sa.InputError):
-        format(many, ".3f")
 
 
 @SAMPLE

@@ -145,6 +145,7 @@ def test_value_loads_neither_sympy_nor_matplotlib() -> None:
         ("emit eq:V --target c --order 2", "--order"),
         ("emit fr1 --target c -o ''", "cannot be written"),
         ("show eq:Ttilde --order 2", "--order"),
+        ("show eq:Ttilde --drift friction", "--drift"),
         ("show expansion:Q --drift friction", "Q"),
         ("derive eq:nothing", "eq:nothing"),
         ("table none.toml -o t.jsonl", "none.toml"),
