@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import sympy
@@ -14,10 +14,11 @@ from sympy import Expr, Symbol
 
 from symasym.base import inputs
 from symasym.base.balls import precision, to_mpf
-from symasym.base.errors import AccuracyError, InputError, RangeError
-from symasym.base.estimate import ErrorKind, Estimate
+from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import Number, Numbers, exact
 from symasym.drift.expressions import parse
+from symasym.drift.scenes import Answer, Request
+from symasym.methods import as_digits
 
 # What is worked out within seconds.
 _OPERATIONS, _CALLS = 250, 12
@@ -33,6 +34,8 @@ class IntegralExpansion:
     a: Expr
     b: Expr
     order: Any
+    #: Its name in an `Estimate`.
+    method: ClassVar[str]
 
     @cached_property
     def parameters(self) -> tuple[Symbol, ...]:
@@ -45,7 +48,7 @@ class IntegralExpansion:
         raise NotImplementedError
 
     def _at(self, lam: Fraction, dps: int | None, full: bool) -> tuple[Any, ...]:
-        """level, sum and error over e^level, the error's kind and the method, ..., at one lam."""
+        """level, sum and error over e^level, and what else an `Answer` has, at one lam."""
         raise NotImplementedError
 
     def bind(self, /, **values: Number) -> Any:
@@ -79,51 +82,44 @@ class IntegralExpansion:
             raise InputError(f"parameters have no value: {names}; call bind(…) first.")
         log, full = inputs.flag("log", log), inputs.flag("full", full)
         dps = None if dps is None else inputs.digits(dps)
+        request = Request("the integral", self.method, None, dps, log, full)
         if not inputs.is_array(lam):
-            found = self._estimate(exact("lam", lam), dps, log, full)
-            return found if full else found.value
+            return self._one(exact("lam", lam), request)
         if dps is not None:
             raise InputError(f"lam is an array and dps is {dps}; arrays are for float64.")
         given = inputs.floats("lam", lam)
-        each = [self._estimate(Fraction(y), None, log, full) for y in given.ravel()]
+        each = [self._one(Fraction(y), request) for y in given.ravel()]
+        if not full:
+            return np.reshape(each, given.shape)
         value, error = (np.reshape(y, given.shape) for y in zip(*each, strict=True))
-        proved = all(y.error_kind == "bound" for y in each)
-        kind: ErrorKind = "bound" if proved else "estimate"
-        return Estimate(value, error, kind, each[0].method) if full else value
+        kind = max(y.error_kind for y in each)  # an estimate, if one of them is
+        return replace(each[0], value=value, error=error, error_kind=kind)
 
-    def _estimate(self, lam: Fraction, dps: int | None, log: bool, full: bool) -> Estimate:
+    def _one(self, lam: Fraction, request: Request) -> Any:
         """At one lam, from the sum and its error over e^level."""
-        wanted = dps or 17
-        level, total, error, notes = self._at(inputs.positive("lam", lam), dps, full)
+        level, total, error, *said = self._at(
+            inputs.positive("lam", lam), request.dps, request.full
+        )
         if not (total.is_finite() and error.is_finite()):
             raise AccuracyError(
                 f"the integral of f = {self.f} at lam = {inputs.float_text(lam)} could not be "
                 "enclosed, because of a singularity, a slow decay or more than two saddles close "
                 "together; split it there, or leave full out for the sum alone."
             )
-        with precision(7 * wanted + 300 + lam.numerator.bit_length()):
-            size = float((level + abs(total).log()).mid()) if total != 0 else 0.0
-            if dps is None and not log and not -708.39 < size < 709.78:
-                raise RangeError(
-                    f"the integral's logarithm is {size:.6g}, beyond float64; pass log=True or "
-                    "dps=…."
-                )
-            if log and not total > error:
+        with precision(7 * request.digits + 300 + lam.numerator.bit_length()):
+            if request.log and not total > error:
                 raise AccuracyError(
                     f"the sum at lam = {inputs.float_text(lam)} is not surely positive, so its "
                     "logarithm is not known; ask for the value, or for a larger lam."
                 )
-            if log:
+            if request.log:
                 value, error = level + total.log(), -(-error / total).log1p()
             else:
                 value, error = level.exp() * total, level.exp() * error
-            middle, radius = to_mpf(value, wanted)
-            error += arb(radius) + (abs(value) * arb(2) ** -52 if dps is None else 0)
+            middle, radius = to_mpf(value, request.digits)
             # The last rounding is within the factor.
-            whole = to_mpf((error * (1 + arb(2) ** -30)).upper(), 15)[0]
-        if dps is None:
-            return Estimate(float(middle), float(whole), *notes)
-        return Estimate(middle, whole, *notes)
+            whole = ((error + arb(radius)) * (1 + arb(2) ** -30)).upper()
+            return as_digits(request, Answer(middle, to_mpf(whole, 15)[0], *said))
 
 
 def read(
@@ -131,17 +127,14 @@ def read(
 ) -> tuple[Any, ...]:
     """(f, g, x, a, b) as expressions, checked: what they are made of and how large they are."""
     symbol = Symbol(x) if inputs.is_name(x) else x
-    if not isinstance(symbol, Symbol):
-        given = inputs.shown(x)
-        raise InputError(f"x is {given}; give the variable of integration, a SymPy symbol.")
-    names = {symbol.name: symbol}
+    names = {str(symbol): symbol}
     several = pairs and isinstance(g, (tuple, list, sympy.Tuple))
     weights = tuple(parse("g", w, names) for w in (g if several else (g,)))
     f, a, b = (parse(name, e, names) for name, e in (("f", f), ("a", a), ("b", b)))
-    if not f.has(symbol) or a.has(symbol) or b.has(symbol):
+    if not isinstance(symbol, Symbol) or not f.has(symbol) or a.has(symbol) or b.has(symbol):
         raise InputError(
-            f"f = {f} does not contain {symbol}, or a = {a} or b = {b} does; give an f that "
-            "depends on it, and ends that do not."
+            f"x is {inputs.shown(x)}, f = {f}, a = {a} and b = {b}; give a SymPy symbol on which f "
+            "depends, and ends that do not."
         )
     for e in (f, *weights):
         calls = [type(n).__name__ for n in e.atoms(sympy.Function)]

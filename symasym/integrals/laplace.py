@@ -137,6 +137,7 @@ class LaplaceExpansion(IntegralExpansion):
     sampled parameters but not proved from their assumptions.
     """
 
+    method = "laplace"
     dropped: tuple[str, ...] = ()
     conditions: tuple[str, ...] = ()
     _tops: tuple[maxima.Maximum, ...] = field(default=(), compare=False)
@@ -198,7 +199,7 @@ class LaplaceExpansion(IntegralExpansion):
                 error = abs(total - whole)
             kind = "bound" if proved else "estimate"
             shares = tuple(f"{self.x} = {short(m.point)}: {used} terms" for m in self._tops)
-            return large * top, total, error, (kind, "laplace", used, shares, self.dropped)
+            return large * top, total, error, kind, shares, self.dropped, used
 
     def _sum(self, lam: Any, bits: int) -> tuple[Any, Any, int]:
         """The sum over e^(lam top), top the largest f; the most terms of a contribution."""

@@ -46,6 +46,7 @@ class UniformExpansion(IntegralExpansion):
     `kind` is "real", "contour" or "iterated"; `near` is a point beside the saddles.
     """
 
+    method = "uniform"
     kind: str
     near: Fraction
 
@@ -88,7 +89,7 @@ class UniformExpansion(IntegralExpansion):
                 bits, top = int(nats / math.log(2)) + 60, size.log() / large
                 true, proved = integral(self.f, self.g, self.x, marks, large, top, bits)
                 error, kind = abs(found.mid() - size * true), "bound" if proved else "estimate"
-            return arb(0), found.mid(), error.upper(), (kind, "uniform", self.order)
+            return arb(0), found.mid(), error.upper(), kind, (), (), self.order
 
     def _weights(self) -> tuple[Any, list[Any]]:
         """The constant factors of g and h, and the rest as functions of balls; None for 1."""
