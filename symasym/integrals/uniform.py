@@ -81,8 +81,7 @@ class UniformExpansion(IntegralExpansion):
             gaps = sum((abs(y - x) for x, y in pairwise(row[first:])), arb(0))
             error = _SAFETY * gaps + abs(found) * arb(10) ** -wanted
             if full and self.kind == "real" and found.is_finite():
-                near, lo, hi = exact_ball(self.near), number(self.a), number(self.b)
-                marks = [lo, *([near] if lo < near < hi else []), hi]
+                marks = [number(self.a), number(self.b)]
                 # In units of the sum.
                 size = abs(found).upper()
                 size = size if size > 0 else arb(1)
