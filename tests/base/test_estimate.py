@@ -43,6 +43,23 @@ def test_no_digit_beyond_the_error(value: float, size: float) -> None:
         assert shown <= unit * Decimal("1.01")
 
 
+@given(st.fractions().filter(bool), st.integers(-250, 250), st.integers(1, 60), st.integers(0, 30))
+def test_the_true_value_lies_within_the_printed_radius(
+    value: Fraction, exponent: int, dps: int, guard: int
+) -> None:
+    truth = value * Fraction(10) ** exponent
+    with mpmath.workdps(dps + guard):
+        rounded = mpmath.mpf(truth.numerator) / truth.denominator
+        error = abs(rounded) * mpmath.mpf(10) ** -(dps + guard - 1)
+    mid, rad = interval_text(rounded, error, dps, more=True)
+    assert abs(Fraction(mid) - truth) <= Fraction(rad)
+    # And no wider than the error plus one unit in the last digit.
+    last_digit = abs(truth) * Fraction(10) ** -(dps - 1)
+    assert Fraction(rad) <= Fraction(102, 100) * (
+        Fraction(10) ** (1 - dps - guard) * abs(truth) * 2 + last_digit
+    )
+
+
 def test_an_array_has_each_element_with_its_error() -> None:
     many = Estimate(np.array([[1.0, np.nan]]), np.array([[1e-3, np.nan]]), "estimate", "laplace")
     assert str(many).count("±") == 1

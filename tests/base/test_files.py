@@ -1,22 +1,16 @@
-"""Files are whole or not there, and reference values keep their promise."""
+"""Files are whole or not there."""
 
 from __future__ import annotations
 
 import errno
-import json
 import os
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from mpmath import mp, mpf
 
 from symasym import OutputError
-from symasym.base.estimate import Estimate, interval_text
-from symasym.base.files import read_json, reference_value, write_bytes
+from symasym.base.files import write_bytes
 
 
 def fail_with(error: BaseException) -> Any:
@@ -70,40 +64,3 @@ def test_places_that_cannot_be_written_are_one_sentence(tmp_path: Path) -> None:
         assert str(target) in str(caught.value)
         assert "\n" not in str(caught.value)
     assert sorted(os.listdir(tmp_path)) == ["file", "folder"]
-
-
-def test_unreadable_json_counts_as_none(tmp_path: Path) -> None:
-    path = tmp_path / "x.json"
-    assert read_json(path) is None
-    path.write_text('{"half')
-    assert read_json(path) is None
-    path.write_text('{"whole": 1}')
-    assert read_json(path) == {"whole": 1}
-
-
-@given(st.fractions().filter(bool), st.integers(-250, 250), st.integers(1, 60), st.integers(0, 30))
-def test_the_true_value_lies_within_the_printed_radius(
-    value: Fraction, exponent: int, dps: int, guard: int
-) -> None:
-    truth = value * Fraction(10) ** exponent
-    with mp.workdps(dps + guard):
-        rounded = mpf(truth.numerator) / truth.denominator
-        error = abs(rounded) * mpf(10) ** -(dps + guard - 1)
-    mid, rad = interval_text(rounded, error, dps, more=True)
-    assert abs(Fraction(mid) - truth) <= Fraction(rad)
-    # And no wider than the error plus one unit in the last digit.
-    last_digit = abs(truth) * Fraction(10) ** -(dps - 1)
-    assert Fraction(rad) <= Fraction(102, 100) * (
-        Fraction(10) ** (1 - dps - guard) * abs(truth) * 2 + last_digit
-    )
-
-
-def test_a_reference_value_is_text_only() -> None:
-    found = Estimate(mpf(2) ** 5000, mpf(2) ** 4900, "estimate", "exact")
-    record = reference_value({"z0": "-0.4"}, found, 12)
-    assert json.loads(json.dumps(record)) == record
-    assert record["x"] == {"z0": "-0.4"}
-    assert abs(Fraction(record["mid"]) / 2**5000 - 1) < Fraction(1, 10**11)
-    assert record["error_kind"] == "estimate"
-    assert record["dps"] == 12
-    assert set(record["versions"]) >= {"symasym", "python", "mpmath"}
