@@ -21,11 +21,11 @@ Berry and C. J. Howls, Proc. R. Soc. A 434 (1991) 657). A minimum q of f has F >
 the series' Stokes line, and the real integral is the mean of the sums that pass F above and below
 (E. Delabaere and F. Pham, Ann. IHP 71 (1999) 1), q having no share of its own unless f'' vanishes
 there: such f are refused. Padé's approximant continues B; with its poles p_j and residues, z =
--p_j, and t in units of 1/lam,
+-p_j, t in units of 1/lam and Tricomi's function
 
-    int_0^oo e^(-t) t^(b - 1)/(t - p_j) dt = Gamma(b) z^(b - 1) e^z Gamma(1 - b, z)
+    int_0^oo e^(-t) t^(b - 1)/(t - p_j) dt = Gamma(b) z^(b - 1) U(b, b, z)
 
-(DLMF 8.6.4), of which for p_j > 0 the real part is the mean. Beyond a complex pair of singulants
+(DLMF 13.4.4), of which for p_j > 0 the real part is the mean. Beyond a complex pair of singulants
 with Re F > 0 the approximants may follow another branch: the sum is then as good as
 e^(-lam |F|^2/Re F) and no better.
 """
@@ -278,9 +278,8 @@ def _median_sum(terms: list[Any], first: Any) -> Any:
     whole, poles = _approximant([x / (b + k).gamma() for k, x in enumerate(terms)])
     total = sum((a * (b + k).gamma() for k, a in enumerate(whole)), arb(0))
     for pole, residue in poles:
-        z = -pole
-        share = acb(b).gamma() * z ** (b - 1) * z.exp() * z.gamma_upper(1 - b)
-        total += (residue * share).real
+        share = (-pole) ** (b - 1) * (-pole).hypgeom_u(b, b)
+        total += b.gamma() * (residue * share).real
     return total
 
 
