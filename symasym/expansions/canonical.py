@@ -14,7 +14,7 @@ from functools import reduce
 from operator import mul
 from typing import Any, NamedTuple
 
-from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx
+from flint import arb, arb_poly, arb_series, ctx
 
 from symasym.expansions.coalescence import Panel
 
@@ -74,7 +74,7 @@ def _moderate(g: list[Any], p: list[list[Any]], sizes: list[float], nats: float)
         for rho in (1.5, 2.0, 3.0, 4.5, 6.5, 10.0, 16.0, 32.0, 100.0, 1e4)
     ]
     before, ctx.cap = ctx.cap, math.ceil(min(counts)) + 2
-    q = (acb_series if isinstance(g[0], acb) else arb_series)(g).integral()
+    q = arb_series(g).integral()
     down, up, rows, n = (-q).exp(), q.exp(), [arb_series(x) for x in p], []
     low, high = _ends(down.coeffs())
     for row in rows:
@@ -111,13 +111,12 @@ def _slow_terms(sizes: list[float], nats: float) -> int:
 
 def _slow(g: list[Any], p: list[list[Any]], terms: int) -> Canonical:
     """The integrals of a panel on which L psi is large, from the slow solutions of both signs."""
-    poly = acb_poly if isinstance(g[0], acb) else arb_poly
-    e = (-_between(poly(g))).exp()
+    e = (-_between(arb_poly(g))).exp()
     ahead = [_slow_solution(g, x, terms) for x in p]
     back = [_ends(_slow_solution([-c for c in g], x, terms)) for x in p]
     ends, B = [_ends(t) for t in ahead], [after * e - before for before, after in back]
     J = [
-        [_between(poly(t) * arb_poly(x)) - before * b for x, b in zip(p, B, strict=True)]
+        [_between(arb_poly(t) * arb_poly(x)) - before * b for x, b in zip(p, B, strict=True)]
         for t, (before, _) in zip(ahead, ends, strict=True)
     ]
     return Canonical(e, [after - before * e for before, after in ends], B, J)
