@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 import symasym as sa
-from symasym.workshop.figures import encode
-from symasym.workshop.figures.style import style
+from symasym.workshop.style import encode, style
 
 METHODS = {"laplace": 2, "uniform": 2, "strong_noise": 2, "paper": None}
 

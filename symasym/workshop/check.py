@@ -228,7 +228,7 @@ def work_precision(found: list[Record]) -> Figure:
     """Relative error against seconds, a panel a scene."""
     from matplotlib.figure import Figure
 
-    from symasym.workshop.figures.style import style
+    from symasym.workshop.style import style
 
     scenes = list(dict.fromkeys(r.scene for r in found))
     methods = list(dict.fromkeys(r.method for r in found))

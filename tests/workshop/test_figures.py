@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 import symasym as sa
 from symasym.workshop.figures import FIGURES, encode
-from symasym.workshop.figures.style import BLUE, INK, RED
+from symasym.workshop.style import BLUE, INK, RED
 
 FOLD = -7 / 9  # of mu = 3
 

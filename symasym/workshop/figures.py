@@ -1,12 +1,13 @@
-"""The friction oscillator's escape time, z frozen, and the release of the block that moves.
+"""The paper's figures by name, computed from the model, and those of the escape time.
 
-The exact escape time and the paper's formula against z0 (fric1, fric2), and through the fold by
-step and uniform approximation (stokes). While the block sticks the belt moves z: paths, where and
-when it comes free (release), and the regimes of it (regimes).
+The exact escape time, z frozen, and the paper's formula against z0 (fric1, fric2), and through the
+fold by step and uniform approximation (stokes). While the block sticks the belt moves z: paths,
+where and when it comes free (release), and the regimes of it (regimes).
 """
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,21 +16,23 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 import symasym as sa
-from symasym.workshop.figures import style
-from symasym.workshop.figures.style import BLUE, FAINT, INK, OCHRE, RED, TEAL, shade
+from symasym.workshop import oscillator, style
+from symasym.workshop.style import BLUE, FAINT, INK, OCHRE, RED, TEAL, shade
 
+__all__ = ["DRAWN", "EPS", "FIGURES", "KINDS", "R", "encode", "oscillator"]
+
+FIGURES, KINDS, encode = style.FIGURES, style.KINDS, style.encode
 # The paper's setting: eps, kappa and r are the physical ones.
 EPS, R = "0.01", "0.1"
 KAPPAS = {"0.01": BLUE, "0.02": RED, "0.05": TEAL, "0.1": OCHRE}
 MUS = {"1/2": BLUE, "1": RED, "2": TEAL, "3": OCHRE}
 #: (mu, kappa) of every curve in fric1 and fric2.
-DRAWN = tuple(dict.fromkeys([*((m, k) for m in ("3", "1/2") for k in KAPPAS),
-                             *((m, "0.01") for m in MUS)]))  # fmt: skip
+DRAWN = *product(("3", "1/2"), KAPPAS), ("1", "0.01"), ("2", "0.01")
 # The moving block: scaled, but for eps.
 _Z0, _R, _EPS, _FOLD = -0.4, 10.0, 0.01, -7 / 9
 _NOISES = {0.1: BLUE, 0.2: RED, 0.3: TEAL}
-_SOLID: dict[str, Any] = {"linewidth": 2.4}
-_DOTTED: dict[str, Any] = {"linewidth": 1.4, "linestyle": (0, (1.0, 1.5))}
+_EXACT: dict[str, Any] = {"linewidth": 2.4}
+_PAPER: dict[str, Any] = {"linewidth": 1.4, "linestyle": (0, (1.0, 1.5))}
 
 
 class _Curve(NamedTuple):
@@ -37,66 +40,68 @@ class _Curve(NamedTuple):
 
     label: str
     hue: str
-    z0: Any
+    fold: float  # nan without one
     exact: Any
     pieces: list[Any]
-    fold: float  # nan without one
-
-    def draw(self, axes: Axes) -> None:
-        """Of one hue, the formula darker, so that it shows where both are."""
-        axes.plot(self.z0, self.exact, color=shade(self.hue, 1.45), **_SOLID)
-        for piece in self.pieces:
-            axes.plot(*piece, color=shade(self.hue, 0.7), **_DOTTED)
 
 
 def _curve(mu: str, kappa: str, label: str, hue: str) -> _Curve:
     """Of the paper's oscillator."""
     scales, family = sa.rescale(EPS, kappa, R), sa.friction(mu, 1)
     fold = float(family.folds().z0[0])
-    z0 = np.linspace(-2.0, 0.0, 400, endpoint=False)
-    # On the right of the fold the formula diverges like (z0 - fold)^(-1/2).
+    z0 = -2.0 * np.linspace(1.0, 0.05, 120) ** 2
     sides = [z0]
     if not np.isnan(fold):
-        near = fold + np.geomspace(1e-4, 2e-2, 40)
-        right = np.union1d(z0[z0 > fold], near[near < 0])
-        sides = [np.append(z0[z0 < fold - 1e-9], fold - 1e-9), right]
+        z0 = np.union1d(z0, fold + np.linspace(-0.15, min(0.15, -0.005 - fold), 31))
+        # On the right of the fold the formula diverges like (z0 - fold)^(-1/2).
+        right = np.union1d(z0[z0 > fold + 1e-4], fold + np.geomspace(1e-4, 2e-2, 40))
+        sides = [np.append(z0[z0 < fold - 1e-9], fold - 1e-9), right[right < 0]]
 
     def at(z: Any, method: Any) -> Any:
-        return sa.escape_time(family.bind(z0=z), scales.kappa, scales.r, method=method, log=True)
+        of = family.bind(z0=z)
+        return z, sa.escape_time(of, scales.kappa, scales.r, method=method, log=True)
 
-    return _Curve(label, hue, z0, at(z0, "exact"), [(z, at(z, "paper")) for z in sides], fold)
+    return _Curve(label, hue, fold, at(z0, "exact"), [at(z, "paper") for z in sides])
 
 
-def _panel(axes: Axes, curves: list[_Curve]) -> None:
+def _draw(axes: Axes, curves: list[_Curve]) -> None:
+    """Each of one hue, the formula darker, so that it shows where both are."""
+    for c in curves:
+        axes.plot(*c.exact, color=shade(c.hue, 1.45), **_EXACT)
+        for piece in c.pieces:
+            axes.plot(*piece, color=shade(c.hue, 0.7), **_PAPER)
+
+
+def _panel(axes: Axes, title: str, curves: list[_Curve]) -> None:
     """All curves, each with its name beside its right end, pushed apart where two would overlap."""
-    least, most = (f([f(c.exact) for c in curves]) for f in (np.min, np.max))
-    low, high = least - 0.03 * (most - least), most + 0.03 * (most - least)
-    axes.set(xlim=(-2, 0), ylim=(low, high), xlabel="$z_0$", ylabel=r"$\log T$")
+    curves = sorted(curves, key=lambda c: c.exact[1][-1])
+    _draw(axes, curves)
+    logs = np.concatenate([c.exact[1] for c in curves])
+    low, high = logs.min() - 0.03 * np.ptp(logs), logs.max() + 0.03 * np.ptp(logs)
+    axes.set(xlim=(-2, 0), ylim=(low, high), xlabel="$z_0$", ylabel=r"$\log T$", title=title)
     placed = -1.0
-    for curve in sorted(curves, key=lambda c: c.exact[-1]):
-        curve.draw(axes)
-        height = (curve.exact[-1] - low) / (high - low)
+    for c in curves:
+        height = (c.exact[1][-1] - low) / (high - low)
         placed = max(height, placed + 0.065)
         axes.annotate(
-            curve.label, (1.0, height), (1.06, placed), "axes fraction", va="center",
-            color=shade(curve.hue, 0.8), annotation_clip=False,
-            arrowprops={"arrowstyle": "-", "color": curve.hue, "linewidth": 0.7},
+            c.label, (1.0, height), (1.06, placed), "axes fraction", va="center",
+            color=shade(c.hue, 0.8), annotation_clip=False,
+            arrowprops={"arrowstyle": "-", "color": c.hue, "linewidth": 0.7},
         )  # fmt: skip
 
 
 def _inset(axes: Axes, curves: list[_Curve], width: float, ticks: Any) -> None:
-    """A window over the left of the folds, where the curves are low."""
-    folded = [c for c in curves if len(c.pieces) > 1]
-    folds, levels = [c.fold for c in folded], [c.pieces[0][1][-1] for c in folded]
+    """A window over the left of the folds, where the curves are low; and the figure's legend."""
+    folds, levels = zip(
+        *((c.fold, c.pieces[0][1][-1]) for c in curves if len(c.pieces) > 1), strict=True
+    )
     inset = axes.inset_axes((0.1, 0.4, width, 0.5))
-    for curve in curves:
-        curve.draw(inset)
+    _draw(inset, curves)
     # The formula jumps by about 1 on this scale, whatever the noise.
     inset.set(
         xlim=(min(folds) - 0.15, min(max(folds) + 0.15, 0)),
-        ylim=(min(levels) - 0.55, max(levels) + 2.25),
-    )
-    inset.set_xticks(ticks)
+        ylim=(min(levels) - 0.55, max(levels) + 2.25), xticks=ticks,
+    )  # fmt: skip
     inset.xaxis.set_major_formatter("{x:.2f}")
     inset.tick_params(labelsize="small")
     inset.spines[["top", "right"]].set_visible(True)
@@ -104,15 +109,12 @@ def _inset(axes: Axes, curves: list[_Curve], width: float, ticks: Any) -> None:
     # One line at most: others go through the tick labels or the curves.
     for corner, line in enumerate(zoom.connectors or ()):
         line.set_visible(corner == 2 and len(set(folds)) == 1)
-
-
-def _key(figure: Figure) -> None:
-    looks = ("exact", "0.65", _SOLID), ("paper's formula", INK, _DOTTED)
+    looks = ("exact", "0.65", _EXACT), ("paper's formula", INK, _PAPER)
     handles = [Line2D([], [], color=color, label=name, **look) for name, color, look in looks]
-    figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    axes.figure.legend(handles=handles, loc="outside lower center", ncols=2)
 
 
-@style.figure(8.4, 3.8)
+@style.figure("fric1", 8.4, 3.8)
 def fric1(figure: Figure) -> None:
     """The escape time with z frozen at z0, at several noise amplitudes (Fig. fric1).
 
@@ -124,14 +126,12 @@ def fric1(figure: Figure) -> None:
     """
     for axes, mu, number in zip(figure.subplots(1, 2), ("3", "1/2"), ("i", "ii"), strict=True):
         curves = [_curve(mu, k, rf"$\kappa_p = {k}$", hue) for k, hue in KAPPAS.items()]
-        _panel(axes, curves)
-        axes.set_title(rf"({number})  $\mu = {mu}$")
+        _panel(axes, rf"({number})  $\mu = {mu}$", curves)
         if mu == "3":
-            _inset(axes, curves, 0.5, curves[0].fold + np.array([-0.1, 0, 0.1]))
-    _key(figure)
+            _inset(axes, curves, 0.5, _FOLD + np.array([-0.1, 0, 0.1]))
 
 
-@style.figure(5.4, 4.1)
+@style.figure("fric2", 5.4, 4.1)
 def fric2(figure: Figure) -> None:
     """The escape time with z frozen at z0, for several mu at small noise (Fig. fric2).
 
@@ -142,13 +142,11 @@ def fric2(figure: Figure) -> None:
     """
     curves = [_curve(mu, "0.01", rf"$\mu = {mu}$", hue) for mu, hue in MUS.items()]
     axes = figure.subplots()
-    _panel(axes, curves)
-    axes.set_title(r"$\kappa_p = 0.01$")
+    _panel(axes, r"$\kappa_p = 0.01$", curves)
     _inset(axes, curves, 0.45, [c.fold for c in curves[1:]])
-    _key(figure)
 
 
-@style.figure(7.6, 6.0)
+@style.figure("stokes", 7.6, 6.0)
 def stokes(figure: Figure) -> None:
     """The escape time against z0 where the friction oscillator's well is born.
 
@@ -156,8 +154,8 @@ def stokes(figure: Figure) -> None:
     the Stokes multiplier (b), relative errors (c), and the error of the uniform formula's leading
     order over z0 and kappa (d).
     """
-    family, fold = sa.friction(3, 1), -7 / 9
-    z0 = fold + np.linspace(-0.8, 1.0, 91) * 0.35
+    family = sa.friction(3, 1)
+    z0 = _FOLD + np.linspace(-0.8, 1.0, 91) * 0.35
     coarse, noises = z0[::5], np.geomspace(0.04, 0.28, 12)
 
     def log_time(method: Any, order: Any = None, z: Any = z0, kappa: Any = 0.1) -> Any:
@@ -167,33 +165,34 @@ def stokes(figure: Figure) -> None:
     def error(logs: Any, exact: Any) -> Any:
         return np.maximum(np.abs(np.expm1(logs - exact)), 1e-16)
 
-    exact, paper = log_time("exact"), log_time("paper")
-    paper[np.argmin(np.abs(z0 - fold))] = np.nan  # a gap, not a line, at the step
+    paper = log_time("paper")
+    paper[np.argmin(np.abs(z0 - _FOLD))] = np.nan  # a gap, not a line, at the step
+    few = np.union1d(z0[::2], z0[:13])  # at the left errors change their signs
     curves = {
-        "step (the paper)": (paper, BLUE, "-."),
-        "uniform, order 0": (log_time("uniform", 0), TEAL, "-"),
-        "uniform, order 1": (log_time("uniform", 1), OCHRE, "-"),
-        "uniform, order 2": (log_time("uniform", 2), shade(OCHRE, 0.5), "-"),
+        "exact": (z0, log_time("exact"), INK, "-"),
+        "step (the paper)": (z0, paper, BLUE, "-."),
     }
+    for n, color in enumerate((TEAL, OCHRE, shade(OCHRE, 0.5))):
+        curves[f"uniform, order {n}"] = few, log_time("uniform", n, few), color, "-"
     plain: dict[str, Any] = {"frameon": True, "framealpha": 1, "edgecolor": "none"}
     times, shares, errors, plane = figure.subplots(2, 2).ravel()
-    near = np.abs(z0 - fold) < 0.19
-    times.semilogy(z0[near], np.exp(exact[near]), color=INK, linewidth=3.2, label="exact")
-    for name in ("uniform, order 0", "step (the paper)"):
-        logs, color, dashes = curves[name]
-        times.semilogy(z0[near], np.exp(logs[near]), dashes, color=color, lw=1.5, label=name)
+    for name, width in (("exact", 3.2), ("uniform, order 0", 1.5), ("step (the paper)", 1.5)):
+        z, logs, color, dashes = curves[name]
+        near = np.abs(z - _FOLD) < 0.19
+        times.semilogy(z[near], np.exp(logs[near]), dashes, color=color, lw=width, label=name)
     times.legend(loc="upper left", **plain)
     shares.plot(z0, sa.stokes_multiplier(family.bind(z0=z0), 0.1), color=TEAL, label="uniform")
-    ends = [z0[0], fold, fold, z0[-1]], [0, 0, 1, 1]
+    ends = [z0[0], _FOLD, _FOLD, z0[-1]], [0, 0, 1, 1]
     shares.plot(*ends, "-.", color=BLUE, label="step (the paper)", zorder=1)
     shares.legend(loc="center right", fontsize=7.2)
-    for name, (logs, color, dashes) in curves.items():
-        errors.semilogy(z0, error(logs, exact), dashes, color=color, label=name)
+    for name, (z, logs, color, dashes) in [*curves.items()][1:]:
+        errors.semilogy(z, error(logs, log_time("exact", z=z)), dashes, color=color, label=name)
     errors.set_ylim(top=3e4)
     errors.legend(fontsize=7.2, ncols=2, loc="upper left", columnspacing=3.0, **plain)
-    scenes = {"z": coarse, "kappa": noises[:, None]}
+    # The noise varies fastest, as it shares the analysis of a drift.
+    scenes = {"z": coarse[:, None], "kappa": noises}
     worst = np.log10(error(log_time("uniform", 0, **scenes), log_time("exact", **scenes)))
-    shown = plane.pcolormesh(coarse, noises, worst, shading="nearest", cmap="cividis")
+    shown = plane.pcolormesh(coarse, noises, worst.T, shading="nearest", cmap="cividis")
     plane.set_yscale("log")
     plane.set_yticks([0.05, 0.1, 0.2], ["0.05", "0.1", "0.2"])
     plane.minorticks_off()
@@ -205,15 +204,27 @@ def stokes(figure: Figure) -> None:
         (plane, r"$\kappa$", "(d)  error of uniform, order 0"),
     ):
         axes.set(title=title, xlabel="$z_0$", ylabel=name)
-        axes.axvline(fold, color=INK, linewidth=0.6, linestyle=":")
+        axes.axvline(_FOLD, color=INK, linewidth=0.6, linestyle=":")
 
 
 def _released(kappa: float, eps: float = _EPS) -> Any:
-    block = sa.oscillator(mu=3, alpha=1)
-    return sa.release(block, kappa, _R, eps=eps, start=(0, _Z0), method="march", rtol=1e-3)
+    return sa.release(sa.oscillator(3, 1), kappa, _R, eps=eps, start=(0, _Z0), rtol=1e-3)
 
 
-@style.figure(7.2, 5.4)
+def _paths() -> Any:
+    """Of each noise three simulated paths, by steps of 0.01: z and u."""
+    normal, step = np.random.default_rng(5).standard_normal, 0.01
+    u, z, rows = np.zeros((3, 3)), np.full((3, 3), _Z0), []
+    while (stays := np.abs(u) < _R).any():
+        rows.append((z, u))
+        inside = np.clip(u, -1, 1)
+        phi = 1 - z - _EPS * u - inside - 3 * (inside - inside**3)
+        moved = step * phi + np.array([*_NOISES])[:, None] * np.sqrt(step) * normal(3)
+        u, z = u + stays * moved, z + stays * step * _EPS * (_EPS * u - 1)
+    return np.array(rows[::4]).transpose(2, 1, 0, 3)
+
+
+@style.figure("release", 7.2, 5.4)
 def release(figure: Figure) -> None:
     """The place and time at which the moving block comes free, beside T with z frozen.
 
@@ -226,8 +237,8 @@ def release(figure: Figure) -> None:
     plane, law, times = panels.values()
     for u, dashes in ((np.linspace(-0.2, 2 / 3, 150), "-"), (np.linspace(2 / 3, 1, 60), ":")):
         plane.plot(1 - 4 * u + 3 * u**3, u, dashes, color=INK, linewidth=1.4, zorder=3)
-    for kappa, color in _NOISES.items():
-        _paths(plane, kappa, color)
+    for (kappa, color), path in zip(_NOISES.items(), _paths(), strict=True):
+        plane.plot(*path, color=color, linewidth=0.35, alpha=0.8)
         place = _released(kappa).z
         z = np.linspace(place.quantile(1e-4), place.quantile(1 - 1e-4), 300)
         density = np.diff(place.cdf(z)) / np.diff(z)
@@ -240,15 +251,15 @@ def release(figure: Figure) -> None:
     law.set_xlim(right=_Z0)
     law.legend(loc="upper right")
     plane.legend(*law.get_legend_handles_labels(), loc="upper left")
-    frozen, fine = sa.friction(3, 1, "-0.4"), np.geomspace(0.05, 2.0, 200)
-    looks: dict[Any, tuple[str, Any, str]] = {
+    # Weak noise takes most time and changes little.
+    fine, some = np.geomspace(0.05, 2.0, 200), np.geomspace(0.05, 2.0, 25)[[0, 2, 4, *range(6, 25)]]
+    looks: dict[Any, Any] = {
         "exact": (RED, "--", "frozen, exact"),
         "paper": (OCHRE, (0, (1.0, 1.7)), "frozen, paper's formula"),
     }
     for method, (color, dashes, label) in looks.items():
-        logs = sa.escape_time(frozen, fine, _R, method=method, log=True)
+        logs = sa.escape_time(sa.friction(3, 1, _Z0), fine, _R, method=method, log=True)
         times.plot(fine, np.exp(np.minimum(logs, 600)), color=color, ls=dashes, label=label)
-    some = np.geomspace(0.05, 2.0, 25)
     means = [_released(k).mean for k in some.tolist()]
     times.plot(some, means, color=BLUE, label="moving")
     times.set(
@@ -258,23 +269,7 @@ def release(figure: Figure) -> None:
     times.legend(loc="upper right", fontsize="small", handlelength=1.7)
 
 
-def _paths(axes: Axes, kappa: float, color: str) -> None:
-    """Three simulated paths, by steps of 0.01."""
-    normal, step = np.random.default_rng(5).standard_normal, 0.01
-    u, z = np.zeros(3), np.full(3, _Z0)
-    rows = [(z, u)]
-    while (stays := np.abs(u) < _R).any():
-        inside = np.clip(u, -1, 1)
-        phi = 1 - z - _EPS * u - inside - 3 * (inside - inside**3)
-        moved = u + step * phi + kappa * np.sqrt(step) * normal(3)
-        z = np.where(stays, z + step * _EPS * (_EPS * u - 1), z)
-        u = np.where(stays, moved, u)
-        rows.append((z, u))
-    every = rows[:: max(1, len(rows) // 1200)]
-    axes.plot(*np.array(every).transpose(1, 0, 2), color=color, linewidth=0.35, alpha=0.8)
-
-
-@style.figure(5.4, 4.6)
+@style.figure("regimes", 5.4, 4.6)
 def regimes(figure: Figure) -> None:
     """Regions where the block passes, escapes by noise or sticks to the fold, in eps and kappa.
 
@@ -301,23 +296,19 @@ def regimes(figure: Figure) -> None:
     axes.plot(eps, free * np.sqrt(eps), "--", color=RED, label="$T$ twice that of the ideal switch")
     axes.plot(eps, np.sqrt(-eps / np.log(eps)), ":", color=INK, label="the paper's threshold")
 
-    def end(e: float, k: float) -> str:
-        """What becomes of the block."""
-        found = _released(k, e)
-        if found.mean < 2.0 * flight:
-            return "passes"
+    scenes = [(e, k) for e in np.geomspace(3e-5, 0.03, 4) for k in np.geomspace(0.05, 1.6, 4)]
+    ends = []
+    for e, k in scenes:
+        found = _released(float(k), float(e))
         # Past the fold it still takes its way to r.
         stuck = found.z.cdf(_FOLD - e * _R / -_FOLD) > 0.5
-        return "sticks to the fold" if stuck else "escapes by noise"
-
-    scenes = [(e, k) for e in np.geomspace(3e-5, 0.03, 4) for k in np.geomspace(0.05, 1.6, 4)]
-    ends = np.array([end(float(e), float(k)) for e, k in scenes])
-    for name, marker, color, x, y, turned in (
+        ends.append(0 if found.mean < 2.0 * flight else 2 if stuck else 1)
+    for number, (name, marker, color, x, y, turned) in enumerate((
         ("passes", "x", RED, 0.1, 0.93, 0),
         ("escapes by noise", "o", TEAL, 0.27, 0.16, 32),
         ("sticks to the fold", "s", BLUE, 0.62, 0.1, 0),
-    ):
-        e, k = np.array(scenes)[ends == name].T
+    )):  # fmt: skip
+        e, k = np.array(scenes)[np.equal(ends, number)].T
         axes.plot(e, k * np.sqrt(e), marker, color=shade(color, 0.8), fillstyle="none",
                   markersize=5, label=f"computed: {name}")  # fmt: skip
         axes.text(x, y, name, transform=axes.transAxes, ha="center", rotation=turned, color=FAINT)

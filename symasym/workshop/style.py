@@ -1,4 +1,4 @@
-"""Shared by the figures: the style, captions and files, the layer's band, arrows along curves."""
+"""Shared by the figures: the style, captions and files, arrows along curves."""
 
 from __future__ import annotations
 
@@ -23,15 +23,17 @@ INK, FAINT = "0.1", "0.55"
 BLUE, RED, TEAL, OCHRE = "#20409A", "#BC3638", "#2E90A8", "#D29400"
 
 
-def figure(
-    width: float, height: float
-) -> Callable[[Callable[[Figure], None]], Callable[[], Figure]]:
+#: Every figure by its name; its caption is its label, ``figure.get_label()``.
+FIGURES: dict[str, Callable[[], Figure]] = {}
+
+
+def figure(name: str, width: float, height: float) -> Callable[[Callable[[Figure], None]], None]:
     """Make of a function that draws on an empty figure one that gives the figure, in our style.
 
     The caption is the second paragraph of its docstring.
     """
 
-    def drawn(draw: Callable[[Figure], None]) -> Callable[[], Figure]:
+    def drawn(draw: Callable[[Figure], None]) -> None:
         @wraps(draw)
         def make() -> Figure:
             with style():
@@ -40,7 +42,7 @@ def figure(
                 draw(new)
             return new
 
-        return make
+        FIGURES[name] = make
 
     return drawn
 
@@ -81,8 +83,9 @@ def straight(
     axes.annotate("", tuple(end), tuple(begin), arrowprops=line, zorder=5)
 
 
-def along(axes: Axes, path: Any, color: Any, share: float = 0.5) -> None:
-    """An arrowhead on a path of shape (n, 2), at this share of its length as it is seen."""
+def along(axes: Axes, path: Any, color: Any, share: float = 0.5, width: float = 1.0) -> None:
+    """A path of shape (n, 2) with an arrowhead at this share of its length as it is seen."""
+    axes.plot(*path.T, color=color, linewidth=width)
     low, high = np.array([axes.get_xlim(), axes.get_ylim()]).T
     seen = (path - low) / (high - low)
     kept = ((seen >= 0) & (seen <= 1)).all(axis=1)

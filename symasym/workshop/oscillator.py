@@ -7,6 +7,8 @@ phase) or smoothed over |y| <= eps (eq:forcePerturbed; flows).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,17 +20,18 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import symasym as sa
-from symasym.workshop.figures import style
-from symasym.workshop.figures.style import BLUE, FAINT, INK, OCHRE, RED, TEAL, along, straight
+from symasym.workshop import style
+from symasym.workshop.style import BLUE, FAINT, INK, OCHRE, RED, TEAL, along, straight
 
 _EPS = 0.1
 _SURFACE: dict[str, Any] = {"linewidth": 2.0, "zorder": 3, "color": INK}
 _CROSSED: dict[str, Any] = {**_SURFACE, "linestyle": (0, (4, 2)), "linewidth": 1.4}
+_BOLD: dict[str, Any] = {**_SURFACE, "linewidth": 2.2}
 #: The layer |u| <= 1.
 _BAND: dict[str, Any] = {"color": "0.93", "linewidth": 0, "zorder": 0}
 
 
-@style.figure(6.6, 2.7)
+@style.figure("frictionOsc", 6.6, 2.7)
 def friction_osc(figure: Figure) -> None:
     """The oscillator with a block that sticks, and the forces on it (Fig. frictionOsc).
 
@@ -37,53 +40,44 @@ def friction_osc(figure: Figure) -> None:
     show the forces on it to one scale: they add up to zero as long as friction can supply 0.6, of
     at most beta = 1.78.
     """
-    z = 0.4
+    z, wall, high, middle = 0.4, -3.0, 1.2, -1.3
     axes = figure.subplots()
     axes.set(xlim=(-3.6, 5.6), ylim=(-1.0, 2.5), aspect="equal")
     axes.set_axis_off()
-    _machine(axes, z)
-    # On the belt z' = -1 and y = 0: spring -z, damper -z' = 1, and friction against their sum.
-    forces = (("spring", -z, BLUE), ("damper", 1.0, RED), ("friction", z - 1, TEAL))
-    middle = 4.1
-    axes.plot([middle, middle], [0.75, 2.15], color=FAINT, linewidth=0.8)
-    for height, (name, size, color) in zip((1.95, 1.45, 0.95), forces, strict=True):
-        side, align = (-0.12, "right") if size > 0 else (0.12, "left")
-        straight(axes, (middle, height), (middle + 1.2 * size, height), color, 2.2)
-        text = f"{name} {size:+.3g}".replace("-", "−")
-        look: dict[str, Any] = {"color": style.shade(color, 0.8), "va": "center", "ha": align}
-        axes.text(middle + side, height, text, **look)
-
-
-def _machine(axes: Axes, z: float) -> None:
-    """Wall, spring, damper, block and belt, the block at its extension."""
-    wall, wide, high = -3.0, 1.3, 1.2
-    line: dict[str, Any] = {"color": INK, "linewidth": 1.3}
-    axes.plot([wall, wall], [0, 1.6], **line)
+    dark = partial(axes.plot, color=INK, linewidth=1.3)
+    faint = partial(axes.plot, color=FAINT, linewidth=0.8)
+    dark([wall, wall], [0, 1.6])
     for y in np.linspace(0.1, 1.6, 7):
-        axes.plot([wall - 0.18, wall], [y - 0.16, y], color=FAINT, linewidth=0.8)
-    turns = np.linspace(wall + 0.35, z - 0.35, 22)
-    heights = 0.88 + 0.16 * np.r_[0, np.tile([1, -1], 10), 0]
-    axes.plot(np.r_[wall, turns, z], np.r_[0.88, heights, 0.88], **line)
+        faint([wall - 0.18, wall], [y - 0.16, y])
+    spring = np.r_[wall, np.linspace(wall + 0.35, z - 0.35, 22), z]
+    dark(spring, 0.88 + 0.16 * np.r_[0, 0, np.tile([1, -1], 10), 0, 0])
     # The damper: a rod from the wall with a piston, in a cup on a rod to the block.
-    piston, cup = (wall + z) / 2 - 0.1, (wall + z) / 2 + np.array([0.5, -0.35, -0.35, 0.5])
-    axes.plot([wall, piston, piston, piston], [0.36, 0.36, 0.25, 0.47], **line)
-    axes.plot(cup, [0.52, 0.52, 0.2, 0.2], **line)
-    axes.plot([cup[0], z], [0.36, 0.36], **line)
-    axes.add_patch(Rectangle((z, 0), wide, high, facecolor="0.9", edgecolor=INK, zorder=3))
+    dark([wall, middle - 0.1, middle - 0.1, middle - 0.1], [0.36, 0.36, 0.25, 0.47])
+    dark([middle + 0.5, middle - 0.35, middle - 0.35, middle + 0.5], [0.52, 0.52, 0.2, 0.2])
+    dark([middle + 0.5, z], [0.36, 0.36])
+    axes.add_patch(Rectangle((z, 0), 1.3, high, facecolor="0.9", edgecolor=INK, zorder=3))
     for y in (0, -0.8):
-        axes.plot([-2.5, 4.9], [y, y], color=INK, linewidth=1.8)
+        dark([-2.5, 4.9], [y, y], linewidth=1.8)
     for x in (-2.5, 4.9):
         axes.add_patch(Circle((x, -0.4), 0.4, facecolor="white", edgecolor=INK, linewidth=1.3))
         axes.add_patch(Circle((x, -0.4), 0.06, facecolor=INK, edgecolor=INK))
     straight(axes, (1.7, -0.4), (0.7, -0.4), INK, 1.2)
     axes.text(1.85, -0.4, "belt, speed 1", va="center")
-    axes.plot([0, 0], [0, 2.1], linestyle=(0, (4, 3)), color=FAINT, linewidth=1)
+    faint([0, 0], [0, 2.1], linestyle=(0, (4, 3)), linewidth=1)
     straight(axes, (0, 1.8), (z, 1.8), INK, 1.0)
-    axes.plot([z, z], [high, 2.1], color=FAINT, linewidth=0.8)
+    faint([z, z], [high, 2.1])
     axes.text(z / 2, 2.2, f"$z = {z}$", ha="center")
+    # On the belt z' = -1 and y = 0: spring -z, damper -z' = 1, and friction against their sum.
+    faint([4.1, 4.1], [0.75, 2.15])
+    forces = (("spring", -z, BLUE), ("damper", 1.0, RED), ("friction", z - 1, TEAL))
+    for height, (name, size, color) in zip((1.95, 1.45, 0.95), forces, strict=True):
+        side, align = (-0.12, "right") if size > 0 else (0.12, "left")
+        straight(axes, (4.1, height), (4.1 + 1.2 * size, height), color, 2.2)
+        text = axes.text(4.1 + side, height, f"{name} {size:+.3g}".replace("-", "−"))
+        text.set(color=style.shade(color, 0.8), va="center", ha=align)
 
 
-@style.figure(5.6, 3.6)
+@style.figure("fricforce", 5.6, 3.6)
 def fricforce(figure: Figure) -> None:
     """The smoothed friction force against the velocity, y/eps (Fig. fricforce).
 
@@ -111,7 +105,7 @@ def fricforce(figure: Figure) -> None:
     axes.legend(loc="lower right")
 
 
-@style.figure(9.6, 3.0)
+@style.figure("potentialSketch", 9.6, 3.0)
 def potential_sketch(figure: Figure) -> None:
     """The potential in the three cases of flows (Fig. potentialSketch).
 
@@ -121,12 +115,10 @@ def potential_sketch(figure: Figure) -> None:
     noise alone can cross.
     """
     u = np.union1d(np.linspace(-2.5, 2.5, 501), [-1.0, 1.0])
-    cases = (
-        ("(i)  global well", 0, "1"), ("(ii)  no well", 0, "-0.39"),
-        ("(iii)  local well", 3, "-0.39"),
-    )  # fmt: skip
-    for axes, (title, mu, z0) in zip(figure.subplots(1, 3), cases, strict=True):
-        drift = sa.friction(mu=mu, alpha=1, z0=z0)
+    names = "(i)  global well", "(ii)  no well", "(iii)  local well"
+    cases = zip(figure.subplots(1, 3), names, (0, 0, 3), ("1", "-0.39", "-0.39"), strict=True)
+    for axes, title, mu, z0 in cases:
+        drift = sa.friction(mu, 1, z0)
         height = drift.potential_at(u)
         axes.axvspan(-1, 1, **_BAND)
         axes.plot(u, height, color=BLUE)
@@ -143,40 +135,38 @@ def potential_sketch(figure: Figure) -> None:
     figure.axes[0].set_ylabel("$V(u)$")
 
 
-def filippov(z: float, y: float, duration: float) -> list[Any]:
+def _landing(t: float, x: Any) -> float:
+    return float(x[1])
+
+
+_landing.terminal = True  # type: ignore[attr-defined]
+
+
+def filippov(z: float, y: float, duration: float) -> Iterator[Any]:
     """The slipping pieces of an orbit under Coulomb friction, by Filippov's convention.
 
     It crosses y = 0 where both fields point the same way, and slides along it at z' = -1 where they
     oppose each other, 0 < z < 2, up to z = 0.
     """
-
-    def landing(t: float, x: Any, side: float) -> float:
-        return float(x[1])
-
-    pieces, left, landed = [], duration, True
-    landing.terminal = True  # type: ignore[attr-defined]
-    while landed and left > 1e-6:
+    landed = True
+    while landed and duration > 1e-6:
         if y == 0 and 1e-9 < z < 2:
-            z, left = max(0.0, z - left), left - z
+            z, duration = max(0.0, z - duration), duration - z
             continue
         side = np.sign(y) or (1.0 if z < 1 else -1.0)
-        landing.direction = -side  # type: ignore[attr-defined]
         found = solve_ivp(
-            lambda t, x, side: (x[1] - 1, 1 - x[0] - x[1] - side), (0, left),
-            (z, y + 1e-12 * side), events=landing, args=(side,), max_step=0.02, rtol=1e-8,
+            lambda t, x, side=side: (x[1] - 1, 1 - x[0] - x[1] - side), (0, duration),
+            (z, y + 1e-12 * side), events=_landing, max_step=0.02, rtol=1e-8,
         )  # fmt: skip
-        pieces.append(found.y.T)
-        z, y, left, landed = found.y[0, -1], 0.0, left - found.t[-1], found.status == 1
-    return pieces
+        yield found.y.T
+        z, y, duration, landed = found.y[0, -1], 0.0, duration - found.t[-1], found.status == 1
 
 
 def _orbits(axes: Axes, starts: Any, duration: float, color: str = "") -> None:
     """Orbits by Filippov's convention, with an arrow on each piece, in the colour of its side."""
     for z, y in starts:
         for path in filippov(z, y, duration):
-            shown = color or (BLUE if path[:, 1].sum() > 0 else RED)
-            axes.plot(*path.T, color=shown, linewidth=1.1)
-            along(axes, path, shown)
+            along(axes, path, color or (BLUE if path[:, 1].sum() > 0 else RED), width=1.1)
 
 
 def _surface(axes: Axes) -> None:
@@ -188,7 +178,7 @@ def _surface(axes: Axes) -> None:
     axes.set(xlabel="$z$", ylabel="$y$")
 
 
-@style.figure(7.2, 3.3)
+@style.figure("fil", 7.2, 3.3)
 def fil(figure: Figure) -> None:
     """Orbits of the ideal switch by Filippov's convention: sliding and crossing (Fig. fil).
 
@@ -198,10 +188,7 @@ def fil(figure: Figure) -> None:
     with a kink.
     """
     sliding, crossing = figure.subplots(1, 2)
-    for axes, middle, title in (
-        (sliding, 1.0, "(i)  sliding"),
-        (crossing, -0.85, "(ii)  crossing"),
-    ):
+    for axes, middle, title in (sliding, 1.0, "(i)  sliding"), (crossing, -0.85, "(ii)  crossing"):
         axes.set(xlim=(middle - 0.75, middle + 0.75), ylim=(-0.75, 0.75), yticks=[0], title=title)
         _surface(axes)
     _orbits(sliding, [(z, 0.75) for z in np.linspace(0.65, 2.0, 5)], 1.5)
@@ -220,7 +207,7 @@ def fil(figure: Figure) -> None:
     straight(sliding, (1, 0), (1 - long, 0), INK, 3.4)
 
 
-@style.figure(5.6, 4.2)
+@style.figure("phase", 5.6, 4.2)
 def phase(figure: Figure) -> None:
     """The phase portrait of the oscillator with Coulomb friction (Fig. phase).
 
@@ -241,13 +228,9 @@ def phase(figure: Figure) -> None:
     axes.plot([-1], [1], "o", color=INK, markersize=5)
     axes.set_xticks([-1, 0, 2], [r"$-\alpha$", r"$1-\alpha$", r"$1+\alpha$"])
     axes.set_yticks([0, 1])
-    looks: dict[str, dict[str, Any]] = {
-        "slips, $y > 0$": {"color": BLUE, "linewidth": 1.1},
-        "slips, $y < 0$": {"color": RED, "linewidth": 1.1},
-        "sticks": _SURFACE,
-        "crosses": _CROSSED,
-    }
-    handles = [Line2D([], [], label=name, **look) for name, look in looks.items()]
+    slips = ((f"slips, $y {sign} 0$", {"color": c}) for sign, c in ((">", BLUE), ("<", RED)))
+    looks = [*slips, ("sticks", _SURFACE), ("crosses", _CROSSED)]
+    handles = [Line2D([], [], label=name, **{"linewidth": 1.1, **look}) for name, look in looks]
     figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize="small")
 
 
@@ -260,7 +243,7 @@ def _smoothed(drift: Any, z: float, u: float, time: float, way: int = 1) -> Any:
     return solve_ivp(field, (0, time), (z, u), "LSODA", max_step=0.01, rtol=1e-8, atol=1e-10).y.T
 
 
-@style.figure(9.6, 3.4)
+@style.figure("flows", 9.6, 3.4)
 def flows(figure: Figure) -> None:
     """Orbits through the layer of the smoothed switch, in three cases (Fig. flows).
 
@@ -271,7 +254,7 @@ def flows(figure: Figure) -> None:
     ends at the fold, z = −0.778 (the dot is that of the curve of zero drift); those that begin on
     the repelling branch leave it either way.
     """
-    linear, cubic = (sa.friction(mu=m, alpha=1, z0=0) for m in (0, 3))
+    linear, cubic = (sa.friction(m, 1, 0) for m in (0, 3))
     fold, turn = float(cubic.folds().z0[0]), float(cubic.turning_points())
     # On its zeros the drift is z. Orbits forget where they began along the manifold: along the
     # repelling branch, which attracts backwards, when they are followed back.
@@ -279,10 +262,9 @@ def flows(figure: Figure) -> None:
         brentq(lambda u, z=z: cubic(u) - z, a, b)
         for z, a, b in ((0.48, -turn, turn), (fold + 1e-3, turn, 1))
     )
-    attracting = _smoothed(linear, 1.99, -0.99, 3.25), _smoothed(cubic, 0.48, begin, 2.8)
     repelling = _smoothed(cubic, fold + 1e-3, back, -1.2 * fold, way=-1)
     repelling = repelling[(repelling <= (0, 1)).all(axis=1)]
-    bold = {**_SURFACE, "linewidth": 2.2}
+    begins = repelling[[int(share * (len(repelling) - 1)) for share in (0.15, 0.35, 0.55, 0.75)]]
     panels = figure.subplots(1, 3, sharey=True)
     for axes, drift, low, high, title in (
         (panels[0], linear, 0.25, 1.75, "(i)  sliding"),
@@ -298,23 +280,21 @@ def flows(figure: Figure) -> None:
         if high > 1:
             starts += [(z, 3.0) for z in np.linspace(low + 0.25 * span, high + 0.3 * span, 6)]
         if drift is cubic:
-            for k, share in enumerate((0.15, 0.35, 0.55, 0.75)):
-                z, u = repelling[int(share * (len(repelling) - 1))]
-                starts.append((z, u + (2e-2 if k % 2 else -2e-2)))
+            starts += [(z, u + way) for (z, u), way in zip(begins, [-2e-2, 2e-2] * 2, strict=True)]
         for z, u in starts:
             path = _smoothed(drift, z, u, 1.5 * span)
             out = np.flatnonzero((path[1:, 0] < low) | (np.abs(path[1:, 1]) > 3 + 1e-9))
             path = path[: out[0] + 2] if out.size else path
-            color = BLUE if u > 0 else RED
-            axes.plot(*path.T, color=color, linewidth=1.0)
-            along(axes, path, color, 0.75 if abs(u) < 1.5 else 0.18)
-    for axes, path, end in ((panels[0], attracting[0], 0.25), (panels[2], attracting[1], fold)):
-        axes.plot(*path[(path[:, 0] >= end) & (path[:, 0] <= axes.get_xlim()[1])].T, **bold)
+            along(axes, path, BLUE if u > 0 else RED, 0.75 if abs(u) < 1.5 else 0.18)
+        if drift is cubic or high > 1:
+            first = (0.48, begin, 2.8) if drift is cubic else (1.99, -0.99, 3.25)
+            path, end = _smoothed(drift, *first), fold if drift is cubic else low
+            axes.plot(*path[(path[:, 0] >= end) & (path[:, 0] <= high)].T, **_BOLD)
+        axes.set_yticks([-3, -1, 0, 1, 3])
+        if high < 1:
+            axes.set_xticks([-1, -0.6, -0.2])
     panels[0].set_ylabel(r"$u = y/\varepsilon$")
-    panels[0].set_yticks([-3, -1, 0, 1, 3])
-    for axes in panels[1:]:
-        axes.set_xticks([-1, -0.6, -0.2])
-    panels[2].plot(*repelling.T, **{**bold, "linestyle": (0, (3, 1.5))})
-    panels[2].plot([fold], [turn], "o", color=INK, markersize=4)
-    panels[2].plot([fold, fold], [-3, turn], ":", color=FAINT, linewidth=1)
-    panels[2].annotate("$z_0^{(+)}$", (fold, -3), (3, 4), textcoords="offset points")
+    axes.plot(*repelling.T, **_BOLD, linestyle=(0, (3, 1.5)))
+    axes.plot([fold], [turn], "o", color=INK, markersize=4)
+    axes.plot([fold, fold], [-3, turn], ":", color=FAINT, linewidth=1)
+    axes.annotate("$z_0^{(+)}$", (fold, -3), (3, 4), textcoords="offset points")
