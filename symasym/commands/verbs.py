@@ -259,18 +259,10 @@ def reproduce(a: Any) -> None:
     """
     from symasym.workshop import reproduce as workshop
 
-    folder = Path(a.out)
-    for stage, seconds in workshop.reproduce(folder, a.only, a.dps, a.force):
-        spent = "up to date" if seconds is None else f"{seconds:.1f} s"
-        print(f"{stage.name}: {len(stage.files)} files in {folder} ({spent})", flush=True)
-    if worst := workshop.worst_disagreement(folder):
-        record, off, scenes = worst
-        x, kappa = record["x"], record["physical"]["kappa"]
-        print(
-            f"The paper's formula is farthest from the exact escape time at mu = {x['mu']}, kappa ="
-            f" {kappa}, z0 = {x['z0']}: {float(record['paper']):.6g} instead of "
-            f"{float(record['mid']):.6g}, {100 * off:.3g} % off (the worst of {scenes} scenes)."
-        )
+    with ProcessPoolExecutor(initializer=_end_with_parent) as pool:
+        for stage, files, seconds in workshop.reproduce(a.out, a.only, a.dps, a.force, pool):
+            spent = "up to date" if seconds is None else f"{seconds:.1f} s"
+            print(f"{stage}: {len(files)} files in {a.out} ({spent})", flush=True)
 
 
 def figure(a: Any) -> None:

@@ -1,72 +1,78 @@
-"""The main job: figures, reference table, derivations; what is missing or stale is made."""
+"""The main job: figures, reference tables, derivations; what is missing or stale is made.
+
+The reference table has the escape times and exit probabilities of the paper's oscillator; the
+standard problems are du = phi dt + kappa sigma dW until u leaves the ends, in terms that any
+program understands: the mean time T, its variance, the probability C of the left end, and the
+principal eigenvalue, at which P(tau > t) decays.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import time
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Executor
+from functools import partial
+from itertools import product, repeat
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import derivations
 import symasym as sa
 from derivations.pages import derive, names, with_roots
 from symasym.base.estimate import interval_text
-from symasym.base.files import (
-    progress,
-    read_json,
-    reference_value,
-    versions,
-    write_bytes,
-    write_json,
-)
+from symasym.base.files import read_json, reference_value, versions, write_bytes, write_json
 from symasym.base.inputs import choice, digits
 from symasym.formula import labels
-from symasym.workshop import figures, standard
+from symasym.workshop import figures
 
-DPS = 50
 #: Spring extensions of the reference table.
 Z0 = tuple(f"{-k / 20:.2f}" for k in range(40, 0, -1))
-_STAMPS, _TABLE, _DERIVATIONS = ".stamps.json", "reference.json", "derivations"
-_STANDARD = "standard.json"
+_STAMPS = ".stamps.json"
 _GUARD = 5  # digits beyond those printed, so that the last printed one is rounded right
-
-
-class Stage(NamedTuple):
-    """Files, and ``make(folder, dps, step)``, which writes them and calls `step` so often."""
-
-    name: str
-    files: tuple[str, ...]
-    steps: int
-    make: Callable[[Path, int, Callable[[], object]], None]
 
 
 def reproduce(
     out: str | Path = "build",
     only: Iterable[str] | None = None,
-    dps: int = DPS,
+    dps: int = 50,
     force: bool = False,
-) -> Iterator[tuple[Stage, float | None]]:
-    """Each stage when it is done, with its seconds; None where it was up to date.
+    executor: Executor | None = None,
+) -> Iterator[tuple[str, list[str], float | None]]:
+    """Each stage when it is done, its files and seconds; None where it was up to date.
 
     A stage is stale when the package, a library, the digits or one of its files has changed since
-    it was made; with `force` each is. `only` names stages, all of them when left out.
+    it was made; with `force` each is. `only` names stages, all of them when left out. The executor
+    makes them, this process if it is left out.
     """
     digits(dps)
-    stages, folder = {stage.name: stage for stage in _stages()}, Path(out)
+    stages, folder = _stages(), Path(out)
     wanted = {choice("stage", name, stages) for name in (stages if only is None else only)}
     inputs = [_source(), *sorted(versions("numpy", "mpmath", "python-flint", "sympy").items()), dps]
-    for stage in (stages[name] for name in stages if name in wanted):
-        stamps = read_json(folder / _STAMPS) or {}
-        if not force and stamps.get(stage.name) == _stamp(stage, folder, inputs):
-            yield stage, None
-            continue
-        start = time.perf_counter()
-        with progress(stage.name, stage.steps) as bar:
-            stage.make(folder, dps, bar.update)
-        stamps[stage.name] = _stamp(stage, folder, inputs)
-        write_json(folder / _STAMPS, stamps)
-        yield stage, time.perf_counter() - start
+    stamps = read_json(folder / _STAMPS) or {}
+
+    def stamp(name: str) -> str:
+        """The inputs of a stage and the content of its files, as they are now."""
+        files = (folder / file for file in stages[name][0])
+        return _hash(repr(inputs).encode(), *(p.read_bytes() if p.exists() else b"" for p in files))
+
+    asked = [name for name in stages if name in wanted]
+    stale = [name for name in asked if force or stamps.get(name) != stamp(name)]
+    run: Callable[..., Iterator[float]] = map if executor is None else executor.map
+    found = run(_seconds, (stages[name][1] for name in stale), repeat(folder), repeat(dps))
+    for name in asked:
+        seconds = next(found) if name in stale else None
+        if seconds is not None:
+            stamps[name] = stamp(name)
+            write_json(folder / _STAMPS, stamps)
+        yield name, stages[name][0], seconds
+
+
+def _seconds(make: Callable[[Path, int], None], folder: Path, dps: int) -> float:
+    """Make a stage."""
+    start = time.perf_counter()
+    make(folder, dps)
+    return time.perf_counter() - start
 
 
 def _source() -> str:
@@ -74,12 +80,6 @@ def _source() -> str:
     folders = [Path(str(package.__file__)).parent for package in (sa, derivations)]
     files = sorted(p for folder in folders for p in folder.rglob("*") if p.suffix != ".pyc")
     return _hash(*(p.read_bytes() for p in files if p.is_file()))
-
-
-def _stamp(stage: Stage, folder: Path, inputs: list[Any]) -> str:
-    """The inputs of a stage and the content of its files, as they are now."""
-    files = (folder / name for name in stage.files)
-    return _hash(repr(inputs).encode(), *(p.read_bytes() if p.exists() else b"" for p in files))
 
 
 def _hash(*parts: bytes) -> str:
@@ -92,74 +92,117 @@ def _hash(*parts: bytes) -> str:
 # -- stages ----------------------------------------------------------------------------------------
 
 
-def _stages() -> list[Stage]:
-    """Every stage, in order."""
-    derived = with_roots(labels())
-    pages = tuple(f"{_DERIVATIONS}/{name}" for name in names(derived))
-
-    def derive_all(folder: Path, dps: int, step: Callable[[], object]) -> None:
-        derive(derived, folder / _DERIVATIONS, step)
-
-    return [
-        *map(_figure, figures.FIGURES),
-        Stage("reference", (_TABLE,), len(figures.DRAWN) * len(Z0), _table),
-        Stage("standard", (_STANDARD,), len(standard.PROBLEMS), _standard),
-        Stage(_DERIVATIONS, pages, len(derived), derive_all),
-    ]
+def _stages() -> dict[str, tuple[list[str], Callable[[Path, int], None]]]:
+    """The files of every stage, and what writes them."""
+    kinds, pages = ("png", "svg"), names(labels())
+    drawn = {x: ([f"{x}.{k}" for k in kinds], partial(_draw, x)) for x in figures.FIGURES}
+    return {
+        **drawn,
+        "reference": (["reference.json"], _reference),
+        "standard": (["standard.json"], _standard),
+        "derivations": ([f"derivations/{page}" for page in pages], _derivations),
+    }
 
 
-def _figure(name: str) -> Stage:
-    """The stage that draws one figure."""
-    kinds = ("png", "svg")
-
-    def make(folder: Path, dps: int, step: Callable[[], object]) -> None:
-        figure = figures.FIGURES[name]()
-        for kind in kinds:
-            write_bytes(folder / f"{name}.{kind}", figures.encode(figure, kind))
-            step()
-
-    return Stage(name, tuple(f"{name}.{kind}" for kind in kinds), len(kinds), make)
+def _draw(name: str, folder: Path, dps: int) -> None:
+    figure = figures.FIGURES[name]()
+    for kind in ("png", "svg"):
+        write_bytes(folder / f"{name}.{kind}", figures.encode(figure, kind))
 
 
-def _table(folder: Path, dps: int, step: Callable[[], object]) -> None:
-    """Write the reference table."""
+def _derivations(folder: Path, dps: int) -> None:
+    derive(with_roots(labels()), folder / "derivations", lambda: None)
+
+
+def _reference(folder: Path, dps: int) -> None:
     values = []
-    for mu, kappa in figures.DRAWN:
+    for (mu, kappa), z0 in product(figures.DRAWN, Z0):
         scales = sa.rescale(eps=figures.EPS, kappa=kappa, r=figures.R)
-        for z0 in Z0:
-            drift = sa.friction(mu=mu, alpha=1, z0=z0)
-            x = {"mu": mu, "alpha": "1", "z0": z0, "kappa": str(scales.kappa), "r": str(scales.r)}
-            scene = drift, scales.kappa, scales.r
-            for name, verb in (("T", sa.escape_time), ("C", sa.exit_probability)):
-                found = verb(*scene, dps=dps + _GUARD, full=True)
-                record = {"drift": "friction", "quantity": name, **reference_value(x, found, dps)}
-                record["physical"] = {"eps": figures.EPS, "kappa": kappa, "r": figures.R}
-                if name == "T":
-                    paper = sa.escape_time(*scene, method="paper", dps=dps)
-                    record["paper"] = interval_text(paper, 0, dps, more=True)[0]
-                values.append(record)
-            step()
+        x = {"mu": mu, "alpha": "1", "z0": z0, "kappa": str(scales.kappa), "r": str(scales.r)}
+        scene = sa.friction(mu, 1, z0), scales.kappa, scales.r
+        for name, verb in (("T", sa.escape_time), ("C", sa.exit_probability)):
+            found = verb(*scene, dps=dps + _GUARD, full=True)
+            record = {"drift": "friction", "quantity": name, **reference_value(x, found, dps)}
+            record["physical"] = {"eps": figures.EPS, "kappa": kappa, "r": figures.R}
+            if name == "T":
+                paper = sa.escape_time(*scene, method="paper", dps=dps)
+                record["paper"] = interval_text(paper, 0, dps, more=True)[0]
+            values.append(record)
     table = {
         "title": "Escape time T and exit probability C of the friction oscillator",
         "scaling": "x holds what symasym takes: kappa/sqrt(eps) and r/eps; T is in units of eps",
         "values": values,
     }
-    write_json(folder / _TABLE, table)
+    write_json(folder / "reference.json", table)
 
 
-def _standard(folder: Path, dps: int, step: Callable[[], object]) -> None:
-    write_json(folder / _STANDARD, standard.table(dps, step))
+# -- standard problems -----------------------------------------------------------------------------
 
 
-def worst_disagreement(out: str | Path = "build") -> tuple[dict[str, Any], float, int] | None:
-    """The record of the reference table in `out` at which the paper's formula is farthest off,
-    how far relatively, and of how many; None without a table."""
-    from mpmath import mpf
+class Standard(NamedTuple):
+    """phi by pieces, each with its right end, and what else makes a scene."""
 
-    table = read_json(Path(out) / _TABLE)
-    if table is None:
-        return None
-    compared = [record for record in table["values"] if "paper" in record]
-    off = [float(abs(mpf(r["paper"]) / mpf(r["mid"]) - 1)) for r in compared]
-    worst = max(range(len(off)), key=off.__getitem__)
-    return compared[worst], off[worst], len(off)
+    name: str
+    phi: tuple[tuple[str, str | None], ...]
+    kappa: str
+    ends: tuple[str, str]
+    start: str = "0"
+    sigma: str = "1"
+    ito: Literal[0, "stratonovich"] = 0
+    reflecting: Literal["left", "right"] | None = None
+
+    @property
+    def drift(self) -> sa.Drift:
+        """phi and sigma."""
+        noise = None if self.sigma == "1" else self.sigma
+        return sa.Drift.piecewise(self.phi, noise=noise, ito=self.ito)
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """What the functions take beside kappa."""
+        return {"ends": self.ends, "start": self.start, "reflecting": self.reflecting}
+
+
+_FRICTION = ("12/5", "-1"), ("7/5 - u - 3*(u - u**3)", "1"), ("2/5", None)
+_WELLS, _TILTED = (("u - u**3", None),), (("u - u**3 + 1/5", None),)
+_HOME, _JUMP, _NOISE = (("-u", None),), (("1 - u/2", "0"), ("-1 - u/2", None)), "1 + u**2/4"
+
+STANDARD = (
+    Standard("Brownian motion", (("0", None),), "1", ("-1", "1")),
+    Standard("constant drift", (("1", None),), "1", ("-1", "1")),
+    Standard("geometric Brownian motion", (("u", None),), "1", ("1/2", "2"), "1", "u"),
+    Standard("Ornstein-Uhlenbeck", _HOME, "1", ("-2", "2")),
+    Standard("dry friction", (("1", "0"), ("-1", None)), "1", ("-2", "2")),
+    Standard("a jump towards the middle", _JUMP, "1", ("-2", "1")),
+    Standard("double well, to its barrier", _WELLS, "1/2", ("-2", "0"), "-1"),
+    Standard("double well, to the other well", _WELLS, "1/2", ("-2", "1"), "-1", reflecting="left"),
+    Standard("tilted double well", _TILTED, "1/2", ("-2", "1"), "-1", reflecting="left"),
+    Standard("washboard", (("1/4 - sin(u)", None),), "1/2", ("-3", "6")),
+    Standard("friction oscillator", _FRICTION, "1/10", ("-10", "10")),
+    Standard("state noise, Ito", _HOME, "1", ("-1", "2"), "0", _NOISE),
+    Standard("state noise, Stratonovich", _HOME, "1", ("-1", "2"), "0", _NOISE, "stratonovich"),
+)
+
+
+def _standard(folder: Path, dps: int) -> None:
+    records = []
+    for problem in STANDARD:
+        ask = {**problem.numbers, "dps": dps + _GUARD, "full": True}
+        law = sa.exit_law(problem.drift, problem.kappa, **ask)
+        found = {"T": law.mean, "variance": law.variance, "rate": law.rate}
+        if problem.reflecting is None:
+            found["C"] = law.left.probability
+        record = problem._asdict()
+        for name, x in found.items():
+            texts = interval_text(x.value, x.error, dps, more=True)
+            record[name] = dict(zip(("mid", "rad"), texts, strict=True))
+        records.append(record)
+    table = {
+        "title": "Standard exit problems: mean time T, its variance, C of the left end, rate",
+        "equation": "du = phi(u) dt + kappa sigma(u) dW; phi by pieces with their right ends",
+        "error": "proved: each true value lies within rad of mid",
+        "dps": dps,
+        "versions": versions("mpmath", "python-flint"),
+        "problems": records,
+    }
+    write_json(folder / "standard.json", table)

@@ -8,11 +8,11 @@ import numpy as np
 import sympy
 
 import symasym as sa
-from symasym.workshop.standard import Problem
+from symasym.workshop.reproduce import Standard
 from tests.law.collocation import Collocation
 
 
-class Scene(Problem):
+class Scene(Standard):
     """A problem with its law."""
 
     def law(self, **options: Any) -> Any:
