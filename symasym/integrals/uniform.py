@@ -19,7 +19,7 @@ from itertools import pairwise
 from typing import Any
 
 import sympy
-from flint import arb, ctx
+from flint import acb, arb, ctx
 
 from symasym.base.balls import exact_ball, precision, to_mpf
 from symasym.base.errors import AccuracyError, InputError
@@ -36,6 +36,8 @@ __all__ = ["UniformExpansion", "uniform_integral"]
 _MOST, _NEXT, _SAFETY = 40, 3, 3
 # How far from its middle an infinite interval is looked at for saddles.
 _CORE = 8
+# How far out the valleys of a path are looked at.
+_OUT = 30
 
 
 @dataclass(frozen=True, repr=False)
@@ -72,7 +74,7 @@ class UniformExpansion(IntegralExpansion):
         with precision(int(2 * nats) + 60):
             ctx.cap = math.ceil(-nats / math.log(coalescence.SHARE))
             large, kind = exact_ball(lam), "estimate"
-            ends = [] if self.kind == "contour" else self._ends(large, nats)
+            ends = self._valleys() if self.kind == "contour" else self._ends(large, nats)
             try:
                 row = self._by_panels(large, nats, *ends) if ends else self._by_airy(large)
             except (AccuracyError, ArithmeticError, ValueError):  # of zeros, and of singularities
@@ -116,6 +118,19 @@ class UniformExpansion(IntegralExpansion):
         top = coalescence.primitive(2, found.zeta, coalescence.at(found.s, arb(0)))
         rows = coalescence.integrated_by_parts(pi, found, g, terms - 1)[0]
         return found.eps, found.zeta, rows, code(self.f, self.x)(centre) + found.eps * top
+
+    def _valleys(self) -> list[Any]:
+        """Nothing; an InputError unless f falls towards both ends, and rises once between."""
+        f, near = code(self.f, self.x), exact_ball(self.near)
+        end = self.b.xreplace({sympy.oo: sympy.S(_OUT), -sympy.oo: sympy.S(-_OUT)})
+        x, y = map(number, end.as_real_imag())
+        line = [f(acb(near + x, y * k / 32)).real > f(near) for k in range(-32, 33)]
+        if line[0] or line[-1] or sum(q and not p for p, q in pairwise(line)) != 1:
+            raise InputError(
+                f"from {self.a} to {self.b} f = {self.f} does not fall, rise and fall once; give "
+                "ends in the two valleys beside its saddles."
+            )
+        return []
 
     def _by_airy(self, lam: Any) -> list[Any]:
         eps, zeta, pairs, level = self._pair(self.order + _NEXT)
@@ -211,8 +226,10 @@ def uniform_integral(
     order, beside = count("order", order, 1, _MOST, " of terms"), exact("near", near)
     kind = "iterated" if isinstance(g, tuple) else "real"
     weights, contour = sympy.Tuple(g), sympy.Tuple(a, b).has(sympy.I)
-    infinite = a == b.conjugate() and b.has(sympy.oo) and sympy.im(b).is_positive
-    if contour and infinite and kind == "real":
+    far = sympy.Dummy(positive=True)
+    low, high = (e.xreplace({sympy.oo: far, -sympy.oo: -far}) for e in (a, b))
+    up = high.has(far) and sympy.im(high).is_positive and low == high.conjugate()
+    if contour and up and kind == "real":
         kind, weights = "contour", sympy.expand(sympy.I * g)
     if f.has(sympy.I) or weights.has(sympy.I) or contour != (kind == "contour"):
         raise InputError(

@@ -13,13 +13,15 @@ import symasym as sa
 #: f, g, x, a, b, and a point beside the saddles.
 CASES: dict[str, Any] = {
     "Bessel": ("z*sinh(t) - t", "1/(2*pi*I)", "t", "oo - I*pi", "oo + I*pi", 0),
+    "Airy": ("t**3/3 - z*t", "1/(2*pi*I)", "t", "oo*exp(-I*pi/3)", "oo*exp(I*pi/3)", 0),
     "gamma": ("log(x) - x", "1/x", "x", "z", "oo", 1),
     "passage": ("z*x - x**3/3", (1, 1), "x", "-oo", "oo", 0),
 }
 
 #: g and ends that leave the integral complex, or are no path between valleys.
 PATHS = [(1, "t", "oo - I*pi", "oo + I*pi"), ("I", "t", "-I", "I"),
-         ("I", "t", "oo + I*pi", "oo - I*pi")]  # fmt: skip
+         ("I", "t", "oo + I*pi", "oo - I*pi"), ("I", "t", "oo - 3*I*pi", "oo + 3*I*pi"),
+         ("I", "t", "-oo - I*pi", "-oo + I*pi")]  # fmt: skip
 
 
 def passage(lam: Any, z: Any) -> Any:
@@ -30,6 +32,7 @@ def passage(lam: Any, z: Any) -> Any:
 
 EXACT: dict[str, Any] = {
     "Bessel": lambda lam, z: mp.besselj(lam, lam * z),
+    "Airy": lambda lam, z: mp.airyai(mp.cbrt(lam) ** 2 * z) / mp.cbrt(lam),
     "gamma": lambda lam, z: mp.gammainc(lam, z * lam) * lam**-lam,
     "passage": passage,
 }
@@ -39,6 +42,7 @@ EXACT: dict[str, Any] = {
     ("name", "lam", "zs", "most"),
     [  # the largest error with 1, 2, ... terms
         ("Bessel", 100, "0.5 0.999999999999 1 1.01 2", {1: 4e-3, 4: 4e-11, 7: 4e-16}),
+        ("Airy", 8, "-2 0 1", {1: 1e-10}),
         ("gamma", 60, "0.25 0.9 1 1.01 2 10", {1: 1e-2, 4: 3e-9}),
         ("passage", 20, "0.25 0 -0.25", {2: 1e-8}),
     ],
@@ -104,7 +108,7 @@ def test_arrays_and_refusals() -> None:
         lambda: sa.uniform_integral("t", 1, "t", "oo - I*pi", "oo + I*pi").evaluate(3),
         lambda: sa.uniform_integral("I*t**3", 1, "t", 0, 1),
         lambda: sa.uniform_integral(waves, 1, "x", -1, 1),
-        *(lambda e=e: sa.uniform_integral("sinh(t) - t", *e) for e in PATHS),
+        *(lambda e=e: sa.uniform_integral("sinh(t) - t", *e).evaluate(3) for e in PATHS),
         *(
             lambda f=f: sa.uniform_integral(f, (1, 1), "x", 0, "oo").evaluate(3)
             for f in ("-x", "x")
