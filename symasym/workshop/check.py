@@ -14,7 +14,8 @@ import math
 import random
 import time
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -22,7 +23,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mpmath import mp, mpf
 
-import symasym as sa
 from symasym.base.errors import SymasymError
 from symasym.base.files import progress, write_bytes
 from symasym.base.inputs import choice
@@ -32,14 +32,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _TRUTH, _QUADRATURE = 60, 25  # digits of the truth in balls, and by quadrature
-_ORDERS: dict[str, tuple[int | None, ...]] = {
-    "paper": (None,), "laplace": (0, 1, 2, 4), "uniform": (0, 1, 2), "strong_noise": (0, 2, 8),
-    "bound": (None,),
-}  # fmt: skip
 #: Method, order, and the digits asked for (None: float64).
 RUNS: list[tuple[str, int | None, int | None]] = [
     *(("exact", None, digits) for digits in (None, 20, 50)),
-    *((method, order, 20) for method, orders in _ORDERS.items() for order in orders),
+    ("paper", None, 20),
+    *(("laplace", order, 20) for order in (0, 1, 2, 4)),
+    *(("uniform", order, 20) for order in (0, 1, 2)),
+    *(("strong_noise", order, 20) for order in (0, 2, 8)),
+    ("bound", None, 20),
 ]
 _SCENES = [
     "friction", "friction k=0.3", "friction k=1", "friction past the fold", "sine", "tanh",
@@ -74,27 +74,39 @@ def truth(problem: Problem, quantity: str) -> tuple[Any, float]:
     return problem.ask(quantity, dps=_TRUTH), 10.0 ** (1 - _TRUTH)
 
 
-def records(problem: Problem, quantities: Iterable[str] = ()) -> Iterator[Record]:
-    """Every method's answers for a scene; a method that refuses it gives none."""
+def records(
+    problem: Problem,
+    quantities: Iterable[str] = (),
+    peers: Iterable[tuple[str, Callable[[], Any]]] = (),
+) -> Iterator[Record]:
+    """Every method's answers for a scene, and the peers'; one that refuses it gives none."""
     for quantity in quantities or problem.quantities:
         try:
             true, known_to = truth(problem, quantity)
         except SymasymError:
             continue
-        for method, order, dps in RUNS:
+        calls: list[Any] = [(run, partial(_asked, problem, quantity, *run)) for run in RUNS]
+        calls += [((name, None, None), peer) for name, peer in peers]
+        for (method, order, digits), call in calls:
             began = time.process_time()
             try:
-                found = problem.ask(quantity, method=method, order=order, dps=dps, full=True)
+                found = call()
             except SymasymError:
                 continue
             seconds = time.process_time() - began
+            value, stated = getattr(found, "value", found), getattr(found, "error", None)
             with mp.workdps(2 * _TRUTH):
                 size = abs(mpf(true))
                 # What the truth may miss counts for the value.
-                error = _small(max(abs(mpf(found.value) - true) / size - known_to, 0))
-                stated = None if found.error is None else _small(mpf(found.error) / size)
-            known = problem.name, quantity, method, order, dps
-            yield Record(*known, seconds, error, stated, found.error_kind)
+                error = _small(max(abs(mpf(value) - true) / size - known_to, 0))
+                stated = None if stated is None else _small(mpf(stated) / size)
+            kind = getattr(found, "error_kind", "none")
+            known = problem.name, quantity, method, order, digits
+            yield Record(*known, seconds, error, stated, kind)
+
+
+def _asked(problem: Problem, quantity: str, method: str, order: Any, dps: Any) -> Any:
+    return problem.ask(quantity, method=method, order=order, dps=dps, full=True)
 
 
 def _small(x: Any) -> float:
@@ -113,11 +125,11 @@ def verify(level: str = "quick", seed: int = 1) -> tuple[list[Record], str]:
     list of Record, str
         And a table: cases, failures, and the worst true error over the stated one.
     """
-    scenes = [p for p in PROBLEMS if "refused" not in p.tags]
+    left_out = {"refused", "slow", "may refuse", "extreme"}
+    scenes = PROBLEMS
     if choice("level", level, ("quick", "full")) == "full":
-        scenes += [random_scene(seed, k) for k in range(200)]
-    else:
-        scenes = [p for p in scenes if not p.tags & {"slow", "may refuse", "extreme"}]
+        left_out, scenes = {"refused"}, [*PROBLEMS, *(random_scene(seed, k) for k in range(200))]
+    scenes = [p for p in scenes if not p.tags & left_out]
     found: list[Record] = []
     with progress("verify", len(scenes)) as bar:
         for problem in scenes:
@@ -144,22 +156,21 @@ def random_scene(seed: int, index: int) -> Problem:
         return Fraction(draw.randint(int(low * 1000), int(high * 1000)), 1000)
 
     smooth, ends = index % 3 == 0, (number(-3, 3), number(-3, 3))
-    make: Any
-    make, arguments = [
-        (sa.friction, (number(0, 8), number(0.1, 4), number(-4, 6))),
-        (sa.polynomial, tuple(number(-3, 3) for _ in range(draw.randint(1, 7)))),
-        (sa.tanh, (*ends, number(0.1, 20))),
-        (sa.sine, (*ends, number(-4, 4))),
-        (sa.hill, (*ends, number(0.1, 2))),
+    kind, *numbers = [
+        ("friction", number(0, 8), number(0.1, 4), number(-4, 6)),
+        ("polynomial", *(number(-3, 3) for _ in range(draw.randint(1, 7)))),
+        ("tanh", *ends, number(0.1, 20)),
+        ("sine", *ends, number(-4, 4)),
+        ("hill", *ends, number(0.1, 2)),
     ][index % 5]
-    kappa = Fraction(f"{10 ** (draw.uniform(-0.3, 1) if smooth else draw.uniform(-1.5, 4)):.5e}")
+    kappa = f"{10 ** (draw.uniform(-0.3, 1) if smooth else draw.uniform(-1.5, 4)):.5e}"
     r = Fraction(f"{10 ** draw.uniform(-0.5, 1):.5e}")
     start = draw.choice((Fraction(0), r * number(-0.99, 0.99)))
-    low, high = make(*arguments).ends
-    facts = {"sliding": low > 0 > high, "quadrature": smooth}
-    tags = {tag for tag, holds in facts.items() if holds}
-    numbers = str(kappa), str(r), str(start)
-    return Problem(f"random {index} of seed {seed}", partial(make, *arguments), *numbers, tags)
+    drift, tags = " ".join(map(str, (kind, *numbers))), {"quadrature"} if smooth else set()
+    name = f"random {index} of seed {seed}"
+    found = Problem(name, drift, kappa, str(r), str(start), frozenset(tags))
+    low, high = found.make().ends
+    return replace(found, tags=found.tags | {"sliding"}) if low > 0 > high else found
 
 
 # -- report ----------------------------------------------------------------------------------------
@@ -182,27 +193,16 @@ def report(
     found: list[Record] = []
     with progress("report", len(scenes)) as bar:
         for problem in scenes:
-            found += records(problem, ["T"])
-            true, _ = truth(problem, "T")
-            for peer, call in peers.of(problem, quick):
-                began = time.process_time()
-                value = call()
-                seconds = time.process_time() - began
-                with mp.workdps(_TRUTH):
-                    error = _small(abs(mpf(value) / true - 1))
-                known = problem.name, "T", peer, None, None
-                found.append(Record(*known, seconds, error, None, "none"))
+            found += records(problem, ["T"], list(peers.of(problem, quick)))
             bar.update()
-    place = Path(folder)
-    out = io.StringIO()
-    csv.writer(out, lineterminator="\n").writerows([Record._fields, *found])
-    picture = io.BytesIO()
+    table, picture = io.StringIO(), io.BytesIO()
+    csv.writer(table, lineterminator="\n").writerows([Record._fields, *found])
     work_precision(found).savefig(picture, format="svg", metadata={"Date": None})
-    files = {"report.md": _markdown(found), "report.csv": out.getvalue()}
-    for name, text in files.items():
-        write_bytes(place / name, text.encode())
-    write_bytes(place / "report.svg", picture.getvalue())
-    return found, [place / name for name in (*files, "report.svg")]
+    files = {"md": _markdown(found).encode(), "csv": table.getvalue().encode()}
+    files["svg"] = picture.getvalue()
+    for kind, data in files.items():
+        write_bytes(Path(folder) / f"report.{kind}", data)
+    return found, [Path(folder) / f"report.{kind}" for kind in files]
 
 
 def _markdown(found: list[Record]) -> str:
@@ -210,16 +210,14 @@ def _markdown(found: list[Record]) -> str:
     lines = []
     for scene in dict.fromkeys(r.scene for r in found):
         some = [r for r in found if r.scene == scene]
-        unit = next(r.seconds for r in some if r.method == "exact")
+        unit = max(1e-9, next(r.seconds for r in some if r.method == "exact"))
         lines += [f"## {scene}", "", "| method | error | stated | kind | time |", "|" + "---|" * 5]
         for r in some:
             asked = "" if r.order is None else f", order {r.order}"
             asked += "" if r.digits is None else f", {r.digits} digits"
             stated = "" if r.stated is None else f"{r.stated:.2g}"
-            lines.append(
-                f"| {r.method}{asked} | {r.error:.2g} | {stated} | {r.kind} | "
-                f"{r.seconds / max(unit, 1e-9):.3g} |"
-            )
+            cells = f"{r.method}{asked} | {r.error:.2g} | {stated} | {r.kind}"
+            lines.append(f"| {cells} | {r.seconds / unit:.3g} |")
         lines.append("")
     return "\n".join(lines)
 
@@ -231,13 +229,12 @@ def work_precision(found: list[Record]) -> Figure:
     from symasym.workshop.style import style
 
     scenes = list(dict.fromkeys(r.scene for r in found))
-    methods = list(dict.fromkeys(r.method for r in found))
     rows, columns = math.ceil(len(scenes) / 2), min(2, len(scenes))
     with style():
         figure = Figure(figsize=(7.4, 2.5 * rows + 1.0))
         panels = figure.subplots(rows, columns, squeeze=False, sharey=True)
         for axes, scene in zip(panels.flat, scenes, strict=False):
-            for k, method in enumerate(methods):
+            for k, method in enumerate(dict.fromkeys(r.method for r in found)):
                 some = [r for r in found if (r.scene, r.method) == (scene, method)]
                 x, y = [max(r.error, 1e-62) for r in some], [r.seconds for r in some]
                 look = {"color": f"C{k % 4}", "marker": "os^vxD+*1<>"[k % 11]}
@@ -250,7 +247,6 @@ def work_precision(found: list[Record]) -> Figure:
             axes.set_visible(False)
         for axes in panels[:, 0]:
             axes.set_ylabel("seconds")
-        figure.legend(
-            *panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5
-        )
+        labels = panels[0, 0].get_legend_handles_labels()
+        figure.legend(*labels, loc="outside lower center", ncols=5)
     return figure
