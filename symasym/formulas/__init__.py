@@ -2,6 +2,6 @@
 
 from symasym.formulas.cases import Case
 from symasym.formulas.expand import Expansion, expand
-from symasym.formulas.weak import Contribution, Leading
+from symasym.formulas.series import Contribution, Leading
 
 __all__ = ["Case", "Contribution", "Expansion", "Leading", "expand"]

@@ -1,4 +1,4 @@
-"""Cases of an expansion: which wells, barriers and start stand in the layer, left to right.
+"""What a bound drift says, in balls: the case that it is in, and the numbers of a formula.
 
 An expansion depends on the parameters by nothing else than the simple zeros of A in (-1, 1) and
 which of them are left of the start: wells, where A' < 0, and barriers, where A' > 0, take turns. A
@@ -8,9 +8,10 @@ barrier"`` where the start is a well itself.
 
 from __future__ import annotations
 
-import itertools
 import random
+import re
 from collections import Counter
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -19,22 +20,20 @@ from typing import Any
 
 import numpy as np
 import sympy
+from flint import arb
+from sympy import Expr, Symbol
 
 from symasym.base.errors import InputError, SymasymError
 from symasym.drift.drift import Drift
 from symasym.expansions.balls import doubled
-from symasym.expansions.field import LINE, Field
+from symasym.expansions.field import LINE, RING, Field, Unresolved
+from symasym.series.local import finite_parts_in_s
 
-U = sympy.Symbol("u", real=True)
-PAIRS = (("start", "well", "barrier"), ("barrier", "well", "start"))
-# Values that are tried for each free parameter, and the least of one that is positive.
-_TRIED = [Fraction(n, 32) for n in (0, 16, 32, 96, 256, -16, -32, -96, 8, -8, 64, 4, -4, 48, -48,
-          -64, 2, -2, 24, -24, 128, -128, -256, 512, -512, 1, -1)]  # fmt: skip
-_LEAST = Fraction(1, 32)
-# Scenes whose signs are looked at, at so many points in u, and those of equal signs looked into.
-_MOST_TRIED, _POINTS, _LOOKED_INTO = 4_000, 400, 8
-# How far zeros, the start and the ends are from each other at least.
-_APART = 1e-4
+U = Symbol("u", real=True)
+# Parameters whose signs are looked at, at so many points in u, and those of equal signs looked
+# into.
+_TRIED, _POINTS, _LOOKED_INTO = 4_000, 400, 8
+_DIGITS = 50
 
 
 @dataclass(frozen=True)
@@ -68,75 +67,39 @@ class Case:
         return " ".join(self.words)
 
 
-def read_case(text: str | Case) -> Case:
-    """The case that a text names."""
-    words = tuple(str(text).split())
-    kinds = [kind for word in words if (kind := word.removeprefix("start").lstrip("="))]
-    known = {*kinds} <= {"well", "barrier"} and sum(word[:5] == "start" for word in words) == 1
-    if not known or any(a == b for a, b in itertools.pairwise(kinds)):
-        raise InputError(
-            f"case is {text!r}; give the words 'start' (once), 'well' and 'barrier', which take "
-            "turns, from left to right, as in 'start well barrier', or as in 'start=well barrier' "
-            "where the start is one."
-        )
-    return Case(words)
-
-
-@lru_cache(maxsize=1)
-def _places(drift: Drift, start: Fraction) -> list[tuple[float, str]]:
-    """The kinks, wells, barriers and the start of a bound drift, left to right."""
-    field = doubled(lambda _: Field(drift, LINE._replace(start=start)), 256)
-    return [(float(u), kind) for u, kind in field.places[1:-1]]
-
-
-def case_of(drift: Drift, start: Fraction) -> Case:
-    """The case of a bound drift."""
-    words = tuple(kind for _, kind in _places(drift, start) if kind != "kink")
-    return Case(words, drift.values)
-
-
-def case_for(drift: Drift, start: Fraction, asked: Case | None, sliding: bool = False) -> Case:
-    """The case asked for, or found; `sliding`: one whose outermost points are wells."""
-    if drift == Drift.general() or not drift.model.plain:
-        own = asked or Case(PAIRS[0])
-        inside = abs(start) < 1 or not drift.model.layered
-        fits = own.words in PAIRS and inside and not sliding
-    else:
-        found = (asked,) if drift.free and asked else found_cases(drift, start, sliding)
-        own, powers = next(iter(found), Case(("start",))), drift.expression().as_poly(U)
-        fits = asked in (None, own) and (own.slides or not sliding) and len(found) > 0
-        fits = fits and bool(own.at_start) == _zero_at(drift, start)
-        fits = fits and (not powers or powers.degree() >= len(own.kinds) + bool(own.at_start))
-    if not fits:
-        raise InputError(
-            f"{drift!r} from {float(start):.6g} is not in the formula's case '{asked or own}'; "
-            f"give one that it is in, as in case={'well' if sliding else 'start well barrier'!r}"
-            f"{', with wells outermost as a sliding block has' * sliding}, or where zeros coincide "
-            "take numbers of method='uniform'."
-        )
-    return own
-
-
-def _zero_at(drift: Drift, start: Fraction) -> bool:
-    """True where A is 0 at a start in the layer, whatever free parameters are."""
-    value = drift.expression().subs(U, sympy.Rational(start.numerator, start.denominator))
-    return abs(start) < 1 and bool(sympy.cancel(value) == 0)
+PAIRS = Case(("start", "well", "barrier")), Case(("barrier", "well", "start"))
 
 
 @lru_cache(maxsize=32)
-def found_cases(drift: Drift, start: Fraction, sliding: bool = False) -> tuple[Case, ...]:
+def cases_of(drift: Drift, start: Fraction, sliding: bool = False) -> tuple[Case, ...]:
     """The cases that some values of a drift's free parameters are in: first a well before a
     barrier, then those with a well, with the fewest points; `sliding`: wells are outermost."""
-    if not drift.free:
-        return (case_of(drift, start),)
-    least = dict.fromkeys(drift.model.not_negative, Fraction(0))
-    least |= dict.fromkeys(drift.model.positive, _LEAST)
-    most = max(2, int(_MOST_TRIED ** (1 / len(drift.free))))
-    rows = [[x for x in _TRIED if x >= least.get(n, x)][:most] for n in drift.free]
-    choices, on_zero = list(itertools.product(*rows)), _zero_at(drift, start)
-    random.Random(0).shuffle(choices)  # neighbours may share what is wrong with them
+    if drift == Drift.general() or not drift.model.plain:
+        return PAIRS if (abs(start) < 1 or not drift.model.layered) and not sliding else ()
+    found = _tried(drift, start) if drift.free else {_case_of(drift, start)}
+    return tuple(sorted((c for c in found if c.slides or not sliding), key=lambda c: (
+        c != PAIRS[0], "well" not in (*c.words, c.at_start),
+        len(c.words), c.before, c.words[::-1],
+    )))  # fmt: skip
+
+
+def _case_of(drift: Drift, start: Fraction) -> Case:
+    places = doubled(lambda _: Field(drift, LINE._replace(start=start)), 256).places[1:-1]
+    return Case(tuple(kind for _, kind in places if kind != "kink"), drift.values)
+
+
+def _tried(drift: Drift, start: Fraction) -> set[Case]:
+    """Those of random parameters."""
+    rng, model, choices = random.Random(4), drift.model, list[list[Fraction]]()
+    for _ in range(_TRIED):
+        row = [Fraction(rng.randint(-32, 32), 2 ** rng.randint(0, 5)) for _ in drift.free]
+        for k, name in enumerate(drift.free):
+            if name in (*model.not_negative, *model.positive):
+                row[k] = abs(row[k]) or Fraction(name in model.positive)
+        choices.append(row)
     found, seen, u = set[Case](), Counter[Any](), np.linspace(-1, 1, _POINTS)
     powers, columns = drift.expression().as_poly(U), np.array(choices, dtype=float).T[:, :, None]
+    on_zero = sympy.cancel(drift.expression().subs(U, sympy.Rational(str(start)))) == 0
     with np.errstate(all="ignore"):
         signs = np.sign(drift.bind(**dict(zip(drift.free, columns, strict=True)))(u)).astype(int)
     for values, row in zip(choices, signs, strict=True):
@@ -150,11 +113,51 @@ def found_cases(drift: Drift, start: Fraction, sliding: bool = False) -> tuple[C
         if powers and len(bound.exact_coefficients() or ()) <= powers.degree():
             continue
         with suppress(SymasymError):
-            case, near = case_of(bound, start), np.diff([x for x, _ in _places(bound, start)])
-            fits = min(near) > _APART and (case.slides or not sliding)
-            if fits and bool(case.at_start) == on_zero:
+            case = _case_of(bound, start)
+            if bool(case.at_start) == (on_zero and abs(start) < 1):
                 found.add(case)
-    return tuple(sorted(found, key=lambda c: (
-        c.words != PAIRS[0], "well" not in (*c.words, c.at_start),
-        len(c.words), c.before, c.words[::-1],
-    )))  # fmt: skip
+    return found
+
+
+def case_for(drift: Drift, start: Fraction, asked: str | Case | None, sliding: bool) -> Case:
+    """The case asked for, or the first one."""
+    found = cases_of(drift, start, sliding)
+    for case in found:
+        if asked is None or str(case) == " ".join(str(asked).split()):
+            return case
+    told = f" in the case {str(asked)!r}" if asked else ""
+    raise InputError(
+        f"{drift!r} from {float(start):.6g} has no formula{told}: its cases are "
+        f"{', '.join(map(repr, map(str, found))) or 'none'}; give one of these, or take numbers of "
+        f"method={'exact' if sliding else 'uniform'!r}."
+    )
+
+
+def numbers_of(symbols: Iterable[Symbol], drift: Drift, start: Fraction) -> dict[Symbol, Expr]:
+    """Those of the symbols named as u1, V(u1), phi(1) or R1+, to 50 digits."""
+    named = list(symbols)
+
+    def found(bits: int) -> dict[Symbol, Expr]:
+        of = Field(drift, LINE._replace(start=start))
+        places: dict[str, Any] = {f"u{k}": u for k, (u, _) in enumerate(of.zeros, 1)}
+        places |= {"1": arb(1), "-1": arb(-1)}
+        known = {f"V({name})": of.height(u) for name, u in places.items()} | places
+        known |= {f"phi({side})": of.ends[side] for side in (-1, 1)}
+        if parts := [int(s.name[1:-1]) for s in named if re.fullmatch(r"R\d+[-+]", s.name)]:
+            # Within the layer, and of u as the variable also where the start is a zero.
+            count, more = max(parts), [0] * max(parts)
+            if of.on_zero:
+                more = finite_parts_in_s(of.around(of.x, 2 * count + 1)[0], count, RING)
+            for side, row in zip((-1, 1), of.regular(count), strict=True):
+                row[0] -= 1 / of.ends[side]
+                known |= {f"R{k}{' +-'[side]}": row[k - 1] - side * more[k - 1] for k in parts}
+        return {s: _number(known[s.name]) for s in named if s.name in known}
+
+    numbers: dict[Symbol, Expr] = doubled(found, 256)
+    return numbers
+
+
+def _number(x: Any) -> Expr:
+    if x.rel_accuracy_bits() < 3.33 * _DIGITS and not abs(x) < 1e-60:
+        raise Unresolved
+    return sympy.Float(x.mid().str(_DIGITS + 10, radius=False, more=True), _DIGITS)

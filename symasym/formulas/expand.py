@@ -18,24 +18,25 @@ from sympy import Expr, Symbol
 
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, Numbers, choice, count, exact
+from symasym.derivation.tex import tex
 from symasym.drift.drift import Drift
 from symasym.drift.models import General
 from symasym.drift.scenes import require_drift
 from symasym.emit import emit
 from symasym.emit.expansions import of_expansion
-from symasym.formulas import text
-from symasym.formulas.cases import Case, U, case_for, found_cases, read_case
-from symasym.formulas.letters import KAPPA, R
-from symasym.formulas.numbers import numbers_of
-from symasym.formulas.strong import strong, written_out
+from symasym.formulas.cases import Case, U, case_for, cases_of, numbers_of
+from symasym.formulas.letters import KAPPA, R, put_in
+from symasym.formulas.series import Contribution, Leading, leading, strong, weak, written_out
 from symasym.formulas.uniform import uniform
-from symasym.formulas.weak import Contribution, Leading, leading, weak
 from symasym.quantities import escape_time, exit_probability, occupation
 
 Expanded = Literal["T", "C", "1 - C", "P", "1 - P"]
 Noise = Literal["weak", "strong", "uniform"]
 _METHODS = {"weak": "laplace", "strong": "strong_noise", "uniform": "uniform"}
 _MOST = 8
+# Characters on a line of A4 in small type, and operations worth reducing.
+_WIDE, _FEW = 125, 40
+_KNOWN = {"lam": r"\lambda", "phi(-1)": "a^-", "phi(1)": "a^+"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,10 +88,7 @@ class Expansion:
     @cached_property
     def expression(self) -> Expr:
         """The formula in kappa, r, the parameters, and u1, u2, ... where these are not solved."""
-        whole = self.formula
-        while whole.free_symbols & self.definitions.keys():
-            whole = whole.xreplace(dict(self.definitions))
-        return written_out(whole)
+        return written_out(put_in(self.formula, self.definitions))
 
     @property
     def leading(self) -> Leading:
@@ -100,13 +98,13 @@ class Expansion:
         """
         if (self.noise, self.quantity) != ("weak", "T"):
             raise InputError(f"{self.quantity} in {self.noise} noise has no leading term, T has.")
-        if Symbol("L", positive=True) not in self.definitions:  # one product, or a closed form
-            return Leading(self.formula, self.conditions)
-        return leading(self.drift, self.case, self.start)
+        whole = expand(self.drift, order=0, start=self.start, case=self.case)
+        several = any(s.name == "L" for s in whole.definitions)
+        return leading(whole) if several else Leading(whole.formula, whole.conditions)
 
     def cases(self) -> tuple[Case, ...]:
         """The cases that are found by trying values, each with parameters where it holds."""
-        return found_cases(self.drift, self.start, self.quantity[-1] == "P")
+        return cases_of(self.drift, self.start, self.quantity[-1] == "P")
 
     def bind(self, /, **values: Numbers) -> Expansion:
         """The expansion with these parameters set, exactly, as `Drift.bind` sets them."""
@@ -121,11 +119,6 @@ class Expansion:
         It takes the options of `symasym.escape_time`, and has numbers also where `conditions` do
         not hold, such as r < 1. P needs no r.
         """
-        if not self.drift.model.plain and "ends" not in options:
-            raise InputError(
-                "the formula is of the way over one barrier; give ends=… between which that is the "
-                "only way out, or put numbers into it."
-            )
         known = {"method": _METHODS[self.noise], "order": self.order, **options}
         known |= {"complement": True} if self.quantity[0] == "1" else {}
         if self.quantity[-1] == "P":
@@ -147,9 +140,9 @@ class Expansion:
         The regular part's integrals stand as Hadamard's finite parts, whose closed form for a
         polynomial is in `definitions`.
         """
-        rows = text.lines(self.quantity, r"\sim", written_out(self.formula), self._names)
+        rows = _lines(self.quantity, r"\sim", written_out(self.formula), self._names)
         for s, v in self._shown.items():
-            rows += text.lines(self._latex(s), "=", written_out(v), self._names)
+            rows += _lines(self._latex(s), "=", written_out(v), self._names)
         if self.integrals.keys() & self._shown.keys():
             rows.append(r"h_1(u) &= \frac{1}{\phi(u)}, \quad h_{k+1} = -\frac{h_k'}{\phi}")
         used = _symbols([self.formula, *self._shown.values()])
@@ -167,10 +160,10 @@ class Expansion:
         met = _symbols([self.formula, *self._shown.values(), *self.definitions.values()])
         own = {KAPPA, R, U, *self.definitions, *self.equations}
         own |= met - self.drift.expression().free_symbols
-        return {s.name: text.name_of(s.name) for s in own}
+        return {s.name: _name_of(s.name) for s in own}
 
     def _latex(self, e: Expr) -> str:
-        return text.latex(e, self._names)
+        return _latex(e, self._names)
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
@@ -210,6 +203,48 @@ def _met(formula: Expr, known: Mapping[Symbol, Expr]) -> dict[Symbol, Expr]:
         met |= {s: known[s] for s in sorted(row, key=str)}
         row = _symbols(known[s] for s in row) & known.keys() - met.keys()
     return met
+
+
+def _name_of(name: str) -> str:
+    """LaTeX of a symbol: W1 as W_1, E0- as E_0^-, V^(4)(u1) as V^{(4)}(u_1), sigma(u1)."""
+    if name[0] == "V" or name.startswith("sigma("):
+        name = name.replace("sigma", r"\sigma")
+        return re.sub(r"u(\d+)", r"u_{\1}", re.sub(r"\^\((\d+)\)", r"^{(\1)}", name))
+    if parts := re.fullmatch(r"([A-Za-z])(\d*)([-+]?)([-+]?)", name):
+        head, place, *sides = parts.groups()
+        low, high = (place, sides[0]) if place else sides
+        return head + f"_{{{low}}}" * bool(low) + f"^{{{high}}}" * bool(high)
+    return _KNOWN.get(name) or tex(sympy.Symbol(name))
+
+
+def _latex(e: Expr, names: dict[str, str]) -> str:
+    """The expression, a polynomial or a small rational function in the fewest operations."""
+    forms = [e]
+    if e.is_polynomial() and not e.has(sympy.Integral):
+        forms.append(sympy.expand(e))
+        if not (short := sympy.factor_terms(forms[1])).as_coeff_Mul()[1].is_Add:
+            forms.append(short)
+    elif e.is_rational_function() and e.count_ops() < _FEW:
+        forms.append(sympy.cancel(e))
+    return tex(min(forms, key=sympy.count_ops), names)
+
+
+def _lines(left: str, relation: str, value: Expr, names: dict[str, str]) -> list[str]:
+    """An equation in as many lines as it needs, a sum broken between its terms."""
+    rows, parts = [f"{left} &{relation} "], [_latex(value, names)]
+    if value.is_Add and _width(rows[0] + parts[0]) > _WIDE:
+        parts = [_latex(term, names) for term in value.as_ordered_terms()]
+    for k, part in enumerate(parts):
+        if k and _width(rows[-1] + part) > _WIDE:
+            rows.append(r"&\quad ")
+        rows[-1] += f"{'' if part.startswith('-') or not k else '+ '}{part} "
+    return [row.rstrip() for row in rows]
+
+
+def _width(text: str) -> int:
+    """Characters of a line, about."""
+    shown = re.sub(r"\\(left|right|quad|frac|sqrt|mathrm)|[&\s{}^_]", "", text)
+    return len(re.sub(r"\\[A-Za-z]+", "x", shown))
 
 
 def expand(
@@ -266,23 +301,27 @@ def expand(
     at = exact("start", start) if quantity[-1] != "P" else Fraction(-1)  # V is measured from there
     if isinstance(case, str) and quantity[-1] == "P" and "start" not in case:
         case = f"start {case}"
-    asked = None if case is None else read_case(case)
     if (
         (abs(at) > 1 and drift.model.layered)
-        or noise == "uniform"
-        and (quantity, order) != ("T", 0)
+        or (noise == "uniform" and (quantity, order) != ("T", 0))
+        or (drift == Drift.general() and quantity != "T")
     ):
         raise InputError(
-            f"{quantity} to order {order} from {float(at):.6g} has no formula for {noise} noise, "
-            "which T to order 0 has for uniform, all from -1 <= start <= 1 for weak and strong; "
-            f"take numbers of method={_METHODS[noise]!r}."
+            f"{quantity} to order {order} from {float(at):.6g} has no formula for {noise} noise; "
+            "give -1 <= start <= 1, T of Drift.general(), T to order 0 for uniform noise, or take "
+            f"numbers of method={_METHODS[noise]!r}."
         )
-    return _expanded(drift, quantity, noise, order, at, asked)
+    return _expanded(drift, quantity, noise, order, at, case)
 
 
 @lru_cache(maxsize=32)
 def _expanded(
-    drift: Drift, quantity: Expanded, noise: Noise, order: int, start: Fraction, case: Case | None
+    drift: Drift,
+    quantity: Expanded,
+    noise: Noise,
+    order: int,
+    start: Fraction,
+    case: str | Case | None,
 ) -> Expansion:
     if noise == "uniform":
         found = uniform(drift, start, case)

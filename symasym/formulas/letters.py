@@ -10,12 +10,13 @@ where A is of degree 1 or 2. A number, or a parameter alone, stands for itself.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from typing import Any
 
 import sympy
 from sympy import QQ, Expr, Rational, S, Symbol
+from sympy.core.function import AppliedUndef
 from sympy.polys.rings import ring as polynomial_ring
 
 from symasym.base.errors import InputError
@@ -30,7 +31,6 @@ _Known = dict[Symbol, Expr]
 KAPPA, R, LAM, X = sympy.symbols("kappa r lam x", positive=True)
 #: lam and x = 1/lam in kappa.
 IN_KAPPA = {LAM: 2 / KAPPA**2, X: KAPPA**2 / 2}
-BEYOND = Symbol("r - 1", positive=True)
 
 
 class FinitePart(sympy.Function):  # type: ignore[misc]
@@ -73,33 +73,39 @@ class Field:
     """A drift whose parameters may be free, in one case: what `weak.points_of` asks for.
 
     `values` is what each symbol stands for, `equations` A at critical points without a closed
-    form, which is 0, `integrals` the regular part's finite parts as integrals.
+    form, which is 0, `integrals` the regular part's finite parts as integrals, `primitive` that of
+    A, where it has one.
     """
 
+    pair, layered = False, True
+    primitive: Expr | None = None
+
     def __init__(self, drift: Drift, case: Case, start: Fraction) -> None:
-        self.general, self.A, self.case = drift == Drift.general(), drift.expression(), case
-        self.pair, self.layered = self.general, True
-        self.start = Rational(start.numerator, start.denominator)
-        self.poly = None if self.general else self.A.as_poly(U)
+        self.A, self.case, self.start = drift.expression(), case, Rational(str(start))
         self.values, self.equations, self.integrals = _Known(), _Known(), _Known()
         self.zeros = [Symbol(f"u{k}", real=True) for k in range(1, len(case.kinds) + 1)]
         self.outer: list[Symbol] = []
+        self._read(drift)
+
+    def _read(self, drift: Drift) -> None:
+        self.poly, case = self.A.as_poly(U), self.case
         if self.poly is not None:
+            self.primitive = sympy.integrate(self.A, U)
             self._solve(self.poly)
-        elif not self.general:
+        else:
             self.equations = {u: self.A.subs(U, u) for u in self.zeros}
         self.slopes = {side: self.named(f"phi({side})", self.at(S(side))) for side in (-1, 1)}
         row = [(-S.One, "kink"), *zip(self.zeros, case.kinds, strict=True), (S.One, "kink")]
         own = self.start, f"start={case.at_start}" if case.at_start else "start"
-        if abs(start) == 1:
-            row[-(start > 0)] = own
+        if abs(self.start) == 1:
+            row[0 if self.start < 0 else -1] = own
         else:
             row.insert(case.before + 1, own)
         self.places = [(-R, "end"), *row, (R, "end")]
 
-    def at(self, u: Expr) -> Expr | None:
-        """A(u); None of no drift in particular."""
-        return None if self.general else sympy.expand(self.A.subs(U, u))
+    def at(self, u: Expr) -> Expr:
+        """A(u)."""
+        return sympy.expand(self.A.subs(U, u))
 
     def _solve(self, poly: Any) -> None:
         """The zeros of a polynomial; those beside a start on one are zeros of A/(u - start)."""
@@ -121,10 +127,10 @@ class Field:
         else:
             self.equations = {u: self.A.subs(U, u) for u in every}
 
-    def named(self, name: str, value: Expr | None, **signs: bool) -> Expr:
+    def named(self, name: str, value: Expr, **signs: bool) -> Expr:
         """A symbol, or the value itself where that is a number or a parameter alone."""
         symbol = Symbol(name, **(signs or {"real": True}))
-        if value is not None and symbol not in self.values:
+        if symbol not in self.values and not value.has(AppliedUndef):  # A(u) of no drift
             if value.is_polynomial() and not value.has(sympy.Integral):
                 value = sympy.expand(value)
             if value.is_Rational or not signs and (value.is_Symbol or (-value).is_Symbol):
@@ -143,7 +149,7 @@ class Field:
         if j == 2 and (kind := self.kind(u)):
             signs = {"negative" if kind == "barrier" else "positive": True}
         order = "'" * j if j < 4 else f"^({j})"
-        value = None if self.general else -sympy.diff(self.A, U, j - 1).subs(U, u)
+        value = -sympy.diff(self.A, U, j - 1).subs(U, u)
         return self.named(f"V{order}({u})", value, **signs)
 
     def taylor(self, u: Expr, count: int) -> list[Expr]:
@@ -173,12 +179,9 @@ class Field:
         if u in (-R, R):
             side = S.One if u == R else -S.One
             return self.height(side) - side * self.slopes[side] * (R - 1)
-        value = None
-        if self.poly is not None:
-            primitive = sympy.integrate(self.A, U)
-            value = primitive.subs(U, self.start) - primitive.subs(U, u)
-        elif not self.general:
-            value = -sympy.Integral(self.A, (U, self.start, u))
+        value = -sympy.Integral(self.A, (U, self.start, u))
+        if self.primitive is not None:
+            value = self.primitive.subs(U, self.start) - self.primitive.subs(U, u)
         return self.named(f"V({u})", value)
 
     def regular(self, count: int) -> list[list[Expr]]:
@@ -194,17 +197,16 @@ class Field:
 
     def _inside(self, mark: str, lo: Expr, hi: Expr, count: int) -> list[Expr]:
         """Those of a part of the layer, as symbols: of even k by the ends alone, else integrals."""
-        values: list[Any] = [None] * count
         if not self.A.has(U):
             values = [(hi - lo) / self.A, *[S.Zero] * (count - 1)]
         elif self.poly is not None and self.poly.is_sqf:
             real = [*self.zeros, *[self.start] * bool(self.case.at_start)]
             poles = [(u, self.taylor(u, 2 * count + 1), u in real) for u in (*real, *self.outer)]
             values = pole_sums(poles, lo, hi, count, Letters)
-        elif not self.general:
+        else:
             phi = [sympy.diff(self.A, U, j) / sympy.factorial(j) for j in range(count)]
             values = [FinitePart(h, U, lo, hi) for h in slow(phi, count, Letters)]
-        closed = range(0) if self.case.at_start or self.general else range(1, count, 2)
+        closed = range(0) if self.case.at_start else range(1, count, 2)
         if closed:
             ends = [[slow(self.taylor(u, count), count, Letters)] * 2 for u in (lo, hi)]
             values[1::2] = by_parts(ends, lambda m, n: S.Zero, count)[1::2]
@@ -216,38 +218,32 @@ class Field:
 
 
 class Pair(Field):
-    """A drift without a layer, or with noise sigma(u), by its well and barrier alone; A is
-    phi/sigma^2.
+    """A well and a barrier alone: of no drift in particular, or of one without a layer or with
+    noise sigma(u), where A is phi/sigma^2.
 
-    Of a bound polynomial phi those are the first ones beside each other in the case's order.
+    Of a bound polynomial phi those are the ones in the case's order of which one is next to the
+    start, downhill.
     """
 
-    def __init__(self, drift: Drift, case: Case, start: Fraction) -> None:
-        model, phi = drift.model, drift.expression()
-        self.sigma = sigma = expression(model.noise, drift.values) if model.noise else S.One
+    pair = True
+
+    def _read(self, drift: Drift) -> None:
+        model, phi, case = drift.model, self.A, self.case
+        self.layered = model.layered
+        self.sigma = expression(model.noise, drift.values) if model.noise else S.One
         power = 2 * Rational(*model.alpha.as_integer_ratio())
         self.powers = [-power, power - 2] if model.noise else []
-        self.general, self.pair, self.case, self.layered = False, True, case, model.layered
-        self.A, self.slope = phi / sigma**2, sympy.diff(phi, U) / sigma**2
-        self.start = Rational(start.numerator, start.denominator)
-        self.values, self.equations, self.integrals = _Known(), _Known(), _Known()
-        self.zeros, self.outer = [*sympy.symbols("u1 u2", real=True)], []
+        self.A, self.slope = phi / self.sigma**2, sympy.diff(phi, U) / self.sigma**2
         self.places = [*zip(self.zeros, case.kinds, strict=True)]
         poly = phi.as_poly(U)
-        self.poly = poly if self.A.is_rational_function(U) else None
+        if poly is not None and self.A.is_rational_function(U):
+            self.primitive = sympy.integrate(self.A, U)
         if poly is not None and not poly.free_symbols_in_domain:
-            inside = [u for u in poly.real_roots() if not model.layered or abs(u) < 1]
-            kinds = ["barrier" if self.slope.subs(U, u) > 0 else "well" for u in inside]
-            here = [u for u in inside if u <= self.start], [u for u in inside if u > self.start]
-            ahead = phi.subs(U, self.start)
-            own = (here[1][:1] if ahead > 0 else here[0][-1:]) or inside[:1]
-            pairs = zip(itertools.pairwise(inside), itertools.pairwise(kinds), strict=True)
-            found = next((us for us, words in pairs if words == case.kinds and own[0] in us), ())
+            found = self._next([u for u in poly.real_roots() if not self.layered or abs(u) < 1])
             if not found:
-                other = "barrier well start" if case.kinds[0] == "well" else "start well barrier"
                 raise InputError(
                     f"{drift!r} from {self.start} has no {' with a '.join(case.kinds)} behind it, "
-                    f"of which its formula is; give another start, or case={other!r}."
+                    "of which its formula is; give another start or case."
                 )
             if not any(u.has(sympy.CRootOf) for u in found):
                 self.values = dict(zip(self.zeros, found, strict=True))
@@ -255,6 +251,15 @@ class Pair(Field):
             self._solve(poly)
         if not self.values:
             self.equations = {u: phi.subs(U, u) for u in self.zeros}
+
+    def _next(self, roots: list[Expr]) -> tuple[Expr, ...]:
+        """The well and the barrier."""
+        kinds = ["barrier" if self.slope.subs(U, u) > 0 else "well" for u in roots]
+        left, right = [u for u in roots if u <= self.start], [u for u in roots if u > self.start]
+        downhill = right[:1] if self.A.subs(U, self.start) > 0 else left[-1:]
+        pairs = zip(itertools.pairwise(roots), itertools.pairwise(kinds), strict=True)
+        own = (downhill or roots)[:1]
+        return next((us for us, words in pairs if words == self.case.kinds and own[0] in us), ())
 
     def derivative(self, j: int, u: Expr) -> Expr:
         """V_sigma^(j)(u)."""
@@ -272,6 +277,13 @@ class Pair(Field):
             for p in self.powers
         ]
         return self.taylor(u, count), rows
+
+
+def put_in(e: Any, known: Mapping[Symbol, Expr]) -> Any:
+    """What an expression is in that of which its symbols are made."""
+    while e.free_symbols & known.keys():
+        e = e.xreplace(dict(known))
+    return e
 
 
 def exponentials(e: Expr) -> dict[Expr, Expr]:
