@@ -12,7 +12,7 @@ k + beta - 1 odd cancel.
 
 The error at a given lam is the distance to the integral, enclosed: a bound on a finite interval
 with f and g analytic at its ends, whatever maxima were found, else an estimate
-(`symasym.integrals.enclosure`).
+(`symasym.integrals.integral`).
 
 Beyond the optimal order there is the median Borel–Padé sum. With s = (first exponent) and b = s/2
 the series is lam^(b - s) times the Laplace transform of t^(b - 1) B(t), B = sum_k c_k t^k/Gamma(b +
@@ -45,10 +45,8 @@ from symasym.base.balls import exact_ball, precision
 from symasym.base.errors import InputError
 from symasym.base.inputs import count
 from symasym.derivation.tex import tex
-from symasym.drift.evaluate import FUNCTIONS
 from symasym.integrals import maxima
-from symasym.integrals.enclosure import Zero, integral, number
-from symasym.integrals.integral import IntegralExpansion, read
+from symasym.integrals.integral import IntegralExpansion, Zero, integral, number, read
 from symasym.integrals.local import Balls, NotAnalytic, Point, exactly, exponent, sign_of
 from symasym.series.local import watson
 from symasym.series.power_series import Series
@@ -349,7 +347,7 @@ def laplace_integral(f: Any, g: Any, x: Any, a: Any, b: Any, order: Any = 3) -> 
     """
     if not isinstance(order, str) or order not in ("optimal", "borel"):
         order = count("order", order, 1, _MOST, " of terms", ', "optimal" or "borel"')
-    f, g, x, a, b = read(f, g, x, a, b, FUNCTIONS)
+    f, g, x, a, b = read(f, g, x, a, b)
     with precision(_BITS):
         ends = [number(e) for e in (a, b) if not e.free_symbols]
         free = sympy.Tuple(f, g, a, b).free_symbols - {x}

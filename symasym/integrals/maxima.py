@@ -16,7 +16,7 @@ from flint import arb, fmpz_poly
 from sympy import Expr, Rational, S, Symbol
 
 from symasym.base.errors import InputError
-from symasym.integrals.enclosure import Zero, code, middle, number
+from symasym.integrals.integral import Zero, code, middle, number
 from symasym.integrals.local import Balls, NotAnalytic, Point, samples
 
 #: Terms with which f is compared with a constant.

@@ -24,12 +24,18 @@ from flint import acb, arb, ctx
 from symasym.base.balls import exact_ball, precision, to_mpf
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import count, digits, exact
-from symasym.drift.evaluate import FUNCTIONS
 from symasym.expansions import canonical, coalescence
 from symasym.expansions.canonical import Way
 from symasym.expansions.coalescence import Factor, Field
-from symasym.integrals.enclosure import code, cut, integral, middle, number
-from symasym.integrals.integral import IntegralExpansion, read
+from symasym.integrals.integral import (
+    IntegralExpansion,
+    code,
+    cut,
+    integral,
+    middle,
+    number,
+    read,
+)
 
 __all__ = ["UniformExpansion", "uniform_integral"]
 
@@ -222,7 +228,7 @@ def uniform_integral(
     >>> print(gamma.bind(mu="1.01").evaluate(100, dps=20, log=True, full=True))
     -102.1877779347692 ± 2.93e-12 (estimate, uniform)
     """
-    f, g, x, a, b = read(f, g, x, a, b, FUNCTIONS, pairs=True)
+    f, g, x, a, b = read(f, g, x, a, b, pairs=True)
     order, beside = count("order", order, 1, _MOST, " of terms"), exact("near", near)
     kind = "iterated" if isinstance(g, tuple) else "real"
     weights, contour = sympy.Tuple(g), sympy.Tuple(a, b).has(sympy.I)
