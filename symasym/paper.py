@@ -34,13 +34,24 @@ _EXIT = ("eq:C, C-bound",), ("C lies between 0 and the value",)
 
 def of_scene(scene: Scene, request: Request) -> Answer:
     """T, C or P of one scene, as the paper has it; its assumptions are checked."""
-    name, digits = request.name[-1], request.digits
-    value, kind = _value(scene, request)
+    name, digits, kinds = request.name[-1], request.digits, list[ErrorKind]()
+    if name != "P" and scene.start != 0:
+        raise InputError(
+            f"start is {float_text(scene.start)}; the paper's formula is for start 0, use "
+            "method='exact'."
+        )
+
+    def found(bits: int) -> Any:
+        of = {"T": _escape_time, "C": _exit_bound, "P": _occupation}[name]
+        value, kind = of(scene, request, bits)
+        kinds.append(kind)
+        return value, 1 - value if name == "P" else value
+
+    bits = int(3.4 * digits) + 120 + exponent_bits(scene.drift, scene.lam, Fraction(2))
+    value, other = doubled(found, bits - bits % -64, digits + 6)
     with precision(int(3.4 * digits) + 64):
         # C and 1 - P are between 0 and twice the value, log P between the value and 0.
-        error = value if name == "C" else 1 - value
-        if name == "P" and request.complement:
-            value = 1 - value
+        value, error, kind = other if request.name == "1 - P" else value, other, kinds[-1]
         if request.log:
             value, error = value.log(), -value.log()
             kind = "none" if name == "C" or request.complement else kind
@@ -71,50 +82,23 @@ def _seen(drift: Drift, mirrored: bool, bits: int, time: bool = False) -> _Seen:
     return _Seen(low, high, zeros, lambda u: field.height(sign * u))
 
 
-def _value(scene: Scene, request: Request) -> tuple[Any, ErrorKind]:
-    """The value, a ball good to some more digits than are asked for, and the kind of its error."""
-    name, kinds = request.name[-1], list[ErrorKind]()
-    if name != "P" and scene.start != 0:
-        raise InputError(
-            f"start is {float_text(scene.start)}; the paper's formula is for start 0, use "
-            "method='exact'."
-        )
-
-    def found(bits: int) -> Any:
-        of = {"T": _escape_time, "C": _exit_bound, "P": _occupation}[name]
-        value, kind = of(scene, request, bits)
-        kinds.append(kind)
-        return value, 1 - value if name == "P" else value
-
-    bits = int(3.4 * request.digits) + 120 + exponent_bits(scene.drift, scene.lam, Fraction(2))
-    return doubled(found, bits - bits % -64, request.digits + 6)[0], kinds[-1]
-
-
-def well(drift: Drift, bits: int) -> tuple[Any, ...]:
-    """The drift ahead; with a barrier beyond the start, A' at the well and there, and V's rise."""
-    a_minus, a_plus = (Fraction(a) for a in drift.ends)
+def _escape_time(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKind]:
+    a_minus, a_plus = (Fraction(a) for a in scene.drift.ends)
     if a_minus * a_plus <= 0:
         raise RegionError(
             f"a- = {float_text(a_minus)} and a+ = {float_text(a_plus)} are no crossing region, "
             "where the paper gives no escape time; use method='exact'."
         )
-    seen = _seen(drift, a_plus < 0, bits, time=True)
+    seen = _seen(scene.drift, a_plus < 0, bits, time=True)
     if [kind for _, kind, _ in seen.zeros] not in ([], ["well", "barrier"]):
         raise InputError(
             f"A has {len(seen.zeros)} zeros in (-1, 1), but the paper's formula is for none, or "
             "for one well followed by one barrier; use method='exact'."
         )
-    if not seen.barriers(0):
-        return (seen.high,)
-    (u, _, low), (v, _, high) = seen.zeros
-    return seen.high, low, high, seen.potential(v) - seen.potential(u)
-
-
-def _escape_time(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKind]:
-    ahead, *turns = well(scene.drift, bits)
-    total = exact_ball(scene.r) / ahead
-    if turns:
-        low, high, rise = turns
+    total = exact_ball(scene.r) / seen.high
+    if seen.barriers(0):
+        (u, _, low), (v, _, high) = seen.zeros
+        rise = seen.potential(v) - seen.potential(u)
         total += 2 * arb.pi() / (-low * high).sqrt() * (exact_ball(scene.lam) * rise).exp()
     return total, "none"
 

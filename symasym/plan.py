@@ -1,14 +1,13 @@
 """Which terms of T a scene needs for a tolerance, and the order that suffices; method="auto".
 
 The exact value is cheap, so that the error is known, not estimated; what a plan adds is which terms
-carry T. ``method="auto"`` takes the exact value, but for many kappa of one drift an expansion below
+carry T. ``method="auto"`` takes the exact value, but for many kappa of one drift an expansion up to
 the kappa at which exact values beside it say that its error is allowed, as errors grow with kappa.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -17,8 +16,7 @@ from flint import arb
 from mpmath import mpf, nstr
 
 from symasym.base.balls import exact_ball, precision, to_mpf
-from symasym.base.errors import AccuracyError, InputError
-from symasym.base.inputs import Number, exact, float_text, is_array
+from symasym.base.inputs import Number, is_array, within
 from symasym.drift import scenes
 from symasym.drift.drift import Drift
 from symasym.expansions import weak
@@ -26,8 +24,8 @@ from symasym.expansions.balls import AtLam, doubled, local
 from symasym.expansions.field import Between
 from symasym.methods import answer, as_floats, is_usual, of_scenes
 
-# The order for many kappa of one drift, how many these are at least, and the share not bisected.
-_ORDER, _MANY, _SHARE = 5, 5_000, 50
+# The order for many kappa of one drift, how many these are at least, and which of them are tried.
+_ORDER, _MANY, _STRIDE = 5, 5_000, 100
 
 
 class Term(NamedTuple):
@@ -70,7 +68,7 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
     drift, kappa, r, start
         One scene, as in `escape_time`.
     rtol : number
-        Relative error allowed, below 1.
+        Relative error allowed, at most 1/2.
 
     Examples
     --------
@@ -80,7 +78,8 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
     1 ['well at 0.3969 with barrier at 0.9039']
     """
     scenes.require_drift(drift)
-    numbers, allowed = {"kappa": kappa, "r": r, "start": start}, read_rtol(rtol)
+    numbers = {"kappa": kappa, "r": r, "start": start}
+    allowed = within("rtol", rtol, 1e-300, 0.5)
     digits = max(20, len(str(int(1 / allowed))) + 8)
     scene = scenes.read_scene(drift, numbers)
     true = answer(drift, numbers, scenes.Request("T", "exact", None, digits, False, True))
@@ -113,43 +112,30 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
     return min(plans, key=lambda p: (not p.suffices, p.error))
 
 
-def read_rtol(rtol: Number | None) -> Fraction:
-    """rtol as an exact number between 0 and 1."""
-    allowed = exact("rtol", rtol)
-    if not 0 < allowed < 1:
-        raise InputError(f"rtol is {float_text(allowed)}; give a relative error between 0 and 1.")
-    return allowed
-
-
 def automatic(drift: Drift, numbers: Any, rtol: Number | None, request: scenes.Request) -> Any:
     """The quantity of `request` with a relative error of at most `rtol`."""
-    allowed, exactly = read_rtol(rtol), request._replace(method="exact")
-    if request.order is not None:
-        raise InputError(f"order is {request.order}, but method 'auto' chooses it; leave it out.")
-    if request.dps is None and allowed < Fraction(999, 10**15):
-        raise AccuracyError(f"rtol is {float_text(allowed)}, below float64's 1e-12; pass dps=….")
+    digits = (request.order, request.dps) != (None, None)  # which the exact value has or refuses
+    allowed = within("rtol", rtol, 1e-300 if digits else 1e-12, 0.5)
     shared = not drift.shape and not any(is_array(x) for n, x in numbers.items() if n != "kappa")
     usual = is_usual(drift, numbers, request)
-    if request.dps is not None or not (shared and usual) or np.size(numbers["kappa"]) < _MANY:
-        return answer(drift, numbers, exactly)
+    if digits or not (shared and usual) or np.size(numbers["kappa"]) < _MANY:
+        return answer(drift, numbers, request._replace(method="exact"))
     every, most = scenes.float_scenes(drift, numbers), np.log1p(float(allowed))
     rising = np.argsort(-every.lam)
-    logs, errors = np.empty(len(rising)), np.full(len(rising), most * (1 - 1e-12))
 
     def found(rows: Any, method: str, order: int | None = None) -> scenes.Answers:
         asked = request._replace(method=method, order=order, full=method == "exact", log=True)
         return of_scenes(scenes.rows_of(every, rows), asked)
 
-    low, high = -1, len(rising)
-    while high - low > len(rising) // _SHARE + 1:
-        middle = (low + high) // 2
-        row = rising[middle : middle + 1]
-        apart = found(row, "laplace", _ORDER).logs - found(row, "exact").logs
-        low, high = (middle, high) if abs(apart) <= most / 2 else (low, middle)
-    some, left = rising[: low + 1], rising[low + 1 :]
-    if some.size:
-        logs[some] = found(some, "laplace", _ORDER).logs
-    if left.size:
-        logs[left], errors[left] = found(left, "exact")[:2]
-    used = (f"laplace, order {_ORDER}",) * bool(some.size) + ("exact",) * bool(left.size)
+    some = rising[::_STRIDE]
+    apart = np.abs(found(some, "laplace", _ORDER).logs - found(some, "exact").logs)
+    # The expansion up to the last of those before the first that is too far off.
+    known = int(np.argmin(np.append(apart <= most / 2, False)))
+    below, above = np.split(rising, [max(0, _STRIDE * (known - 1) + 1)])
+    logs, errors = np.empty(len(rising)), np.full(len(rising), most * (1 - 1e-12))
+    if below.size:
+        logs[below] = found(below, "laplace", _ORDER).logs
+    if above.size:
+        logs[above], errors[above] = found(above, "exact")[:2]
+    used = (f"laplace, order {_ORDER}",) * bool(below.size) + ("exact",) * bool(above.size)
     return as_floats(request, every.shape, scenes.Answers(logs, errors, "estimate", used))

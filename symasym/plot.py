@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import FloatArray, Numbers, axes, choice, floats, is_array, taken
+from symasym.base.inputs import Numbers, axes, choice, floats, is_array, taken
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import quantity_of, require_drift
 from symasym.quantities import call_named, stationary_density
@@ -25,9 +25,7 @@ _LABELS = {
     "1 - P": "stationary probability 1 − P of |u| > 1",
     "p_ss": "stationary density",
 }
-_NUMBERS = {"kappa": "κ", "r": "r", "start": "start", "y": "u"}
-# Values beyond e to this are drawn as their decimal logarithms.
-_MOST = 600.0
+_NUMBERS = {"kappa": "κ", "y": "u"}
 # Ratio of the largest to the smallest value from which on the axis is logarithmic.
 _MANY = 100.0
 
@@ -51,20 +49,15 @@ def plot(
     quantity : {"T", "C", "1 - C", "P", "1 - P", "p_ss"}
     drift : Drift
         With a value for each of its parameters; one of them may be the array.
-    kappa : number or array_like
-        Scaled noise amplitude.
-    r : number or array_like
-        Scaled radius, for ``"T"``, ``"C"`` and ``"1 - C"``.
-    start : number or array_like
-        Scaled starting point, for the same.
-    y : number or array_like
-        Scaled position, for the stationary density ``"p_ss"``.
+    kappa, r, start, y : number or array_like
+        Scaled noise amplitude; radius and starting point, for ``"T"``, ``"C"`` and ``"1 - C"``;
+        position, for the stationary density ``"p_ss"``.
     ax : matplotlib Axes, optional
         Where to draw; a new figure's when left out.
     label : str, optional
         In the legend; the method when left out.
     **options
-        Of the function: `method`, `order`, `rtol`.
+        Of the function: `method`, `order`, `rtol`; `log` for values beyond float64.
 
     Returns
     -------
@@ -101,33 +94,26 @@ def plot(
             "plot against, as an array of one axis."
         )
     if quantity == "p_ss":
-        estimate = stationary_density(drift, **numbers, log=True, full=True, **options)
+        found = stationary_density(drift, **numbers, full=True, **options)
     else:
-        estimate = call_named(quantity, drift, numbers, log=True, full=True, **options)
+        found = call_named(quantity, drift, numbers, full=True, **options)
     if ax is None:
         from matplotlib import pyplot
 
         ax = pyplot.subplots(layout="constrained")[1]
     (ax,) = axes("ax", ax)
-    shown = label if label is not None else estimate.method.replace("_", " ")
-    _draw(ax, x, estimate.value, estimate.error, shown, _LABELS[quantity])
-    ax.set_xlabel(_NUMBERS.get(next(iter(arrays)), next(iter(arrays))))
-    ax.legend()
-    return ax
-
-
-def _draw(ax: Axes, x: FloatArray, logs: Any, errors: Any, label: str, about: str) -> None:
-    """A line with its band, of the values or of their decimal logarithms."""
-    # What is drawn into the same axes later has the same units.
-    decimal = ax.get_ylabel().startswith("log₁₀") or np.nanmax(np.abs(logs), initial=0) > _MOST
-    known = [] if errors is None else [logs - errors, logs + errors]
-    line, *band = [y / np.log(10) for y in (logs, *known)] if decimal else np.exp([logs, *known])
-    (drawn,) = ax.plot(x, line, label=label)
-    if band:
-        ax.fill_between(x, *band, color=drawn.get_color(), alpha=0.25, linewidth=0)
-    if not decimal and np.nanmax(line, initial=0) > _MANY * np.nanmin(line, initial=np.inf):
+    (line,) = ax.plot(x, found.value, label=label or found.method.replace("_", " "))
+    if found.error is not None:
+        band = found.value - found.error, found.value + found.error
+        ax.fill_between(x, *band, color=line.get_color(), alpha=0.25, linewidth=0)
+    log, name = options.get("log"), next(iter(arrays))
+    if not log and np.nanmax(found.value, initial=0) > _MANY * np.nanmin(
+        found.value, initial=np.inf
+    ):
         ax.set_yscale("log")
     ratios = x[1:] / x[:-1] if x.min() > 0 and len(x) > 2 else np.empty(0)
     if ratios.size and np.ptp(ratios) < 0.01 * abs(ratios[0] - 1):
         ax.set_xscale("log")
-    ax.set_ylabel(f"log₁₀ of {about}" if decimal else about)
+    ax.set(xlabel=_NUMBERS.get(name, name), ylabel="log of " * bool(log) + _LABELS[quantity])
+    ax.legend()
+    return ax

@@ -86,10 +86,12 @@ def test_bad_input() -> None:
     for rtol in (0, 1, "x", float("nan"), [1e-3]):
         with pytest.raises(sa.InputError, match="rtol"):
             sa.plan(FRICTION, "0.1", 10, rtol=rtol)
-    for options, words in (({}, "rtol is None"), ({"rtol": 1e-3, "order": 2}, "order is 2")):
+    for options, words in (
+        ({}, "rtol is None"),
+        ({"rtol": 1e-3, "order": 2}, "order is 2"),
+        ({"rtol": "1e-20"}, "1e-20"),
+    ):
         with pytest.raises(sa.InputError, match=words):
             sa.escape_time(FRICTION, "0.1", 10, method="auto", **options)
-    with pytest.raises(sa.AccuracyError, match="rtol is 1e-20.*dps"):
-        sa.escape_time(FRICTION, "0.1", 10, method="auto", rtol="1e-20")
     with pytest.raises(sa.AccuracyError, match="the series for weak noise do not exist"):
         sa.plan(sa.friction(3, 1, "-7/9"), "0.1", 10)
