@@ -11,18 +11,16 @@ distance. Freezing z and y = 0 gives the scalar equation of section 4 of the pap
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import FloatArray, Number, Numbers, choice, exact, positive, within
+from symasym.base.inputs import FloatArray, Number, Numbers, exact, positive, within
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import of_arrays
 from symasym.drift.landscape import drag_time
-from symasym.drift.reduction import Reduction, numbers_of
 
 
 @dataclass(frozen=True)
@@ -63,38 +61,6 @@ class System:
         least = values(self.noise, np.linspace(-1.0, 1.0, 201)).min()
         if not least > 0.0:
             raise InputError(f"noise is {self.noise}, down to {least:.3g}; give one above 0.")
-
-    @classmethod
-    def of(
-        cls, reduction: Reduction, slow: str, across: str, at: Mapping[str, Number] | None = None
-    ) -> System:
-        """The system of a reduction in which one coordinate moves and the others stay.
-
-        The coordinate `slow` becomes z, `across` is the switch h, and `at` has numbers for the
-        others and for parameters; kappa is to be multiplied by the reduction's amplitude.
-
-        Examples
-        --------
-        >>> import symasym as sa
-        >>> reduction = sa.reduce(
-        ...     ("1 - z - y + alpha", "y - 1"), ("1 - z - y - alpha", "y - 1"),
-        ...     ("1 - z - y - alpha*(s + 3*(s - s**3))", "y - 1"), ((1,), (0,)), ("y", "z"))
-        >>> sa.System.of(reduction, "z", "y", {"alpha": 1}) == sa.oscillator(mu=3, alpha=1)
-        True
-        """
-        import sympy
-
-        names, u = [str(c) for c in reduction.coordinates], reduction.layer
-        k = names.index(choice("slow", slow, names))
-        choice("across", across, {*names} - {slow})
-        known: dict[str, Any] = dict(numbers_of("at", at or {}))
-        known |= {slow: sympy.Symbol("z"), across: sympy.Symbol("y"), u.name: sympy.Symbol("u")}
-        expressions = reduction.normal_inside, reduction.inside[k]
-        found = {s: s.name for e in expressions for s in e.free_symbols}
-        if left := sorted(set(found.values()) - set(known)):
-            raise InputError(f"at has no value of {left[0]}; give it a number there.")
-        put = {s: known[name] for s, name in found.items()}
-        return cls(*(e.subs(put, simultaneous=True) for e in expressions))
 
     def drag_time(self, z: Number, eps: Number) -> float:
         """Scaled time in which the motion of z changes a well at z by its depth.

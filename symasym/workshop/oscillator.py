@@ -171,10 +171,8 @@ def _orbits(axes: Axes, starts: Any, duration: float, color: str = "") -> None:
 
 def _surface(axes: Axes) -> None:
     """The surface y = 0: solid where it slides, dashed where it is crossed."""
-    low, high = axes.get_xlim()
-    for a, b, look in ((low, 0, _CROSSED), (0, 2, _SURFACE), (2, high, _CROSSED)):
-        if max(a, low) < min(b, high):
-            axes.plot([max(a, low), min(b, high)], [0, 0], **look)
+    axes.plot([0, 2], [0, 0], **_SURFACE)
+    axes.plot([-4, 0, np.nan, 2, 4], np.zeros(5), **_CROSSED)
     axes.set(xlabel="$z$", ylabel="$y$")
 
 

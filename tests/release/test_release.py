@@ -206,16 +206,6 @@ def test_bad_systems(texts: tuple[str, ...]) -> None:
         sa.System(*texts)
 
 
-def test_a_reduction_becomes_a_system() -> None:
-    sides = ("1 - 2*x - w", "-1 - x"), ("-1 - 2*x - w", "-1 - x")
-    inside = ("-sin(pi*s/2) - 2*x - w", "-1 - x")
-    relay = sa.reduce(*sides, inside, ((1,), (0,)), ("x", "w"))
-    assert sa.System.of(relay, "w", "x") == sa.System("-sin(pi*u/2) - 2*y - z", "-1 - y")
-    for names in (("q", "x"), ("w", "w")):
-        with pytest.raises(sa.InputError):
-            sa.System.of(relay, *names)
-
-
 def test_the_drag_time_is_the_way_to_the_fold() -> None:
     low, high = sa.friction(mu=2, alpha=1).folds().z0
     block = sa.oscillator(mu=2, alpha=1)
