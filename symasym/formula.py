@@ -137,13 +137,10 @@ def formula(label: str) -> Formula:
     from derivations.labels import DEFINITIONS
     from symasym.derivation.derivation import build
 
-    if not isinstance(label, str):
-        raise InputError(f"{shown(label)} is no label of a formula; give one of sa.labels().")
     try:
-        d = build(label)
+        return Formula(build(str(label)))
     except KeyError as missing:
         told = "is no formula; give one of sa.labels()."
-        if label in DEFINITIONS:
+        if str(label) in DEFINITIONS:
             told = f"defines {DEFINITIONS[label][1]}: there is nothing to derive."
-        raise InputError(f"{label!r} {told}") from missing
-    return Formula(d)
+        raise InputError(f"{shown(label)} {told}") from missing

@@ -54,7 +54,7 @@ def _series(label: str) -> bool:
 def build(label: str) -> Derivation:
     """The derivation of a label, its steps stated and not checked; KeyError for no label."""
     if label not in BUILT:
-        head, _, order = str(label).rpartition("-")
+        head, _, order = label.rpartition("-")
         known = head if order in tuple("12345678") and _series(head) else label
         _series(known)
         title, function, n = LABELS[known]

@@ -24,6 +24,7 @@ from flint import arb
 from sympy import Expr, Symbol
 
 from symasym.base.errors import InputError, SymasymError
+from symasym.base.inputs import shown
 from symasym.drift.drift import Drift
 from symasym.expansions.balls import doubled
 from symasym.expansions.field import LINE, RING, Field, Unresolved
@@ -119,13 +120,13 @@ def _tried(drift: Drift, start: Fraction) -> set[Case]:
     return found
 
 
-def case_for(drift: Drift, start: Fraction, asked: str | Case | None, sliding: bool) -> Case:
+def case_for(drift: Drift, start: Fraction, asked: str | None, sliding: bool) -> Case:
     """The case asked for, or the first one."""
     found = cases_of(drift, start, sliding)
     for case in found:
-        if asked is None or str(case) == " ".join(str(asked).split()):
+        if asked in (None, str(case)):
             return case
-    told = f" in the case {str(asked)!r}" if asked else ""
+    told = f" in the case {shown(asked)}" if asked else ""
     raise InputError(
         f"{drift!r} from {float(start):.6g} has no formula{told}: its cases are "
         f"{', '.join(map(repr, map(str, found))) or 'none'}; give one of these, or take numbers of "

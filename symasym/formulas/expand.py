@@ -20,7 +20,6 @@ from symasym.base.errors import InputError
 from symasym.base.inputs import Number, Numbers, choice, count, exact
 from symasym.derivation.tex import tex
 from symasym.drift.drift import Drift
-from symasym.drift.models import General
 from symasym.drift.scenes import require_drift
 from symasym.emit import emit
 from symasym.emit.expansions import of_expansion
@@ -69,9 +68,11 @@ class Expansion:
         object.__setattr__(self, "definitions", _met(self.formula, self.definitions))
         object.__setattr__(self, "conditions", tuple(kept))
         A, bare = self.drift.expression(), partial(re.sub, r"[{}]|\(.*", "")
-        own = {"T", "C", "P", *map(bare, self._names.values())}
+        used = _symbols([self.formula, *self.definitions.values()])
+        own = {KAPPA, R, U, *self.definitions, *self.equations, *used - A.free_symbols}
+        names = {"T", "C", "P", "h_1", *(bare(_name_of(s.name)) for s in own)}
         for s in sorted(A.free_symbols - {U}, key=str):
-            if bare(self._latex(s)) in own:
+            if bare(_name_of(s.name)) in names:
                 raise InputError(
                     f"A = {A} has a parameter {s}, which the formula has as a name of its own; "
                     "rename the parameter."
@@ -80,10 +81,10 @@ class Expansion:
     @property
     def numbers(self) -> dict[Symbol, Expr]:
         """Of a bound drift critical points, heights and the regular part, to 50 digits."""
-        model = self.drift.model
-        if self.drift.free or self.drift.shape or isinstance(model, General) or not model.plain:
+        of = self.drift
+        if of.free or of.shape or of == Drift.general() or not of.model.plain:
             return {}
-        return numbers_of([*self.definitions, *self.equations], self.drift, self.start)
+        return numbers_of([*self.definitions, *self.equations], of, self.start)
 
     @cached_property
     def expression(self) -> Expr:
@@ -140,30 +141,19 @@ class Expansion:
         The regular part's integrals stand as Hadamard's finite parts, whose closed form for a
         polynomial is in `definitions`.
         """
-        rows = _lines(self.quantity, r"\sim", written_out(self.formula), self._names)
+        rows = _lines(self.quantity, r"\sim", written_out(self.formula))
         for s, v in self._shown.items():
-            rows += _lines(self._latex(s), "=", written_out(v), self._names)
+            rows += _lines(_latex(s), "=", written_out(v))
         if self.integrals.keys() & self._shown.keys():
             rows.append(r"h_1(u) &= \frac{1}{\phi(u)}, \quad h_{k+1} = -\frac{h_k'}{\phi}")
         used = _symbols([self.formula, *self._shown.values()])
-        rows += [f"0 &= {self._latex(a)}" for s, a in self.equations.items() if s in used]
+        rows += [f"0 &= {_latex(a)}" for s, a in self.equations.items() if s in used]
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
 
     @cached_property
     def _shown(self) -> dict[Symbol, Expr]:
         """What the symbols stand for as it is printed, the regular part as integrals."""
         return _met(self.formula, {**self.definitions, **self.integrals})
-
-    @cached_property
-    def _names(self) -> dict[str, str]:
-        """LaTeX of the symbols that are the formula's, not the drift's."""
-        met = _symbols([self.formula, *self._shown.values(), *self.definitions.values()])
-        own = {KAPPA, R, U, *self.definitions, *self.equations}
-        own |= met - self.drift.expression().free_symbols
-        return {s.name: _name_of(s.name) for s in own}
-
-    def _latex(self, e: Expr) -> str:
-        return _latex(e, self._names)
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
@@ -207,7 +197,7 @@ def _met(formula: Expr, known: Mapping[Symbol, Expr]) -> dict[Symbol, Expr]:
 
 def _name_of(name: str) -> str:
     """LaTeX of a symbol: W1 as W_1, E0- as E_0^-, V^(4)(u1) as V^{(4)}(u_1), sigma(u1)."""
-    if name[0] == "V" or name.startswith("sigma("):
+    if re.match(r"V['^(]|sigma\(", name):
         name = name.replace("sigma", r"\sigma")
         return re.sub(r"u(\d+)", r"u_{\1}", re.sub(r"\^\((\d+)\)", r"^{(\1)}", name))
     if parts := re.fullmatch(r"([A-Za-z])(\d*)([-+]?)([-+]?)", name):
@@ -217,7 +207,7 @@ def _name_of(name: str) -> str:
     return _KNOWN.get(name) or tex(sympy.Symbol(name))
 
 
-def _latex(e: Expr, names: dict[str, str]) -> str:
+def _latex(e: Expr) -> str:
     """The expression, a polynomial or a small rational function in the fewest operations."""
     forms = [e]
     if e.is_polynomial() and not e.has(sympy.Integral):
@@ -226,14 +216,14 @@ def _latex(e: Expr, names: dict[str, str]) -> str:
             forms.append(short)
     elif e.is_rational_function() and e.count_ops() < _FEW:
         forms.append(sympy.cancel(e))
-    return tex(min(forms, key=sympy.count_ops), names)
+    return tex(min(forms, key=sympy.count_ops), {s: _name_of(s.name) for s in e.free_symbols})
 
 
-def _lines(left: str, relation: str, value: Expr, names: dict[str, str]) -> list[str]:
+def _lines(left: str, relation: str, value: Expr) -> list[str]:
     """An equation in as many lines as it needs, a sum broken between its terms."""
-    rows, parts = [f"{left} &{relation} "], [_latex(value, names)]
+    rows, parts = [f"{left} &{relation} "], [_latex(value)]
     if value.is_Add and _width(rows[0] + parts[0]) > _WIDE:
-        parts = [_latex(term, names) for term in value.as_ordered_terms()]
+        parts = [_latex(term) for term in value.as_ordered_terms()]
     for k, part in enumerate(parts):
         if k and _width(rows[-1] + part) > _WIDE:
             rows.append(r"&\quad ")
@@ -299,8 +289,9 @@ def expand(
         require_drift(drift, bound=False)
     order = count("order", (noise != "uniform") * 2 if order is None else order, 0, _MOST)
     at = exact("start", start) if quantity[-1] != "P" else Fraction(-1)  # V is measured from there
-    if isinstance(case, str) and quantity[-1] == "P" and "start" not in case:
-        case = f"start {case}"
+    asked = None if case is None else " ".join(str(case).split())
+    if asked and quantity[-1] == "P" and "start" not in asked:
+        asked = f"start {asked}"
     if (
         (abs(at) > 1 and drift.model.layered)
         or (noise == "uniform" and (quantity, order) != ("T", 0))
@@ -311,7 +302,7 @@ def expand(
             "give -1 <= start <= 1, T of Drift.general(), T to order 0 for uniform noise, or take "
             f"numbers of method={_METHODS[noise]!r}."
         )
-    return _expanded(drift, quantity, noise, order, at, case)
+    return _expanded(drift, quantity, noise, order, at, asked)
 
 
 @lru_cache(maxsize=32)
@@ -321,13 +312,13 @@ def _expanded(
     noise: Noise,
     order: int,
     start: Fraction,
-    case: str | Case | None,
+    asked: str | None,
 ) -> Expansion:
     if noise == "uniform":
-        found = uniform(drift, start, case)
+        found = uniform(drift, start, asked)
     elif noise == "strong":
         found = strong(drift, quantity, order, start)
     else:
-        own = case_for(drift, start, case, quantity[-1] == "P")
+        own = case_for(drift, start, asked, quantity[-1] == "P")
         found = weak(drift, quantity, order, start, own)
     return Expansion(quantity, noise, order, drift, start, **found)

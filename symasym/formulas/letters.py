@@ -229,13 +229,12 @@ class Pair(Field):
 
     def _read(self, drift: Drift) -> None:
         model, phi, case = drift.model, self.A, self.case
-        self.layered = model.layered
+        self.layered, poly = model.layered, phi.as_poly(U)
         self.sigma = expression(model.noise, drift.values) if model.noise else S.One
         power = 2 * Rational(*model.alpha.as_integer_ratio())
         self.powers = [-power, power - 2] if model.noise else []
         self.A, self.slope = phi / self.sigma**2, sympy.diff(phi, U) / self.sigma**2
         self.places = [*zip(self.zeros, case.kinds, strict=True)]
-        poly = phi.as_poly(U)
         if poly is not None and self.A.is_rational_function(U):
             self.primitive = sympy.integrate(self.A, U)
         if poly is not None and not poly.free_symbols_in_domain:

@@ -25,7 +25,7 @@ from sympy import Expr, Rational, S
 
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
-from symasym.formulas.cases import PAIRS, Case, U, case_for
+from symasym.formulas.cases import PAIRS, U, case_for
 from symasym.formulas.letters import IN_KAPPA, LAM, Field, R
 
 M, D, K, W, ZETA, Z, N = sympy.symbols("m D k w zeta Z N", real=True)
@@ -118,13 +118,13 @@ def of_pair(of: Field) -> tuple[dict[Any, Expr], list[Any]]:
     return known, [LAM * fall > _END, -LAM * of.height(well) > _START]
 
 
-def uniform(drift: Drift, start: Fraction, case: str | Case | None) -> dict[str, Any]:
+def uniform(drift: Drift, start: Fraction, asked: str | None) -> dict[str, Any]:
     """The formula of T, its case, what its symbols are, and where it holds."""
     A, x = drift.expression(), Rational(start.numerator, start.denominator)
     cubic = A.is_polynomial(U) and sympy.degree(A, U) in (2, 3)
-    if case is None and not cubic and A.has(U):
-        case = case_for(drift, start, None, sliding=False)
-    for own in [c for c in PAIRS if str(case or c) == str(c) and abs(start) < 1]:
+    if asked is None and not cubic and A.has(U):
+        asked = str(case_for(drift, start, None, sliding=False))
+    for own in [c for c in PAIRS if asked in (None, str(c)) and abs(start) < 1]:
         side = -1 if own.before else 1
         if cubic:
             known, where = of_cubic(sympy.expand(side * A.subs(U, side * U)), side * x)

@@ -290,18 +290,17 @@ def test_numbers_of_a_bound_drift() -> None:
         (sa.friction(), {"quantity": "Q"}, "quantity is 'Q'; give one of"),
         ("friction", {}, "drift is .friction.; give a Drift"),
         (sa.friction(), {"order": 9}, "order is 9; give a whole number from 0 to 8"),
-        (sa.friction(), {"case": "well well start"}, "no formula in the case"),
-        (sa.friction(), {"case": "barrier well barrier start well"}, "case 'barrier well"),
-        (sa.friction(), {"case": "start=well"}, "case 'start=well'"),
+        *[(sa.friction(), {"case": case}, f"case '{case}'")
+          for case in ("well well start", "barrier well barrier start well", "start=well")],
         (sa.friction(3, 1, "-0.4"), {"case": "start well"}, "case 'start well'"),
         (sa.friction(), {"quantity": "P", "case": "barrier"}, "its cases are .start well."),
-        (sa.Drift.general(), {"quantity": "P"}, "Drift.general"),
+        *[(sa.Drift.general(), {"quantity": name}, "has no formula") for name in ("C", "P")],
         (sa.Drift.general(), {"case": "well barrier start"}, "case 'well barrier start'"),
         (sa.friction(), {"start": "-9/8"}, "from -1.125 has no formula"),
         (sa.Drift("c + sin(2*u) + 2*u**2"), {"noise": "uniform", "case": "start"},
          "take numbers of method=.uniform"),
-        (sa.Drift.general(), {"noise": "strong"}, "no polynomial"),
-        (sa.Drift("1 + sin(u)"), {"noise": "strong"}, "no polynomial in u, so that the moments"),
+        *[(drift, {"noise": "strong"}, "no polynomial in u, so that the moments")
+          for drift in (sa.Drift.general(), sa.Drift("1 + sin(u)"))],
         *[(sa.Drift(f"{name} + u - 4*u**3"), {"order": 1}, f"has a parameter {name}")
           for name in ("kappa", "T", "C", "h1", "W_1", "lambda", "R", "r")],
         (sa.Drift("L - u + u**3"), {"noise": "strong"}, "has a parameter L"),
@@ -312,5 +311,8 @@ def test_numbers_of_a_bound_drift() -> None:
 def test_bad_input(drift: sa.Drift, options: dict[str, Any], words: str) -> None:
     with pytest.raises(sa.InputError, match=words):
         sa.expand(drift, **options)
+
+
+def test_a_double_zero_is_told() -> None:
     with pytest.raises(sa.AccuracyError, match="A vanishes at u = 0.5, its slope too"):
         sa.expand(sa.Drift("(u - 1/2)**2*(2 - 3*u)"))
