@@ -14,21 +14,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from symasym.base import inputs
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import with_error
-from symasym.base.inputs import (
-    FloatArray,
-    Number,
-    Numbers,
-    choice,
-    count,
-    exact,
-    floats,
-    positive,
-    sequence,
-    shown,
-    within,
-)
+from symasym.base.inputs import FloatArray, Number, Numbers
 from symasym.release.march import March, Scene, march
 from symasym.release.system import System
 
@@ -45,11 +34,11 @@ class Law:
 
     def cdf(self, x: Numbers) -> Any:
         """The chance to be at most x."""
-        return np.clip(self._of(floats("x", x)), 0.0, 1.0)[()]
+        return np.clip(self._of(inputs.floats("x", x)), 0.0, 1.0)[()]
 
     def quantile(self, p: Numbers) -> Any:
         """The x at which `cdf` is p, which must lie in (0, 1)."""
-        level = floats("p", p)
+        level = inputs.floats("p", p)
         if not ((level > 0.0) & (level < 1.0)).all():
             raise InputError(f"p is {level[()]}; give a probability between 0 and 1.")
         low, high = (np.full(level.shape, end) for end in self._ends)
@@ -126,22 +115,21 @@ def release(
     51.1044, 3.468, -0.905
     """
     if not isinstance(system, System):
-        raise InputError(f"system is {shown(system)}; give a System, such as sa.oscillator(3, 1).")
-    choice("method", method, ("march", "simulate"))
-    if len(sequence("start", start)) != 2:
-        raise InputError(f"start is {shown(start)}; give the pair (u, z).")
+        raise InputError(f"system is {inputs.shown(system)}; give sa.oscillator or a System.")
+    inputs.choice("method", method, ("march", "simulate"))
+    if len(inputs.sequence("start", start)) != 2:
+        raise InputError(f"start is {inputs.shown(start)}; give the pair (u, z).")
     given = {"kappa": kappa, "r": r, "eps": eps}
-    noise, radius, width = (float(positive(name, x)) for name, x in given.items())
-    u, z = (float(exact(name, x)) for name, x in zip("uz", start, strict=True))
-    allowed, colour = float(within("rtol", rtol, 1e-10, 0.1)), float(within("tau", tau, 0, 1e300))
+    noise, radius, width = (float(inputs.positive(name, x)) for name, x in given.items())
+    u, z = (float(inputs.exact(name, x)) for name, x in zip("uz", start, strict=True))
+    allowed = float(inputs.within("rtol", rtol, 1e-10, 0.1))
+    colour = float(inputs.within("tau", tau, 0, 1e300))
     if abs(u) >= radius:
         raise InputError(f"start's u is {u:g} and r {radius:g}; u must lie inside (-r, r).")
     scene = Scene(system, noise, radius, width, u, z)
     across = radius * np.linspace(-1.0, 1.0, 201)
     if not np.isfinite(scene.phi(across, z) + scene.velocity(across, z)).all():
-        raise InputError(
-            f"phi or velocity has no value at some |u| < r, z = {z:.6g}; give another."
-        )
+        raise InputError(f"phi or velocity has no value at some |u| < r, z = {z:.6g}; change it.")
     if method == "march":
         if colour:
             raise InputError(f"tau is {colour:g}; coloured noise is for method='simulate'.")
@@ -154,10 +142,10 @@ def release(
         return Release(fine.mean, error, fine.std, (left, 1.0 - left), method, (), time, place)
     # A path in coloured noise needs steps far shorter than its memory.
     most = colour / 4 or 1e300
-    h = _step(scene, colour) if step is None else float(within("step", step, 1e-300, most))
-    number, first = count("paths", paths, 10, 10_000_000), count("seed", seed, 0, 2**62)
-    times, places, sides = _simulated(scene, number, h, first, colour)
-    check = _simulated(scene, max(2, number // 5), 2.0 * h, first + 1, colour)[0]
+    h = _step(scene, colour) if step is None else float(inputs.within("step", step, 1e-300, most))
+    number, seed = inputs.count("paths", paths, 10, 10**7), inputs.count("seed", seed, 0, 2**62)
+    times, places, sides = _simulated(scene, number, h, seed, colour)
+    check = _simulated(scene, max(2, number // 5), 2.0 * h, seed + 1, colour)[0]
     time, place = _of_sample(times), _of_sample(places)
     spread, bias = time.std / number**0.5, abs(float(check.mean()) - time.mean)
     note = (

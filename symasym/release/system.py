@@ -85,10 +85,8 @@ class System:
         )
 
     def frozen(self, z: Numbers) -> Drift:
-        """The scalar drift at z and y = 0; refused where the noise depends on u."""
-        if self.noise != 1:
-            raise InputError(f"noise is {self.noise}; with z frozen it must be 1, take sa.release.")
-        drift = Drift(self.phi.subs("y", 0), "u")
+        """The scalar drift at z and y = 0, with its noise."""
+        drift = Drift(self.phi.subs("y", 0), "u", noise=None if self.noise == 1 else self.noise)
         return drift.bind(z=z) if drift.parameters else drift
 
 
