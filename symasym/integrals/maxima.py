@@ -102,7 +102,7 @@ def _beside(f: Expr, g: Expr, x: Symbol, point: Any, side: int, inside: Any) -> 
     heights, weights = ([code(e, x)(y) for y in at] for e in (f, g))
     gap = abs(heights[-1] - heights[-2])
     if not far and gap < 1e-9 * (1 + abs(heights[-1])):
-        return [heights[-1] + arb(0, gap)] if heights[-1] > heights[-2] else []
+        return [] if heights[-1] < heights[-2] else [heights[-1] + arb(0, gap)]
     rows = zip(at, heights, weights, strict=True)
     sizes = [(_LARGE * h + (abs(w) * abs(y - start)).log()).mid() for y, h, w in rows]
     if not all(later < earlier for earlier, later in pairwise(sizes)):
