@@ -51,12 +51,6 @@ class Formula:
         return f"Formula({self.label!r}, {self.title!r})"
 
     @property
-    def left(self) -> Any:
-        """The left side, as SymPy or LaTeX; a tuple where it says several things."""
-        sides = tuple(step.left for step in self.concluded)
-        return sides[0] if len(sides) == 1 else sides
-
-    @property
     def expression(self) -> Any:
         """The right side as a SymPy expression; a tuple where it says several things."""
         return self._derivation.right()

@@ -74,17 +74,21 @@ class Field:
 
     `values` is what each symbol stands for, `equations` A at critical points without a closed
     form, which is 0, `integrals` the regular part's finite parts as integrals, `primitive` that of
-    A, where it has one.
+    A, where it has one, `slope` A' where A is 0, `kinds` the wells and barriers; the noise sigma(u)
+    gives weights that are its `powers`.
     """
 
     pair, layered = False, True
     primitive: Expr | None = None
+    sigma, powers = S.One, list[Expr]()
 
     def __init__(self, drift: Drift, case: Case, start: Fraction) -> None:
         self.A, self.case, self.start = drift.expression(), case, Rational(str(start))
         self.values, self.equations, self.integrals = _Known(), _Known(), _Known()
         self.zeros = [Symbol(f"u{k}", real=True) for k in range(1, len(case.kinds) + 1)]
-        self.outer: list[Symbol] = []
+        self.kinds = dict(zip(self.zeros, case.kinds, strict=True))
+        self.kinds |= {self.start: case.at_start} if case.at_start else {}
+        self.outer, self.slope = list[Symbol](), sympy.diff(self.A, U)
         self._read(drift)
 
     def _read(self, drift: Drift) -> None:
@@ -138,30 +142,32 @@ class Field:
             self.values[symbol] = value
         return symbol
 
-    def kind(self, u: Expr) -> str:
-        """``"well"`` or ``"barrier"`` at a zero in the layer."""
-        kinds = dict(zip(self.zeros, self.case.kinds, strict=True))
-        return str(kinds.get(u, self.case.at_start if u == self.start else ""))
-
     def derivative(self, j: int, u: Expr) -> Expr:
         """V^(j)(u) at a point of the layer."""
         signs = {"complex": True} if u.is_real is None else {}
-        if j == 2 and (kind := self.kind(u)):
-            signs = {"negative" if kind == "barrier" else "positive": True}
+        value = sympy.diff(self.A, U, j - 1)
+        if j == 2 and u in self.kinds:
+            value = self.slope
+            signs = {"negative" if self.kinds[u] == "barrier" else "positive": True}
         order = "'" * j if j < 4 else f"^({j})"
-        value = -sympy.diff(self.A, U, j - 1).subs(U, u)
-        return self.named(f"V{order}({u})", value, **signs)
+        return self.named(f"V{order}({u})", -value.subs(U, u), **signs)
 
     def taylor(self, u: Expr, count: int) -> list[Expr]:
         """phi's Taylor coefficients at a point of the layer, -V^(j+1)(u)/j!."""
-        zero = self.kind(u) or u in self.outer
+        zero = u in self.kinds or u in self.outer
         first = S.Zero if zero else self.slopes.get(u) or -self.derivative(1, u)
         rest = (-self.derivative(j + 1, u) / sympy.factorial(j) for j in range(1, count))
         return [first, *rest]
 
     def around(self, u: Expr, count: int) -> tuple[list[Expr], list[Any]]:
-        """phi's Taylor coefficients, and those of no weights."""
-        return self.taylor(u, count), []
+        """phi's Taylor coefficients, and those of both weights, if there are any."""
+        orders = [(j, sympy.factorial(j)) for j in range(1, count)]
+        here = self.named(f"sigma({u})", self.sigma.subs(U, u), positive=True)
+        rows = [
+            [here**p, *(sympy.diff(self.sigma**p, U, j).subs(U, u) / n for j, n in orders)]
+            for p in self.powers
+        ]
+        return self.taylor(u, count), rows
 
     def sides(self, u: Expr, count: int) -> tuple[Any, Any]:
         """The same left and right of u, None beyond an end."""
@@ -233,7 +239,7 @@ class Pair(Field):
         self.sigma = expression(model.noise, drift.values) if model.noise else S.One
         power = 2 * Rational(*model.alpha.as_integer_ratio())
         self.powers = [-power, power - 2] if model.noise else []
-        self.A, self.slope = phi / self.sigma**2, sympy.diff(phi, U) / self.sigma**2
+        self.A, self.slope = phi / self.sigma**2, self.slope / self.sigma**2
         self.places = [*zip(self.zeros, case.kinds, strict=True)]
         if poly is not None and self.A.is_rational_function(U):
             self.primitive = sympy.integrate(self.A, U)
@@ -259,23 +265,6 @@ class Pair(Field):
         pairs = zip(itertools.pairwise(roots), itertools.pairwise(kinds), strict=True)
         own = (downhill or roots)[:1]
         return next((us for us, words in pairs if words == self.case.kinds and own[0] in us), ())
-
-    def derivative(self, j: int, u: Expr) -> Expr:
-        """V_sigma^(j)(u)."""
-        if j == 2:  # phi is 0 there
-            sign = {"negative" if self.kind(u) == "barrier" else "positive": True}
-            return self.named(f"V''({u})", -self.slope.subs(U, u), **sign)
-        return super().derivative(j, u)
-
-    def around(self, u: Expr, count: int) -> tuple[list[Expr], list[Any]]:
-        """The Taylor coefficients of A and of both weights."""
-        orders = [(j, sympy.factorial(j)) for j in range(1, count)]
-        here = self.named(f"sigma({u})", self.sigma.subs(U, u), positive=True)
-        rows = [
-            [here**p, *(sympy.diff(self.sigma**p, U, j).subs(U, u) / n for j, n in orders)]
-            for p in self.powers
-        ]
-        return self.taylor(u, count), rows
 
 
 def put_in(e: Any, known: Mapping[Symbol, Expr]) -> Any:

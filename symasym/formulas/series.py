@@ -152,14 +152,14 @@ def conditions(of: Field, quantity: str) -> Iterator[Any]:
     yield from (a < b for a, b in itertools.pairwise([*edges[0], *inside, *edges[1]]))
     yield from (sympy.Eq(of.A.subs(U, u), 0) for u in of.zeros if not (of.pair and u in of.values))
     if of.pair:
-        well, barrier = sorted(of.zeros, key=lambda u: of.kind(u) == "barrier")
+        well, barrier = sorted(of.zeros, key=lambda u: of.kinds[u] == "barrier")
         yield of.height(barrier) > of.height(well)
         return
     yield from ends(of, quantity)
     if of.poly is not None and of.poly.degree():
         yield sympy.Ne(of.poly.LC(), 0)
     if kind := of.case.at_start:
-        slope = sympy.diff(of.A, U).subs(U, of.start)
+        slope = of.slope.subs(U, of.start)
         yield sympy.Gt(slope, 0) if kind == "barrier" else sympy.Lt(slope, 0)
     elif abs(of.start) < 1:
         yield sympy.Ne(of.at(of.start), 0)
