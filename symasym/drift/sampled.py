@@ -17,7 +17,7 @@ from flint import acb, arb, fmpq
 from symasym.base.balls import precision
 from symasym.base.inputs import FloatArray, common_shape, floats
 from symasym.drift.evaluate import Analytic, box, coefficients_of, profile, rational, value_of
-from symasym.drift.models import Model
+from symasym.drift.models import Expression, Model
 from symasym.drift.parametrized import Parametrized
 
 #: Chebyshev terms that hold what is not a polynomial on a panel.
@@ -50,6 +50,14 @@ def flat_values(drift: Parametrized, shape: tuple[int, ...]) -> dict[str, Any]:
     }
 
 
+def _long(x: Any) -> Any:
+    """In long double, of a rational to its last bit."""
+    if isinstance(x, np.ndarray):
+        return x.astype(np.result_type(x, np.longdouble))
+    above, below = x.as_integer_ratio()
+    return np.longdouble(above) / np.longdouble(below)
+
+
 class Sampled:
     """phi/sigma^2 by one formula over rows of parameters, some of them perhaps complex.
 
@@ -63,8 +71,8 @@ class Sampled:
         Chebyshev terms that hold it on a panel between `cuts`.
     exact : bool
         True for polynomials.
-    careful : bool
-        True where values are as if found in twice the precision and rounded.
+    long : bool
+        True where a polynomial is evaluated in long double, and then rounded.
     """
 
     def __init__(
@@ -74,9 +82,9 @@ class Sampled:
         rows: int,
         noise: Model | None = None,
         span: tuple[float, float] = (-1.0, 1.0),
-        careful: bool = False,
+        long: bool = False,
     ):
-        self.model, self.noise, self.span, self.careful = model, noise, span, careful
+        self.model, self.noise, self.span, self.long = model, noise, span, False
         self._numbers, self._rows = numbers, rows
         self.arrays = {k: x for k, x in numbers.items() if isinstance(x, np.ndarray)}
         self.floats: dict[str, Any] = {
@@ -86,6 +94,10 @@ class Sampled:
             self._c = None if noise else coefficients_of(model, self.floats, balls=False)
         self.exact = self._c is not None
         self.terms = ANALYTIC if self._c is None else len(self._c)
+        if long and self.exact and not (isinstance(model, Expression) and self.arrays):
+            exact = {k: _long(x) for k, x in numbers.items()} if self.arrays else numbers
+            if c := model.coefficients(exact):
+                self._c, self.long = [_long(x) for x in c], True
 
     def __call__(self, u: Any, rows: Any) -> Any:
         """The values at `u`, of shape (many, len(rows)), each column with its row's parameters."""
@@ -94,14 +106,10 @@ class Sampled:
             phi = in_floats(self.model, u, values)
             return phi / in_floats(self.noise, u, values) ** 2 if self.noise else phi
         c = [x[rows] if np.ndim(x) else x for x in self._c]
-        value = c[-1] + 0 * u
+        value, u = c[-1] + 0 * u, u.astype(np.longdouble) if self.long else u
         for x in c[-2::-1]:
             value = value * u + x
-        if not self.careful:
-            return value
-        high, low = self._pairs[..., rows if self.arrays else slice(None)]
-        real = _compensated(high, low, np.real(u))
-        return real + 1j * value.imag if np.iscomplexobj(value) else real
+        return value.astype(complex if np.iscomplexobj(value) else float)
 
     def log_noise(self, u: Any, rows: Any) -> Any:
         """log sigma at `u`."""
@@ -112,21 +120,8 @@ class Sampled:
 
     def majorant(self, far: Any, rows: Any) -> Any:
         """Of polynomials, the sum of the terms' sizes at |u| = `far`."""
-        c = [np.abs(x[rows] if np.ndim(x) else x) for x in self._c or ()]
+        c = [np.abs(x[rows] if np.ndim(x) else x).astype(float) for x in self._c or ()]
         return sum(x * far**k for k, x in enumerate(c))
-
-    @cached_property
-    def _pairs(self) -> Any:
-        """The coefficients of each row, as sums of two floats."""
-        pairs = []
-        with precision(160):
-            for row in range(self._rows if self.arrays else 1):
-                c = coefficients_of(self.model, self._exactly(row), balls=True) or []
-                high = [float(arb(x).mid()) for x in c]
-                pairs.append(
-                    (high, [float(arb(x).mid() - h) for x, h in zip(c, high, strict=True)])
-                )
-        return np.array(pairs).transpose(1, 2, 0)
 
     def _exactly(self, row: int) -> dict[str, Any]:
         """The real parameters of a row as rationals."""
@@ -236,32 +231,12 @@ def _held(phi: Any, middle: fmpq, half: fmpq, allowed: arb) -> bool:
     return False
 
 
-def _compensated(high: Any, low: Any, u: Any) -> Any:
-    """Horner's rule with the errors of its steps, of coefficients high + low.
-
-    S. Graillat, P. Langlois, N. Louvet, Japan J. Indust. Appl. Math. 26 (2009) 191.
-    """
-    split = 2.0**27 + 1
-    first = split * u - (split * u - u)
-    second = u - first
-    value, error = high[-1] + 0 * u, low[-1] + 0 * u
-    for c, rest in zip(high[-2::-1], low[-2::-1], strict=True):
-        product = value * u
-        top = split * value - (split * value - value)
-        bottom = value - top
-        lost = ((top * first - product) + top * second + bottom * first) + bottom * second
-        value = product + c
-        part = value - product
-        error = error * u + (lost + ((product - (value - part)) + (c - part)) + rest)
-    return value + error
-
-
 class Field:
     """phi/sigma^2 of rows, as `parts` from left to right, and `ends` beside a layer.
 
     Parameters that are no arrays are shared by the rows, and exact if rational. `span` is how far a
-    drift without a layer is asked for; `careful` polynomials are found by compensated Horner's
-    rule. The scale density is e times sigma^`powers`[0], the speed density lam/e times
+    drift without a layer is asked for; in `long` ready-made polynomials are evaluated in long
+    double. The scale density is e times sigma^`powers`[0], the speed density lam/e times
     sigma^`powers`[1]; without noise `powers` is None.
     """
 
@@ -271,7 +246,7 @@ class Field:
         values: Mapping[str, Any],
         rows: int,
         span: tuple[float, float] = (-1.0, 1.0),
-        careful: bool = False,
+        long: bool = False,
     ):
         self._drift, self._rows, model = drift, rows, drift.model
         self._numbers = {**drift.values, **values}
@@ -279,7 +254,7 @@ class Field:
         if not model.layered:
             marks = [span[0], *np.clip([float(x) for x in model.cuts], *span), span[1]]
         self.parts = [
-            Sampled(part, self._numbers, rows, model.noise, (float(a), float(b)), careful)
+            Sampled(part, self._numbers, rows, model.noise, (float(a), float(b)), long)
             for part, a, b in zip(model.pieces, marks, marks[1:], strict=False)
             if a < b
         ]

@@ -25,6 +25,7 @@ from symasym.exact.float_integrals import (
 
 OF_A = 0.37 * ULP  # rounding of A, for each of its terms
 MISSED = np.log(1e-16)
+LONG = float(np.finfo(np.longdouble).eps / np.finfo(float).eps)
 DEEPEST = 38  # halvings
 _FEW, _PANELS = 8, 2000  # terms of A, panels of a row
 _UNITS, _MOST = (20.0, 14.0), 24  # exponent on pieces that a row begins with, and their number
@@ -55,7 +56,7 @@ class Side(NamedTuple):
         at = side * self.mirror
         left, right = (x[self.rows] for x in self.field.ends)
         a = self.sign * self.mirror * np.where(at < 0, left, right)
-        off = ULP * np.abs(a) + 1e-16 * self.off if self.of.careful else self.off
+        off = ULP * np.abs(a) + LONG * self.off if self.of.long else self.off
         return a, off, self.of.log_noise(at[None], self.rows)[0]
 
     def series(self, some: Any, lam: Any, left: Any, half: Any) -> Any:
@@ -181,12 +182,13 @@ def panels(
     rank = np.arange(len(row)) - np.repeat(np.cumsum(number) - number, number)
     where = by_row[np.lexsort((np.argsort(by_number)[row[by_row]], rank))]
     row, left, half, off, strength, c = (x.take(where, axis=-1) for x in parts)
-    if phi.of.careful:
+    if phi.of.long:
         # Once more where the panels are: what is left of rounding is relative to A there.
         c = phi.series(rows[row], lam[row], left, half)
         size = np.abs(c[0])
         far = np.maximum(1.0, np.abs(left) + 2 * half)
-        off = OF_A * phi.of.terms * size.sum(axis=0) + ULP * far / half * size[1:].sum(axis=0)
+        off *= LONG
+        off += OF_A * phi.of.terms * size.sum(axis=0) + ULP * far / half * size[1:].sum(axis=0)
     return records(half, c, off, strength, phi.powers, phi.loose, order), by_number, widths
 
 

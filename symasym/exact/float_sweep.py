@@ -52,7 +52,7 @@ def swept(sides: list[Side], lam: Any, begin: Any, end: Any, state: Logs) -> Log
 
 def _inside(phi: Side, lam: Any, low: Any, high: Any, some: Any, state: Logs, order: int) -> None:
     """Across a formula's interval."""
-    if some.size and order == 1 and not phi.of.careful and phi.powers is None:
+    if some.size and order == 1 and not phi.of.long and phi.powers is None:
         some = some[~together(state, phi, lam[some], low[some], high[some], some)]
     if some.size:
         of, rank, widths = panels(phi, some, lam[some], low[some], high[some], order)

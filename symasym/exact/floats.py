@@ -11,7 +11,7 @@ positive, so that nothing cancels.
 
 Panels are a row's own (`float_panels`) or shared by rows of similar shape (`float_together`). The
 claimed error is an estimate: rounding to first order, with constants that were checked against
-balls. A row in doubt is swept once more with A by compensated Horner, then in balls, as are higher
+balls. A row in doubt is swept once more with A in long double, then in balls, as are higher
 moments and the line's stationary state without a layer. lam and the drift's parameters may be
 complex (derivatives by a complex step).
 """
@@ -195,9 +195,9 @@ def float_logs(scenes: Scenes, request: Request) -> Logs:
     found = logs_of(name, of, numbers, moment, reflecting)
     if of.exact and (some := _in_doubt(found)).size:
         values = {n: x[some] if is_array(x) else x for n, x in values.items()}
-        careful = Field(scenes.drift, values, len(some), span, careful=True)
+        longer = Field(scenes.drift, values, len(some), span, long=True)
         fewer = {n: x[some] for n, x in numbers.items()}
-        found.log[some], found.error[some] = logs_of(name, careful, fewer, moment, reflecting)
+        found.log[some], found.error[some] = logs_of(name, longer, fewer, moment, reflecting)
     moved, room = moved_places(scenes)
     if moved:  # no faster than lam |phi|, or as two places come close to each other
         far = np.full(count, max(map(abs, span)))
