@@ -21,8 +21,8 @@ from symasym.drift.models import Expression, Model
 from symasym.drift.parametrized import Parametrized
 
 #: Chebyshev terms that hold what is not a polynomial on a panel.
-ANALYTIC = 17
-_ELLIPSES = (11, 16, 32, 64)  # sums of half axes, over half a panel's width
+ANALYTIC = 24
+_ELLIPSES = (6, 8, 11, 16, 32, 64)  # sums of half axes, over half a panel's width
 _MOST = 1_000  # panels
 _POINTS = np.cos(np.pi * (np.arange(33) + 0.5) / 33)
 
@@ -160,10 +160,10 @@ class Sampled:
 
     @cached_property
     def cuts(self) -> Any:
-        """Points between which 17 Chebyshev terms hold it to 1e-16 of its size; None for too many.
+        """Points between which `ANALYTIC` Chebyshev terms hold it to 1e-16 of its size; None for too many.
 
         Of a function below M inside the ellipse with foci at a panel's ends whose half axes add up
-        to rho half widths, they miss at most 4 M rho^-16/(rho - 1). Of varied rows, where that is
+        to rho half widths, n terms miss at most 4 M rho^(1 - n)/(rho - 1). Of varied rows, where that is
         no proof, the cuts of the least and of the largest parameters.
         """
         if self.exact:

@@ -31,7 +31,6 @@ ULP = 2.3e-16
 OWN = 4e-15  # relative error of a panel's integrals
 AT_ONCE = 1024  # columns in the cache
 CLIMB = 8.0  # of lam V on a sampled panel: the nested integral loses so much of e^x ulp
-CELLS = 16
 
 _NODES, _TERMS = 20, 40  # of the slow series
 _CLOSED = (0.25, 8.0)  # least exponents for closed forms
@@ -62,14 +61,14 @@ def rounding(log: Any) -> Any:
 
 
 @cache
-def matrices(terms: int, nodes: int = _NODES) -> Any:
+def matrices(terms: int) -> Any:
     """What acts on Chebyshev coefficients, so many terms, and on values at Gauss's nodes."""
-    cheb, leg = np.polynomial.chebyshev, np.polynomial.legendre
+    cheb, leg, nodes = np.polynomial.chebyshev, np.polynomial.legendre, _NODES
     roots = [arb.legendre_p_root(nodes, k, weight=True) for k in reversed(range(nodes))]
     x, weights = np.array([[float(y) for y in root] for root in roots]).T
     to_series = (np.arange(nodes)[:, None] + 0.5) * leg.legvander(x, nodes - 1).T * weights
     until, ends = np.append(x, 1.0), np.append(x, [-1.0, 1.0])
-    k, marks = np.arange(terms), np.linspace(-1.0, 1.0, CELLS + 1)
+    k = np.arange(terms)
     fit: Any = np.cos(np.pi / 2 * (np.outer(k, 2 * k + 1) % (4 * terms)) / terms) * 2 / terms
     fit[0] /= 2
 
@@ -84,9 +83,6 @@ def matrices(terms: int, nodes: int = _NODES) -> Any:
     return SimpleNamespace(
         fit=fit,  # coefficients from values at `points`
         points=np.cos(np.pi * (k + 0.5) / terms),
-        marks=marks,
-        at_marks=cheb.chebvander(marks, terms - 1),
-        to_end=each(lambda row: cheb.chebval(marks[:-1], cheb.chebint(row, lbnd=1))),
         values=cheb.chebvander(ends, terms - 1),
         integrals=each(lambda row: cheb.chebval(until, cheb.chebint(row, lbnd=-1))),
         halves=[each(lambda row, u=u: padded(cheb.Chebyshev(row)(u).coef / 2)) for u in lines],

@@ -84,54 +84,23 @@ def seen(
             size = np.maximum(size, np.abs(act.powers @ c).sum(axis=0))
         elif of.exact:
             size = of.majorant(np.minimum(far, max(abs(low), abs(high))), rows)
-        off, edges, loose = OF_A * of.terms * size, np.array([-np.inf, np.inf]), 0.0
+        off, loose, edges = OF_A * of.terms * size, 0.0, np.array([-np.inf, np.inf])
         if not of.exact:
             rounding, loose = of.rounding
-            off, edges = _resolved(of, rows, max(OF_A * _FEW, rounding) * size, field)
+            off = max(OF_A * _FEW, rounding) * size
+            # Where rows differ, cuts prove nothing: ready-made drifts are judged by last terms.
+            judged = not of.varied or not (
+                field.powers or not field.layered or isinstance(of.model, Expression)
+            )
+            if of.cuts is None or not judged:
+                off = off + np.inf
+            else:
+                every = np.array([low, *of.cuts, high])
+                edges = np.unique([*every, *-every])
         loose = 4 * (loose + 2 * ULP) if field.powers else 0.0
         tiled = np.tile(rows, 1 + both), mirror, sign, np.tile(off, 1 + both)
         found.append(Side(field, of, *tiled, loose, edges))
     return found
-
-
-def _resolved(of: Sampled, rows: Any, off: Any, field: Field) -> tuple[Any, Any]:
-    """The error of A, and ends, in both orientations, of intervals on which a series holds A.
-
-    Between cuts that is proved if the rows have one drift. Cuts are joined where the series' last
-    terms are small and it is right at cuts and midway. Ready-made drifts that differ are judged by
-    that alone; formulas of the caller's that differ, and what has too many cuts, are in doubt.
-    Without a layer, and with noise, cuts are not joined.
-    """
-    act, none, marks = matrices(of.terms), np.zeros(len(rows)), of.cuts
-    free = field.powers is not None or not field.layered
-    if marks is None or (of.varied and (free or isinstance(of.model, Expression))):
-        return off + np.inf, np.array([-np.inf, np.inf])
-    if free:
-        both = np.array([of.span[0], *marks, of.span[1]])
-        return off, np.unique([*both, *-both])
-    if of.varied:
-        marks = np.union1d(marks, np.linspace(-1.0, 1.0, 65))
-
-    def holds(a: float, b: float) -> bool:
-        inside, half = marks[(marks > a) & (marks < b)], (b - a) / 2
-        if not inside.size and (not of.varied or half < 1e-9):
-            return True
-        c = act.fit @ of(a + half + half * act.points[:, None] + none, rows)
-        allowed = 1e-14 * np.abs(c).sum(axis=0) + 2 * off
-        if (np.abs(c[-2:]) > allowed).any():
-            return False
-        u = np.convolve(np.repeat([a, *inside, b], 2), [0.5, 0.5], "valid")  # these, and midway
-        values = np.polynomial.chebyshev.chebvander((u - a) / half - 1.0, of.terms - 1) @ c
-        return bool((np.abs(of(u[:, None] + none, rows) - values) <= allowed).all())
-
-    found, waiting = [1.0], [(-1.0, 1.0)]
-    while waiting:
-        a, b = waiting.pop()
-        if holds(a, b):
-            found.append(a)
-        else:
-            waiting += [((a + b) / 2, b), (a, (a + b) / 2)]
-    return off, np.unique([*found, *-np.array(found)])
 
 
 def panels(

@@ -18,7 +18,6 @@ import numpy as np
 
 from symasym.exact.float_integrals import Logs, constant, rounding
 from symasym.exact.float_panels import Side, panels
-from symasym.exact.float_together import together
 
 # Powers of a and b in I, J, N, K, M, X, C0, C1.
 _WEIGHTS = np.array([[1, 0], [0, 1], [1, 1], [2, 1], [1, 1], [2, 1], [1, 2], [2, 2]])
@@ -52,8 +51,6 @@ def swept(sides: list[Side], lam: Any, begin: Any, end: Any, state: Logs) -> Log
 
 def _inside(phi: Side, lam: Any, low: Any, high: Any, some: Any, state: Logs, order: int) -> None:
     """Across a formula's interval."""
-    if some.size and order == 1 and not phi.of.long and phi.powers is None:
-        some = some[~together(state, phi, lam[some], low[some], high[some], some)]
     if some.size:
         of, rank, widths = panels(phi, some, lam[some], low[some], high[some], order)
         rank = some[rank]
