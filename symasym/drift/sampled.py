@@ -160,11 +160,11 @@ class Sampled:
 
     @cached_property
     def cuts(self) -> Any:
-        """Points between which `ANALYTIC` Chebyshev terms hold it to 1e-16 of its size; None for too many.
+        """Points between which so many terms hold it to 1e-16 of its size; None for too many.
 
         Of a function below M inside the ellipse with foci at a panel's ends whose half axes add up
-        to rho half widths, n terms miss at most 4 M rho^(1 - n)/(rho - 1). Of varied rows, where that is
-        no proof, the cuts of the least and of the largest parameters.
+        to rho half widths, n terms miss at most 4 M rho^(1-n)/(rho - 1). Of varied rows, where that
+        is no proof, the cuts of the least and of the largest parameters.
         """
         if self.exact:
             return np.empty(0)

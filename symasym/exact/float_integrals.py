@@ -111,6 +111,7 @@ def records(
     found, slow = np.ones((3 if order == 1 else 8, len(falls)), falls.dtype), strength > 0
     for mask, integrals in ((strength == 0, _sampled), (slow, _slow)):
         index = np.flatnonzero(mask)
+        index = index[np.argsort(strength[index], kind="stable")]
         for low in range(0, len(index), AT_ONCE):
             at = index[low : low + AT_ONCE]
             weights = (1.0, 1.0)
@@ -161,18 +162,15 @@ def _sampled(act: Any, slope: Any, falls: Any, weights: Any, _: Any, order: int)
 
 
 def _slow(act: Any, slope: Any, falls: Any, weights: Any, strength: Any, order: int) -> Any:
-    """The same by slow series, each panel turned so that e grows on it."""
-    g, down = times(act.values, slope), np.flatnonzero(falls > 0)
-    g[:, down] = -_turned(g[:, down])
-    rank = np.argsort(strength)
-    g, small = g.take(rank, axis=1), np.exp(-np.maximum(falls, -falls)[rank])
-    a, b = weights
+    """The same by slow series, the weakest panels first, turned so that e grows on them."""
+    g, small = times(act.values, slope), np.exp(-np.maximum(falls, -falls))
+    g, (a, b) = np.where(falls > 0, -_turned(g), g), weights
     if np.ndim(a):
-        a, b = (np.where(falls > 0, _turned(x), x).take(rank, axis=1) for x in weights)
+        a, b = (np.where(falls > 0, _turned(x), x) for x in weights)
     # k terms are enough where k!/strength^k < e^{-38}.
     j = np.arange(1.0, _TERMS + 1)
     enough = np.maximum.accumulate(-np.exp((np.cumsum(np.log(j)) + 38.0) / j))
-    needed = np.searchsorted(enough, -strength[rank])
+    needed = np.searchsorted(enough, -strength)
     inverse = np.negative(1.0 / g)
 
     def solved(source: Any, slope: Any = None) -> tuple[Any, Any]:
@@ -212,9 +210,7 @@ def _slow(act: Any, slope: Any, falls: Any, weights: Any, strength: Any, order: 
         first = slow[_NODES] - slow[_NODES + 1] * small
         second = times(act.weights, (b * t * r)[:_NODES]) - t_a * first - r_b * square
         found += [square, cross, first - r_b * nested * small, second]
-    back_to = np.empty_like(rank)
-    back_to[rank] = np.arange(len(rank))
-    return _oriented(found, small, falls[rank] > 0).take(back_to, axis=1)
+    return _oriented(found, small, falls > 0)
 
 
 def _turned(x: Any) -> Any:

@@ -19,7 +19,7 @@ import symasym as sa
 from derivations.sections.section5.positive import E_s
 from symasym.derivation.derivation import build
 from symasym.derivation.proof import numeric
-from symasym.exact import balls, float_integrals, float_sweep
+from symasym.exact import balls, float_integrals, floats
 from symasym.expansions.canonical import straight
 
 
@@ -62,9 +62,7 @@ def in_floats(k: int, absorbing: bool = False) -> Callable[..., float]:
         rate = np.array([float(lam)])
         before = float_integrals.Logs(np.log([[1 / sigma], [w], [1]]), np.zeros((3, 1)))
         crossed = float_integrals.Logs(np.log([[f], [c], [E_s], [F_s], [D_s]]), np.zeros((5, 1)))
-        after = float_sweep.carried(
-            float_sweep.absorbing(rate) if absorbing else before, crossed, rate
-        )
+        after = floats.carried(floats.absorbing(rate) if absorbing else before, crossed, rate)
         return float(np.exp(after.log[k, 0] * (2 * k - 1)))
 
     return value
