@@ -75,22 +75,16 @@ def matrices(terms: int) -> Any:
     def each(act: Any, number: int = terms) -> Any:
         return np.stack([act(row) for row in np.eye(number)], axis=1)
 
-    def padded(c: Any) -> Any:
-        return np.append(c, np.zeros(terms))[:terms]
-
-    lines: Any = [cheb.Chebyshev([side / 2, 0.5]) for side in (-1, 1)]  # exact to degree 25 or so
-
     return SimpleNamespace(
         fit=fit,  # coefficients from values at `points`
         points=np.cos(np.pi * (k + 0.5) / terms),
         values=cheb.chebvander(ends, terms - 1),
         integrals=each(lambda row: cheb.chebval(until, cheb.chebint(row, lbnd=-1))),
-        halves=[each(lambda row, u=u: padded(cheb.Chebyshev(row)(u).coef / 2)) for u in lines],
         antiderivative=each(lambda row: cheb.chebint(row)[1:]),
         heights=np.cosh((k + 1) * np.log(_AXES)) + 1.0,  # of that on ellipses, and on [-1, 1]
         accuracy=-2 * nodes * np.log(_AXES),  # of Gauss's rule
         sizes=np.cosh(k[1:] * np.arccosh(ELLIPSES)),
-        powers=each(lambda row: padded(cheb.cheb2poly(row)) / (k + 1)),  # integrated
+        powers=each(lambda row: np.append(cheb.cheb2poly(row), 0 * row)[:terms] / (k + 1)),
         weights=weights,
         running=each(lambda row: leg.legval(until, leg.legint(row, lbnd=-1)), nodes) @ to_series,
         slopes=each(lambda row: leg.legval(ends, leg.legder(row)), nodes) @ to_series,

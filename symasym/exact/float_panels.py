@@ -1,7 +1,7 @@
 """Panels in float64, for many rows at once: where they are.
 
 Pieces are halved until they are sampled or slow panels (`float_integrals`). What a panel misses is
-below `MISSED` by bounds on ellipses about it; one that passed no such test has error infinity.
+below 1e-16 by bounds on ellipses about it; one that passed no such test has error infinity.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from symasym.exact.float_integrals import (
 )
 
 OF_A = 0.37 * ULP  # rounding of A, for each of its terms
-MISSED = np.log(1e-16)
-LONG = float(np.finfo(np.longdouble).eps / np.finfo(float).eps)
-DEEPEST = 38  # halvings
+_MISSED = np.log(1e-16)
+_LONG = float(np.finfo(np.longdouble).eps / np.finfo(float).eps)
+_DEEPEST = 38  # halvings
 _FEW, _PANELS = 8, 2000  # terms of A, panels of a row
 _UNITS, _MOST = (20.0, 14.0), 24  # exponent on pieces that a row begins with, and their number
 _SLOW = 44.0  # the slow series is right to e^{-44}
@@ -56,7 +56,7 @@ class Side(NamedTuple):
         at = side * self.mirror
         left, right = (x[self.rows] for x in self.field.ends)
         a = self.sign * self.mirror * np.where(at < 0, left, right)
-        off = ULP * np.abs(a) + LONG * self.off if self.of.long else self.off
+        off = ULP * np.abs(a) + _LONG * self.off if self.of.long else self.off
         return a, off, self.of.log_noise(at[None], self.rows)[0]
 
     def series(self, some: Any, lam: Any, left: Any, half: Any) -> Any:
@@ -120,28 +120,18 @@ def panels(
     step = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
     row, left, half = (np.repeat(x, count) for x in (row, left, half / count))
     left = left + 2 * half * step
-    c = phi.series(rows[row], lam[row], left, half)
-    off = np.abs(lam[row]) * half * phi.off[rows[row]]
-    if not phi.of.exact:  # the last terms tell what is missing, noise included
-        off += 2 * np.abs(c[0, -2:]).max(axis=0)
     kept = []
-    for level in range(DEEPEST + 1):
-        blocks = [c[..., i : i + AT_ONCE] for i in range(0, c.shape[-1], AT_ONCE)]
-        strength = np.concatenate([_tested(act, x, phi.powers, order) for x in blocks])
-        done = (strength >= 0.0) | ~(np.abs(c[0, 0]) < np.inf) | (level == DEEPEST)
+    for level in range(_DEEPEST + 1):
+        c = phi.series(rows[row], lam[row], left, half)
+        strength = _tested(act, c, phi.powers, order)
+        done = (strength >= 0.0) | ~(np.abs(c[0, 0]) < np.inf) | (level == _DEEPEST)
         done |= np.bincount(row[~done], minlength=n)[row] > _PANELS
         at = np.flatnonzero(done)
-        kept.append([x.take(at, axis=-1) for x in (row, left, half, off, strength, c)])
-        at = np.flatnonzero(~done)
-        if not at.size:
+        kept.append([x.take(at, axis=-1) for x in (row, left, half, strength, c)])
+        row, left, half = (x[~done] for x in (row, left, half / 2))
+        if not row.size:
             break
-        c = c.take(at, axis=-1)
-        c = np.concatenate([times(m, c) for m in act.halves], axis=-1)
-        c[1:] *= 2.0  # the slope alone is times the width
-        row, half, off = (np.tile(x[at], 2) for x in (row, half / 2, off / 2))
-        left = np.tile(left[at], 2)
-        left[len(at) :] += 2 * half[len(at) :]
-        off += ULP * np.abs(c[0]).sum(axis=0)
+        row, left, half = np.tile(row, 2), np.append(left, left + 2 * half), np.tile(half, 2)
     parts = [np.concatenate(x, axis=-1) for x in zip(*kept, strict=True)]
     row, left = parts[:2]
     number = np.bincount(row, minlength=n)
@@ -150,14 +140,14 @@ def panels(
     by_row = np.lexsort((left, row))
     rank = np.arange(len(row)) - np.repeat(np.cumsum(number) - number, number)
     where = by_row[np.lexsort((np.argsort(by_number)[row[by_row]], rank))]
-    row, left, half, off, strength, c = (x.take(where, axis=-1) for x in parts)
-    if phi.of.long:
-        # Once more where the panels are: what is left of rounding is relative to A there.
-        c = phi.series(rows[row], lam[row], left, half)
-        size = np.abs(c[0])
+    row, left, half, strength, c = (x.take(where, axis=-1) for x in parts)
+    off, size = np.abs(lam[row]) * half * phi.off[rows[row]], np.abs(c[0])
+    if not phi.of.exact:  # the last terms tell what is missing, noise included
+        off += 2 * size[-2:].max(axis=0)
+    if phi.of.long:  # what is left of rounding is relative to A here
         far = np.maximum(1.0, np.abs(left) + 2 * half)
-        off *= LONG
-        off += OF_A * phi.of.terms * size.sum(axis=0) + ULP * far / half * size[1:].sum(axis=0)
+        off = _LONG * off + OF_A * phi.of.terms * size.sum(axis=0)
+        off += ULP * far / half * size[1:].sum(axis=0)
     return records(half, c, off, strength, phi.powers, phi.loose, order), by_number, widths
 
 
@@ -172,7 +162,7 @@ def _tested(act: Any, c: Any, powers: Any, order: int) -> Any:
     heights = act.heights @ np.abs(times(act.antiderivative, slope))
     heights += act.heights[:, : len(weight)] @ weight
     rise = times(act.integrals[-1], slope).real
-    fits = ((order * heights + act.accuracy).min(axis=0) < MISSED) & (rise > -CLIMB)
+    fits = ((order * heights + act.accuracy).min(axis=0) < _MISSED) & (rise > -CLIMB)
     if order == 2:
         fits &= rise < CLIMB
     # Where |phi| is between 0 and twice its mean on an ellipse, the slow series is known.
