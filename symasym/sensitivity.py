@@ -32,7 +32,7 @@ from symasym.drift.scenes import (
     scene_at,
 )
 from symasym.exact import balls, floats
-from symasym.exact.float_integrals import Logs
+from symasym.exact.float_panels import Logs
 from symasym.methods import require_sliding
 
 __all__ = ["Sensitivity", "sensitivity"]

@@ -41,8 +41,7 @@ from symasym.drift.scenes import (
     scene_at,
 )
 from symasym.exact.balls import of_scene
-from symasym.exact.float_integrals import ULP, Logs, constant, rounding
-from symasym.exact.float_panels import OF_A, Side, panels, seen
+from symasym.exact.float_panels import OF_A, ULP, Logs, Side, constant, panels, rounding, seen
 
 #: Relative error of float64 values (of the logarithm, where that is larger than 1).
 TOLERANCE = 1e-12
@@ -234,14 +233,12 @@ def swept(sides: list[Side], lam: Any, begin: Any, end: Any, state: Logs) -> Log
 def _inside(phi: Side, lam: Any, low: Any, high: Any, some: Any, state: Logs, order: int) -> None:
     """Across a formula's interval."""
     if some.size:
-        of, rank, widths = panels(phi, some, lam[some], low[some], high[some], order)
-        rank = some[rank]
-        now, at = state.of(rank), 0
-        for n in widths:
-            first, panel = Logs(*(x[:, :n] for x in now)), Logs(*(x[:, at : at + n] for x in of))
-            now.put(slice(n), carried(first, panel, lam[rank[:n]]))
-            at += n
-        state.put(rank, now)
+        of, row, ends = panels(phi, some, lam[some], low[some], high[some], order)
+        row, at = some[row], 0
+        for to in ends:
+            here, panel = row[at:to], Logs(*(x[:, at:to] for x in of))
+            state.put(here, carried(state.of(here), panel, lam[here]))
+            at = to
 
 
 def _outside(phi: Side, side: int, lam: Any, width: Any, state: Logs, order: int) -> None:

@@ -19,7 +19,7 @@ import symasym as sa
 from derivations.sections.section5.positive import E_s
 from symasym.derivation.derivation import build
 from symasym.derivation.proof import numeric
-from symasym.exact import balls, float_integrals, floats
+from symasym.exact import balls, float_panels, floats
 from symasym.expansions.canonical import straight
 
 
@@ -44,7 +44,7 @@ def friction(u: float | None = None, of: str = "__call__") -> Callable[..., floa
 def panel(k: int, sign: int = 1) -> Callable[..., float]:
     """An entry of the record of a panel of width 1 on which lam phi is x, or -x."""
     return lambda x: float(
-        np.exp(float_integrals.constant(np.array([sign * x]), np.ones(1), np.zeros(1), 1).log[k, 0])
+        np.exp(float_panels.constant(np.array([sign * x]), np.ones(1), np.zeros(1), 1).log[k, 0])
     )
 
 
@@ -60,8 +60,8 @@ def in_floats(k: int, absorbing: bool = False) -> Callable[..., float]:
 
     def value(lam=1, f=1, c=1, E_s=1, F_s=1, D_s=1, sigma=1, w=1):  # type: ignore[no-untyped-def]
         rate = np.array([float(lam)])
-        before = float_integrals.Logs(np.log([[1 / sigma], [w], [1]]), np.zeros((3, 1)))
-        crossed = float_integrals.Logs(np.log([[f], [c], [E_s], [F_s], [D_s]]), np.zeros((5, 1)))
+        before = float_panels.Logs(np.log([[1 / sigma], [w], [1]]), np.zeros((3, 1)))
+        crossed = float_panels.Logs(np.log([[f], [c], [E_s], [F_s], [D_s]]), np.zeros((5, 1)))
         after = floats.carried(floats.absorbing(rate) if absorbing else before, crossed, rate)
         return float(np.exp(after.log[k, 0] * (2 * k - 1)))
 
