@@ -21,8 +21,8 @@ from symasym.drift.models import Expression, Model
 from symasym.drift.parametrized import Parametrized
 
 #: Chebyshev terms that hold what is not a polynomial on a panel.
-ANALYTIC = 24
-_ELLIPSES = (6, 8, 11, 16, 32, 64)  # sums of half axes, over half a panel's width
+ANALYTIC = 20
+_ELLIPSES = (8, 11, 16, 32, 64)  # sums of half axes, over half a panel's width
 _MOST = 1_000  # panels
 _POINTS = np.cos(np.pi * (np.arange(33) + 0.5) / 33)
 

@@ -83,6 +83,10 @@ def matrices(terms: int) -> Any:
     k = np.arange(terms)
     fit: Any = np.cos(np.pi / 2 * (np.outer(k, 2 * k + 1) % (4 * terms)) / terms) * 2 / terms
     fit[0] /= 2
+    lines: Any = [cheb.Chebyshev([side / 2, 0.5]) for side in (-1, 1)]  # exact to degree 25 or so
+
+    def halved(row: Any, line: Any) -> Any:
+        return np.append(cheb.Chebyshev(row)(line).coef / 2, 0 * row)[:terms]
 
     def each(act: Any, number: int = terms) -> Any:
         return np.stack([act(row) for row in np.eye(number)], axis=1)
@@ -92,11 +96,11 @@ def matrices(terms: int) -> Any:
         points=np.cos(np.pi * (k + 0.5) / terms),
         values=cheb.chebvander(ends, terms - 1),
         integrals=each(lambda row: cheb.chebval(until, cheb.chebint(row, lbnd=-1))),
+        halves=[each(lambda row, line=line: halved(row, line)) for line in lines],
         antiderivative=each(lambda row: cheb.chebint(row)[1:]),
         heights=np.cosh((k + 1) * np.log(_AXES)) + 1.0,  # of that on ellipses, and on [-1, 1]
         accuracy=-2 * nodes * np.log(_AXES),  # of Gauss's rule
         sizes=np.cosh(k[1:] * np.arccosh(_ELLIPSES)),
-        powers=each(lambda row: np.append(cheb.cheb2poly(row), 0 * row)[:terms] / (k + 1)),
         weights=weights,
         running=each(lambda row: leg.legval(until, leg.legint(row, lbnd=-1)), nodes) @ to_series,
         slopes=each(lambda row: leg.legval(ends, leg.legder(row)), nodes) @ to_series,
@@ -141,7 +145,7 @@ class Side(NamedTuple):
         """Chebyshev coefficients of lam phi times `half`, and of log sigma, on panels."""
         act, m, rows = matrices(self.of.terms), self.mirror[some], self.rows[some]
         u = m * ((left + half) + half * act.points[:, None])
-        slope = act.fit @ self.of(u, rows) * (self.sign * m * lam * half)
+        slope = times(act.fit, self.of(u, rows)) * (self.sign * m * lam * half)
         if self.powers is None:
             return slope[None]
         return np.stack((slope, act.fit @ self.of.log_noise(u, rows)))
@@ -154,24 +158,18 @@ def seen(
     in their mirror images."""
     mirror, found = np.repeat([1.0, -1.0] if both else [1.0], len(rows)), []
     for of in field.parts:
-        act, (low, high) = matrices(of.terms), of.span
-        u = (low + high) / 2 + (high - low) / 2 * act.points[:, None]
-        c = act.fit @ of(u + np.zeros(len(rows)), rows)
-        size = np.abs(c).sum(axis=0)
-        if of.exact and field.layered:  # a polynomial's terms may be much larger than their sum
-            size = np.maximum(size, np.abs(act.powers @ c).sum(axis=0))
-        elif of.exact:
-            size = of.majorant(np.minimum(far, max(abs(low), abs(high))), rows)
-        off, loose, edges = OF_A * of.terms * size, 0.0, np.array([-np.inf, np.inf])
-        if not of.exact:
+        (low, high), edges, loose = of.span, np.array([-np.inf, np.inf]), 0.0
+        if of.exact:
+            off = OF_A * of.terms * of.majorant(np.minimum(far, max(abs(low), abs(high))), rows)
+        else:
             rounding, loose = of.rounding
-            off = max(OF_A * _FEW, rounding) * size
+            act, middle, half = matrices(of.terms), (low + high) / 2, (high - low) / 2
+            c = act.fit @ of(middle + half * act.points[:, None] + np.zeros(len(rows)), rows)
+            off = (max(OF_A * _FEW, rounding) + 2 * ULP) * np.abs(c).sum(axis=0)
             # Where rows differ, cuts prove nothing: ready-made drifts are judged by last terms.
-            judged = not of.varied or not (
-                field.powers or not field.layered or isinstance(of.model, Expression)
-            )
-            if of.cuts is None or not judged:
-                off = off + np.inf
+            own = field.powers or not field.layered or isinstance(of.model, Expression)
+            if of.cuts is None or (of.varied and own):
+                off += np.inf
             else:
                 every = np.array([low, *of.cuts, high])
                 edges = np.unique([*every, *-every])
@@ -184,7 +182,7 @@ def seen(
 def panels(
     phi: Side, rows: Any, lam: Any, low: Any, high: Any, order: int
 ) -> tuple[Logs, Any, Any]:
-    """Records of each row's first panel, of the second, ...; their rows; where each of these end."""
+    """Records of each row's first panel, of the second, ...; their rows; where each kind ends."""
     act, n = matrices(phi.of.terms), len(rows)
     # Pieces between edges, halved until they suffice.
     ends = np.clip(phi.edges[:, None], low, high)
@@ -200,13 +198,18 @@ def panels(
     left = left + 2 * half * step
     kept = []
     for level in range(_DEEPEST + 1):
-        c = phi.series(rows[row], lam[row], left, half)
-        strength = _tested(act, c, phi.powers, order)
+        if level == 0 or phi.of.exact:
+            c = phi.series(rows[row], lam[row], left, half)
+        else:
+            c = np.concatenate([times(m, c) for m in act.halves], axis=-1)
+            c[1:] *= 2.0  # the slope alone is times the width
+        blocks = (c[..., i : i + _AT_ONCE] for i in range(0, len(row), _AT_ONCE))
+        strength = np.concatenate([_tested(act, x, phi.powers, order) for x in blocks])
         done = (strength >= 0.0) | ~(np.abs(c[0, 0]) < np.inf) | (level == _DEEPEST)
         done |= np.bincount(row[~done], minlength=n)[row] > _PANELS
         at = np.flatnonzero(done)
         kept.append([x.take(at, axis=-1) for x in (row, left, half, strength, c)])
-        row, left, half = (x[~done] for x in (row, left, half / 2))
+        row, left, half, c = (x[..., ~done] for x in (row, left, half / 2, c))
         if not row.size:
             break
         row, left, half = np.tile(row, 2), np.append(left, left + 2 * half), np.tile(half, 2)
