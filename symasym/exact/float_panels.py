@@ -66,12 +66,6 @@ class Logs(NamedTuple):
             x[rows] = y
 
 
-def rounding(log: Any) -> Any:
-    """Of logarithms that went through a sum."""
-    size = np.abs(log)
-    return ULP * (2 + np.where(size < np.inf, size, 0.0))
-
-
 @cache
 def matrices(terms: int) -> Any:
     """What acts on Chebyshev coefficients, so many terms, and on values at Gauss's nodes."""
@@ -110,9 +104,6 @@ def matrices(terms: int) -> Any:
 def times(matrix: Any, x: Any) -> Any:
     # Complex columns are pairs of real ones.
     return (matrix @ x.view(float)).view(x.dtype)
-
-
-# -- where they are --------------------------------------------------------------------------------
 
 
 class Side(NamedTuple):
@@ -245,8 +236,7 @@ def _tested(act: Any, c: Any, powers: Any, order: int) -> Any:
     heights += act.heights[:, : len(weight)] @ weight
     rise = times(act.integrals[-1], slope).real
     fits = ((order * heights + act.accuracy).min(axis=0) < _MISSED) & (rise > -_CLIMB)
-    if order == 2:
-        fits &= rise < _CLIMB
+    fits &= (order == 1) | (rise < _CLIMB)
     # Where |phi| is between 0 and twice its mean on an ellipse, the slow series is known.
     found, size = np.where(fits, 0.0, -1.0), np.abs(slope)
     at = np.flatnonzero(~fits & (size[0] > _SLOW / _STRENGTH[-1, 0]) & (size[0] < np.inf))
@@ -257,9 +247,6 @@ def _tested(act: Any, c: Any, powers: Any, order: int) -> Any:
         strength -= act.sizes[0] @ weight.take(at, axis=1)
     found[at] = np.where(free[0] & (strength > _SLOW), strength, -1.0)
     return found
-
-
-# -- integrals -------------------------------------------------------------------------------------
 
 
 def records(
@@ -274,10 +261,8 @@ def records(
         index = index[np.argsort(strength[index], kind="stable")]
         for low in range(0, len(index), _AT_ONCE):
             at = index[low : low + _AT_ONCE]
-            weights = (1.0, 1.0)
-            if powers:
-                log = act.values @ c[1].take(at, axis=1)
-                weights = tuple(np.exp(p * log) for p in powers)
+            log = act.values @ c[1].take(at, axis=1) if powers else 0.0
+            weights = tuple(np.exp(p * log) for p in powers or (0, 0))
             some = slope.take(at, axis=1), falls[at], weights
             found[:, at] = integrals(act, *some, strength[at], order)
     own = 2.0 * off / np.where(slow, np.maximum(np.abs(slope[0]), 1e-300), 1.0)

@@ -41,7 +41,7 @@ from symasym.drift.scenes import (
     scene_at,
 )
 from symasym.exact.balls import of_scene
-from symasym.exact.float_panels import OF_A, ULP, Logs, Side, constant, panels, rounding, seen
+from symasym.exact.float_panels import OF_A, ULP, Logs, Side, constant, panels, seen
 
 #: Relative error of float64 values (of the logarithm, where that is larger than 1).
 TOLERANCE = 1e-12
@@ -315,7 +315,13 @@ def carried(before: Logs, panel: Logs, lam: Any) -> Logs:
             ),
         ]
     log, error = map(np.stack, zip(*found, strict=True))
-    return Logs(log, error + rounding(log))
+    return Logs(log, error + _rounding(log))
+
+
+def _rounding(log: Any) -> Any:
+    """Of logarithms that went through a sum."""
+    size = np.abs(log)
+    return ULP * (2 + np.where(size < np.inf, size, 0.0))
 
 
 def shares(*logs: Any) -> tuple[Any, ...]:

@@ -99,7 +99,7 @@ def test_drifts_that_are_no_polynomials(family: str, name: str) -> None:
 
 @pytest.mark.parametrize("kappa", [2.0, 0.5, 0.1, 0.05])
 @pytest.mark.parametrize("name", NAMES[:5])
-def test_many_like_rows_share_panels(kappa: float, name: str) -> None:
+def test_many_like_rows(kappa: float, name: str) -> None:
     """Each is what it is alone, and every fortieth what the proved engine says."""
     z0 = np.linspace(0.01, 0.9, 400) if "P" in name else np.linspace(-2.0, -0.01, 400)
     found = floats.of_scenes(
