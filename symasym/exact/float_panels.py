@@ -198,9 +198,9 @@ def panels(
         strength = np.concatenate([_tested(act, x, phi.powers, order) for x in blocks])
         done = (strength >= 0.0) | ~(np.abs(c[0, 0]) < np.inf) | (level == _DEEPEST)
         done |= np.bincount(row[~done], minlength=n)[row] > _PANELS
-        at = np.flatnonzero(done)
-        kept.append([x.take(at, axis=-1) for x in (row, left, half, strength, c)])
-        row, left, half, c = (x[..., ~done] for x in (row, left, half / 2, c))
+        kept.append([x[..., done] for x in (row, left, half, strength, c)])
+        rest: Any = (x[..., ~done] for x in (row, left, half / 2, c))
+        row, left, half, c = rest
         if not row.size:
             break
         row, left, half = np.tile(row, 2), np.append(left, left + 2 * half), np.tile(half, 2)
