@@ -1,9 +1,8 @@
-"""Values of V in float64 (eq:V2), and the time in which a moving drift loses a well."""
+"""Values of V in float64 (eq:V2)."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
@@ -13,7 +12,6 @@ from flint import arb
 from symasym.base.balls import precision
 from symasym.base.errors import AccuracyError, RangeError, RegionError
 from symasym.base.inputs import FloatArray, common_shape
-from symasym.drift.critical_points import CriticalPoint
 from symasym.drift.evaluate import profile, rational
 from symasym.drift.models import Pieces
 from symasym.drift.parametrized import Parametrized
@@ -95,28 +93,3 @@ def region(a_minus: Any, a_plus: Any) -> Any:
     sliding = np.where(left > 0, "sliding", "repelling sliding")
     found = np.where(left == right, "crossing", sliding)
     return found if found.ndim else str(found)
-
-
-def drag_time(
-    points: list[CriticalPoint],
-    phi: Callable[[FloatArray], FloatArray],
-    rate: Callable[[FloatArray], FloatArray],
-) -> float:
-    """Time in which a drift that changes at `rate` changes one of its wells by its depth.
-
-    The depth of phi between a well and its barrier over the rate there: to first order, the time
-    after which the well is lost, or is twice as deep. Infinite without a well that a barrier ends.
-    """
-    times = []
-    for one, other in zip(points[:-1], points[1:], strict=True):
-        low, high = float(one.u), float(other.u)
-        # The depth is stationary at its place: three grids in turn have it to rounding.
-        for _ in range(3):
-            u = np.linspace(low, high, 2001)
-            depth = phi(u)
-            k = int(np.argmax(np.abs(depth)))
-            low, high = u[max(k - 1, 0)], u[min(k + 1, u.size - 1)]
-        change = float(rate(u[k : k + 1])[0])
-        if {one.kind, other.kind} == {"well", "barrier"} and change != 0.0:
-            times.append(float(abs(depth[k] / change)))
-    return min(times, default=float("inf"))

@@ -12,6 +12,7 @@ distance. Freezing z and y = 0 gives the scalar equation of section 4 of the pap
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,6 @@ from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, Number, Numbers, exact, positive, within
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import of_arrays
-from symasym.drift.landscape import drag_time
 
 
 @dataclass(frozen=True)
@@ -77,12 +77,19 @@ class System:
         37.8
         """
         at, width = float(exact("z", z)), float(positive("eps", eps))
-        rate = self.phi.diff("z") * self.velocity
-        return drag_time(
-            self.frozen(z).critical_points(),
-            lambda u: values(self.phi, u, at),
-            lambda u: width * values(rate, u, at),
-        )
+        rate, times = self.phi.diff("z") * self.velocity, [np.inf]
+        for one, other in pairwise(self.frozen(z).critical_points()):
+            low, high = float(one.u), float(other.u)
+            # The depth is stationary at its place: three grids in turn have it to rounding.
+            for _ in range(3):
+                u = np.linspace(low, high, 2001)
+                depth = values(self.phi, u, at)
+                k = int(np.argmax(np.abs(depth)))
+                low, high = u[max(k - 1, 0)], u[min(k + 1, 2000)]
+            change = width * values(rate, u, at)[k]
+            if {one.kind, other.kind} == {"well", "barrier"} and change:
+                times.append(abs(depth[k] / change))
+        return float(min(times))
 
     def frozen(self, z: Numbers) -> Drift:
         """The scalar drift at z and y = 0, with its noise."""

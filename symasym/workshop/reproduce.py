@@ -54,7 +54,8 @@ def reproduce(
     def stamp(name: str) -> str:
         """The inputs of a stage and the content of its files, as they are now."""
         files = (folder / file for file in stages[name][0])
-        return _hash(repr(inputs).encode(), *(p.read_bytes() if p.exists() else b"" for p in files))
+        made = [p.read_bytes() if p.exists() else b"" for p in files]
+        return _hash([repr(inputs).encode(), *made])
 
     asked = [name for name in stages if name in wanted]
     stale = [name for name in asked if force or stamps.get(name) != stamp(name)]
@@ -79,14 +80,11 @@ def _source() -> str:
     """A hash over everything that the packages are made of."""
     folders = [Path(str(package.__file__)).parent for package in (sa, derivations)]
     files = sorted(p for folder in folders for p in folder.rglob("*") if p.suffix != ".pyc")
-    return _hash(*(p.read_bytes() for p in files if p.is_file()))
+    return _hash(p.read_bytes() for p in files if p.is_file())
 
 
-def _hash(*parts: bytes) -> str:
-    digest = hashlib.sha256()
-    for part in parts:
-        digest.update(hashlib.sha256(part).digest())
-    return digest.hexdigest()
+def _hash(parts: Iterable[bytes]) -> str:
+    return hashlib.sha256(b"\0".join(parts)).hexdigest()
 
 
 # -- stages ----------------------------------------------------------------------------------------

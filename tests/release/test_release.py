@@ -214,5 +214,5 @@ def test_the_drag_time_is_the_way_to_the_fold() -> None:
     assert block.drag_time("2.2", "0.02") == pytest.approx((high - 2.2) / 0.02, rel=1e-13)
     assert block.drag_time("-3", "0.02") == float("inf")
     # Without much noise the block is released past the fold, that much later and its flight.
-    answer = sa.release(block, 0.05, 10, eps="0.02", start=(0, "-0.3"), rtol=1e-3)
+    answer = sa.release(block, 0.1, 10, eps="0.02", start=(0, "-0.3"), rtol=1e-3)
     assert block.drag_time("-0.3", "0.02") < answer.mean < block.drag_time("-0.3", "0.02") + 40
