@@ -70,7 +70,7 @@ def test_global_precision_is_neither_used_nor_changed() -> None:
 
 def test_a_corner_is_not_passed_off_as_accurate() -> None:
     with pytest.raises(AccuracyError):
-        reference_quadrature.escape_time(Corner(), F(3), F(1, 2), F(0), 9)
+        reference_quadrature.escape_time(Corner(), F(2), F(1), F(0), 12)
 
 
 def test_cancellation_within_the_drift_is_noticed() -> None:
