@@ -198,8 +198,8 @@ def panels(
         strength = np.concatenate([_tested(act, x, phi.powers, order) for x in blocks])
         done = (strength >= 0.0) | ~(np.abs(c[0, 0]) < np.inf) | (level == _DEEPEST)
         done |= np.bincount(row[~done], minlength=n)[row] > _PANELS
-        kept.append([x[..., done] for x in (row, left, half, strength, c)])
-        rest: Any = (x[..., ~done] for x in (row, left, half / 2, c))
+        kept.append([x.compress(done, axis=-1) for x in (row, left, half, strength, c)])
+        rest: Any = (x.compress(~done, axis=-1) for x in (row, left, half / 2, c))
         row, left, half, c = rest
         if not row.size:
             break

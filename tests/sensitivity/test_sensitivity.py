@@ -130,6 +130,14 @@ def test_float64_claims_hold_on_the_table(problem: Problem) -> None:
             assert off <= found.error[name] + proved.error[name], (quantity, name)
 
 
+@pytest.mark.parametrize("kappa", [0.05, 0.5])
+def test_float64_claims_hold_where_A_is_no_polynomial(kappa: float) -> None:
+    drift = sa.tanh(1, -0.5, 4.0)
+    proved, found = (sa.sensitivity(drift, kappa, 3.0, dps=dps) for dps in (17, None))
+    for name, value in found.derivative.items():
+        assert abs(mpf(value) - proved.derivative[name]) <= found.error[name] + proved.error[name]
+
+
 @pytest.mark.parametrize(
     "call",
     [
