@@ -22,12 +22,10 @@ _NODES = 32
 
 def of(problem: Problem, quick: bool) -> Iterator[tuple[str, Callable[[], Any]]]:
     """The peers that have this scene, by name."""
-    if problem.start != "0" or Fraction(problem.r) <= 1:
-        return
-    c = problem.make().exact_coefficients()
-    if c is None:
-        return
     kappa, r = Fraction(problem.kappa), Fraction(problem.r)
+    c = problem.make().exact_coefficients()
+    if problem.start != "0" or r <= 1 or c is None:
+        return
     for panels in (8, 16, 64):
         yield "NumPy Gauss panels", partial(by_numpy, c, kappa, r, panels)
     if kappa < Fraction(1, 5):
@@ -39,7 +37,7 @@ def of(problem: Problem, quick: bool) -> Iterator[tuple[str, Callable[[], Any]]]
 
 
 def _potentials(c: list[Any]) -> list[Callable[[Any], Any]]:
-    """V left of -1, on [-1, 1] and right of 1, each analytic everywhere; V(-1) = 0."""
+    """V left of -1, on [-1, 1] and right of 1, each analytic everywhere, with V(-1) = 0; and V."""
 
     def value(c: list[Any], u: Any) -> Any:
         total = c[-1]
@@ -50,7 +48,8 @@ def _potentials(c: list[Any]) -> list[Callable[[Any], Any]]:
     v = [0 * c[0], *(-x / (k + 1) for k, x in enumerate(c))]
     v[0] = -value(v, -1)
     low, high, top = value(c, -1), value(c, 1), value(v, 1)
-    return [lambda u: -low * (u + 1), lambda u: value(v, u), lambda u: top - high * (u - 1)]
+    parts = [lambda u: -low * (u + 1), lambda u: value(v, u), lambda u: top - high * (u - 1)]
+    return [*parts, lambda u: parts[0 if u < -1 else 1 if u < 1 else 2](u)]
 
 
 def _time(lam: Any, single: Any, double: Any) -> Any:
@@ -64,11 +63,8 @@ def by_mpmath(c: list[Fraction], kappa: Fraction, r: Fraction, dps: int) -> Any:
     from mpmath import mp
 
     with mp.workdps(dps + 5):
-        parts = _potentials([mp.convert(x) for x in c])
+        *_, V = _potentials([mp.convert(x) for x in c])
         lam, R = 2 / mp.convert(kappa) ** 2, mp.convert(r)
-
-        def V(u: Any) -> Any:
-            return parts[0 if u < -1 else 1 if u < 1 else 2](u)
 
         def inner(v: Any) -> Any:
             cuts = [-R, *(x for x in (-1, 1) if x < v), v]
@@ -83,10 +79,7 @@ def by_scipy(c: list[Fraction], kappa: Fraction, r: Fraction) -> float:
     """By `scipy.integrate.dblquad`."""
     from scipy.integrate import dblquad, quad
 
-    parts, lam, R = _potentials([float(x) for x in c]), 2 / float(kappa) ** 2, float(r)
-
-    def V(u: float) -> float:
-        return float(parts[0 if u < -1 else 1 if u < 1 else 2](u))
+    (*_, V), lam, R = _potentials([float(x) for x in c]), 2 / float(kappa) ** 2, float(r)
 
     def kernel(u: float, v: float) -> float:
         return float(np.exp(lam * (V(v) - V(u))))
@@ -98,10 +91,8 @@ def by_scipy(c: list[Fraction], kappa: Fraction, r: Fraction) -> float:
             for lo, hi in ((-R, -1), (-1, 1), (1, R)) if lo < y
         ))  # fmt: skip
 
-    single = [
-        quad(lambda v: np.exp(lam * V(v)), a, b, points=[kink])[0]
-        for a, b, kink in ((-R, 0, -1), (0, R, 1))
-    ]
+    sides = (-R, 0, -1), (0, R, 1)
+    single = [quad(lambda v: np.exp(lam * V(v)), a, b, points=[kink])[0] for a, b, kink in sides]
     return float(_time(lam, single, [double(-R, -1, 0), double(0, 1, R)]))
 
 
@@ -121,11 +112,11 @@ def by_arb(c: list[Fraction], kappa: Fraction, r: Fraction, dps: int) -> Any:
 
         def nested(k: int, a: Any, b: Any) -> Any:
             before = sum((integral(-1, j, starts[j], starts[j + 1]) for j in range(k)), acb(0))
-            return acb.integral(
-                lambda v, _: (lam * parts[k](v)).exp()
-                * (before + integral(-1, k, starts[k], v)),
-                a, b,
-            )  # fmt: skip
+
+            def outer(v: Any, _: Any) -> Any:
+                return (lam * parts[k](v)).exp() * (before + integral(-1, k, starts[k], v))
+
+            return acb.integral(outer, a, b)
 
         sides = [(0, -R, -one), (1, -one, zero)], [(1, zero, one), (2, one, R)]
         single = [sum((integral(1, *x) for x in side), acb(0)) for side in sides]
@@ -144,10 +135,10 @@ def by_numpy(c: list[Fraction], kappa: Fraction, r: Fraction, panels: int) -> fl
     running = running @ ((k[:, None] + 0.5) * p[:, :_NODES].T * w)
     parts, lam, R = _potentials([float(y) for y in c]), 2 / float(kappa) ** 2, float(r)
     before, single, double = 0.0, [0.0, 0.0], [0.0, 0.0]
-    for low, high, V in ((-R, -1.0, parts[0]), (-1.0, 1.0, parts[1]), (1.0, R, parts[2])):
+    for low, high, V in zip((-R, -1.0, 1.0), (-1.0, 1.0, R), parts[:3], strict=True):
         ends = np.linspace(low, high, 2 * panels + 1)  # 0 among them
-        for a, b in pairwise(ends):
-            h = (b - a) / 2
+        h = (ends[1] - ends[0]) / 2
+        for a in ends[:-1]:
             e = np.exp(lam * V(a + h * (x + 1)))
             side = int(a >= 0)
             single[side] += h * (w @ e)

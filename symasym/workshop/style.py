@@ -14,8 +14,6 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from symasym.base.inputs import choice
-
 #: Kinds of file that `encode` writes.
 KINDS = ("png", "svg", "pdf")
 INK, FAINT = "0.1", "0.55"
@@ -57,7 +55,7 @@ def encode(figure: Figure, kind: str) -> bytes:
     }
     buffer = BytesIO()
     with style():
-        figure.savefig(buffer, format=choice("kind", kind, KINDS), metadata=undated[kind])
+        figure.savefig(buffer, format=kind, metadata=undated[kind])
     return buffer.getvalue()
 
 
