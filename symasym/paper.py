@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 from flint import arb
 
@@ -60,26 +60,17 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     return Answer(shown, None if kind == "none" else error, kind, *(_EXIT if name == "C" else ()))
 
 
-class _Seen(NamedTuple):
-    """A drift, perhaps in the mirror: phi(-1), phi(1), each zero with its kind and slope, V."""
-
-    low: Any
-    high: Any
-    zeros: list[tuple[Any, str, Any]]
-    potential: Any
-
-    def barriers(self, above: Any) -> list[Any]:
-        """The barriers to the right of a place."""
-        return [u for u, kind, _ in self.zeros if kind == "barrier" and u > above]
-
-
 @lru_cache(maxsize=64)
-def _seen(drift: Drift, mirrored: bool, bits: int, time: bool = False) -> _Seen:
-    """The drift at flint's precision, which has as many bits."""
+def _seen(drift: Drift, mirrored: bool, bits: int, time: bool = False) -> tuple[Any, ...]:
+    """phi(-1), phi(1), wells, barriers and V at flint's precision, which has as many bits.
+
+    A well or a barrier is a pair of its place and A' there; all perhaps in the mirror.
+    """
     field, sign = Field(drift, LINE, time), -1 if mirrored else 1
-    zeros = [(sign * u, kind, field.around(u, 2)[0][1]) for u, kind in field.zeros][::sign]
     low, high = (sign * field.ends[sign * side] for side in (-1, 1))
-    return _Seen(low, high, zeros, lambda u: field.height(sign * u))
+    zeros = [(kind, (sign * u, field.around(u, 2)[0][1])) for u, kind in field.zeros][::sign]
+    wells, barriers = ([at for kind, at in zeros if kind == k] for k in ("well", "barrier"))
+    return low, high, wells, barriers, lambda u: field.height(sign * u)
 
 
 def _escape_time(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKind]:
@@ -89,17 +80,17 @@ def _escape_time(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorK
             f"a- = {float_text(a_minus)} and a+ = {float_text(a_plus)} are no crossing region, "
             "where the paper gives no escape time; use method='exact'."
         )
-    seen = _seen(scene.drift, a_plus < 0, bits, time=True)
-    if [kind for _, kind, _ in seen.zeros] not in ([], ["well", "barrier"]):
+    _, ahead, wells, barriers, V = _seen(scene.drift, a_plus < 0, bits, time=True)
+    if (len(wells), len(barriers)) not in ((0, 0), (1, 1)):
         raise InputError(
-            f"A has {len(seen.zeros)} zeros in (-1, 1), but the paper's formula is for none, or "
-            "for one well followed by one barrier; use method='exact'."
+            f"A has {len(wells + barriers)} zeros in (-1, 1), but the paper's formula is for none, "
+            "or for one well followed by one barrier; use method='exact'."
         )
-    total = exact_ball(scene.r) / seen.high
-    if seen.barriers(0):
-        (u, _, low), (v, _, high) = seen.zeros
-        rise = seen.potential(v) - seen.potential(u)
-        total += 2 * arb.pi() / (-low * high).sqrt() * (exact_ball(scene.lam) * rise).exp()
+    total = exact_ball(scene.r) / ahead
+    for (u, low), (v, high) in zip(wells, barriers, strict=True):
+        if v > 0:
+            rise = exact_ball(scene.lam) * (V(v) - V(u))
+            total += 2 * arb.pi() / (-low * high).sqrt() * rise.exp()
     return total, "none"
 
 
@@ -116,36 +107,36 @@ def _exit_bound(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKi
             f"a- = {low} and a+ = {high} are not both {sign}, where alone the paper bounds "
             f"{name}; use method='bound' or 'exact'."
         )
-    seen = _seen(scene.drift, request.complement, bits)
+    low, high, _, barriers, V = _seen(scene.drift, request.complement, bits)
     # V is highest at an end of [0, 1], or at a barrier.
-    tops = (seen.potential(u) for u in (arb(0), arb(1), *seen.barriers(0)))
-    top = max(tops, key=float) - seen.potential(arb(-1))
-    if not (r >= 4 and top <= seen.low * r / 4 and (3 * seen.low * r * lam / 4).exp() >= 4):
+    places = (arb(0), arb(1), *(u for u, _ in barriers if u > 0))
+    top = max((V(u) for u in places), key=float) - V(arb(-1))
+    if not (r >= 4 and top <= low * r / 4 and (3 * low * r * lam / 4).exp() >= 4):
         raise InputError(
             f"r is {float_text(scene.r)} and kappa is {scene.noise}; the paper's bound needs r of "
             f"at least 4, V <= a- r/4 on [0, 1], where it reaches {float(top):.6g}, and "
             "exp(3 a- r/(2 kappa^2)) of at least 4; use method='bound' or 'exact'."
         )
-    return 2 * seen.low * (1 / seen.high + lam) * (-seen.low * r * lam / 2).exp(), "bound"
+    return 2 * low * (1 / high + lam) * (-low * r * lam / 2).exp(), "bound"
 
 
 def _occupation(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKind]:
-    seen, lam = _seen(scene.drift, False, bits), exact_ball(scene.lam)
-    share = 2 * lam / (1 / seen.low - 1 / seen.high)
+    (low, high, wells, barriers, V), lam = _seen(scene.drift, False, bits), exact_ball(scene.lam)
+    share = 2 * lam / (1 / low - 1 / high)
     if share < 1:
         return share, "none"
-    if seen.potential(arb(1)) > seen.potential(arb(-1)):
-        seen = _seen(scene.drift, True, bits)
+    if V(arb(1)) > V(arb(-1)):
+        low, high, wells, barriers, V = _seen(scene.drift, True, bits)
     # V stays below V(1) from the last place where it is as high: behind the last peak above, or -1.
-    top = seen.potential(arb(1))
-    left = ([arb(-1)] + [u for u in seen.barriers(-1) if seen.potential(u) > top])[-1]
-    if seen.potential(left) > top:
-        right = next(u for u, kind, _ in seen.zeros if kind == "well" and u > left)
+    top = V(arb(1))
+    left = ([arb(-1)] + [u for u, _ in barriers if V(u) > top])[-1]
+    if V(left) > top:
+        right = next(u for u, _ in wells if u > left)
         for _ in range(int(3.4 * request.digits) + 30):
             middle = ((left + right) / 2).mid()
-            left, right = (middle, right) if seen.potential(middle) > top else (left, middle)
+            left, right = (middle, right) if V(middle) > top else (left, middle)
         left = right
-    rise = (lam * (top - seen.potential(arb(-1)))).exp()
-    share = 1 / (1 + (rise / seen.low - 1 / seen.high) / (lam * (1 - left)))
+    rise = (lam * (top - V(arb(-1)))).exp()
+    share = 1 / (1 + (rise / low - 1 / high) / (lam * (1 - left)))
     # That A has no other zeros is known of polynomials.
     return share, "bound" if scene.drift.exact_coefficients() is not None else "estimate"
