@@ -7,6 +7,7 @@ the radius r the derivatives are closed forms of the sweeps (eq:Ttilde, eq:C; do
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -32,7 +33,7 @@ from symasym.drift.scenes import (
     scene_at,
 )
 from symasym.exact import balls, floats
-from symasym.exact.float_panels import Logs
+from symasym.exact.float_panels import ULP, Logs
 from symasym.methods import require_sliding
 
 __all__ = ["Sensitivity", "sensitivity"]
@@ -54,15 +55,11 @@ class Sensitivity:
     ----------
     quantity : str
     derivative : dict of str to float, mpf or ndarray
-        d log(quantity) / d(parameter), which is also the derivative of the logarithm that
-        ``log=True`` gives elsewhere.
+        d log(quantity) / d(parameter).
     error : dict of str to float, mpf or ndarray
         Absolute error of `derivative`.
     condition : dict of str to float, mpf or ndarray
-        Of the quantity: ``|parameter * derivative|``, the relative change of the quantity over that
-        of the parameter.
-    log_condition : dict of str to float, mpf or ndarray
-        Of its logarithm: the same over ``|log(quantity)|``.
+        ``|parameter * derivative|``: the relative change of the quantity over the parameter's.
     error_kind : {"bound", "estimate"}
         ``"bound"``: proved.
     """
@@ -71,7 +68,6 @@ class Sensitivity:
     derivative: dict[str, Any]
     error: dict[str, Any]
     condition: dict[str, Any]
-    log_condition: dict[str, Any]
     error_kind: ErrorKind
 
     def __str__(self) -> str:
@@ -126,8 +122,6 @@ def sensitivity(
     >>> change = sa.sensitivity(sa.friction(mu=3, alpha=1, z0="-0.4"), "0.1", 10)
     >>> print(f"{change.condition['kappa']:.9g} {change.condition['z0']:.9g}")
     50.8370975 40.04365
-    >>> print(f"{change.log_condition['kappa']:.4f}")
-    1.9401
     """
     quantity = choice("quantity", quantity, QUANTITIES)
     require_drift(drift)
@@ -141,11 +135,30 @@ def sensitivity(
     return _in_floats(quantity, float_scenes(drift, numbers))
 
 
+def _of_ends(quantity: str, near: Any, far: Any, whole: Any) -> list[Any]:
+    """The terms of d log(quantity)/dr and d log(quantity)/d(start): a sign, factors, divisors.
+
+    They are y = 1/sigma and w = lam Q/sigma of both sides, at the start and at the other end.
+    """
+    (y, w), (far_y, far_w) = near, far
+    if quantity == "T":
+        above = (y[1], far_w[0]), (y[0], far_w[1]), (y[0], w[1]), (y[1], w[0])
+        return [
+            *zip(("r", "r", "start", "start"), (1, 1, 1, -1), above, [[whole]] * 4, strict=True)
+        ]
+    a, b, sign = (0, 1, -1) if quantity == "C" else (1, 0, 1)
+    return [
+        ("r", 1, (y[b], far_y[a]), [y[a]]),
+        ("r", -1, [far_y[b]], []),
+        ("start", sign, [y[b]], []),
+    ]
+
+
 # -- in balls --------------------------------------------------------------------------------------
 
 
-def _proved(quantity: str, scene: Scene, digits: int) -> tuple[Any, dict[str, Any]]:
-    """Balls with log(quantity) and its derivatives, right to `digits` digits, or places below 1."""
+def _proved(quantity: str, scene: Scene, digits: int) -> dict[str, Any]:
+    """Balls with the derivatives, right to `digits` digits, or places below 1."""
     numbers = {name: rational(x) for name, x in scene.numbers.items()}
     parameters = {name: rational(x) for name, x in scene.drift.scalars().items()}
     (low, high), kappa = balls.span(quantity, numbers), numbers["kappa"]
@@ -184,10 +197,9 @@ def _proved(quantity: str, scene: Scene, digits: int) -> tuple[Any, dict[str, An
         found = {n: slope(n, x, working, more) for n, x in {**parameters, "kappa": kappa}.items()}
         with precision(balls.bits(working, guard + more)):
             if "r" in numbers:
-                found |= _of_ends(quantity, pieces(scene.drift, low, high), numbers, working)
-            whole = log(working)
+                found |= _ends_in_balls(quantity, pieces(scene.drift, low, high), numbers, working)
             if all(map(right, found.values())):
-                return whole, found
+                return found
         more = 2 * more + 60
     raise AccuracyError(
         f"log({quantity}) has fewer than {digits} digits of its derivatives right in "
@@ -195,65 +207,54 @@ def _proved(quantity: str, scene: Scene, digits: int) -> tuple[Any, dict[str, An
     )
 
 
-def _of_ends(
+def _ends_in_balls(
     quantity: str, drift: list[Piece], numbers: Mapping[str, fmpq], digits: int
 ) -> dict[str, Any]:
-    """d log(quantity)/dr and d log(quantity)/d(start) in balls."""
+    """d log(quantity)/dr and d log(quantity)/d(start)."""
     r, start, lam = numbers["r"], numbers["start"], arb(2 / numbers["kappa"] ** 2)
-    left, right = balls.sides(drift, lam, (-r, r), start, digits)
-    far_left = balls.swept(drift, lam, start, r, digits, left)
-    far_right = balls.swept(balls.mirrored(drift), lam, -start, r, digits, right)
-    (a, (_, wa)), (b, (_, wb)), (far_a, (_, far_wa)), (far_b, (_, far_wb)) = (
-        left, right, far_left, far_right,
-    )  # fmt: skip
-    if quantity == "T":
-        time = wa * b + wb * a
-        return {"r": (a * far_wa / far_a + b * far_wb / far_b) / time, "start": (wb - wa) / time}
-    moved = a / far_a - b / far_b
-    if quantity == "C":
-        return {"r": moved / b, "start": -1 / b}
-    return {"r": -moved / a, "start": 1 / a}
+    near = balls.sides(drift, lam, (-r, r), start, digits)
+    ways = zip((drift, balls.mirrored(drift)), (start, -start), near, strict=True)
+    far = [balls.swept(way, lam, at, r, digits, state) for way, at, state in ways]
+    both = [[[1 / x.eta for x in two], [x.zeta[1] / x.eta for x in two]] for two in (near, far)]
+    found = {"r": arb(0), "start": arb(0)}
+    for name, sign, above, below in _of_ends(quantity, *both, sum(both[0][1], arb(0))):
+        found[name] += sign * math.prod(above) / math.prod(below)
+    return found
 
 
 def _in_digits(quantity: str, scene: Scene, dps: int) -> Sensitivity:
     """Derivatives of one scene to so many digits, proved."""
-    whole, slopes = _proved(quantity, scene, dps)
-    rows = {}
+    slopes, rows = _proved(quantity, scene, dps), {}
     with precision(balls.bits(dps + 10)):
         for name, x in {**scene.drift.scalars(), **scene.numbers}.items():
             condition = abs(slopes[name] * arb(rational(x)))
-            relative = condition / abs(whole) if condition > 0 else condition
-            shown = (to_mpf(x, dps)[0] for x in (condition, relative))
-            rows[name] = *to_mpf(slopes[name], dps), *shown
-    columns: Any = (dict(zip(rows, x, strict=True)) for x in zip(*rows.values(), strict=True))
-    slope, error, condition, relative = columns
-    return Sensitivity(quantity, slope, error, condition, relative, "bound")
+            rows[name] = *to_mpf(slopes[name], dps), to_mpf(condition, dps)[0]
+    slope, error, condition = (
+        dict(zip(rows, x, strict=True)) for x in zip(*rows.values(), strict=True)
+    )
+    return Sensitivity(quantity, slope, error, condition, "bound")
 
 
 # -- in float64 ------------------------------------------------------------------------------------
 
 
+@np.errstate(all="ignore")
 def _in_floats(quantity: str, scenes: Scenes) -> Sensitivity:
     """Derivatives of many scenes in float64; in balls where these say little."""
-    names = [*scenes.parameters, *scenes.numbers]
-    count = len(scenes.lam)
+    names, count, model = [*scenes.parameters, *scenes.numbers], len(scenes.lam), scenes.drift.model
     at = {n: np.broadcast_to(np.float64(x), count) for n, x in scenes.parameters.items()}
     at |= scenes.numbers
-    needle = isinstance(scenes.drift.model, Expression) and scenes.drift.model.powers is None
-    given = [scenes.given.get(n, 0.0) for n in ("r", "start")]
-    if needle or any(not isinstance(x, (int, float, np.ndarray, list, tuple)) for x in given):
-        # A needle of dA/dp may lie between the nodes that suffice for A; and beside an end a start
-        # that is no float is another one.
-        logs, doubt = np.empty(count), np.arange(count)
-        slopes, errors = np.empty((2, len(names), count))
-    else:
-        logs, slopes, errors = _by_floats(quantity, scenes, at)
-        unit = np.array([np.where(at[n] == 0, 1.0, np.abs(at[n])) for n in names])
-        size = np.maximum(1.0, np.abs(slopes * unit).max(axis=0))
-        doubt = np.flatnonzero(~(errors * unit <= _ENOUGH * size).all(axis=0))
-    for k in doubt:
-        whole, found = _proved(quantity, scene_at(scenes, k), _FLOAT_DIGITS)
-        logs[k] = float(whole)
+    values = np.array([at[n] for n in names])
+    slopes, errors = _by_floats(quantity, scenes, at)
+    unit = np.where(values == 0, 1.0, np.abs(values))
+    size = np.maximum(1.0, np.abs(slopes * unit).max(axis=0))
+    # A needle of dA/dp may lie between the nodes that suffice for A; and beside an end a start that
+    # is no float is another one.
+    given = (scenes.given.get(n, 0.0) for n in ("r", "start"))
+    closer = isinstance(model, Expression) and model.powers is None
+    closer |= any(not isinstance(x, (int, float, np.ndarray, list, tuple)) for x in given)
+    for k in np.flatnonzero(closer | ~(errors * unit <= _ENOUGH * size).all(axis=0)):
+        found = _proved(quantity, scene_at(scenes, k), _FLOAT_DIGITS)
         for j, name in enumerate(names):
             slopes[j, k] = float(found[name].mid())
             errors[j, k] = 2e-16 * abs(slopes[j, k]) + float(found[name].rad())
@@ -262,67 +263,45 @@ def _in_floats(quantity: str, scenes: Scenes) -> Sensitivity:
         raise RangeError(
             f"d log({quantity})/d({name}) is outside the range of float64; pass dps=…."
         )
-    errors = np.maximum(errors, 5e-324)  # what float64 takes for 0 is none
-    values = np.array([at[n] for n in names])
-    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-        conditions = np.abs(slopes * values)
-        relative = np.where(conditions == 0, 0.0, conditions / np.abs(logs))
 
     def shaped(rows: FloatArray) -> dict[str, Any]:
         """By the name of the parameter, floats or arrays of the answer's shape."""
         each = (x.reshape(scenes.shape) if scenes.shape else x.item() for x in rows)
         return dict(zip(names, each, strict=True))
 
-    slope, error, condition, log_condition = map(shaped, (slopes, errors, conditions, relative))
-    return Sensitivity(quantity, slope, error, condition, log_condition, "estimate")
+    errors = np.maximum(errors, 5e-324)  # what float64 takes for 0 is none
+    slope, error, condition = map(shaped, (slopes, errors, np.abs(slopes * values)))
+    return Sensitivity(quantity, slope, error, condition, "estimate")
 
 
 def _by_floats(
     quantity: str, scenes: Scenes, at: Mapping[str, FloatArray]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """log(quantity), its derivatives by every parameter, and their estimated errors."""
+) -> tuple[FloatArray, FloatArray]:
+    """The derivatives by every parameter, and their estimated errors."""
     count, stepped = len(scenes.lam), [*scenes.parameters, "kappa"]
-    h = [_STEP * np.where(np.abs(at[n]) < 1e-200, 1.0, np.abs(at[n])) for n in stepped]
+    unit = np.array([np.where(np.abs(at[n]) < 1e-200, 1.0, np.abs(at[n])) for n in stepped])
     moved = {n: np.tile(x, len(stepped)).astype(complex) for n, x in at.items() if n in stepped}
     for k, name in enumerate(stepped):
-        moved[name][k * count : (k + 1) * count] += 1j * h[k]
+        moved[name][k * count : (k + 1) * count] += 1j * _STEP * unit[k]
     of = Field(scenes.drift, {n: moved[n] for n in scenes.parameters}, count * len(stepped))
     others = {n: np.tile(x, len(stepped)) for n, x in scenes.numbers.items() if n != "kappa"}
     logs, errors = floats.logs_of(quantity, of, {"kappa": moved["kappa"], **others})
-    logs, errors = logs.reshape(-1, count), errors.reshape(-1, count).max(axis=0)
-    slopes = logs.imag / np.array(h)
+    slopes, errors = logs.imag.reshape(-1, count) / (_STEP * unit), errors.reshape(-1, count)
     # An exponent that is off moves all derivatives like the value, at most as the largest of them.
-    unit = np.array(h) / _STEP
     largest = np.abs(slopes * unit).max(axis=0)
-    errors = _FACTOR * (errors + 1e-15) * (np.abs(slopes) + (1.0 + largest) / unit)
-    if "r" in scenes.numbers:
-        ends = _of_ends_in_floats(quantity, scenes, at)
-        slopes, errors = (np.vstack((x, y)) for x, y in zip((slopes, errors), ends, strict=True))
-    return logs[0].real, slopes, errors
-
-
-def _of_ends_in_floats(
-    quantity: str, scenes: Scenes, at: Mapping[str, FloatArray]
-) -> tuple[FloatArray, FloatArray]:
-    """The rows of r and of the start, and their errors: with y = 1/sigma and w = lam Q/sigma."""
-    rows = np.arange(len(scenes.lam))
-    of = Field(scenes.drift, {n: at[n] for n in scenes.parameters}, len(rows))
-    r, start = at["r"], at["start"]
-    with np.errstate(all="ignore"):
-        (ya, yb), (wa, wb) = floats.sides(of, scenes.lam, (-r, r), (start, start), rows)
-        (far_ya, far_yb), (far_wa, far_wb) = floats.sides(of, scenes.lam, (-r, r), (r, -r), rows)
-        per_w = Logs(-np.logaddexp(wa.log, wb.log), np.maximum(wa.error, wb.error) + 4e-16)
-        sigma_a, sigma_b = (Logs(-y.log, y.error) for y in (ya, yb))
-        # Of r, the first row, and the start: signs and products of positive numbers.
-        terms: Any = {
-            "T": [(0, 1, (yb, far_wa, per_w)), (0, 1, (ya, far_wb, per_w)),
-                  (1, 1, (ya, wb, per_w)), (1, -1, (yb, wa, per_w))],
-            "C": [(0, 1, (yb, far_ya, sigma_a)), (0, -1, (far_yb,)), (1, -1, (yb,))],
-            "1 - C": [(0, 1, (ya, far_yb, sigma_b)), (0, -1, (far_ya,)), (1, 1, (ya,))],
-        }[quantity]  # fmt: skip
-        slopes, errors = np.zeros((2, 2, len(rows)))
-        for row, sign, factors in terms:
-            value = np.exp(sum(x.log for x in factors))
-            slopes[row] += sign * value
-            errors[row] += value * (1e-15 + sum(x.error + 2.3e-16 * abs(x.log) for x in factors))
-    return slopes, errors
+    errors = _FACTOR * (errors.max(axis=0) + 1e-15) * (np.abs(slopes) + (1.0 + largest) / unit)
+    if "r" not in scenes.numbers:
+        return slopes, errors
+    rows, r, start = np.arange(count), at["r"], at["start"]
+    of = Field(scenes.drift, {n: at[n] for n in scenes.parameters}, count)
+    until = (start, start), (r, -r)
+    both = [floats.sides(of, scenes.lam, (-r, r), x, rows) for x in until]
+    wa, wb = both[0][1]
+    whole = Logs(np.logaddexp(wa.log, wb.log), np.maximum(wa.error, wb.error) + 4e-16)
+    found = {"r": np.zeros((2, count)), "start": np.zeros((2, count))}
+    for name, sign, above, below in _of_ends(quantity, *both, whole):
+        value = np.exp(sum(x.log for x in above) - sum(x.log for x in below))
+        lost = sum(x.error + ULP * np.abs(x.log) for x in (*above, *below))
+        found[name] += value * sign, value * (1e-15 + lost)
+    more = np.stack([*found.values()], axis=1)
+    return np.vstack((slopes, more[0])), np.vstack((errors, more[1]))
