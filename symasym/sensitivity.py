@@ -212,12 +212,14 @@ def _ends_in_balls(
 ) -> dict[str, Any]:
     """d log(quantity)/dr and d log(quantity)/d(start)."""
     r, start, lam = numbers["r"], numbers["start"], arb(2 / numbers["kappa"] ** 2)
-    near = balls.sides(drift, lam, (-r, r), start, digits)
+    near: Any = balls.sides(drift, lam, (-r, r), start, digits)
     ways = zip((drift, balls.mirrored(drift)), (start, -start), near, strict=True)
-    far = [balls.swept(way, lam, at, r, digits, state) for way, at, state in ways]
-    both = [[[1 / x.eta for x in two], [x.zeta[1] / x.eta for x in two]] for two in (near, far)]
+    far: Any = [balls.swept(way, lam, at, r, digits, state) for way, at, state in ways]
+    near, far = (
+        [[1 / x.eta for x in two], [x.zeta[1] / x.eta for x in two]] for two in (near, far)
+    )
     found = {"r": arb(0), "start": arb(0)}
-    for name, sign, above, below in _of_ends(quantity, *both, sum(both[0][1], arb(0))):
+    for name, sign, above, below in _of_ends(quantity, near, far, sum(near[1], arb(0))):
         found[name] += sign * math.prod(above) / math.prod(below)
     return found
 
@@ -295,11 +297,11 @@ def _by_floats(
     rows, r, start = np.arange(count), at["r"], at["start"]
     of = Field(scenes.drift, {n: at[n] for n in scenes.parameters}, count)
     until = (start, start), (r, -r)
-    both = [floats.sides(of, scenes.lam, (-r, r), x, rows) for x in until]
-    wa, wb = both[0][1]
+    near, far = (floats.sides(of, scenes.lam, (-r, r), x, rows) for x in until)
+    wa, wb = near[1]
     whole = Logs(np.logaddexp(wa.log, wb.log), np.maximum(wa.error, wb.error) + 4e-16)
     found = {"r": np.zeros((2, count)), "start": np.zeros((2, count))}
-    for name, sign, above, below in _of_ends(quantity, *both, whole):
+    for name, sign, above, below in _of_ends(quantity, near, far, whole):
         value = np.exp(sum(x.log for x in above) - sum(x.log for x in below))
         lost = sum(x.error + ULP * np.abs(x.log) for x in (*above, *below))
         found[name] += value * sign, value * (1e-15 + lost)
