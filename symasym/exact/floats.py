@@ -117,29 +117,21 @@ def logs_of(
         rows = np.arange(low, min(low + many, len(lam)))
         some = {n: x[rows] for n, x in numbers.items()}
         if name in ("T", "C", "1 - C"):
-            found.append(_of_exit(name, of, lam[rows], some, rows, moment, reflecting))
+            until = some["start"], some["start"]
+            both = sides(of, lam[rows], ends_of(some), until, rows, moment, reflecting)
+            found.append(_of_exit(name, *both))
         else:
             found.append(_of_stay(name, of, lam[rows], some, rows))
     logs, errors = map(np.concatenate, zip(*found, strict=True))
     return Logs(logs, np.where(np.isnan(logs + errors), np.inf, errors))
 
 
-def _of_exit(
-    name: str,
-    of: Field,
-    lam: Any,
-    numbers: Mapping[str, Any],
-    rows: Any,
-    moment: int,
-    reflecting: str | None,
-) -> Logs:
-    start, ends = numbers["start"], ends_of(numbers)
-    rate, w, *more = sides(of, lam, ends, (start, start), rows, moment, reflecting)
+def _of_exit(name: str, rate: list[Logs], w: list[Logs], *more: list[Logs]) -> Logs:
     if name != "T":
         return _share(*(rate if name == "C" else rate[::-1]))
     (log, error), (other, of_other) = _total(*w), _total(*rate)
     time = Logs(log - other, error + of_other)
-    if moment == 1:
+    if not more:
         return time
     square, cross = (_total(*x) for x in more)
     both = Logs(time.log + square.log, time.error + square.error)

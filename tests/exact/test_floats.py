@@ -97,7 +97,7 @@ def test_drifts_that_are_no_polynomials(family: str, name: str) -> None:
     require_honest(FAMILIES[family], name, kappa, 3.0, np.linspace(-0.9, 1.2, 5))
 
 
-@pytest.mark.parametrize("kappa", [2.0, 0.5, 0.1, 0.05])
+@pytest.mark.parametrize("kappa", [0.5, 0.05])
 @pytest.mark.parametrize("name", NAMES[:5])
 def test_many_like_rows(kappa: float, name: str) -> None:
     """Each is what it is alone, and every fortieth what the proved engine says."""
@@ -212,18 +212,6 @@ def test_a_layer_with_noise_on_the_line() -> None:
     for y in (-1.5, 0.3, 2.0):
         require_claims(drift, {"kappa": KAPPA, "y": y}, asked("p_ss"))
         require_claims(drift, {"kappa": KAPPA, "low": y, "high": 2.5}, asked("1 - P"))
-
-
-@pytest.mark.parametrize("drift", [sa.friction(3, 1, "-0.4"), sa.Drift("u - u**3", layer=None)])
-@pytest.mark.parametrize("reflecting", [None, "left"])
-def test_second_moments_of_like_rows(drift: sa.Drift, reflecting: str | None) -> None:
-    """Of 400 like rows each is what it is alone."""
-    kappa, ends = np.geomspace(0.12, 2.0, 400), {"left": -3.0, "right": 4.0, "start": 0.25}
-    request = asked("T", 2, reflecting)
-    scenes = float_scenes(drift, {"kappa": kappa, **ends}, reflecting)
-    found = floats.of_scenes(scenes, request)
-    alone = require_claims(drift, {"kappa": kappa[::57], **ends}, request)
-    assert (np.abs(found.logs[::57] - alone.logs) <= found.errors[::57] + alone.errors).all()
 
 
 @pytest.mark.parametrize("start", [-0.5, 0.0, 0.9])
