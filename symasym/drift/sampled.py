@@ -120,7 +120,7 @@ class Sampled:
 
     def majorant(self, far: Any, rows: Any) -> Any:
         """Of polynomials, the sum of the terms' sizes at |u| = `far`."""
-        c = [np.abs(x[rows] if np.ndim(x) else x).astype(float) for x in self._c or ()]
+        c = [np.asarray(abs(x[rows] if np.ndim(x) else x), float) for x in self._c or ()]
         return sum(x * far**k for k, x in enumerate(c))
 
     def _exactly(self, row: int) -> dict[str, Any]:
