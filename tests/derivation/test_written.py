@@ -17,8 +17,7 @@ from flint import arb
 import derivations.sections  # noqa: F401
 import symasym as sa
 from derivations.sections.section5.positive import E_s
-from symasym.derivation.derivation import build
-from symasym.derivation.proof import numeric
+from symasym.derivation.derivation import build, numeric
 from symasym.exact import balls, float_panels, floats
 from symasym.expansions.canonical import straight
 
