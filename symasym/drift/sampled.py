@@ -154,11 +154,6 @@ class Sampled:
         return (low + high) / 2 + (high - low) / 2 * points
 
     @cached_property
-    def varied(self) -> bool:
-        """True where rows have different parameters."""
-        return any(np.ptp(np.real(x)) > 0 for x in self.arrays.values())
-
-    @cached_property
     def cuts(self) -> Any:
         """Points between which so many terms hold it to 1e-16 of its size; None for too many.
 

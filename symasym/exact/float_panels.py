@@ -43,8 +43,7 @@ _CLIMB = 8.0  # of lam V on a sampled panel: the nested integral loses so much o
 _DEEPEST, _PANELS = 38, 2000  # halvings, panels of a row
 _FEW = 8  # terms of A
 _UNITS, _MOST = (20.0, 14.0), 24  # exponent on pieces that a row begins with, and their number
-_NODES, _TERMS = 20, 40  # of the slow series
-_SLOW = 44.0  # it is right to e^{-44}
+_NODES, _TERMS, _SLOW = 20, 40, 44.0  # of the slow series, right to e^{-44}
 _CLOSED = (0.25, 8.0)  # least exponents for closed forms
 _WIDTHS = np.array([1, 1, 2, 3, 2, 3, 3, 4])[:, None]  # their powers in I, J, N, K, M, X, C0, C1
 _AXES = 2.0 ** np.array([1.25, 2.0, 2.75, 3.5])[:, None]  # sums of the half axes of ellipses
@@ -159,11 +158,11 @@ def seen(
             off = (max(OF_A * _FEW, rounding) + 2 * ULP) * np.abs(c).sum(axis=0)
             # Where rows differ, cuts prove nothing: ready-made drifts are judged by last terms.
             own = field.powers or not field.layered or isinstance(of.model, Expression)
-            if of.cuts is None or (of.varied and own):
+            varied = any(np.ptp(np.real(x)) > 0 for x in of.arrays.values())
+            if of.cuts is None or (varied and own):
                 off += np.inf
             else:
-                every = np.array([low, *of.cuts, high])
-                edges = np.unique([*every, *-every])
+                edges = np.unique([side * x for x in (low, *of.cuts, high) for side in (-1, 1)])
         loose = 4 * (loose + 2 * ULP) if field.powers else 0.0
         tiled = np.tile(rows, 1 + both), mirror, sign, np.tile(off, 1 + both)
         found.append(Side(field, of, *tiled, loose, edges))

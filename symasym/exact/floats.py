@@ -48,8 +48,6 @@ TOLERANCE = 1e-12
 #: Relative error of a logarithm that balls gave and float64 rounded.
 ROUNDING = 4e-16
 _COEFFICIENTS = 16384  # of all scenes at once, whose panels stay in memory
-_MOMENTS = 2
-_HALVES = ("left", "right")
 # Powers of a and b in I, J, N, K, M, X, C0, C1.
 _WEIGHTS = np.array([[1, 0], [0, 1], [1, 1], [2, 1], [1, 1], [2, 1], [1, 2], [2, 2]])
 
@@ -75,7 +73,7 @@ def float_logs(scenes: Scenes, request: Request) -> Logs:
     if "start" not in quantity_of(name).numbers:
         numbers = {n: x for n, x in numbers.items() if n not in ("r", "start")}
     values, count, span = scenes.parameters, len(scenes.lam), (-1.0, 1.0)
-    if moment > _MOMENTS or not (model.layered or numbers.keys() & {"r", "left"}):
+    if moment > 2 or not (model.layered or numbers.keys() & {"r", "left"}):
         return Logs(np.zeros(count), np.full(count, np.inf))
     if not model.layered:
         ends = scenes.ends
@@ -185,7 +183,7 @@ def sides(
     n, two = len(lam), np.tile(lam, 2)
     phi = seen(of, rows, np.maximum(np.abs(ends[0]), np.abs(ends[1])), both=True)
     begin, end = (np.concatenate((a, -b)) for a, b in (ends, until))
-    back = np.repeat([side == reflecting for side in _HALVES], n)
+    back = np.repeat([reflecting == side for side in ("left", "right")], n)
     log, error = swept(phi, two, begin, end, absorbing(two, order, back))
     log, error = (x.reshape(-1, 2, n) for x in (log, error))
     return [
@@ -237,8 +235,7 @@ def _outside(phi: Side, side: int, lam: Any, width: Any, state: Logs, order: int
     """Across an interval beside the layer, whose width may be 0."""
     if (some := np.flatnonzero(width > 0)).size:
         (a, off, log), lam, width = (x[some] for x in phi.end(side)), lam[some], width[some]
-        moved = np.abs(lam) * width * off
-        panel = constant(lam * a, width, moved, order)
+        panel = constant(lam * a, width, np.abs(lam) * width * off, order)
         if powers := phi.powers:
             panel.log[2:] += (_WEIGHTS[: len(panel.log) - 2] @ powers)[:, None] * log
             panel.error[2:] += phi.loose
