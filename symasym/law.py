@@ -17,6 +17,8 @@ With eta and zeta from the left end (-) and the right one (+) to the start (`sym
   measure. A bound.
 - *Small times.* The transform on Talbot's contour (Weideman & Trefethen, Math. Comp. 76 (2007)
   1341); two numbers of nodes tell the error: an estimate.
+- *Narrow laws and rare times.* The trapezoidal rule on Re s = c (Abate & Whitt, Queueing Systems 10
+  (1992) 5), where e^{c t} E[e^{-c tau}], which is above the probability, is about the least.
 """
 
 from __future__ import annotations

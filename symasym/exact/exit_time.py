@@ -1,7 +1,7 @@
 """One exit to so many digits: powers of s and bits as needed, probabilities.
 
-Which way serves a time is decided beforehand: few rates by Weyl's law, Markov's inequality where
-nothing is left of a probability, else Talbot's contour. Theorems and symbols: `symasym.law`.
+Which way serves a time is decided beforehand: few rates by Weyl's law, a vertical line where the
+law is narrow or the probability small, else Talbot's contour. Theorems and symbols: `symasym.law`.
 """
 
 from __future__ import annotations
@@ -22,17 +22,19 @@ from symasym.base.inputs import float_text
 from symasym.drift.evaluate import rational
 from symasym.drift.scenes import Scene
 from symasym.exact.balls import bits
-from symasym.exact.spectral import Series, TooEarly
+from symasym.exact.spectral import Series, TooEarly, TooFar
 from symasym.exact.transform import Undecided
 
 #: Powers of s at first, and at most.
 ORDER, _MOST = 20, 120
 _MOST_BITS = 1_500
 _MODES = 6  # rates for a probability
-_WIDTHS = 12.0  # t over std, above which the contour takes hundreds of nodes
 _NARROW = 0.3  # std over mean, below which the sum over the modes cancels
-_EARLY = (1, 15, 40)  # digits that small probabilities take beyond those asked for
-_ROUGH, _SMALL = 8, 40
+_WIDTHS = 40.0  # t over std, at most
+_EARLY = 0.01  # of the mean: times at which nothing may have happened
+_LEFT = 7.0  # above which the contour is no longer bent to the left
+_ROUGH, _SURE = 8, 12  # digits, and bits that show these many to be enough
+_NOTHING = arb(10) ** -305
 _STEPS = 200
 _LONG = Fraction(10**300)
 
@@ -61,6 +63,9 @@ class Exit:
                     found = of(self._kept[key])
                 except Undecided:
                     order += order // 3 + 4
+                    continue
+                except TooFar:
+                    size *= 2
                     continue
                 if found.rel_accuracy_bits() > wanted * 3.33 + 1:
                     return found
@@ -97,46 +102,68 @@ class Exit:
                 late = partial(Series.late, t=rational(t), name=name, count=modes)
                 order, size = ORDER + 8 * (modes - 1), modes**2 * float(self.rate)
                 return self.ball(late, order, size), "bound"
-        if name == "survival" and (few := self._few_exits(t, wanted)) is not None:
-            return few, "bound"
         if float(t) > _WIDTHS * self.std:
             raise AccuracyError(
-                f"t is {float_text(t)} and the standard deviation {self.std:.6g}, too little for "
-                "Talbot's contour; take a larger kappa, or t far above the mean."
+                f"t is {float_text(t)} and the standard deviation {self.std:.6g}, too little for a "
+                "contour; take a larger kappa, or the normal law to which this one is close."
             )
-        if name != "survival" and self._markov(t, 32) < arb(10) ** -_SMALL:
-            raise self._too_small(t, name)
-        found = self.early(t, name, _ROUGH)
-        for more in _EARLY:
+        # The contour bent to the left loses the digits of what is small beside its integrand.
+        if (
+            float(t) > _LEFT * self.std
+            or (float(t) < _EARLY * float(self.mean) and self._tilt(t)[1] < _NOTHING)
+            or self._on_contour(t, name, _ROUGH).rel_accuracy_bits() < _SURE
+        ):
+            return self._on_line(t, name, wanted), "estimate"
+        for more in (1, 15):
+            found = self._on_contour(t, name, wanted + more)
             if found.rel_accuracy_bits() > wanted * 3.33 - 4:
                 return found, "estimate"
-            # The smaller a probability is beside 1, the more digits it takes.
-            small = math.log10(max(float(abs(found).lower()), 1e-290)) if found != 0 else 0.0
-            if -small > _SMALL:
-                break
-            found = self.early(t, name, wanted + more + math.ceil(max(0.0, -small)))
-        raise self._too_small(t, name)
-
-    def _too_small(self, t: Fraction, name: str) -> AccuracyError:
-        return AccuracyError(
-            f"t is {float_text(t)}, where {name} is too small beside 1 to be told apart; take a t "
-            "nearer to the mean, or fewer digits."
+        raise AccuracyError(
+            f"t is {float_text(t)}, where {name} is not known in {wanted} digits; take fewer, "
+            "or a t nearer to the mean."
         )
 
-    def _few_exits(self, t: Fraction, wanted: int) -> Any:
-        """P(tau > t) where P(tau <= t) is none of the digits."""
-        if float(t) > 1e-9 * float(self.mean):
-            return None
-        with precision(bits(wanted)):
-            most = self._markov(t, 1)
-            return 1 - most / 2 + arb(0, most / 2) if most < arb(10) ** -wanted else None
+    def _tilt(self, t: Fraction) -> tuple[float, arb]:
+        """c, and e^{c t} E[e^{-c tau}], about the least for c = 2^k c_0, and negative c beyond the
+        mean: by Markov's inequality above P(tau <= t), or P(tau > t)."""
+        early = float(t) < float(self.mean) + 6 * self.std
+        least = float(self.ball(Series.least, 11, wanted=3))
+        c, best = max(5 / self.std, 1 / float(t)), (0.0, arb.pos_inf())
+        if not early:
+            c = -min(c, 0.24 * least)
+        while early or 2 * abs(c) < least:
+            with precision(64):
+                most = (exact_ball(t) * arb(c)).exp() * self._transform(arb(c))
+            if not most < best[1]:
+                break
+            best, c = (c, most), 2 * c
+            if most < _NOTHING:
+                break
+        return best
 
-    def _markov(self, t: Fraction, c: int) -> Any:
-        """e^{s t} E[e^{-s tau}] >= P(tau <= t): s = c/t, or as large as some 100 panels bear."""
-        low, high = self.scene.ends
-        s = min(c / t, (400 / (high - low)) ** 2 / self.scene.lam)
-        most = self.ball(lambda f: f.transform(exact_ball(s), None), ORDER, float(s), wanted=3)
-        return (most.upper() * exact_ball(s * t).exp()).upper()
+    def _transform(self, s: Any) -> arb:
+        """|E[e^{-s tau}]|, about."""
+        size = float(abs(s).upper())
+        return self.ball(lambda f: abs(f.transform(s, None)), ORDER, size, wanted=3).upper()
+
+    def _on_line(self, t: Fraction, name: str, wanted: int) -> arb:
+        """By a vertical line in the plane of s, where the integrand is about the smallest."""
+        c, most = self._tilt(t)
+        complement = name == ("survival" if c > 0 else "cdf")
+        if most < (arb(10) ** -wanted if complement else _NOTHING):
+            return self._named(name, c, arb(0, most))
+        with precision(64):
+            other = 1 + (2 * exact_ball(t) * arb(c)).exp() * self._transform(arb(2 * c))
+        line = partial(
+            Series.bromwich, t=rational(t), density=name == "pdf", c=c, most=most, other=other
+        )
+        return self.ball(lambda f: self._named(name, c, line(f)), ORDER, 16 * abs(c), wanted)
+
+    def _named(self, name: str, c: float, found: arb) -> arb:
+        """The probability of that name from P(tau <= t), or for negative c from -P(tau > t)."""
+        if name == "pdf":
+            return found
+        return abs(found) if (name == "cdf") == (c > 0) else 1 - abs(found)
 
     def _few_modes(self, t: float) -> bool:
         """True where so few rates should do, by Weyl's law."""
@@ -145,12 +172,12 @@ class Exit:
         narrow = self.std < _NARROW * float(self.mean)
         return not narrow and float(high - low) / math.pi * math.sqrt(wanted) < _MODES
 
-    def early(self, t: Fraction, name: str, wanted: int) -> Any:
+    def _on_contour(self, t: Fraction, name: str, wanted: int) -> Any:
         """By Talbot's contour with two numbers of nodes."""
         nodes = 2 * math.ceil(0.9 * wanted) + 8
         one, two = (
             self.ball(
-                partial(Series.early, t=rational(t), density=name == "pdf", nodes=n),
+                partial(Series.talbot, t=rational(t), density=name == "pdf", nodes=n),
                 ORDER,
                 n / float(t),
                 wanted,

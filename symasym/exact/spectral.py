@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from flint import acb, arb, arb_poly, arb_series, ctx, fmpq
 
+from symasym.base.errors import AccuracyError
 from symasym.drift.evaluate import pieces, rational
 from symasym.drift.scenes import Scene
 from symasym.exact.transform import (
@@ -24,12 +25,17 @@ from symasym.exact.transform import (
 
 _SIDES = ("left", "right")
 _STEPS = 60  # of Newton's method
+_NODES = 2_000
 # Talbot's contour: s = (nodes/t) (a theta cot(b theta) - c + i d theta).
 _A, _B, _C, _D = (fmpq(n, 10_000) for n in (5017, 6407, 6122, 2645))
 
 
 class TooEarly(ArithmeticError):
     """More rates are needed."""
+
+
+class TooFar(ArithmeticError):
+    """Panels for larger numbers are needed."""
 
 
 class Modes(NamedTuple):
@@ -59,7 +65,8 @@ class Series:
     def __init__(
         self, scene: Scene, reflecting: str | None, order: int, size: float, digits: int
     ) -> None:
-        self.digits, self.reflecting = digits, [reflecting == side for side in _SIDES]
+        self.digits, self.size = digits, size
+        self.reflecting = [reflecting == side for side in _SIDES]
         lam, start = arb(rational(scene.lam)), rational(scene.start)
         left, right = map(rational, scene.ends)
         drift = pieces(scene.drift, left, right)
@@ -99,19 +106,19 @@ class Series:
 
     # -- at numbers ----------------------------------------------------------------------------
 
-    def at(self, s: Any, length: int = 1) -> tuple[Any, Any, dict[str, Any]]:
+    def at(self, s: Any, length: int = 1, enclosed: bool = True) -> tuple[Any, Any, dict[str, Any]]:
         """eta from both ends, W and N by side at s, each with its derivative if `length` is 2."""
         sides = zip(self.panels, self.reflecting, strict=True)
         (eta, zeta), (other, of_other) = (
-            swept_at(side, s, reflects, self.digits, length) for side, reflects in sides
+            swept_at(side, s, reflects, self.digits, length, enclosed) for side, reflects in sides
         )
         w = (eta * of_other + other * zeta).truncate(length)
         exits = {"left": other[0] * self.absorbs[0], "right": eta[0] * self.absorbs[1]}
         return (eta[0], other[0]), w, exits
 
-    def transform(self, s: Any, side: str | None) -> Any:
+    def transform(self, s: Any, side: str | None = None, enclosed: bool = True) -> Any:
         """E[e^{-s tau}; side]."""
-        _, w, exits = self.at(s)
+        _, w, exits = self.at(s, 1, enclosed)
         return (exits[side] if side else exits["left"] + exits["right"]) / w[0]
 
     # -- rates ---------------------------------------------------------------------------------
@@ -128,6 +135,10 @@ class Series:
         """S_8/S_9, above lambda_1."""
         first, second = _power_sums(self.w, 9)[-2:]
         return first / second
+
+    def least(self) -> arb:
+        """Below lambda_1."""
+        return _beyond(self.w, [])
 
     def _rate(self, x: arb, before: list[arb]) -> arb:
         """The zero of W(-x) that comes next, by Newton's steps from below."""
@@ -183,17 +194,43 @@ class Series:
         total += arb(0, rest)
         return 1 - total if name == "cdf" else total
 
-    def early(self, t: fmpq, density: bool, nodes: int) -> arb:
-        """P(tau <= t) or the density by Talbot's contour."""
+    def talbot(self, t: fmpq, density: bool, nodes: int) -> arb:
+        """P(tau <= t) or the density by Talbot's contour; rounding is not enclosed."""
         total = arb(0)
         for k in range(nodes // 2):
             theta = arb.pi() * (2 * k + 1) / nodes
             cot = (theta * _B).cot()
             s = acb(theta * cot * _A - _C, theta * _D) * (nodes / t)
             slope = acb(_A * (cot - theta * _B * (1 + cot * cot)), arb(_D)) * (nodes / t)
-            value = self.transform(s, None) / (1 if density else s)
+            value = self.transform(s, enclosed=False) / (1 if density else s)
             total += ((s * t).exp() * value * slope).imag
         return total * 2 / nodes
+
+    def bromwich(self, t: fmpq, density: bool, c: float, most: arb, other: arb) -> arb:
+        """P(tau <= t), for negative c -P(tau > t), or the density, by the trapezoidal rule on
+        Re s = c (Abate & Whitt, Queueing Systems 10 (1992) 5); rounding is not enclosed.
+
+        With step 2 pi/L it has the values at all t + k L, too, e^{-k c L} times: by Markov's
+        inequality below `other` = 1 + e^{2 c t} E[e^{-2 c tau}] over e^{|c| L} - 1 together.
+        `most` is e^{c t} E[e^{-c tau}]. The sum ends with three terms that are none of the digits.
+        """
+        digit, total, small, k = arb(10) ** -self.digits, arb(0), 0, 0
+        way = (other / most / digit).log().mid()  # |c| L
+        step = (2 * arb.pi() * abs(c) / way).mid()
+        while small < 3:
+            s = acb(c, step * k)
+            if abs(complex(s)) > self.size:
+                raise TooFar
+            if k > _NODES:
+                raise AccuracyError(
+                    f"t is {float(t):.6g}, for which a contour takes more than {_NODES:,} nodes; "
+                    "take fewer digits, or another t."
+                )
+            value = (s * t).exp() * self.transform(s, enclosed=False) / (1 if density else s)
+            total += value.real / (1 if k else 2)
+            small, k = (small + 1 if abs(value) < most * digit / abs(c) else 0), k + 1
+        rest = other / (way.exp() - 1) * (abs(c) if density else 1) + most * digit * k
+        return total * step / arb.pi() + arb(0, rest.upper())
 
 
 def _beyond(f: arb_poly, found: list[arb]) -> arb:

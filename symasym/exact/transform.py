@@ -151,9 +151,17 @@ def _inwards(
 
 
 def swept_at(
-    found: Sequence[Matrix], s: Any, reflecting: bool, digits: int, length: int = 1
+    found: Sequence[Matrix],
+    s: Any,
+    reflecting: bool,
+    digits: int,
+    length: int = 1,
+    enclosed: bool = True,
 ) -> tuple[Any, Any]:
-    """eta and zeta at a number s, with a derivative where `length` is 2, as polynomials."""
+    """eta and zeta at a number s, with a derivative where `length` is 2, as polynomials.
+
+    Complex balls turn and grow on many panels: where rounding is not to be `enclosed`, midpoints.
+    """
     of = acb_poly if isinstance(s, acb) else arb_poly
     eta, zeta = (of([x]) for x in ((1, 0) if reflecting else (0, 1)))
     for p in found:
@@ -162,6 +170,8 @@ def swept_at(
         )
         eta, zeta = (y1 * eta + y2 * zeta) * p.inverse, z1 * eta + z2 * zeta
         eta, zeta = eta.truncate(length), zeta.truncate(length)
+        if not enclosed:
+            eta, zeta = (of([c.mid() for c in x]) for x in (eta, zeta))
     return eta, zeta
 
 

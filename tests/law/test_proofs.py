@@ -154,7 +154,7 @@ def test_late_residues_and_early_contour(name: str) -> None:
     for kind in ("survival", "pdf"):
         late, how = law._exit.at_time(t, kind)
         assert how == "bound"
-        early = law._exit.early(t, kind, 18)
+        early = law._exit._on_contour(t, kind, 18)
         assert early.overlaps(late)
         assert abs(early / late - 1) < 1e-13
 

@@ -162,6 +162,30 @@ def test_eigenvalues_in_closed_form() -> None:
                 holds(found, mpf(a) ** 2 / (2 * kappa**2) + (k * mp.pi * kappa / 2.5) ** 2 / 2)
 
 
+@pytest.mark.parametrize(
+    ("kappa", "t", "names"),
+    [("0.5", "1.5", ["cdf", "survival", "pdf"]), ("0.25", "4.6", ["cdf"]), ("0.25", "9", ["pdf"])],
+)
+def test_narrow_laws_and_rare_times(kappa: str, t: str, names: list[str]) -> None:
+    """The inverse Gaussian law of a constant drift, which is left on the other side e^-40 times."""
+    law, shape = sa.exit_law(sa.polynomial(1), kappa, 5, full=True), 25 / mpf(kappa) ** 2
+
+    def normal(x: mpf) -> mpf:
+        return mp.erfc(-x / mp.sqrt(2)) / 2
+
+    with mp.workdps(60):
+        first, other = (mp.sqrt(shape / mpf(t)) * x for x in (mpf(t) / 5 - 1, -mpf(t) / 5 - 1))
+        true = {
+            "cdf": normal(first) + mp.exp(shape * 2 / 5) * normal(other),
+            "survival": normal(-first) - mp.exp(shape * 2 / 5) * normal(other),
+            "pdf": mp.sqrt(shape / (2 * mp.pi * mpf(t) ** 3)) * mp.exp(-(first**2) / 2),
+        }
+        for name in names:
+            found = getattr(law, name)(t)
+            assert abs(found.value - true[name]) <= mpf(found.error) + true[name] * mpf("1e-15")
+            assert found.error < 1e-15 * true[name]
+
+
 def test_survival_of_brownian_motion() -> None:
     """Theta series, from early times to late ones."""
     law = sa.exit_law(sa.polynomial(0), 1, 1, full=True)
