@@ -4,7 +4,6 @@ The exact quantities are one sweep of the layer in Gauss panels (positive-form, 
 logarithms. A panel is as long as lam V varies by 4 in it at most, its Legendre terms fall, and the
 drift cannot turn unseen between its nodes: ``rate`` is the reciprocal of the length over which a
 function in A may turn. Its cost grows with 1/kappa^2, and beyond 20,000 panels there is no value.
-They are for C and JavaScript: Python has `sa.escape_time` and its kin.
 """
 
 from __future__ import annotations
@@ -78,8 +77,8 @@ _TEXT = {
     "{{\n    (void)u; (void)p;\n    return {};\n}}\n",
     "javascript": "function {}(u, p) {{\n    return {};\n}}\n",
     "numpy": "def {}(u, p):\n    return {} + 0 * u",
-    "mpmath": "def {}(u, p):\n    return {}",
 }
+_TEXT["mpmath"] = "def {}(u, p):\n    return numpy.frompyfunc(lambda u: {}, 1, 1)(u)"
 
 
 def helpers_of(drift: Drift, target: str) -> dict[str, str]:

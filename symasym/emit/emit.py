@@ -41,16 +41,15 @@ def emit(
     parameters : mapping of str to number, optional
         Put into the formula exactly: ``"-0.4"`` is -2/5.
     drift : Drift, optional
-        Put into a formula of phi or A; its free parameters are arguments. In C and JavaScript also
-        of V, and T (``"eq:Ttilde"``), C (``"eq:C"``), P (``"eq:P"``) and the stationary density
-        (``"eq:pss"``) are exact.
+        Put into a formula of V, phi or A. T (``"eq:Ttilde"``), C (``"eq:C"``), P (``"eq:P"``) and
+        the stationary density (``"eq:pss"``) are exact. Its free parameters are arguments.
     name : str
         The name of the function of an expression.
 
     Notes
     -----
     Where an exponential could overflow, the logarithm is a function, too: ``log_NAME``. Where a
-    formula has no value it is nan.
+    formula has no value it is nan, or in Python, where none of an array has, a ValueError.
 
     Examples
     --------

@@ -75,12 +75,16 @@ class _NumPy(SciPyPrinter):  # type: ignore[misc]
     def _print_Pi(self, e: Any) -> str:
         return "numpy.pi"
 
+    def _print_Function(self, e: Any) -> str:
+        text = str(super()._print_Function(e))  # a sweep is vectorised over kappa alone
+        return f"each({text.replace('(', ', ', 1)}" if isinstance(e.args[-1], sympy.Tuple) else text
+
     def _print_hyper(self, e: Any) -> str:
         return f"scipy.special.hyp2f1({', '.join(map(self._print, (*e.ap, *e.bq, e.argument)))})"
 
 
 class _Braces:
-    """Constants as numbers."""
+    """Constants as numbers, and x*x for x^2, where a language has no operator for powers."""
 
     def _print_NumberSymbol(self, e: Any) -> str:
         return repr(float(e))
@@ -89,6 +93,12 @@ class _Braces:
 
     def _print_Integer(self, e: Any) -> str:
         return f"{e.p}.0" if abs(e.p) > 2**31 else str(e.p)
+
+    def _print_Pow(self, e: Any) -> str:
+        if not (e.exp.is_Integer and 2 <= abs(e.exp) <= 4):
+            return str(super()._print_Pow(e))  # type: ignore[misc]
+        product = "*".join([self.parenthesize(e.base, 60)] * abs(int(e.exp)))  # type: ignore[attr-defined]
+        return f"({product})" if e.exp > 0 else f"(1.0/({product}))"
 
     def _print_hyper(self, e: Any) -> str:
         """The two of the uniform formula."""
@@ -265,6 +275,7 @@ def _function(f: Function, target: str, printer: Any) -> str:
     """One function: shared parts, then its values."""
     _, start, numbers, given, one, several, end, _ = SHAPES[target]
     f = f.each(stable)
+    pieces = set().union(*(v.atoms(sympy.Piecewise) for v in f.values))
     taken = {s.name for s in (*f.arguments, *(s for s, _ in f.shared))}
     fresh = (s for s in sympy.numbered_symbols("t") if s.name not in taken)
     shared, values = sympy.cse(f.values, fresh, order="none")
@@ -275,10 +286,13 @@ def _function(f: Function, target: str, printer: Any) -> str:
     except (PrintMethodNotImplementedError, KeyError) as error:
         what = re.findall(r"\w+", str(error).splitlines()[0])[-1]
         raise InputError(
-            f"{f.name} holds {what}, which {target} does not have; put a drift in with drift=…, "
-            "for T, C, P and V in 'c' or 'javascript', or emit 'latex'."
+            f"{f.name} holds {what}, which {target} does not have; put a drift in with drift=…, or "
+            "emit 'latex'."
         ) from None
     lines = [numbers.format(n) for n in names if numbers] + [given.format(*row) for row in rows]
+    for c in (p.args[0].cond for p in pieces if numbers and p.args[1:] == ((S.NaN, True),)):
+        test = f"{'numpy.any' * (target == 'numpy')}({printer.doprint(c)})"
+        lines.append(f"if not {test}: raise ValueError('{f.name} has a value only where {c}')")
     typed = [f"double {n}" for n in names]
     if target == "c" and len(texts) > 1:
         start = start.replace("double", "void", 1)
@@ -310,29 +324,27 @@ def helpers(target: str) -> dict[str, str]:
     folder = Path(__file__).parent
     if target in ("numpy", "mpmath"):
         text, pattern = (folder / "runtime.py").read_text("utf-8"), r"def (\w+)\(.*?(?=\n\n\n|\Z)"
-        ours = {m[1]: m[0] for m in re.finditer(pattern, text, re.S)}
-        return {n.removeprefix("mp_"): text.replace("mp_", "") for n, text in ours.items()
-                if n.startswith("mp_") == (target == "mpmath")}  # fmt: skip
+        found = {m[1]: m[0] for m in re.finditer(pattern, text, re.S)}
+        if target == "numpy":
+            return found
+        for old, new in (
+            (r"numpy\.(log|logaddexp)\b", r"\1"), (r"numpy\.finfo\(float\)", "mpmath"),
+            (r"numpy\.exp\b", "numpy.frompyfunc(mpmath.exp, 1, 1)"),
+            (r"scipy\.special\.hyp1f1", "numpy.frompyfunc(mpmath.hyp1f1, 3, 1)"),
+        ):  # fmt: skip
+            found = {n: re.sub(old, new, text) for n, text in found.items()}
+        text = (folder / "runtime_mpmath.py").read_text("utf-8")
+        return found | {m[1]: m[0] for m in re.finditer(pattern, text, re.S)}
+    from symasym.emit.runtime import rule
+
     text = (folder / "runtime.c").read_text("utf-8")
     found = {m[1]: m[0] for m in re.finditer(r"/\* (\w+): .*?^}\n", text, re.S | re.M)}
-    tables = zip(("NODES", "WEIGHTS", "WITHIN", "LAST"), _rule(), strict=True)
+    tables = zip(("NODES", "WEIGHTS", "WITHIN", "LAST"), rule(), strict=True)  # type: ignore[no-untyped-call]
     rows = ((n, x.size, ", ".join(map(repr, x.ravel().tolist()))) for n, x in tables)
     texts = (f"static const double {n}[{size}] = {{{row}}};\n" for n, size, row in rows)
     found["panel"] = "".join(texts) + found["panel"]
     found = {n: re.sub(r"\bPI\b", repr(math.pi), text) for n, text in found.items()}
     return {n: javascript(x) for n, x in found.items()} if target == "javascript" else found
-
-
-def _rule() -> tuple[Any, ...]:
-    """Gauss's nodes, weights on (0, 1); integrals to each node, last Legendre terms."""
-    import numpy as np
-
-    x, w = np.polynomial.legendre.leggauss(12)
-    P, n = [0 * x - 1, 0 * x + 1, x], len(x)  # P_(-1) for integrals from -1 on
-    for k in range(2, n + 1):
-        P.append(((2 * k - 1) * x * P[k] - (k - 1) * P[k - 1]) / k)
-    up, down = np.array(P[2:]) - np.array(P[:-2]), np.array(P[1:-1]) * w / 4
-    return (x + 1) / 2, w / 2, up.T @ down, (4 * n - 2) * down[-2:]
 
 
 def javascript(c: str) -> str:

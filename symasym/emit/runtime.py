@@ -1,32 +1,12 @@
-"""What NumPy and, of numbers, mpmath (``mp_``) lack: a file has a copy of what it calls."""
+"""What NumPy lacks: an emitted file has a copy of the functions that it calls.
+
+In ``emit.MPMATH`` the functions of NumPy and SciPy become those of mpmath, number by number.
+"""
 
 # ruff: noqa: F821
 # mypy: ignore-errors
 
-
-def mp_log(x):
-    return mpmath.log(x) if x >= 0 else mpmath.nan
-
-
-def mp_logaddexp(x, y):
-    return max(x, y) + mpmath.log1p(mpmath.exp(-abs(x - y)))
-
-
-def mp_airye(z, part):
-    """Ai, Ai', Bi or Bi', where z > 0 times e^(+-(2/3) z^(3/2))."""
-    value = (mpmath.airybi if part > 1 else mpmath.airyai)(z, derivative=part % 2)
-    zeta = max(z, 0) * mpmath.sqrt(max(z, 0)) / 1.5
-    return value * mpmath.exp(-zeta if part > 1 else zeta)
-
-
-def mp_exprel_(x):
-    """(e^x - 1)/x times e^(-max(x, 0))."""
-    return mpmath.hyp1f1(1, 2, -abs(x))
-
-
-def mp_exprel2_(x):
-    """(e^x - 1 - x)/x^2 times e^(-max(x, 0))."""
-    return mpmath.hyp1f1(1 if x < 0 else 2, 3, -abs(x)) / 2
+import numpy
 
 
 def airye(z, part):
@@ -44,3 +24,96 @@ def exprel_(x):
 def exprel2_(x):
     """(e^x - 1 - x)/x^2 times e^(-max(x, 0))."""
     return scipy.special.hyp1f1(numpy.where(x < 0, 1, 2), 3, -abs(x)) / 2
+
+
+def each(function, kappa, *others):
+    """The function of numbers or arrays, at once where only kappa is an array."""
+    (*first, p), n = others, len(others) - 1
+    if any(numpy.ndim(x) for x in (*first, *p)):
+        one = numpy.vectorize(lambda k, *x: function(k, *x[:n], x[n:]), otypes="d")
+        return one(kappa, *first, *p)
+    return function(kappa, *first, p)
+
+
+def nodes():
+    return numpy.polynomial.legendre.leggauss(12)
+
+
+def rule():
+    """Nodes, weights on (0, 1); integrals to each node, last Legendre terms."""
+    x, w = nodes()
+    P, n = [0 * x - 1, 0 * x + 1, x], len(x)  # P_(-1) for integrals from -1 on
+    for k in range(2, n + 1):
+        P.append(((2 * k - 1) * x * P[k] - (k - 1) * P[k - 1]) / k)
+    up, down = numpy.array(P[2:]) - numpy.array(P[:-2]), numpy.array(P[1:-1]) * w / 4
+    return (x + 1) / 2, w / 2, up.T @ down, (4 * n - 2) * down[-2:]
+
+
+def march(u, to, lam, p, s=-numpy.inf, w=-numpy.inf):
+    """From u to `to`: lam V's rise, log sigma and log w (panel-step), log of int e^(-lam V)."""
+    X, W, WITHIN, LAST = rule()
+    V, inside, h, add = 0 * lam, 0 * lam - numpy.inf, (to - u) / 4, numpy.logaddexp
+    for _ in range(20000):
+        if u == to:
+            return V, s, w, inside
+        last = abs(h) > abs(to - u) * 0.999
+        h = to - u if last else h
+        x = -h * drift(u + h * X, p)
+        size = lam.max() * abs(x).max()
+        most = max(size, abs(h) * numpy.max(rate(u + h * X, p)))
+        error = lam.max() * abs(LAST @ x).sum()
+        if most <= 4 and error > 500 * numpy.finfo(float).eps * (size + 0.1):
+            most = 8
+        if most > 4:
+            h *= 3.2 / most
+            continue
+        rise = numpy.exp(numpy.multiply.outer(lam, WITHIN @ x))
+        sums = (
+            abs(h) * (rise @ W),
+            abs(h) * ((1 / rise) @ W),
+            h * h * ((rise @ WITHIN.T / rise) @ W),
+        )
+        x, (up, down, both) = lam * (W @ x), map(numpy.log, sums)
+        total, kept = add(s, up), -add(0, up - s)
+        w = add(w + kept, numpy.log(lam) + add(down + kept, both - total)) + x
+        s, inside, V = total - x, add(inside, down - V), V + x
+        u = to if last else u + h
+        h *= min(3.6 / most, 4) if most else 4
+    raise ValueError("kappa is too small for the exact value; take that of sa.expand(drift).emit()")
+
+
+def sides(kappa, r, p):
+    """Log sigma and log w at 0 from both ends; beyond the layer lam V changes by x, a line."""
+    lam, h = 2 / numpy.atleast_1d(kappa) ** 2, max(r - 1, 0)
+    for sign in (-1, 1):
+        x = lam * end(sign, p) * sign * h
+        s = numpy.log(h * exprel_(x)) - numpy.minimum(x, 0)
+        w = numpy.log(lam * h * exprel2_(-x) / exprel_(x))
+        yield march(sign * min(r, 1), 0, lam, p, s, w)[1:3]
+
+
+def log_exit(kappa, r, sign, p):
+    """Log T from 0 (positive-form); for sign = 1 log C, the exit through -r, for -1 of 1 - C."""
+    (s, w), (t, v) = sides(kappa, r, p)
+    add = numpy.logaddexp
+    value = -add(0, sign * (s - t)) if sign else add(w, v) - add(-s, -t)
+    return value.reshape(numpy.shape(kappa))[()]
+
+
+def potential(lam, u, p):
+    """V(u) times lam, by the panels."""
+    inside, sign = max(min(u, 1), -1), 1 if u > 0 else -1
+    V, *_ = march(-1, inside, numpy.atleast_1d(lam), p)
+    return V.reshape(numpy.shape(lam))[()] - lam * end(sign, p) * (u - inside)
+
+
+def log_density(kappa, u, sign, p):
+    """Log p_ss(u); for sign = 1 log P, for -1 of 1 - P. Heights are above V(u)."""
+    lam, add = 2 / numpy.atleast_1d(kappa) ** 2, numpy.logaddexp
+    near, slope = max(min(u, 1), -1), end(1 if u > 0 else -1, p)
+    (V, _, _, left), (W, _, _, right) = (march(near, side, lam, p) for side in (-1, 1))
+    inside = add(left, right)
+    beyond = add(-V - numpy.log(lam * end(-1, p)), -W - numpy.log(-lam * end(1, p)))
+    shift = lam * slope * (u - near)
+    value = -add(0, sign * (beyond - inside)) if sign else shift - add(inside, beyond)
+    return value.reshape(numpy.shape(kappa))[()]

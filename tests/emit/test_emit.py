@@ -75,7 +75,12 @@ def in_c(files: dict[int, Source], calls: list[Call], folder: Path) -> Any:
 
 
 def no_value(target: str, source: Source, name: str, given: tuple[float, ...], at: Path) -> None:
-    assert math.isnan(run(target, [(source, name, given)], at)[0])
+    """Python says so, other languages give nan."""
+    if target in ("numpy", "mpmath"):
+        with pytest.raises(ValueError, match="value"):
+            run(target, [(source, name, given)], at)
+    else:
+        assert math.isnan(run(target, [(source, name, given)], at)[0])
 
 
 def gap(got: Any, want: Any) -> float:
@@ -85,7 +90,6 @@ def gap(got: Any, want: Any) -> float:
 
 
 TARGETS = ("numpy", "mpmath", "c", "javascript")
-EXACT = ("c", "javascript")
 
 NO_CODE = (sympy.Integral, sympy.Derivative, sympy.DiracDelta, sympy.core.function.AppliedUndef)
 
@@ -163,10 +167,12 @@ def exact_rows() -> list[tuple[sa.Drift, str, str, tuple[float, ...], float]]:
     return rows
 
 
-@pytest.mark.parametrize("target", EXACT)
+@pytest.mark.parametrize("target", TARGETS)
 def test_exact(target: str, tmp_path: Path) -> None:
     """Logarithms against the library's to 1e-13."""
-    rows = exact_rows()
+    rows = exact_rows()[:: 2 if target == "numpy" else 1]
+    if target == "mpmath":
+        rows = [row for row in rows if row[3][0] >= 1][:9]
     files = {key: sa.emit(key[1], target, drift=key[0]) for key in {row[:2] for row in rows}}
     calls = [(files[row[:2]], row[2], row[3]) for row in rows]
     for row, got in zip(rows, run(target, calls, tmp_path), strict=True):
@@ -176,8 +182,7 @@ def test_exact(target: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("target", TARGETS)
 def test_phi_and_V(target: str, tmp_path: Path) -> None:
     drift, points = sa.tanh(1, "-1/2", 3), (-2.0, -0.9, 1.5)
-    exact = [("eq:phi", drift.phi()), *[("eq:V", drift.potential())] * (target in EXACT)]
-    for label, e in exact:
+    for label, e in (("eq:phi", drift.phi()), ("eq:V", drift.potential())):
         source = sa.emit(label, target, drift=drift)
         calls = [(source, label[3:], (at,)) for at in points]
         for at, got in zip(points, run(target, calls, tmp_path), strict=True):
@@ -186,27 +191,36 @@ def test_phi_and_V(target: str, tmp_path: Path) -> None:
 
 def test_digits() -> None:
     """Any number of digits, of decimals as they are written."""
+    T = sa.emit("eq:Ttilde", "mpmath", drift=FRICTION).load().Ttilde
     drift = sa.friction(3, 1, "-0.4")
     f = sa.expand(drift, order=1).emit("mpmath").load().f
     with mpmath.workdps(30):
+        want = sa.escape_time(drift, "1", 10, dps=35)
+        assert abs(T("1", 10, 3, 1, "-0.4") / want - 1) < mpmath.mpf(10) ** -29
         want = sa.escape_time(drift, "0.1", 10, method="laplace", order=1, dps=35)
         assert abs(f("0.1", 10) / want - 1) < mpmath.mpf(10) ** -28
 
 
 def test_arrays() -> None:
-    """All arguments broadcast."""
+    """All arguments broadcast, and many kappas at once are the numbers one by one."""
     uniform = sa.expand(FRICTION, "T", noise="uniform").emit().load().f
-    z0 = np.array([-0.8, -0.4, 0.5])
+    T = sa.emit("eq:Ttilde", drift=FRICTION).load().log_Ttilde
+    kappa, z0 = np.array([[0.3], [1.0]]), np.array([-0.8, -0.4, 0.5])
+    want = sa.escape_time(sa.friction(mu=3, alpha=1, z0=z0), kappa, 10, log=True)
+    assert np.abs(T(kappa, 10, 3, 1, z0) - want).max() < 1e-13
+    assert np.abs(T(kappa[:, 0], 10, 3, 1, -0.4) - want[:, 1]).max() < 1e-13
     lacking = np.isnan(uniform(1, 0.1, 3, [[0.5], [2]], z0))  # r = 1/2; sliding
     assert lacking.tolist() == [[True, True, True], [False, False, True]]
 
 
-@pytest.mark.parametrize("target", EXACT)
+@pytest.mark.parametrize("target", TARGETS)
 def test_no_value(target: str, tmp_path: Path) -> None:
     """Too small a kappa, and outside of the region."""
     T, P = (sa.emit(label, target, drift=FRICTION) for label in ("eq:Ttilde", "eq:P"))
-    no_value(target, T, "Ttilde", (1e-4, 10.0, 3.0, 1.0, -0.4), tmp_path)
-    no_value(target, P, "P", (1.0, 3.0, 1.0, -0.4), tmp_path)
+    if target != "mpmath":  # where it takes minutes
+        no_value(target, T, "Ttilde", (1e-4, 10.0, 3.0, 1.0, -0.4), tmp_path)
+    (share,) = run(target, [(P, "P", (1.0, 3.0, 1.0, -0.4))], tmp_path)
+    assert math.isnan(share)
 
 
 EXPANSIONS = [
@@ -299,7 +313,6 @@ def test_other_languages() -> None:
 
 REFUSED: list[Any] = [
     lambda: sa.emit("eq:Ttilde", "basic"), lambda: sa.emit("eq:Ttilde", "c"),
-    lambda: sa.emit("eq:Ttilde", "numpy", drift=FRICTION),
     lambda: sa.emit(x > 0), lambda: sa.emit([], "c"), lambda: sa.emit(sympy.Symbol("x; y")),
     lambda: sa.emit(x, name="f()"), lambda: sa.emit(x, name="lambda"),
     lambda: sa.emit(x, name="numpy"), lambda: sa.emit(sympy.Function("q")(x), "c"),
