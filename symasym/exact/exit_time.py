@@ -141,12 +141,12 @@ class Exit:
                 break
         return best
 
-    def _transform(self, s: Any) -> arb:
+    def _transform(self, s: Any) -> Any:
         """|E[e^{-s tau}]|, about."""
         size = float(abs(s).upper())
         return self.ball(lambda f: abs(f.transform(s, None)), ORDER, size, wanted=3).upper()
 
-    def _on_line(self, t: Fraction, name: str, wanted: int) -> arb:
+    def _on_line(self, t: Fraction, name: str, wanted: int) -> Any:
         """By a vertical line in the plane of s, where the integrand is about the smallest."""
         c, most = self._tilt(t)
         complement = name == ("survival" if c > 0 else "cdf")
