@@ -18,14 +18,16 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
-from flint import arb
+from flint import arb, fmpq
 
 from symasym.base.balls import exact_ball, precision, to_mpf
 from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import float_text
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import Answer, Request, Scene, exponent_bits
+from symasym.drift.evaluate import rational
+from symasym.drift.scenes import Answer, Request, Scene
+from symasym.exact.balls import bits_of_way
 from symasym.expansions.balls import doubled
 from symasym.expansions.field import LINE, Field
 
@@ -47,7 +49,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
         kinds.append(kind)
         return value, 1 - value if name == "P" else value
 
-    bits = int(3.4 * digits) + 120 + exponent_bits(scene.drift, scene.lam, Fraction(2))
+    bits = int(3.4 * digits) + 136 + bits_of_way(rational(scene.lam), fmpq(2))
     value, other = doubled(found, bits - bits % -64, digits + 6)
     with precision(int(3.4 * digits) + 64):
         # C and 1 - P are between 0 and twice the value, log P between the value and 0.

@@ -19,6 +19,8 @@ from symasym.base.balls import exact_ball, precision, to_mpf
 from symasym.base.inputs import Number, is_array, within
 from symasym.drift import scenes
 from symasym.drift.drift import Drift
+from symasym.drift.evaluate import rational
+from symasym.exact.balls import bits_of_way
 from symasym.expansions import weak
 from symasym.expansions.balls import AtLam, doubled, local
 from symasym.expansions.field import Between
@@ -83,7 +85,7 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
     digits = max(20, len(str(int(1 / allowed))) + 8)
     scene = scenes.read_scene(drift, numbers)
     true = answer(drift, numbers, scenes.Request("T", "exact", None, digits, False, True))
-    more = int(3.4 * digits) + 100 + scenes.exponent_bits(drift, scene.lam, scene.r)
+    more = int(3.4 * digits) + 100 + bits_of_way(rational(scene.lam), rational(1 + scene.r)) + 16
 
     def parts(order: int, bits: int) -> list[tuple[str, Any]]:
         """T to an order in weak noise as named parts, largest first."""

@@ -13,59 +13,42 @@ from symasym.base.balls import precision
 from symasym.base.errors import AccuracyError, RangeError, RegionError
 from symasym.base.inputs import FloatArray, common_shape
 from symasym.drift.evaluate import profile, rational
-from symasym.drift.models import Pieces
 from symasym.drift.parametrized import Parametrized
-from symasym.drift.sampled import Field, flat_values, values_at
+from symasym.drift.sampled import Sampled, flat_values, values_at
 
-_MOST_PANELS = 100_000
 _END_BITS = 4096  # numbers within 1e±300 that cancel leave digits
 
 
 def potential_at(drift: Parametrized, u: FloatArray) -> FloatArray:
     """V in float64 with V(-1) = 0, by Gauss and Legendre's rule on the panels that hold A."""
-    if isinstance(drift.model, Pieces):
-        return _of_pieces(drift, drift.model, u)
-    position = np.broadcast_to(u, common_shape({"drift": drift.shape, "u": u.shape}))
-    inside = np.clip(position, -1.0, 1.0)
     drift.require_bound()
-    parameters, cuts = flat_values(drift, drift.shape), {-1.0, 1.0}
+    model = drift.model
+    position = np.broadcast_to(u, common_shape({"drift": drift.shape, "u": u.shape}))
+    low, high = (-1.0, 1.0) if model.layered else (min(u.min(), -1.0), max(u.max(), -1.0))
+    inside = np.clip(position, low, high)
+    marks = [low, *np.clip([float(x) for x in model.cuts], low, high).tolist(), high]
+    parameters, cuts, terms = flat_values(drift, drift.shape), {*marks}, 0
     for row in range(math.prod(drift.shape)):
         arrays = {k: x[row : row + 1] for k, x in parameters.items() if isinstance(x, np.ndarray)}
-        (held,) = Field(drift, arrays, 1).parts
-        if held.cuts is None:
-            raise AccuracyError(f"V of {drift!r} takes too many panels; take a less steep A.")
-        cuts.update(held.cuts.tolist())
-        if held.exact:
-            break
-    rule = np.polynomial.legendre.leggauss(held.terms // 2 + 1)
+        for piece, span in zip(model.pieces, pairwise(marks), strict=False):
+            held = Sampled(piece, {**drift.values, **arrays}, 1, span=span)
+            if held.cuts is None:
+                raise AccuracyError(f"V of {drift!r} takes too many panels; take a less steep A.")
+            cuts.update(held.cuts.tolist())
+            terms = max(terms, held.terms)
+    rule = np.polynomial.legendre.leggauss(terms // 2 + 1)
     with np.errstate(over="ignore", invalid="ignore"):
         total: FloatArray = -values_at(drift, position) * (position - inside)
         for left, right in pairwise(sorted(cuts)):
-            low = np.minimum(inside, left)
-            half = (np.minimum(inside, right) - low) / 2
+            start = min(max(-1.0, left), right)
+            half = (np.clip(inside, left, right) - start) / 2
             for node, weight in zip(*rule, strict=True):
-                total = total - weight * half * values_at(drift, low + half * (1 + node))
+                total = total - weight * half * values_at(drift, start + half * (1 + node))
     if not np.isfinite(total).all():
         raise RangeError(
             f"V of {drift!r} leaves the range of float64; rescale the drift, or give u nearer to 0."
         )
     return np.asarray(total)
-
-
-def _of_pieces(drift: Parametrized, model: Pieces, u: FloatArray) -> FloatArray:
-    """The same over panels of at most a quarter between the places asked for and the cuts."""
-    drift.scalars()
-    ends = [-1.0, *map(float, model.cuts), *([1.0] if model.layered else [])]
-    marks = np.unique([*ends, *u.ravel()])
-    count = int((marks[-1] - marks[0]) * 4) + 1
-    if count > _MOST_PANELS:
-        raise AccuracyError(f"V of {drift!r} takes {count:,} panels; give u nearer to 0.")
-    marks = np.unique([*marks, *np.linspace(marks[0], marks[-1], count + 1)])
-    nodes, weights = np.polynomial.legendre.leggauss(16)
-    half = np.diff(marks) / 2
-    values = values_at(drift, marks[:-1, None] + half[:, None] * (1 + nodes)) @ weights * half
-    total = -np.append(0.0, np.cumsum(values))
-    return np.asarray(total[np.searchsorted(marks, u)] - total[np.searchsorted(marks, -1.0)])
 
 
 def end(drift: Parametrized, side: int) -> Any:

@@ -39,7 +39,6 @@ FLOAT_DIGITS = 20
 _ULP = 2.0**-52
 # Of float64: squares of kappa and ways of lam stay numbers.
 _RANGES = {"kappa": (1e-145, 1e145), "r": (1e-150, 1e152)}
-_GRID = np.linspace(-1.0, 1.0, 33)
 
 
 #: Two ends, the left one first.
@@ -365,15 +364,3 @@ def moved_places(scenes: Scenes) -> tuple[float, FloatArray | float]:
     gaps = np.diff(np.sort(known, axis=0), axis=0)
     room = np.where(gaps > 0, gaps, np.inf).min(axis=0, initial=np.inf)
     return sum(abs(float(x)) for x in places) * _ULP, room
-
-
-def exponent_bits(drift: Drift, lam: Fraction, reach: Fraction) -> int:
-    """Bits before the point of lam V, at most, from -reach to reach: 0 or more.
-
-    By |A| at 33 points of [-1, 1], so without a peak between them.
-    """
-    with np.errstate(all="ignore"):
-        sizes = np.abs(drift(_GRID))
-    size = math.frexp(sizes[np.isfinite(sizes)].max(initial=0.0))[1]
-    longest = 2 * lam * (1 + reach)
-    return max(0, size + longest.numerator.bit_length() - longest.denominator.bit_length() + 1)

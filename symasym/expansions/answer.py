@@ -25,6 +25,7 @@ from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray, IntArray, is_array
 from symasym.drift.drift import Drift
+from symasym.drift.evaluate import rational
 from symasym.drift.scenes import (
     Answer,
     Answers,
@@ -32,7 +33,6 @@ from symasym.drift.scenes import (
     Scene,
     Scenes,
     by_drift,
-    exponent_bits,
     rows_of,
     scene_at,
 )
@@ -161,7 +161,9 @@ class _Series(NamedTuple):
             return [self.of.quantity(known, self.name, self.of.in_balls(number, n)) for n in orders]
 
         low, high, start, _ = self.at
-        bits = int(3.33 * digits) + exponent_bits(self.drift, lam, max(-low, high)) + 80
+        bits = (
+            int(3.33 * digits) + exact.bits_of_way(*map(rational, (lam, 1 + max(-low, high)))) + 96
+        )
         bits += max(int((high - low) / x).bit_length() for x in (start - low, high - start) if x)
         found = doubled(to_orders, bits - bits % -64, digits)
         if log and self.name != "T" and found[0] > 0.5:
