@@ -238,9 +238,9 @@ def as_digits(request: Request, answer: Answer) -> Any:
 
     dps, value, error = request.dps, answer.value, answer.error
     if dps is None:
-        log = value if request.log or not value else mpmath.MPContext().log(abs(value))
-        if not request.log and value and not _SMALLEST <= log <= _LARGEST:
-            raise RangeError(_misfit(request.name, float(log)))
+        log = float(value if request.log or not value else mpmath.MPContext().log(abs(value)))
+        if not (np.isfinite(log) if request.log or not value else _SMALLEST <= log <= _LARGEST):
+            raise RangeError(_misfit(request.name, log))
         rounded: Any = float(value)
         exactly = libmp.from_float(rounded)
     else:

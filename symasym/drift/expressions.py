@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from fractions import Fraction
 from functools import lru_cache
 from itertools import count, pairwise
@@ -27,10 +28,9 @@ _MOST_PIECES = 30
 
 def read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
     """The model of the drift A(u), its ends checked against a- and a+ (eq:cont)."""
-    try:
+    with suppress(TypeError):  # what can't be hashed is refused
         return _read(A, u, a_minus, a_plus)
-    except TypeError:  # what can't be hashed is refused
-        return _read.__wrapped__(A, u, a_minus, a_plus)
+    return _read.__wrapped__(A, u, a_minus, a_plus)
 
 
 @lru_cache(maxsize=128, typed=True)
@@ -97,7 +97,7 @@ def with_pieces(given: Any, u: Any, noise: Any, ito: Any, layered: bool = False)
     alpha = {"0": Fraction(0), "stratonovich": Fraction(1, 2)}.get(str(ito))
     if alpha is None:
         raise InputError(f"ito is {shown(ito)}; give 0 or 'stratonovich'.")
-    sigma = None if noise is None else _read(noise, u, None, None)
+    sigma = None if noise is None else read(noise, found[0].u.name, None, None)
     return models.Pieces(
         models=tuple(found), cuts=tuple(cuts), noise=sigma, alpha=alpha, layered=layered
     )

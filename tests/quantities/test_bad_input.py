@@ -58,6 +58,7 @@ CASES: dict[type[Exception], dict[str, Callable[[], Any]]] = {
         "no u": lambda: sa.Drift("x+1"),
         "jump": lambda: sa.Drift("1 - u", a_minus=2, a_plus=1),
         "a jump of 1e-35": lambda: sa.Drift("exp(u)", a_minus="exp(-1)*(1 + 10**-35)"),
+        "noise in a list": lambda: sa.Drift("u", noise=[1]),
         "a long number": lambda: sa.escape_time(FRICTION, f"-0.{'3' * 9000}", 1, dps=20),
     },
     sa.RegionError: {
@@ -72,6 +73,9 @@ CASES: dict[type[Exception], dict[str, Callable[[], Any]]] = {
     sa.RangeError: {
         "overflow": lambda: sa.escape_time(FRICTION, "1e-4", 10),
         "underflow": lambda: sa.exit_probability(FRICTION, "1e-4", 10),
+        "overflow of a logarithm": lambda: sa.escape_time(
+            FRICTION, "1e-170", 10, log=True, full=True
+        ),
     },
     sa.AccuracyError: {
         "zero everywhere": lambda: sa.polynomial(0).critical_points(),
