@@ -140,7 +140,7 @@ def _slow(p: Panel, rise: Any, need_e: bool, need_inverse: bool, need_nested: bo
 
 def _slow_solution(p: Panel, sign: int) -> tuple[Any, Any, Any]:
     """The slow solution of t' = h + sign g t, at -1 and 1, and h times its integral."""
-    t, bound = slow_solver(p, sign, p.terms)([p.half], arb(0))
+    t, bound = slow_solver([sign * c for c in p.slope], p.blur, p.terms)([p.half], arb(0))
     error = within(bound, p.q)
     even, odd = sum(t[::2], error), sum(t[1::2], arb(0))
     whole = sum([x / (2 * k + 1) for k, x in enumerate(t[::2])], error)

@@ -113,7 +113,7 @@ def panel_of(piece: Piece, lam: Any, a: fmpq, b: fmpq, digits: int) -> Panel | N
     terms, cauchy = _moderate(majorant, digits)
     if len(slope) == 1 and abs(slope[0].real) > 1:
         terms, cauchy = 1, None
-    terms = terms or _slow_terms(majorant, digits)
+    terms = terms or slow_terms(majorant, digits * _LOG10)
     if not (terms and blur < 1):
         return None
     q = poly(slope).integral()
@@ -139,9 +139,9 @@ def _moderate(majorant: arb_poly, digits: int) -> tuple[int, tuple[arb, arb] | N
     return (math.ceil(best) + 2, cauchy) if cauchy else (0, None)
 
 
-def _slow_terms(majorant: arb_poly, digits: int) -> int:
-    """Terms of the slow solution that make it right to the digits; 0 where none does."""
-    mean, wanted, least = majorant[0], digits * _LOG10 + 6, 0
+def slow_terms(majorant: arb_poly, nats: float) -> int:
+    """Terms of the slow solution that make it right to e^-nats; 0 where none does."""
+    mean, wanted, least = majorant[0], nats + 6, 0
     for z, log, share in _WIDTHS:
         # On |z| = z the least |g| is above 0, and the terms fall off like z^-k.
         if not majorant(z) < 2 * mean:
@@ -180,11 +180,12 @@ def _bounds(
     return rise, (width + down, width + up, 2 * (width + between) + climb)
 
 
-def slow_solver(p: Panel, sign: int, n: int) -> Callable[[list[Any], Any], tuple[list[Any], arb]]:
-    """The slow solution of x' = f + sign g x on a slow panel: n coefficients, and a bound of its
-    error, as a function of f's coefficients and of what these miss."""
-    g, zero = [sign * c for c in p.slope], arb(0)
-    m, minus = len(g), [-c for c in g]
+def slow_solver(
+    g: list[Any], blur: arb, n: int
+) -> Callable[[list[Any], Any], tuple[list[Any], arb]]:
+    """The slow solution of x' = f + g x on a slow panel, g within `blur`: n coefficients, and a
+    bound of its error, as a function of f's coefficients and of what these miss."""
+    m, minus, zero = len(g), [-c for c in g], arb(0)
     # (k + 1) x_{k+1} - sum g_j x_{k-j} = f_k, x_n = 0: row k is of x_k, x_{k-1}, ...
     rows, factors = [minus], [zero]
     for k in range(n - 1, 0, -1):
@@ -195,7 +196,7 @@ def slow_solver(p: Panel, sign: int, n: int) -> Callable[[list[Any], Any], tuple
     factors = factors[:0:-1]  # of row k + 1 in row k
     # A solution that it equals at the end towards which |e^q| grows is d away from it, where
     # |d' - (g + blur) d| <= residual: so |d| <= residual/least |Re (g + blur)|.
-    least = abs(g[0].real) - sum([abs(c) for c in g[1:]], zero) - p.blur
+    least = abs(g[0].real) - sum([abs(c) for c in g[1:]], zero) - blur
 
     def solution(f: list[Any], missed: Any) -> tuple[list[Any], arb]:
         right = f[:n] + [zero] * (n - len(f))
@@ -205,7 +206,7 @@ def slow_solver(p: Panel, sign: int, n: int) -> Callable[[list[Any], Any], tuple
         for row, c in zip(rows, right, strict=True):
             x.append((c - sum(map(mul, row[1 : len(x) + 1], x[: -len(row) : -1]), zero)) / row[0])
         # It solves the equation but for f's other terms, t^n ... t^{n+m-2} of g x, and blur.
-        residual = sum(map(abs, f[n:]), missed + p.blur * sum(map(abs, x), zero))
+        residual = sum(map(abs, f[n:]), missed + blur * sum(map(abs, x), zero))
         for k in range(m - 1):
             residual += abs(sum(map(mul, g[k + 1 :], x[:-m:-1]), zero))
         return x, residual / least if least > 0 else arb.pos_inf()

@@ -353,7 +353,7 @@ def _slow(p: Weighted, lam: arb, digits: int, order: int) -> Matrix:
 
 def _solver(p: Panel, sign: int, n: int) -> Callable[[Local], Local]:
     """The slow solution of x' = f + sign g x as a function of f."""
-    of = slow_solver(p, sign, n)
+    of = slow_solver([sign * c for c in p.slope], p.blur, n)
 
     def solution(source: Local) -> Local:
         x, error = of(list(source.series), source.missed)

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 from flint import arb, arb_poly, arb_series, ctx
 
+from symasym.exact.panels import slow_solver, slow_terms
 from symasym.expansions.coalescence import Panel
 
 # How far lam V varies on a panel of the sweep.
@@ -57,7 +58,7 @@ def canonical(L: Any, d: int, zeta: Any, lo: Any, hi: Any, nats: float) -> Canon
         sizes = [float(abs(c)) for c in g]
         if sum(c / (k + 1) for k, c in enumerate(sizes)) < _REACH:
             found.append(_moderate(g, p, sizes, nats))
-        elif terms := _slow_terms(sizes, nats):
+        elif terms := slow_terms(arb_poly([abs(c) for c in g]), nats):
             found.append(_slow(g, p, terms))
         else:
             waiting += [((a + b) / 2, b), (a, (a + b) / 2)]
@@ -97,44 +98,19 @@ def _between(x: Any) -> Any:
     return sum((c / (k + 0.5) for k, c in enumerate(x.coeffs()[::2])), arb(0)).mid()
 
 
-def _slow_terms(sizes: list[float], nats: float) -> int:
-    """Terms of the slow solution that make it right to e^-nats; 0 where none does."""
-    wanted, least = nats + 6, 0
-    for z in (3.0, 4.0, 5.5, 8.0, 20.0, 100.0, 1e3):
-        rest = sum(c * z**k for k, c in enumerate(sizes[1:], 1))
-        if rest > sizes[0]:
-            break
-        if sizes[0] * (z - 1) ** 2 / (2 * z) > wanted:
-            least = math.ceil(wanted / math.log(z)) + 2
-    return least
-
-
 def _slow(g: list[Any], p: list[list[Any]], terms: int) -> Canonical:
     """The integrals of a panel on which L psi is large, from the slow solutions of both signs."""
     e = (-_between(arb_poly(g))).exp()
-    ahead = [_slow_solution(g, x, terms) for x in p]
-    back = [_ends(_slow_solution([-c for c in g], x, terms)) for x in p]
-    ends, B = [_ends(t) for t in ahead], [after * e - before for before, after in back]
+    ahead, back = (
+        [[c.mid() for c in of(x, arb(0))[0]] for x in p]
+        for of in (slow_solver([sign * c for c in g], arb(0), terms) for sign in (-1, 1))
+    )
+    ends, B = [_ends(t) for t in ahead], [after * e - before for before, after in map(_ends, back)]
     J = [
         [_between(arb_poly(t) * arb_poly(x)) - before * b for x, b in zip(p, B, strict=True)]
         for t, (before, _) in zip(ahead, ends, strict=True)
     ]
     return Canonical(e, [after - before * e for before, after in ends], B, J)
-
-
-def _slow_solution(g: list[Any], p: list[Any], terms: int) -> list[Any]:
-    """Taylor coefficients of the slow solution of t' = p - g t, found from the last one down."""
-    row, right, t = g, arb(0), list[Any]()
-    rows = [(row, right)]
-    for k in range(terms - 1, 0, -1):
-        # k t_k + sum g_j t_{k-1-j} = p_{k-1}, of which t_k is put in.
-        factor = k / row[0]
-        right = (p[k - 1] if k <= len(p) else 0) - factor * right
-        row = [c - factor * x for c, x in zip(g, [*row[1:], 0], strict=True)]
-        rows.append((row, right))
-    for row, right in reversed(rows):
-        t.append(((right - dot(row[1:], t[: -len(g) : -1])) / row[0]).mid())
-    return t
 
 
 def dot(x: list[Any], y: list[Any]) -> Any:
