@@ -28,8 +28,8 @@ from symasym.drift.drift import Drift
 from symasym.drift.evaluate import rational
 from symasym.drift.scenes import Answer, Request, Scene
 from symasym.exact.balls import bits_of_way
-from symasym.expansions.balls import doubled
 from symasym.expansions.field import LINE, Field
+from symasym.expansions.rings import doubled
 
 _EXIT = ("eq:C, C-bound",), ("C lies between 0 and the value",)
 

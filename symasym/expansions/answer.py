@@ -38,9 +38,8 @@ from symasym.drift.scenes import (
 )
 from symasym.exact import balls as exact
 from symasym.exact import floats
-from symasym.expansions.arrays import AtLams
-from symasym.expansions.balls import AtLam, doubled, local, quantity
 from symasym.expansions.field import LINE, Between
+from symasym.expansions.rings import AtLam, AtLams, doubled, local, quantity
 
 _BITS = 192  # of an array's coefficients and heights
 _NEXT = 3  # orders by whose differences an error is estimated

@@ -28,9 +28,8 @@ from symasym.base.balls import exact_ball
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces, rational
 from symasym.expansions.answer import Expansion
-from symasym.expansions.arrays import AtLams, Scaled
-from symasym.expansions.balls import AtLam
 from symasym.expansions.field import Between, Unresolved
+from symasym.expansions.rings import AtLam, AtLams, Scaled
 
 _MOST_PANELS = 2000
 _ONE = Fraction(1)

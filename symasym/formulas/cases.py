@@ -26,8 +26,8 @@ from sympy import Expr, Symbol
 from symasym.base.errors import InputError, SymasymError
 from symasym.base.inputs import shown
 from symasym.drift.drift import Drift
-from symasym.expansions.balls import doubled
 from symasym.expansions.field import LINE, RING, Field, Unresolved
+from symasym.expansions.rings import doubled
 from symasym.series.local import finite_parts_in_s
 
 U = Symbol("u", real=True)
