@@ -93,7 +93,10 @@ def _records(
     order: int,
 ) -> list[Record]:
     if all(p.scale is p.speed is None for p in drift):
-        return records(panels(drift, lam, begin, end, digits), lam, state.eta, digits, order)
+        found = panels(drift, lam, begin, end, digits)
+        if state.zeta[0] == 0:  # and stays so: what it is multiplied by changes no digit
+            found = [p._replace(bounds=(-math.inf, p.bounds[1], -math.inf)) for p in found]
+        return records(found, lam, state.eta, digits, order)
     found = transform.matrices(drift, lam, begin, end, digits, order)
     return [Record(p.y2[0], p.z1[1], p.z2[1], p.inverse) for p in found]
 

@@ -64,6 +64,17 @@ def test_constant_drift(a, kappa, r, start):
         assert same(enclosed(str(a), "C", digits=25, log=True, **numbers), log, 25)
 
 
+def test_reflecting_end_behind_a_deep_well():
+    """F stays 0 from there, so that the well's depth costs no digits, and no time."""
+    asked = {"ends": (-1, "3/2"), "start": "-1/5", "reflecting": "right", "log": True, "full": True}
+    (value, error), (near, off) = (
+        sa.escape_time(sa.Drift("5/2*u - u**3", layer=None), "1/200", method=method, **asked)
+        for method in ("exact", "laplace")
+    )
+    assert abs(value - near) <= error + off < 1e-8 * value
+
+
+
 def scale(rate, zero, kappa, low, high):
     """The integral of e^{lam V} from low to high, where A = rate (u - zero), V(zero) = 0."""
     root, middle = mpmath.sqrt(abs(mp(rate))) / mp(kappa), mp(zero)
