@@ -74,7 +74,6 @@ def test_reflecting_end_behind_a_deep_well():
     assert abs(value - near) <= error + off < 1e-8 * value
 
 
-
 def scale(rate, zero, kappa, low, high):
     """The integral of e^{lam V} from low to high, where A = rate (u - zero), V(zero) = 0."""
     root, middle = mpmath.sqrt(abs(mp(rate))) / mp(kappa), mp(zero)
