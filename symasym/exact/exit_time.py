@@ -126,7 +126,7 @@ class Exit:
     def _tilt(self, t: Fraction) -> tuple[float, arb]:
         """c, and e^{c t} E[e^{-c tau}], about the least for c = 2^k c_0, and negative c beyond the
         mean: by Markov's inequality above P(tau <= t), or P(tau > t)."""
-        early = float(t) < float(self.mean) + 6 * self.std
+        early = float(t) < float(self.mean) + self.std / 2
         least = float(self.ball(Series.least, 11, wanted=3))
         c, best = max(5 / self.std, 1 / float(t)), (0.0, arb.pos_inf())
         if not early:
