@@ -18,8 +18,16 @@ if TYPE_CHECKING:
     from symasym.base.scales import Scales, rescale
     from symasym.drift.critical_points import CriticalPoint
     from symasym.drift.drift import Drift
-    from symasym.drift.friction import Folds, Friction, friction
-    from symasym.drift.ready_made import hill, linear, polynomial, sine, tanh
+    from symasym.drift.ready_made import (
+        Folds,
+        Friction,
+        friction,
+        hill,
+        linear,
+        polynomial,
+        sine,
+        tanh,
+    )
     from symasym.drift.reduction import Reduction, reduce
     from symasym.emit import emit
     from symasym.formula import Formula, formula, labels
@@ -59,8 +67,7 @@ _HOMES = {
         "release": "Release System oscillator release",
         "emit": "emit",
         "quantities": "escape_time exit_probability occupation stationary_density",
-        "drift.friction": "Folds Friction friction",
-        "drift.ready_made": "hill linear polynomial sine tanh",
+        "drift.ready_made": "Folds Friction friction hill linear polynomial sine tanh",
         "integrals.laplace": "LaplaceExpansion laplace_integral",
         "law": "ExitLaw exit_law",
         "plan": "Plan plan",

@@ -73,15 +73,16 @@ def read_spec(path: str | os.PathLike[str]) -> Spec:
 def _spec(given: dict[str, Any]) -> Spec:
     """The spec of what a file says."""
     of: dict[str, str] = {n: given[n] for n in ("drift", "expr") if n in given}
-    if len(of) != 1 or not given.keys() <= set(_KEYS):
+    own = given.get("parameters", {})
+    if len(of) != 1 or not given.keys() <= set(_KEYS) or not isinstance(own, dict):
         raise InputError(
             f"the keys are {', '.join(given)}; give kappa, either drift or expr, and of "
-            f"{', '.join(_KEYS)} what else is needed."
+            f"{', '.join(_KEYS)} what else is needed, parameters as a table."
         )
     numbers = {name: given[name] for name in _NUMBERS if name in given}
     axes = {
         name: [number_text(value) for value in _axis(name, x)]
-        for name, x in (numbers | given.get("parameters", {})).items()
+        for name, x in (numbers | own).items()
     }
     wanted = sequence("quantities", given.get("quantities", ["T"]))
     names = tuple(choice("quantities", q, QUANTITIES) for q in wanted)

@@ -23,13 +23,13 @@ from symasym.drift.ready_made import DRIFTS, drift_signatures
 from symasym.methods import METHODS
 
 
-def _setting(text: str) -> tuple[str, str]:
+def parameter(text: str) -> tuple[str, str]:
     """The name and the value of ``NAME=X``."""
     name, value = text.split("=")
     return name, value
 
 
-def _order(text: str) -> int | str:
+def order(text: str) -> int | str:
     """An order as a number, or ``"optimal"``."""
     return text if text == "optimal" else int(text)
 
@@ -47,7 +47,7 @@ OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "--drift": (f"ready-made: {_MODELS}", {"choices": DRIFTS, "metavar": "NAME"}),
     "--expr": ('or a formula A(u), e.g. "1/2 - u + b*u**3"', {"metavar": "A"}),
     "--set": ("a parameter's value, may be repeated",
-              {"action": "append", "default": [], "type": _setting, "metavar": "NAME=X"}),
+              {"action": "append", "default": [], "type": parameter, "metavar": "NAME=X"}),
     "--no-layer": ("A(u) holds everywhere, not for |u| < 1 alone", _ON),
     "--noise": ("factor of the noise, in u; of an expansion weak, strong or uniform", _X),
     "--phi": ("velocity of u in place of the oscillator's, in u, z and y = eps u", _X),
@@ -64,7 +64,7 @@ OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "--reflecting": ("the end that reflects, left or right", _NAME),
     "--moment": ("of the time, 1 to 20", _N),
     "--method": (f"{', '.join(METHODS)} or auto; of release march or simulate", _NAME),
-    "--order": ("of an expansion; of a value also optimal", {"type": _order, "metavar": "N"}),
+    "--order": ("of an expansion; of a value also optimal", {"type": order, "metavar": "N"}),
     "--rtol": ("relative error allowed, for --method auto or march", _X),
     "--complement": ("1 minus a probability", _ON),
     "--dps": ("digits; of a value float64 where they are left out", _N),

@@ -36,6 +36,8 @@ def potential_at(drift: Parametrized, u: FloatArray) -> FloatArray:
                 raise AccuracyError(f"V of {drift!r} takes too many panels; take a less steep A.")
             cuts.update(held.cuts.tolist())
             terms = max(terms, held.terms)
+        if len(cuts) == len({*marks}):  # polynomials, of any parameters
+            break
     rule = np.polynomial.legendre.leggauss(terms // 2 + 1)
     with np.errstate(over="ignore", invalid="ignore"):
         total: FloatArray = -values_at(drift, position) * (position - inside)

@@ -16,7 +16,7 @@ from symasym.base.errors import InputError
 from symasym.base.inputs import choice, exact, is_name, shown
 from symasym.drift.expressions import parse
 from symasym.drift.scenes import require_drift
-from symasym.emit import drifts
+from symasym.emit.drifts import helpers_of, put_in
 from symasym.emit.printing import SHAPES, TARGETS, Function, Source, by_printer, reserved, written
 
 if TYPE_CHECKING:
@@ -77,8 +77,8 @@ def emit(
     if drift is not None:
         require_drift(drift, bound=False)
         drift = drift.bind(**{n: values.pop(n) for n in drift.free if n in values})
-        functions = drifts.put_in(functions, label, drift)
-        more = drifts.helpers_of(drift, kind) if kind in SHAPES else {}
+        functions = put_in(functions, label, drift)
+        more = helpers_of(drift, kind) if kind in SHAPES else {}
     put = {s: Rational(*values[s.name].as_integer_ratio())
            for f in functions for s in f.arguments if s.name in values}  # fmt: skip
     if unknown := values.keys() - {s.name for s in put}:

@@ -9,6 +9,7 @@ shells, each of twice the distance of the last one, or half of it: to 1e300 or u
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
@@ -35,7 +36,7 @@ _OPERATIONS, _CALLS = 250, 12
 
 
 @dataclass(frozen=True, repr=False)
-class IntegralExpansion:
+class IntegralExpansion(ABC):
     """An expansion of the integral of g(x) e^(lam f(x)) over [a, b]."""
 
     f: Expr
@@ -53,13 +54,13 @@ class IntegralExpansion:
         free = sympy.Tuple(self.f, self.g, self.a, self.b).free_symbols - {self.x}
         return tuple(sorted(free, key=str))
 
+    @abstractmethod
     def _again(self, f: Any, g: Any, a: Any, b: Any) -> Any:
         """The expansion of another integral."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _at(self, lam: Fraction, dps: int | None, full: bool) -> tuple[Any, ...]:
         """level, sum and error over e^level, and what else an `Answer` has, at one lam."""
-        raise NotImplementedError
 
     def bind(self, /, **values: Number) -> Any:
         """The expansion with exact numbers for parameters."""
