@@ -171,6 +171,7 @@ JUMPS = [("2", -1), ("cos(3*u)", 0), ("-exp(u)/2", "4/3"), ("u - 1", None)]
 #: A drift, its ends and a start.
 SCENES = {
     "layer": (sa.friction(3, 1, "-0.4"), -10.0, 8.0, -3.0),
+    "ends close to the layer": (sa.linear(-1, 1), -1.5, 1.4, -0.9),
     "Ornstein-Uhlenbeck": (sa.Drift("-u", layer=None), -2.0, 3.0, 0.5),
     "double well": (sa.Drift("u - u**3", layer=None), -2.0, 1.5, -0.9),
     "jumps": (sa.Drift.piecewise(JUMPS), -2.0, 2.5, 0.3),
