@@ -168,16 +168,17 @@ def test_every_page_loads_and_every_formula_is_drawn(site: Path) -> None:
         tab.on("pageerror", lambda error: said.append(str(error)))
         tab.on("request", lambda q: q.url.startswith(local) or said.append(f"asks {q.url}"))
         for path, page in _pages(site).items():
+            said.clear()
+            name = path.relative_to(site)
+            tab.set_viewport_size({"width": WIDTHS[0], "height": 844})
+            tab.goto(path.as_uri())
             for width in WIDTHS:
-                said.clear()
                 tab.set_viewport_size({"width": width, "height": 844})
-                tab.goto(path.as_uri())
                 found = tab.evaluate(_LOOK)
-                name = f"{path.relative_to(site)} in {width}"
-                problems += [f"{name}: {line}" for line in [*said, *found["wrong"]]]
-                if found["drawn"] != page.formulas:
-                    problems.append(f"{name}: {found['drawn']} of {page.formulas} formulas")
                 if found["width"] > width:
-                    problems.append(f"{name}: {found['width']} pixels wide")
+                    problems.append(f"{name}: {found['width']} pixels wide in {width}")
+            problems += [f"{name}: {line}" for line in [*said, *found["wrong"]]]
+            if found["drawn"] != page.formulas:
+                problems.append(f"{name}: {found['drawn']} of {page.formulas} formulas")
         browser.close()
     assert not problems
