@@ -1,6 +1,6 @@
 """Conclusions of section 9 held to boundary-value problems, by collocation and shooting, and to steps in time.
 
-The tables are as in `anchors_a`.
+The tables are as in `anchors_exit`.
 """
 # ruff: noqa: E501, E731
 
@@ -13,8 +13,8 @@ from scipy.optimize import brentq
 
 from derivations.sections.section9_noise import V, f, sigma
 from symasym.derivation.derivation import build
-from tests.derivations.anchors_a import U, gauss, number, value
-from tests.derivations.anchors_b import GRID, SLOPE
+from tests.derivations.anchors_exit import U, gauss, number, value
+from tests.derivations.anchors_weak_noise import GRID, SLOPE
 
 
 def powers(phi, lam, x, begin, n=12):

@@ -1,4 +1,4 @@
-"""Conclusions of section 6 held to their definitions; `ANCHORS` and `TOLERANCE` as in `anchors_a`.
+"""Conclusions of section 6 held to their definitions; the tables are as in `anchors_exit`.
 
 An expansion is compared with the next term extrapolated away.
 """
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from scipy.special import airy, dawsn, erfcx
 
-from tests.derivations.anchors_a import Scene, gauss, value
+from tests.derivations.anchors_exit import Scene, gauss, value
 
 # Chebyshev's points from -1 to 1, and what differentiates there.
 GRID, FIRST = -np.cos(np.pi * np.arange(25) / 24), np.arange(25) == 0

@@ -1,4 +1,4 @@
-"""Conclusions of the uniform expansions and sections 7, 8; the tables are as in `anchors_a`.
+"""Conclusions of the uniform expansions and sections 7, 8; the tables are as in `anchors_exit`.
 
 Held to the equation of motion, integrals along paths, roots, a walk in small steps, and T to the
 exact engine.
@@ -16,7 +16,7 @@ from scipy.special import airy, erfc, erfi
 
 import symasym as sa
 from symasym.derivation.derivation import build
-from tests.derivations.anchors_a import gauss, number, value
+from tests.derivations.anchors_exit import gauss, number, value
 
 AIRY = "airyai", "airyaiprime", "airybi", "airybiprime"
 FUNCTIONS = {f: lambda z, k=k: airy(z)[k] for k, f in enumerate(AIRY)} | {"erfc": erfc, "erfi": erfi}
