@@ -40,7 +40,7 @@ class IntegralExpansion(ABC):
     """An expansion of the integral of g(x) e^(lam f(x)) over [a, b]."""
 
     f: Expr
-    g: Any
+    g: Expr
     x: Symbol
     a: Expr
     b: Expr
@@ -133,19 +133,18 @@ class IntegralExpansion(ABC):
             return as_digits(request, Answer(near, to_mpf(whole, 15)[0], *said))
 
 
-def read(f: Any, g: Any, x: Any, a: Any, b: Any, pairs: bool = False) -> tuple[Any, ...]:
+def read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, ...]:
     """(f, g, x, a, b) as expressions, checked: what they are made of and how large they are."""
     symbol = Symbol(x) if inputs.is_name(x) else x
     names = {str(symbol): symbol}
-    several = pairs and isinstance(g, (tuple, list, sympy.Tuple))
-    weights = tuple(parse("g", w, names) for w in (g if several else (g,)))
-    f, a, b = (parse(name, e, names) for name, e in (("f", f), ("a", a), ("b", b)))
+    row = (("f", f), ("g", g), ("a", a), ("b", b))
+    f, g, a, b = (parse(name, e, names) for name, e in row)
     if not isinstance(symbol, Symbol) or not f.has(symbol) or a.has(symbol) or b.has(symbol):
         raise InputError(
             f"x is {inputs.shown(x)}, f = {f}, a = {a} and b = {b}; give a SymPy symbol on which f "
             "depends, and ends that do not."
         )
-    for e in (f, *weights):
+    for e in (f, g):
         calls = [type(n).__name__ for n in e.atoms(sympy.Function)]
         odd = {*calls} - {*FUNCTIONS} or e.atoms(sympy.oo, -sympy.oo, sympy.zoo, sympy.nan)
         if odd or len(calls) > _CALLS or sympy.count_ops(e) > _OPERATIONS:
@@ -154,7 +153,7 @@ def read(f: Any, g: Any, x: Any, a: Any, b: Any, pairs: bool = False) -> tuple[A
                 f"{', '.join(map(str, odd)) or 'none'} that can't be expanded; give at most "
                 f"{_OPERATIONS} and {_CALLS}, of {', '.join(FUNCTIONS)}, powers and numbers."
             )
-    return f, weights if several else weights[0], symbol, a, b
+    return f, g, symbol, a, b
 
 
 # -- in balls ----------------------------------------------------------------------------------

@@ -59,10 +59,10 @@ _OPTIMAL, _BOREL, _MOST = 48, 41, 100
 _PADE = 640
 #: Bits at which f is compared with itself; digits of coefficients that aren't exact.
 _BITS, _DIGITS = 256, 60
-# Terms with irrational constants, and functions and roots, beyond which they aren't.
+# Terms, and functions and roots, beyond which they aren't.
 _EXACT_TERMS, _FUNCTIONS = 12, 6
-# Orders lost to factors such as sin(x)/x.
-_SPARE = 4
+# Terms with which f is compared with a constant; orders lost to factors such as sin(x)/x.
+_FLAT, _SPARE = 24, 4
 
 
 @dataclass(frozen=True)
@@ -94,8 +94,8 @@ def contribution(
     point, side, both = top.point, top.side, top.side == "both"
     sign, step = (-1 if side == "left" else 1), (2 if both else 1)
     try:
-        c = Point(x, point, sign, maxima.FLAT + 1, ring).taylor(f).c
-        contact = next((k for k, y in enumerate(c) if k and ring.sign(y) != 0), maxima.FLAT)
+        c = Point(x, point, sign, _FLAT + 1, ring).taylor(f).c
+        contact = next((k for k, y in enumerate(c) if k and ring.sign(y) != 0), _FLAT)
         here = Point(x, point, sign, step * order + contact + _SPARE, ring)
         lead, (front, weight) = here.taylor(f).c, here.term(g)
         first = int(front % 2) if both and front.is_Integer else 0
@@ -131,12 +131,11 @@ def contribution(
 class LaplaceExpansion(IntegralExpansion):
     """The expansion of the integral of g(x) e^(lam f(x)) over [a, b] for large lam.
 
-    `dropped` says what is exponentially small and left out, `conditions` what was seen to hold at
-    sampled parameters but not proved from their assumptions.
+    `conditions` are what was seen to hold at sampled parameters but not proved from their
+    assumptions.
     """
 
     method = "laplace"
-    dropped: tuple[str, ...] = ()
     conditions: tuple[str, ...] = ()
     _tops: tuple[maxima.Maximum, ...] = field(default=(), compare=False)
     _known: dict[int, list[Contribution]] = field(default_factory=dict, compare=False)
@@ -157,10 +156,9 @@ class LaplaceExpansion(IntegralExpansion):
         """One for each maximum."""
         roots = sympy.Tuple(self.f, self.g).atoms(sympy.Function, sympy.Pow)
         roots = {n for n in roots if not n.args[-1].is_Integer}
-        closed = all(isinstance(m.point, Expr) for m in self._tops) and len(roots) <= _FUNCTIONS
-        if closed and not self.parameters and self._terms > _EXACT_TERMS:
-            closed = exactly(lambda ring: bool(self._expanded(ring, 1)) and ring.domain == sympy.QQ)
-        if self.parameters or closed:
+        closed = all(isinstance(m.point, Expr) for m in self._tops)
+        few = len(roots) <= _FUNCTIONS and self._terms <= _EXACT_TERMS
+        if self.parameters or (closed and few):
             return tuple(exactly(self._expanded))
         bits = int(3.4 * _DIGITS) + 64
         with precision(bits):
@@ -197,7 +195,7 @@ class LaplaceExpansion(IntegralExpansion):
                 error = abs(total - whole)
             kind = "bound" if proved else "estimate"
             shares = tuple(f"{self.x} = {short(m.point)}: {used} terms" for m in self._tops)
-            return large * top, total, error, kind, shares, self.dropped, used
+            return large * top, total, error, kind, shares, (), used
 
     def _sum(self, lam: Any, bits: int) -> tuple[Any, Any, int]:
         """The sum over e^(lam top), top the largest f; the most terms of a contribution."""
@@ -323,8 +321,8 @@ def laplace_integral(f: Any, g: Any, x: Any, a: Any, b: Any, order: Any = 3) -> 
     Returns
     -------
     LaplaceExpansion
-        Coefficients are exact, except at a maximum that has no closed form, of many functions, or
-        beyond 12 terms with irrational constants: then they have 60 digits.
+        Coefficients are exact with parameters, else up to 12 terms at a maximum in closed form, of
+        few functions; others have 60 digits.
 
     Notes
     -----
@@ -357,16 +355,10 @@ def laplace_integral(f: Any, g: Any, x: Any, a: Any, b: Any, order: Any = 3) -> 
                 f"f = {f}, g = {g}, a = {a}, b = {b}; give real f and g (oscillating integrals "
                 "need stationary phase), real ends with a less than b, and no parameter lam."
             )
-        tops, others = maxima.located(f, g, x, a, b)
-        dropped = tuple(
-            f"maximum at {x} = {short(m.point)}: smaller by a factor "
-            f"e^(-{short(tops[0].height - m.height)} lam)"
-            for m in others
-            if not free
-        )
+        tops = maxima.located(f, g, x, a, b)
         how = "compared at sampled parameters"
         said = tuple(f"f is largest at {x} = {m.point} ({how})" for m in tops if free)
-        found = LaplaceExpansion(f, g, x, a, b, order, dropped, said, tuple(tops))
+        found = LaplaceExpansion(f, g, x, a, b, order, said, tuple(tops))
         one = partial(found._expanded, terms=1)
         steps = {c.step for c in (exactly(one) if free else one(Balls()))}
         if order == "borel" and not (steps == {1} and not free and _simple(f, g, x, a, b)):

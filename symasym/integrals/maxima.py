@@ -1,4 +1,4 @@
-"""Where f is largest on [a, b]: f beside the ends and the zeros of f'.
+"""Where f is largest on [a, b]: the highest of its ends and of the zeros of f'.
 
 With parameters free the answer must be the same at all values tried that their assumptions allow.
 """
@@ -12,35 +12,28 @@ from math import cos, pi
 from typing import Any, NamedTuple
 
 import sympy
-from flint import arb, fmpz_poly
+from flint import arb
 from sympy import Expr, Rational, S, Symbol
 
 from symasym.base.errors import InputError
-from symasym.integrals.integral import Zero, code, middle, number
-from symasym.integrals.local import Balls, NotAnalytic, Point, samples
+from symasym.integrals.integral import Zero, code, cut, middle, number
+from symasym.integrals.local import samples
 
-#: Terms with which f is compared with a constant.
-FLAT = 24
 # Critical points; operations of a point in parameters.
 _MOST, _SHORT = 60, 40
-# Powers of 2 near an end, and far out, at which a limit shows; and lam there.
-_NEAR, _FAR, _LARGE = range(-25, -201, -25), range(14, 21), 10**4
-_SIDES = {-1: "left", 0: "both", 1: "right"}
+# Powers of 2 near an end, and far out, at which a limit shows; lam at which the integral converges.
+_NEAR, _FAR, _LARGE, _TINY = (-100, -200), (19, 20), 10**4, arb(2) ** -200
 
 
 class Maximum(NamedTuple):
-    """A local maximum of f on the closed interval, and the side on which this has it."""
+    """A point where f is largest, and the side on which the interval is: left, right or both."""
 
     point: Any
     side: str
-    height: Any = None
 
 
-def located(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> tuple[list[Maximum], list[Maximum]]:
-    """The maxima that share the largest height, and the others.
-
-    Of free parameters all samples must give the same.
-    """
+def located(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Maximum]:
+    """The maxima, which of free parameters must be the same ones for all samples."""
     whole = sympy.Tuple(f, g, x, a, b)
     free = whole.free_symbols - {x}
     if not free:
@@ -48,76 +41,61 @@ def located(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> tuple[list[Maximum
     known = [z for z in (a, b, *zeros(f.diff(x), x, a, b)) if isinstance(z, Expr)]
     known = [z for z in known if z.count_ops() <= _SHORT]
 
-    def named(point: Any, row: dict[Symbol, Expr]) -> Expr:
-        """A point in the parameters; StopIteration where none is known to be that of the row."""
-        closed = [*known, point] if isinstance(point, Expr) else known
+    def named(top: Maximum, row: dict[Symbol, Expr]) -> Maximum:
+        """With the point in the parameters; StopIteration where none is known to be this one."""
+        closed = [*known, top.point] if isinstance(top.point, Expr) else known
         at = ((z, number(z.xreplace(row))) for z in closed)
-        return next(z for z, y in at if y.is_finite() and y.overlaps(number(point)))
+        same = (z for z, y in at if y.is_finite() and y.overlaps(number(top.point)))
+        return Maximum(next(same), top.side)
 
-    found = list[Any]()
+    found: list[Maximum] = []
     for row in samples(free):
-        found.append([])
+        tops: list[Maximum] = []
         with suppress(InputError, StopIteration):
-            tops = sorted(_highest(*whole.xreplace(row))[0], key=lambda m: number(m.point).mid())
-            found[-1] = [Maximum(named(m.point, row), m.side) for m in tops]
-    if not found[0] or any(row != found[0] for row in found):
-        first, *_ = names = sorted(map(str, free))
-        raise InputError(
-            f"where f = {f} is largest, if anywhere, depends on {', '.join(names)}; give numbers, "
-            f"or symbols with assumptions that decide, such as Symbol('{first}', positive=True)."
+            tops = _highest(*whole.xreplace(row))
+            tops = [named(m, row) for m in sorted(tops, key=lambda m: number(m.point).mid())]
+        found = found or tops
+        if not tops or tops != found:
+            first, *_ = names = sorted(map(str, free))
+            raise InputError(
+                f"where f = {f} is largest, if anywhere, depends on {', '.join(names)}; give "
+                f"numbers, or symbols with assumptions that decide, such as Symbol('{first}', "
+                "positive=True)."
+            )
+    return found
+
+
+def _highest(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Maximum]:
+    """The maxima, without parameters; the integral beside them converges."""
+    lo, hi, height, weight = number(a), number(b), code(f, x), code(g, x)
+    inside = middle(lo, hi)
+    rows = [(height(number(z)), z, "both") for z in zeros(f.diff(x), x, a, b)]
+    for z, end, side in ((a, lo, "right"), (b, hi, "left")):
+        level = height(end)
+        if end.is_finite() and level.is_finite():
+            rows.append((level, z, side))
+            continue
+        start, way, powers = (
+            (end, inside - end, _NEAR) if end.is_finite() else (inside, 1 if end > 0 else -1, _FAR)
         )
-    return found[0], []
+        before, level = (height(start + way * arb(2) ** k) for k in powers)
+        if level > before:
+            # A limit, of a point that is none.
+            rows.append((level + arb(0, (level - before).upper()), z, ""))
+    top = max((level for level, _, _ in rows), key=lambda y: y.mid(), default=arb.nan())
 
+    def large(u: Any) -> Any:
+        return weight(u) * (_LARGE * (height(u) - top)).exp()
 
-def _highest(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> tuple[list[Maximum], list[Maximum]]:
-    """The maxima that share the largest height, and the others, without parameters."""
-    maxima = list[Maximum]()
-    inside = middle(number(a), number(b))
-    for z, side in ((a, 1), (b, -1), *((z, 0) for z in zeros(f.diff(x), x, a, b))):
-        c = _beside(f, g, x, z, side, inside)
-        if c and _falls(c, side):
-            maxima.append(Maximum(z, _SIDES[side], c[0]))
-    if not maxima:
+    tops = [Maximum(z, side) for level, z, side in rows if level.overlaps(top)]
+    rests = [cut(large, end, inside, _TINY)[1] for end in (lo, hi)]
+    if not all(rest.is_finite() for rest in rests) or not all(m.side for m in tops):
         raise InputError(
-            f"f = {f} has no isolated maximum for {x} in [{a}, {b}]; give an f that is not "
-            "constant, and an interval on which it is largest somewhere."
+            f"f = {f} is not largest at a point of [{a}, {b}], or does not fall, or g = {g} grows, "
+            "towards an end, so that the integral diverges or has no maximum to expand at; give "
+            "others, or ends."
         )
-    maxima.sort(key=lambda m: -m.height.mid())
-    tops = [m for m in maxima if m.height.overlaps(maxima[0].height)]
-    return tops, maxima[len(tops) :]
-
-
-def _beside(f: Expr, g: Expr, x: Symbol, point: Any, side: int, inside: Any) -> list[Any]:
-    """f's Taylor coefficients in the distance from a point, to one side or, 0, to both.
-
-    Where it has none, its limit by numbers, which also show divergence; nothing for -oo.
-    """
-    start = number(point)
-    far = not start.is_finite()
-    with suppress(NotAnalytic):
-        if not far:
-            return Point(x, point, side or 1, FLAT + 1, Balls()).taylor(f).c
-    start, way = inside if far else start, -side if far else side or 1
-    at = [start + way * arb(2) ** k for k in (_FAR if far else _NEAR)]
-    heights, weights = ([code(e, x)(y) for y in at] for e in (f, g))
-    gap = abs(heights[-1] - heights[-2])
-    if not far and gap < 1e-9 * (1 + abs(heights[-1])):
-        return [] if heights[-1] < heights[-2] else [heights[-1] + arb(0, gap)]
-    rows = zip(at, heights, weights, strict=True)
-    sizes = [(_LARGE * h + (abs(w) * abs(y - start)).log()).mid() for y, h, w in rows]
-    if not all(later < earlier for earlier, later in pairwise(sizes)):
-        raise InputError(
-            f"f = {f} does not fall as {x} tends to {point}, or g = {g} grows, so that the "
-            "integral diverges or has no maximum to expand at; give others, or ends."
-        )
-    return []
-
-
-def _falls(c: list[Any], side: int) -> bool:
-    """True if f of these Taylor coefficients falls; also where it has no more than a limit."""
-    signs = ((k, s) for k, y in enumerate(c) if k and (s := Balls().sign(y)) != 0)
-    contact, sign = next(signs, (2, -1 if len(c) == 1 else 0))
-    return sign == -1 and (side != 0 or contact % 2 == 0)
+    return tops
 
 
 # -- zeros -------------------------------------------------------------------------------------
@@ -155,14 +133,12 @@ def zeros(e: Expr, x: Symbol, lo: Expr, hi: Expr) -> list[Any]:
 def _algebraic(poly: Any, x: Symbol) -> list[Any]:
     """The real zeros of a polynomial with rational coefficients."""
     found: list[Any] = []
-    whole: Any = fmpz_poly([int(c) for c in poly.clear_denoms(convert=True)[1].all_coeffs()[::-1]])
-    for factor, _ in whole.factor()[1]:
-        e = sympy.Poly([int(c) for c in factor.coeffs()[::-1]], x)
+    for factor, _ in poly.factor_list()[1]:
         if factor.degree() <= 2:
-            found += e.real_roots()
+            found += factor.real_roots()
         else:
-            near = (z.real for z, _ in factor.complex_roots() if z.imag == 0)
-            found += [Zero(e.as_expr(), x, z.lower(), z.upper()) for z in near]
+            ends = (map(number, pair) for pair, _ in factor.intervals())
+            found += [Zero(factor.as_expr(), x, *pair) for pair in ends]
     return found
 
 

@@ -1,10 +1,10 @@
 """Integrals of g e^{lam f}, uniform as two saddles, or a saddle and an end, coalesce.
 
 On a real interval the integral is B of panels in canonical form with phi = -f'
-(`symasym.expansions.canonical`); iterated over u < v with the weights g(u) h(v) it is J. On a path
-between the valleys beside two saddles the canonical integrals are Airy functions alone (C. Chester,
-B. Friedman, F. Ursell, Proc. Camb. Phil. Soc. 53 (1957) 599; DLMF 2.4(v)): with the coefficients
-p_k + q_k s of the integration by parts, f = f_0 + eps (zeta s - s^3/3) and Z = lam^(2/3) zeta
+(`symasym.expansions.canonical`). On a path between the valleys beside two saddles the canonical
+integrals are Airy functions alone (C. Chester, B. Friedman, F. Ursell, Proc. Camb. Phil. Soc. 53
+(1957) 599; DLMF 2.4(v)): with the coefficients p_k + q_k s of the integration by parts, f = f_0 +
+eps (zeta s - s^3/3) and Z = lam^(2/3) zeta
 
     2 pi i e^{lam f_0} sum (eps lam)^-k (p_k Ai(Z) lam^(-1/3) + eps q_k Ai'(Z) lam^(-2/3)).
 """
@@ -50,19 +50,18 @@ _OUT = 30
 class UniformExpansion(IntegralExpansion):
     """An expansion of the integral of g(x) e^(lam f(x)) that holds as critical points coalesce.
 
-    Or, with g a pair (g, h), of the iterated integral of g(u) h(v) e^(lam (f(v) - f(u))), u < v.
-    `kind` is "real", "contour" or "iterated"; `near` is a point beside the saddles.
+    `path` is True for one between complex valleys; `near` is a point beside the saddles.
     """
 
     method = "uniform"
-    kind: str
+    path: bool
     near: Fraction
 
     def _again(self, f: Any, g: Any, a: Any, b: Any) -> UniformExpansion:
         return uniform_integral(f, g, self.x, a, b, self.order, near=self.near)
 
     def coefficients(self, dps: int = 15) -> tuple[Any, list[tuple[Any, Any]]]:
-        """zeta and the pairs (p_k, q_k) of g that stand with Ai and Ai' (of a pair (g, h): g's)."""
+        """zeta and the pairs (p_k, q_k) that stand with Ai and Ai'."""
         with precision(4 * digits(dps) + 120):
             ctx.cap = 4 * dps + 60
             _, zeta, pairs, _ = self._pair(self.order)
@@ -80,7 +79,7 @@ class UniformExpansion(IntegralExpansion):
         with precision(int(2 * nats) + 60):
             ctx.cap = math.ceil(-nats / math.log(coalescence.SHARE))
             large, kind = exact_ball(lam), "estimate"
-            ends = self._valleys() if self.kind == "contour" else self._ends(large, nats)
+            ends = self._valleys() if self.path else self._ends(large, nats)
             try:
                 row = self._by_panels(large, nats, *ends) if ends else self._by_airy(large)
             except (AccuracyError, ArithmeticError, ValueError):  # of zeros, and of singularities
@@ -88,7 +87,7 @@ class UniformExpansion(IntegralExpansion):
             found = row[first]
             gaps = sum((abs(y - x) for x, y in pairwise(row[first:])), arb(0))
             error = _SAFETY * gaps + abs(found) * arb(10) ** -wanted
-            if full and self.kind == "real" and found.is_finite():
+            if full and not self.path and found.is_finite():
                 marks = [number(self.a), number(self.b)]
                 # In units of the sum.
                 size = abs(found).upper()
@@ -98,22 +97,18 @@ class UniformExpansion(IntegralExpansion):
                 error, kind = abs(found.mid() - size * true), "bound" if proved else "estimate"
             return arb(0), found.mid(), error.upper(), kind, (), (), self.order
 
-    def _weights(self) -> tuple[Any, list[Any]]:
-        """The constant factors of g and h, and the rest as functions of balls; None for 1."""
-        front, rest = arb(1), list[Any]()
-        for g in self.g if self.kind == "iterated" else (self.g,):
-            constant, part = g.as_independent(self.x, as_Add=False)
-            turn = sympy.I if self.kind == "contour" else 1
-            front *= number(sympy.expand(turn * constant))
-            rest.append(None if part == 1 else code(part, self.x))
-        return front, rest
+    def _weight(self) -> tuple[Any, Any]:
+        """The constant factor of g, on a path of I g, and the rest as a function; None for 1."""
+        constant, rest = self.g.as_independent(self.x, as_Add=False)
+        turned = sympy.expand((sympy.I if self.path else 1) * constant)
+        return number(turned), None if rest == 1 else code(rest, self.x)
 
     def _field(self, lo: Any, hi: Any) -> Field:
         return Field(code(-sympy.diff(self.f, self.x), self.x), float(lo), float(hi))
 
     def _pair(self, terms: int) -> tuple[int, Any, list[tuple[Any, Any]], Any]:
         """eps, zeta, (p_k, q_k) and f_0 of the two saddles nearest to `near`."""
-        near, weight = float(self.near), self._weights()[1][0]
+        near, weight = float(self.near), self._weight()[1]
         field = self._field(near - _CORE, near + _CORE)
         pairs = [c for c in field.clusters() if len(c.zeros) == 2]
         if not pairs:
@@ -142,43 +137,35 @@ class UniformExpansion(IntegralExpansion):
         eps, zeta, pairs, level = self._pair(self.order + _NEXT)
         third, total, rows = lam.root(3), arb(0), []
         ai, slope, _, _ = (zeta * third**2).airy()
-        front = 2 * arb.pi() * (lam * level).exp() * self._weights()[0]
+        front = 2 * arb.pi() * (lam * level).exp() * self._weight()[0]
         for k, (p, q) in enumerate(pairs):
             total += (p * ai / third + eps * q * slope / third**2) / (eps * lam) ** k
             rows.append(front * total)
         return rows
 
     def _by_panels(self, lam: Any, nats: float, lo: Any, hi: Any) -> list[Any]:
-        front, weights = self._weights()
+        front, weight = self._weight()
         centre, last = min(max(float(self.near), float(lo)), float(hi)), self.order + _NEXT - 1
         low, high = max(lo, arb(centre - _CORE)), min(hi, arb(centre + _CORE))
         field = self._field(low, high)
         before, after = (
-            [coalescence.panel(field, at, Factor(0), p, q, last, *weights)] if p < q else []
+            [coalescence.panel(field, at, Factor(0), p, q, last, weight)] if p < q else []
             for at, p, q in ((low, lo, low), (high, high, hi))
         )
-        parts = [*before, *field.panels(low, high, last, *weights), *after]
+        parts = [*before, *field.panels(low, high, last, weight), *after]
         rows = zip(*(canonical.ways(one, lam, nats) for one in parts), strict=True)
         whole = [reduce(Way.then, row) for row in rows]
-        if self.kind == "iterated":
-            return [front * y.J for y in whole]
         return [front * (lam * code(self.f, self.x)(lo)).exp() * y.B for y in whole]
 
     def _ends(self, lam: Any, nats: float) -> list[Any]:
         """The ends, where infinite or f is -oo moved to where e^{lam f} is below all digits."""
         lo, hi, inside = number(self.a), number(self.b), exact_ball(self.near)
         inside = inside if lo < inside < hi else middle(lo, hi)
-        f, slope, found = code(self.f, self.x), code(self.f.diff(self.x), self.x), []
+        f, found = code(self.f, self.x), list[Any]()
         top, tiny = f(inside), (-arb(nats) - 10).exp()
-        for end, side in ((lo, -1), (hi, 1)):
-            if end.is_finite() or self.kind != "iterated":
-                here, rest = cut(lambda u: (lam * (f(u) - top)).exp(), end, inside, tiny)
-                falls = rest.is_finite()
-            else:
-                # The part with u near v falls like a power.
-                here = inside + side * arb(nats).exp()
-                falls = slope(2 * here) < 3.9 * slope(here) < 0
-            if not falls:
+        for end in (lo, hi):
+            here, rest = cut(lambda u: (lam * (f(u) - top)).exp(), end, inside, tiny)
+            if not rest.is_finite():
                 raise InputError(
                     f"f = {self.f} does not fall, or not fast enough, as {self.x} tends to {end}, "
                     "so the integral diverges; give other ends."
@@ -188,8 +175,8 @@ class UniformExpansion(IntegralExpansion):
 
     def __repr__(self) -> str:
         return (
-            f"uniform expansion ({self.kind}, {self.order} terms) of the integral of {self.g} with "
-            f"f = {self.f} over {self.x} from {self.a} to {self.b}"
+            f"uniform expansion ({self.order} terms) of the integral of {self.g} with f = {self.f} "
+            f"over {self.x} from {self.a} to {self.b}"
         )
 
 
@@ -203,9 +190,8 @@ def uniform_integral(
     f : Expr, str or number
         Analytic and real, on a real interval; or with a and b conjugate complex infinities such as
         ``oo - I*pi`` and ``oo + I*pi``, for a path up between the valleys beside two saddles.
-    g : Expr, str or number, or a pair of them
-        Analytic and real, on such a path i times that. A pair (g, h) asks for the iterated integral
-        over a < u < v < b of g(u) h(v) e^(lam (f(v) - f(u))).
+    g : Expr, str or number
+        Analytic and real, on such a path i times that.
     x : Symbol or str
     a, b : Expr or number
     order : int, optional
@@ -228,24 +214,22 @@ def uniform_integral(
     >>> print(gamma.bind(mu="1.01").evaluate(100, dps=20, log=True, full=True))
     -102.1877779347692 ± 2.93e-12 (estimate, uniform)
     """
-    f, g, x, a, b = read(f, g, x, a, b, pairs=True)
+    f, g, x, a, b = read(f, g, x, a, b)
     order, beside = count("order", order, 1, _MOST, " of terms"), exact("near", near)
-    kind = "iterated" if isinstance(g, tuple) else "real"
-    weights, contour = sympy.Tuple(g), sympy.Tuple(a, b).has(sympy.I)
     far = sympy.Dummy(positive=True)
     low, high = (e.xreplace({sympy.oo: far, -sympy.oo: -far}) for e in (a, b))
     up = high.has(far) and sympy.im(high).is_positive and low == high.conjugate()
-    if contour and up and kind == "real":
-        kind, weights = "contour", sympy.expand(sympy.I * g)
-    if f.has(sympy.I) or weights.has(sympy.I) or contour != (kind == "contour"):
+    path = sympy.Tuple(a, b).has(sympy.I)
+    weight = sympy.expand(sympy.I * g) if path and up else g
+    if f.has(sympy.I) or weight.has(sympy.I) or (path and not up):
         raise InputError(
             f"f = {f}, g = {g}, a = {a}, b = {b}; give real f, g and ends, or real f and I*g with "
             "ends such as oo - I*pi and oo + I*pi (take a constant factor out)."
         )
     # Where g's zeros leave nothing of the terms and of the differences, these prove nothing.
-    zeros = [p.exp for p in sympy.Tuple(g).atoms(sympy.Pow) if p.base.has(x) and p.exp.is_Integer]
-    if kind != "real" and sum(n for n in zeros if n > 0) > 2 * (order + _NEXT - 1):
+    zeros = [p.exp for p in g.atoms(sympy.Pow) if p.base.has(x) and p.exp.is_Integer]
+    if path and sum(n for n in zeros if n > 0) > 2 * (order + _NEXT - 1):
         raise InputError(
             f"g = {g} has zeros of too high an order for order = {order}; give a larger order."
         )
-    return UniformExpansion(f, g, x, a, b, order, kind, beside)
+    return UniformExpansion(f, g, x, a, b, order, path, beside)
