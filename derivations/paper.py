@@ -61,7 +61,7 @@ D | | height of the barrier, $V(u_2) - V(u_1)$ | scaled position times velocity
 u1 | u_1 | the well, a zero of the drift | scaled: $y/\varepsilon$
 u2 | u_2 | the barrier, a zero of the drift | scaled: $y/\varepsilon$
 u3 | u_3 | the third zero of the cubic | scaled: $y/\varepsilon$
-T | | mean escape time from $\lvert u\rvert < r$, start 0 | scaled: $t/\varepsilon$
+T | | mean escape time from $\lvert u\rvert < r$, from 0 or a named start | scaled: $t/\varepsilon$
 T_phys | T_p | mean escape time from $\lvert y\rvert < r_p$ | unscaled
 T_0 | | mean escape time without the terms of $C$ | scaled: $t/\varepsilon$
 T_1 | | piece of $T_0$: $-r < u < -1$, $0 < v < 1$ | scaled: $t/\varepsilon$

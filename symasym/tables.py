@@ -74,10 +74,11 @@ def _spec(given: dict[str, Any]) -> Spec:
     """The spec of what a file says."""
     of: dict[str, str] = {n: given[n] for n in ("drift", "expr") if n in given}
     own = given.get("parameters", {})
-    if len(of) != 1 or not given.keys() <= set(_KEYS) or not isinstance(own, dict):
+    unknown = given.keys() - set(_KEYS)
+    if len(of) != 1 or unknown or not isinstance(own, dict):
         raise InputError(
-            f"the keys are {', '.join(given)}; give kappa, either drift or expr, and of "
-            f"{', '.join(_KEYS)} what else is needed, parameters as a table."
+            f"{', '.join(unknown) or 'drift or expr, or parameters'} are not as they should be; "
+            f"give either drift or expr, parameters as a table, and of the rest {', '.join(_KEYS)}."
         )
     numbers = {name: given[name] for name in _NUMBERS if name in given}
     axes = {

@@ -67,7 +67,8 @@ def page(label: str) -> str:
         *made.statement(d, "##"),
         *_errata(label),
         *("## Symbols", "", "| symbol | meaning | measured in |", "|---|---|---|", *rows),
-        *("", "## Evaluate it", "", *_evaluation(label)),
+        *("", "Other symbols are explained with the statement.", ""),
+        *_evaluation(label),
         *("## Derivation", "", f"Starts from: {_links(d.rests_on) or 'definitions only'}.", ""),
         *made.steps(d, "###"),
         *("## Used by", "", f"{_links(used) or 'No other formula'}.", ""),
@@ -194,7 +195,7 @@ def _errata(label: str) -> list[str]:
 def _evaluation(label: str) -> list[str]:
     """What evaluates the formula, and its code, with the friction drift where it needs a drift."""
     session = calls.session(label)
-    lines = ["```pycon", session, "```", ""] if session else []
+    lines = ["## Evaluate it", "", "```pycon", session, "```", ""] if session else []
     code: list[str] = []
     for name, language in TARGETS.items():
         for drift in (None, friction()):
@@ -205,8 +206,7 @@ def _evaluation(label: str) -> list[str]:
             title = f"**{name}**{', with the friction drift' if drift is not None else ''}"
             code += [title, "", f"```{language}", text, "```", ""]
             break
-    lines += folded("As code", code) if code else []
-    return lines or ["No function of symasym evaluates this formula alone.", ""]
+    return [*lines, *(["## As code", "", *folded(", ".join(TARGETS), code)] if code else [])]
 
 
 def section(number: str) -> str:

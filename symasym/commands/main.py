@@ -25,6 +25,8 @@ from symasym.methods import METHODS
 
 def parameter(text: str) -> tuple[str, str]:
     """The name and the value of ``NAME=X``."""
+    if text.count("=") != 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not NAME=X")
     name, value = text.split("=")
     return name, value
 
@@ -44,36 +46,43 @@ OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "labels": ("such as eq:Ttilde, fr1, folds; all if left out", {"nargs": "*"}),
     "name": ("such as phase or fric1; without it they are listed", {"nargs": "?"}),
     "spec": ("a TOML file: drift, grid, quantities, dps", {}),
-    "--drift": (f"ready-made: {_MODELS}", {"choices": DRIFTS, "metavar": "NAME"}),
-    "--expr": ('or a formula A(u), e.g. "1/2 - u + b*u**3"', {"metavar": "A"}),
-    "--set": ("a parameter's value, may be repeated",
+    "--drift": (f"a ready-made drift: {_MODELS}", {"choices": DRIFTS, "metavar": "NAME"}),
+    "--expr": ('or a formula of A(u), such as "1/2 - u + b*u**3"', {"metavar": "A"}),
+    "--set": ("the value of a parameter; may be repeated",
               {"action": "append", "default": [], "type": parameter, "metavar": "NAME=X"}),
-    "--no-layer": ("A(u) holds everywhere, not for |u| < 1 alone", _ON),
-    "--noise": ("factor of the noise, in u; of an expansion weak, strong or uniform", _X),
-    "--phi": ("velocity of u in place of the oscillator's, in u, z and y = eps u", _X),
-    "--velocity": ("velocity of z in place of y - 1, in the same", _X),
+    "--no-layer": ("A(u) is the drift for all u, which is constant for |u| > 1 otherwise", _ON),
+    "value --noise": ("sigma(u) of du = phi dt + kappa sigma(u) dW (1)", _X),
+    "release --noise": ("factor of kappa, in u (1)", _X),
+    "show --noise": ("of an expansion: weak, strong or uniform (weak)", _NAME),
+    "--phi": ("phi(u, z, y), y = eps u, in place of the oscillator's", _X),
+    "--velocity": ("velocity of z in the same variables, in place of y - 1", _X),
     "--kappa": ("noise amplitude", _X),
     "--r": ("escape radius", _X),
     "--eps": ("half-width of the switch", _X),
     "--start": ("starting point (0)", _X),
     "--y": ("position, of stationary-density", _X),
-    "--z": ("z at the start", _X),
+    "--z": ("the slow variable at the start", _X),
     "--case": ('of an expansion, such as "start well barrier"', {"metavar": "WORDS"}),
-    "--ends": ("in place of -r and r; of occupation both reflect", {"nargs": 2, **_X}),
-    "--interval": ("in place of the layer, of occupation", {"nargs": 2, **_X}),
-    "--reflecting": ("the end that reflects, left or right", _NAME),
-    "--moment": ("of the time, 1 to 20", _N),
-    "--method": (f"{', '.join(METHODS)} or auto; of release march or simulate", _NAME),
-    "--order": ("of an expansion; of a value also optimal", {"type": order, "metavar": "N"}),
-    "--rtol": ("relative error allowed, for --method auto or march", _X),
+    "--ends": ("the interval in place of (-r, r); of occupation, reflecting ends",
+               {"nargs": 2, **_X}),
+    "--interval": ("whose occupation is asked for, in place of the layer", {"nargs": 2, **_X}),
+    "--reflecting": ("the end that reflects: left or right", _NAME),
+    "--moment": ("k from 1 to 20: the mean of the time to the power k", _N),
+    "value --method": (f"{', '.join(METHODS)} or auto (exact)", _NAME),
+    "release --method": ("march or simulate (%(default)s)", _NAME),
+    "value --order": ('of an expansion, or "optimal"', {"type": order, "metavar": "N"}),
+    "--order": ("of an expansion", _N),
+    "value --rtol": ("relative error allowed, with --method auto", _X),
+    "release --rtol": ("relative error allowed, of --method march (%(default)s)", _X),
     "--complement": ("1 minus a probability", _ON),
-    "--dps": ("digits; of a value float64 where they are left out", _N),
+    "--dps": ("significant digits; float64 if left out", _N),
+    "reproduce --dps": ("significant digits of the reference values (%(default)s)", _N),
     "--log": ("the natural logarithm", _ON),
-    "--paths": ("of --method simulate (%(default)s)", _N),
-    "--seed": ("of random numbers (%(default)s)", _N),
-    "--json": ("as a record, with all that is known", _ON),
-    "--latex": ("as LaTeX; of all formulas a document", _ON),
-    "--steps": ("with the steps of its derivation", _ON),
+    "--paths": ("number of paths of --method simulate (%(default)s)", _N),
+    "--seed": ("seed of random numbers (%(default)s)", _N),
+    "--json": ("a JSON record with error, method, inputs", _ON),
+    "--latex": ("LaTeX; without labels a document of all formulas", _ON),
+    "--steps": ("with the steps of the derivation", _ON),
     "--target": ("numpy, mpmath, c, javascript or latex", _NAME),
     "--workers": ("processes (%(default)s)", _N),
     "--cluster": ("or the address of a dask.distributed scheduler", _X),
@@ -116,7 +125,7 @@ class _Parser(argparse.ArgumentParser):
             known = re.findall(r"[\w-]+", wrong[2])
             for near in difflib.get_close_matches(wrong[1], known, 1):
                 message += f"; perhaps you mean {near!r}"
-        super().error(message)
+        self.exit(2, f"{self.prog}: {message}; see {self.prog} --help.\n")
 
 
 def _parser() -> _Parser:
@@ -134,7 +143,8 @@ def _parser() -> _Parser:
         if "--expr" in others:
             either = parser.add_mutually_exclusive_group(required=run is verbs.value)
         for word in [*needed.split(), *others.split()]:
-            about, told = OPTIONS[word]
+            about, told = OPTIONS.get(f"{run.__name__} {word}") or OPTIONS[word]
+            about = about if word.strip("-") in defaults else about.replace(" (%(default)s)", "")
             to = either if word in ("--drift", "--expr") else parser
             argument = to.add_argument(*["-o"] * (word == "--out"), word, help=about, **told)
             argument.required = argument.required or word in needed.split()
@@ -151,8 +161,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     if argv is None:
         # A batch system that stops the job is owed the same tidiness as Ctrl-C.
         signal.signal(signal.SIGTERM, signal.default_int_handler)
+        argv = sys.argv[1:]
     try:
-        given = _parser().parse_args(argv)
+        given = _parser().parse_args(argv or ["--help"])
         return int(given.run(given) or 0)
     except SymasymError as error:
         # A stranger's file may hold what a terminal would obey.

@@ -126,7 +126,7 @@ def table(a: Any) -> int:
     made = f"{len(records) - done} of them new" if done < len(records) else "up to date"
     print(f"{a.out}, with CSV and LaTeX beside it: {len(records)} values, {made}")
     if refused := sum(record["mid"] is None for record in records):
-        print(f"{refused} values do not exist or could not be had; their lines say why.")
+        print(f"Without a value: {refused}; their lines say why.")
     return 1 if refused else 0
 
 

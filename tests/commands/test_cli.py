@@ -172,8 +172,8 @@ def test_bad_input_is_one_sentence(program: Program, line: str, told: str, tmp_p
 def test_what_may_have_been_meant(program: Program, line: str, near: str) -> None:
     status, out, err = program(line)
     assert (status, out) == (2, "")
-    assert err.startswith("usage: symasym")
-    assert err.endswith(f"perhaps you mean '{near}'\n")
+    assert err.count("\n") == 1
+    assert f"perhaps you mean '{near}'" in err
 
 
 # -- the examples of each help ---------------------------------------------------------------------

@@ -74,4 +74,4 @@ def unscaled(d):
               "an exponent")
     d.eq("time", Symbol("T_phys", positive=True), eps * t_s, r"$T_p = \langle t \rangle$, $\varepsilon$ times the "
          "mean scaled time", lambda real: [(d["eq:tildexykappa", "t_s"].subs(t, real), t_s)])
-    d.conclude(error="relative $O(r_p)$, as of $a^+$", note="$t_s$ is the scaled escape time")
+    d.conclude(error="relative $O(r_p)$, as of $a^+$", note=r"$\tilde t$ is the mean escape time, scaled")
