@@ -25,7 +25,7 @@ from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import float_text
 from symasym.drift.drift import Drift
-from symasym.drift.evaluate import rational
+from symasym.drift.formula import rational
 from symasym.drift.scenes import Answer, Request, Scene
 from symasym.exact.balls import bits_of_way
 from symasym.expansions.field import LINE, Field

@@ -19,7 +19,7 @@ from symasym.base.balls import exact_ball, precision, to_mpf
 from symasym.base.inputs import Number, is_array, within
 from symasym.drift import scenes
 from symasym.drift.drift import Drift
-from symasym.drift.evaluate import rational
+from symasym.drift.formula import rational
 from symasym.exact.balls import bits_of_way
 from symasym.expansions import weak
 from symasym.expansions.field import Between

@@ -20,8 +20,8 @@ from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.estimate import IN_WORDS, ErrorKind, with_error
 from symasym.base.inputs import FloatArray, Numbers, choice, digits, taken
 from symasym.drift.drift import Drift
-from symasym.drift.evaluate import Piece, pieces, rational
-from symasym.drift.models import Expression
+from symasym.drift.evaluate import Piece, pieces
+from symasym.drift.formula import rational
 from symasym.drift.sampled import Field
 from symasym.drift.scenes import (
     QUANTITIES,
@@ -253,7 +253,7 @@ def _in_floats(quantity: str, scenes: Scenes) -> Sensitivity:
     # A needle of dA/dp may lie between the nodes that suffice for A; and beside an end a start that
     # is no float is another one.
     given = (scenes.given.get(n, 0.0) for n in ("r", "start"))
-    closer = isinstance(model, Expression) and model.powers is None
+    closer = not model.name and model.pieces[0].powers is None
     closer |= any(not isinstance(x, (int, float, np.ndarray, list, tuple)) for x in given)
     for k in np.flatnonzero(closer | ~(errors * unit <= _ENOUGH * size).all(axis=0)):
         found = _proved(quantity, scene_at(scenes, k), _FLOAT_DIGITS)

@@ -31,7 +31,7 @@ _LABEL = re.compile(
     re.DOTALL | re.MULTILINE,
 )
 #: Members of `Drift` that the package needs of itself.
-_INNER = "scalars, require_bound, values, exact_coefficients, end, of, model, name, shape"
+_INNER = "scalars, require_bound, values, exact_coefficients, end, of, model, shape"
 
 
 def stage(folder: Path) -> int:

@@ -19,9 +19,9 @@ from flint import arb, arb_series, ctx, fmpq, fmpq_poly
 
 from symasym.base.balls import precision, to_mpf
 from symasym.base.errors import AccuracyError, RegionError
-from symasym.drift.evaluate import Polynomial, profile, rational
-from symasym.drift.models import Model
-from symasym.drift.parametrized import Parametrized
+from symasym.drift.evaluate import Polynomial, profile
+from symasym.drift.formula import Formula, rational, vanishes
+from symasym.drift.model import Parametrized
 
 #: Of the parameters of a formula.
 Values = tuple[tuple[str, Fraction], ...]
@@ -69,18 +69,18 @@ def critical_points(drift: Parametrized) -> list[CriticalPoint]:
     return list(known(*formula_of(drift, 0), fmpq(-1), fmpq(1)))
 
 
-def formula_of(drift: Parametrized, k: int) -> tuple[Model, Values]:
+def formula_of(drift: Parametrized, k: int) -> tuple[Formula, Values]:
     """The formula of the k-th piece, with its parameters."""
-    model, values = drift.model.pieces[k], drift.values
-    return model, tuple((name, values[name]) for name in model.parameters)
+    formula, values = drift.model.pieces[k], drift.values
+    return formula, tuple((name, values[name]) for name in formula.symbols)
 
 
 @lru_cache(maxsize=128)
-def known(model: Model, values: Values, low: Any, high: Any) -> tuple[CriticalPoint, ...]:
+def known(formula: Formula, values: Values, low: Any, high: Any) -> tuple[CriticalPoint, ...]:
     """The zeros of A in (low, high), found once for equal formulas."""
-    coefficients = model.coefficients(dict(values))
+    coefficients = formula.exact_coefficients(dict(values))
     if coefficients is None:
-        return tuple(_of_analytic(model, values, low, high))
+        return tuple(_of_analytic(formula, values, low, high))
     if not any(coefficients):
         raise AccuracyError("A is 0 on all of [-1, 1], so every point is critical; change A.")
     return tuple(_of_polynomial(fmpq_poly([rational(c) for c in coefficients]), low, high))
@@ -126,9 +126,9 @@ class _Zero(NamedTuple):
 class _Function:
     """A over intervals of (low, high) at the precision of the moment."""
 
-    def __init__(self, model: Model, values: Values, low: Any, high: Any):
-        self.model, self.values, self.low, self.high = model, values, low, high
-        self.phi = profile(model, {name: rational(x) for name, x in values})
+    def __init__(self, formula: Formula, values: Values, low: Any, high: Any):
+        self.formula, self.values, self.low, self.high = formula, values, low, high
+        self.phi = profile(formula, {name: rational(x) for name, x in values})
 
     def series(self, x: Any, count: int) -> list[Any]:
         """Balls of the first Taylor coefficients of A at all points of x."""
@@ -158,7 +158,7 @@ class _Function:
         value = self.series(arb(u), order + 1)[order]
         if not value.contains(0) or value.is_zero():
             return bool(value.is_zero())
-        return vanishes(self.model, self.values, Fraction(int(u.p), int(u.q)), order)
+        return vanishes(self.formula, self.values, Fraction(int(u.p), int(u.q)), order)
 
     def zeros(self, a: Any, b: Any) -> list[_Zero] | None:
         """The zeros of A inside [a, b], at most one; None where that is not told.
@@ -193,24 +193,12 @@ def _simplest(a: Any, b: Any) -> Any:
     return u
 
 
-@lru_cache(maxsize=128)
-def vanishes(model: Model, values: Values, u: Fraction, order: int) -> bool:
-    """True where SymPy finds this derivative of A to be 0 at u."""
-    import sympy
-
-    from symasym.drift.expressions import expression
-
-    A = expression(model, dict(values))
-    x, at = sympy.Symbol("u", real=True), sympy.Rational(u.numerator, u.denominator)
-    return bool(sympy.simplify(sympy.diff(A, x, order).subs(x, at)) == 0)
-
-
-def _of_analytic(model: Model, values: Values, low: Any, high: Any) -> list[CriticalPoint]:
+def _of_analytic(formula: Formula, values: Values, low: Any, high: Any) -> list[CriticalPoint]:
     for bits in _BITS:
         with precision(bits):
-            found = _isolated(_Function(model, values, low, high))
+            found = _isolated(_Function(formula, values, low, high))
         if found is not None:
-            return [_point(_refined(model, values, z), z.multiplicity, z.rising) for z in found]
+            return [_point(_refined(formula, values, z), z.multiplicity, z.rising) for z in found]
     raise AccuracyError(
         "A is 0 on [-1, 1], or has zeros or terms that 1,000 digits do not tell apart; give "
         "A as a polynomial, or so that its terms do not cancel."
@@ -245,11 +233,11 @@ def _isolated(f: _Function) -> list[_Zero] | None:
     return None
 
 
-def _refined(model: Model, values: Values, zero: _Zero) -> Any:
+def _refined(formula: Formula, values: Values, zero: _Zero) -> Any:
     """The zero to `_DIGITS` digits, by halving and Newton's method for intervals."""
     for bits in _BITS:
         with precision(bits):
-            f, x = _Function(model, values, zero.a, zero.b), _between(zero.a, zero.b)
+            f, x = _Function(formula, values, zero.a, zero.b), _between(zero.a, zero.b)
             if zero.a == zero.b:
                 return x
             for _ in range(4 * bits):

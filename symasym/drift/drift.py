@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Self
 
+import numpy as np
 from flint import fmpq
 
 from symasym.base.errors import InputError, RegionError
-from symasym.base.inputs import Numbers, exact, floats, is_array, is_name, shown
-from symasym.drift import landscape, models
+from symasym.base.inputs import Numbers, exact, float_text, floats, is_array, is_name, shown
+from symasym.drift import landscape
 from symasym.drift.critical_points import CriticalPoint, critical_points
-from symasym.drift.parametrized import Parametrized
+from symasym.drift.model import Model, Parametrized
 from symasym.drift.sampled import values_at
 
 if TYPE_CHECKING:
@@ -81,13 +82,13 @@ class Drift(Parametrized):
     ) -> None:
         from symasym.drift import expressions
 
-        self._model: models.Model = expressions.read_drift(A, u, a_minus, a_plus, layer, noise, ito)
+        self._model: Model = expressions.read_drift(A, u, a_minus, a_plus, layer, noise, ito)
         self._values: dict[str, Any] = {}
         self._check()
 
     @classmethod
-    def of(cls, model: models.Model, **values: Numbers | None) -> Self:
-        """A drift from one of `symasym.drift.models`, with the parameters bound that are given."""
+    def of(cls, model: Model, **values: Numbers | None) -> Self:
+        """A drift of a model, with the parameters bound that are given."""
         drift = cls.__new__(cls)
         drift._model, drift._values = model, {}
         return drift.bind(**{name: value for name, value in values.items() if value is not None})
@@ -124,7 +125,9 @@ class Drift(Parametrized):
     @classmethod
     def general(cls) -> Self:
         """No drift in particular, of which `symasym.expand` states formulas in V's derivatives."""
-        return cls.of(models.General())
+        from symasym.drift import expressions
+
+        return cls.of(expressions.general())
 
     # -- parameters ------------------------------------------------------------------------
 
@@ -150,7 +153,7 @@ class Drift(Parametrized):
                 bound[name].flags.writeable = False
             else:
                 bound[name] = exact(name, value)
-            models.check_range(self._model, name, bound[name])
+            _require_range(self._model, name, bound[name])
         drift = type(self).__new__(type(self))
         drift._model, drift._values = self._model, bound
         _ = drift.shape
@@ -159,13 +162,12 @@ class Drift(Parametrized):
 
     def _check(self) -> None:
         """Refuse values at which A or sigma is not analytic on [-1, 1], or sigma not positive."""
-        model, noise = self._model.pieces[0], self._model.noise
         known = not self.free and not self.shape and self._model.layered
-        if known and isinstance(model, models.Expression):
+        if known and not self._model.name:
             from symasym.drift import expressions
 
-            expressions.check_regular(model, self._values)
-            if noise:
+            expressions.check_regular(self._model.pieces[0], self._values)
+            if noise := self._model.noise:
                 expressions.check_regular(noise, self._values, "noise")
                 expressions.check_noise(noise, self._values, fmpq(-1), fmpq(1))
 
@@ -184,16 +186,6 @@ class Drift(Parametrized):
 
     # -- region ----------------------------------------------------------------------------
 
-    @cached_property
-    def ends(self) -> tuple[Any, Any]:
-        """The pair of a- and a+, Fractions where rational, else floats, or arrays."""
-        self.require_bound()
-        if not self._model.layered:
-            raise RegionError(
-                f"{self!r} has no layer, and so no a- and a+; give ends=(…) to what is asked of it."
-            )
-        return landscape.end(self, -1), landscape.end(self, 1)
-
     @property
     def region(self) -> Any:
         """``"crossing"``, ``"sliding"`` or ``"repelling sliding"``, by the signs of a- and a+.
@@ -206,8 +198,16 @@ class Drift(Parametrized):
         RegionError
             At a tangency, a- = 0 or a+ = 0, where the table has no entry.
         """
-        a_minus, a_plus = self.ends
-        return landscape.region(a_minus, a_plus)
+        left, right = np.sign(np.array(self.ends))
+        for name, signs in (("a-", left), ("a+", right)):
+            if not np.all(signs):
+                raise RegionError(
+                    f"{name} is 0, a tangency, which the paper's table of regions leaves out; "
+                    "change a parameter, or ask for a quantity that needs no region."
+                )
+        sliding = np.where(left > 0, "sliding", "repelling sliding")
+        found = np.where(left == right, "crossing", sliding)
+        return found if found.ndim else str(found)
 
     # -- landscape and symbols ---------------------------------------------------------------
 
@@ -218,9 +218,7 @@ class Drift(Parametrized):
                 f"{self!r} has a free parameter u, which is the name of the position; bind it, or "
                 "rename it."
             )
-        from symasym.drift import expressions
-
-        return expressions.expression(self._model, self._values)
+        return self._model.expression(self._values)
 
     def phi(self) -> Expr:
         """phi(u) in the real symbol ``u``, with a layer a SymPy Piecewise (eq:phi)."""
@@ -279,12 +277,20 @@ class Drift(Parametrized):
         >>> [text.get_text() for text in below.texts]
         ['well at 0.3969', 'barrier at 0.9039']
         """
-        from symasym.drift.plot import plot
-
-        return plot(self, axes)
+        return landscape.plot(self, axes)
 
     def _repr_latex_(self) -> str:
         """A(u) for a notebook; parameters that are free or arrays stay symbols."""
         from symasym.drift import expressions
 
         return rf"$\displaystyle \phi(u) = {expressions.latex(self.expression())}$"
+
+
+def _require_range(model: Model, name: str, value: Any) -> None:
+    """Raise InputError for a value outside its parameter's range."""
+    strict = name in model.positive
+    if strict or name in model.not_negative:
+        lowest = value if isinstance(value, Fraction) else value.min()
+        if lowest < 0 or (strict and lowest == 0):
+            rule = "greater than 0" if strict else "at least 0"
+            raise InputError(f"{name} is {float_text(exact(name, lowest))}; it must be {rule}.")

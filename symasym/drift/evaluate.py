@@ -1,11 +1,8 @@
 """A(u) in balls with Taylor polynomials; `symasym.drift.sampled` has it in float64 over rows.
 
-A model's formula becomes a function of balls, or of arrays; an expression's by SymPy's lambdify.
 Where A is analytic and |A| <= M on the disc of radius rho h about m, its Taylor polynomial of n
 terms misses at most M rho^-n/(1 - 1/rho) on [m - h, m + h] (Cauchy's estimate). A finite ball of
-A's values on a box about the disc shows that A is analytic there, if all functions in A are
-infinite, or nan, on boxes across their cuts and poles. Arb's own square root, logarithm and inverse
-functions are finite across their cuts; those here are not, and no others are admitted.
+A's values on a box about the disc shows that A is analytic there (`symasym.drift.formula`).
 """
 
 from __future__ import annotations
@@ -13,182 +10,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from fractions import Fraction
-from functools import cached_property, lru_cache, partial, reduce
-from types import SimpleNamespace
+from functools import cached_property, reduce
 from typing import Any, NamedTuple
 
-import numpy as np
 from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx, fmpq
 
-from symasym.base.errors import InputError
-from symasym.drift.models import Expression, Model, Pieces
-from symasym.drift.parametrized import Parametrized
+from symasym.drift.formula import Formula, rational
+from symasym.drift.model import Parametrized
 
 _RADII = (32, 8, 4, 2)  # of discs, over half a panel's width
-
-
-# -- functions -------------------------------------------------------------------------------------
-
-
-def _cosh(x: Any) -> Any:
-    return (x.exp() + (-x).exp()) / 2
-
-
-def _sech2(x: Any) -> Any:
-    """1/cosh(x)^2 without large numbers."""
-    e = (2 * x if x[0].real.mid() < 0 else -2 * x).exp()
-    return 4 * e / (1 + e) ** 2
-
-
-# Derivatives of the functions that power series lack.
-_SLOPES: dict[str, Callable[[Any], Any]] = {
-    "sinh": _cosh,
-    "tanh": _sech2,
-    "asin": lambda x: (1 - x * x).rsqrt(),
-    "acos": lambda x: -(1 - x * x).rsqrt(),
-    "asinh": lambda x: (1 + x * x).rsqrt(),
-    "acosh": lambda x: (x - 1).rsqrt() * (x + 1).rsqrt(),
-    "atanh": lambda x: 1 / (1 - x * x),
-}
-# Whether a box may touch the cuts of an inverse function (DLMF 4.23, 4.37).
-_CUTS: dict[str, Callable[[Any], bool]] = {
-    **dict.fromkeys(
-        ("asin", "acos", "atanh"), lambda z: z.imag.contains(0) and not abs(z.real) < 1
-    ),
-    **dict.fromkeys(("atan", "asinh"), lambda z: z.real.contains(0) and not abs(z.imag) < 1),
-    "acosh": lambda z: z.imag.contains(0) and not z.real > 1,
-}
-#: The functions that A may be made of: entire ones, quotients of them, and those with cuts.
-FUNCTIONS = ("exp", "sin", "cos", "tan", "sinh", "cosh", "tanh", "erf", "log", "sqrt", *_CUTS)
-
-
-def _of_balls(name: str, x: Any) -> Any:
-    """A function of a rational, a ball or a power series; nan on a box across its cuts."""
-    if isinstance(x, (int, fmpq)):
-        x = arb(x)
-    if isinstance(x, (arb_series, acb_series)):
-        if name == "cosh":
-            return _cosh(x)
-        if name in _SLOPES:
-            return (x.derivative() * _SLOPES[name](x)).integral() + _of_balls(name, x[0])
-    elif isinstance(x, acb):
-        if name == "sqrt" and not x.contains(0):
-            # Arb's own square root of a wide box is several times wider.
-            return (x.log(analytic=True) / 2).exp()
-        if name in ("log", "sqrt"):
-            return getattr(x, name)(analytic=True)
-        if name in _CUTS and _CUTS[name](x):
-            return acb(arb.nan())
-    return getattr(x, name)()
-
-
-def _erf(x: Any) -> Any:
-    from scipy.special import erf
-
-    return erf(x)
-
-
-_NUMPY = {f: getattr(np, f.replace("a", "arc", 1) if f in _CUTS else f, _erf) for f in FUNCTIONS}
-# What models ask of the arithmetic of their parameters.
-_FLOATS: Any = SimpleNamespace(pi=lambda: np.pi, **_NUMPY)
-_BALLS: Any = SimpleNamespace(pi=arb.pi, **{f: partial(_of_balls, f) for f in FUNCTIONS})
-
-
-def require_admitted(formula: Any) -> None:
-    """Raise InputError unless A is made of + - * /, powers, rationals, pi, E and `FUNCTIONS`."""
-    import sympy
-
-    for node in sympy.preorder_traversal(formula):
-        if not (
-            node.is_Rational
-            or isinstance(node, (sympy.Symbol, sympy.Add, sympy.Mul, sympy.Pow, sympy.Tuple))
-            or node in (sympy.pi, sympy.E)
-            or (type(node).__name__ in FUNCTIONS and len(node.args) == 1)
-        ):
-            raise InputError(
-                f"A contains {node}, which is not among the analytic functions symasym evaluates; "
-                f"write A with {', '.join(FUNCTIONS)}, powers and rationals."
-            )
-
-
-@lru_cache(maxsize=256)
-def _function(formula: Any, symbols: tuple[Any, ...], balls: bool) -> Callable[..., Any]:
-    """A formula, or a Tuple of them, as a function of balls or of arrays."""
-    import sympy
-    from sympy.printing.lambdarepr import LambdaPrinter
-
-    class Printer(LambdaPrinter):  # type: ignore[misc]
-        """Rational constants exact, powers by functions that are not finite across their cuts."""
-
-        def _print_Rational(self, x: Any) -> str:
-            return f"fmpq({x.p}, {x.q})"
-
-        _print_Half = _print_Rational
-
-        def _print_Pi(self, x: Any) -> str:
-            return "pi()"
-
-        def _print_Exp1(self, x: Any) -> str:
-            return "exp(1)"
-
-        def _print_Pow(self, x: Any, rational: bool = False) -> str:
-            base, exponent = self._print(x.base), self._print(x.exp)
-            if not (x.exp.is_Rational and x.exp.q <= 2):
-                return f"exp(({exponent})*log({base}))"
-            root = f"({base})" if x.exp.q == 1 else f"sqrt({base})"
-            return f"({root}**{x.exp.p})" if x.exp > 0 else f"((1/{root})**{-x.exp.p})"
-
-    require_admitted(formula)
-    taken = {"fmpq", *FUNCTIONS, *vars(np)}
-    other = {s: sympy.Dummy() for s in symbols if s.name in taken}
-    formula, names = formula.xreplace(other), [other.get(s, s) for s in symbols]
-    formula = [*formula] if isinstance(formula, sympy.Tuple) else formula
-    modules: list[Any] = [{"erf": _erf}, "numpy"]
-    options = {}
-    if balls:
-        modules = [{**vars(_BALLS), "fmpq": fmpq}]
-        options["printer"] = Printer({"fully_qualified_modules": False, "inline": True})
-    function: Callable[..., Any] = sympy.lambdify(names, formula, modules, cse=True, **options)
-    return function
-
-
-def of_balls(formula: Any, symbols: tuple[Any, ...]) -> Callable[..., Any]:
-    """A formula of these symbols as a function of balls."""
-    return _function(formula, symbols, True)
-
-
-def of_arrays(formula: Any, symbols: tuple[Any, ...]) -> Callable[..., Any]:
-    """A formula of these symbols as a function of float64 arrays."""
-    return _function(formula, symbols, False)
-
-
-def value_of(model: Model, u: Any, values: Mapping[str, Any], balls: bool) -> Any:
-    """A(u) in balls, or in float64."""
-    if isinstance(model, Pieces):
-        if model.layered:
-            u = np.clip(u, -1.0, 1.0)
-        which = np.searchsorted([float(x) for x in model.cuts], u, side="right")
-        parts = [value_of(part, u, values, balls) for part in model.pieces]
-        return np.select([which == k for k in range(len(parts))], parts)
-    if isinstance(model, Expression):
-        of = _function(model.formula, (model.u, *model.symbols.values()), balls)
-        return of(u, *(values[name] for name in model.symbols)) + 0 * u
-    return model.evaluate(u, values, _BALLS if balls else _FLOATS)
-
-
-def coefficients_of(model: Model, values: Mapping[str, Any], balls: bool) -> list[Any] | None:
-    """The ascending coefficients of A in balls, or in float64; None if A is no polynomial."""
-    if isinstance(model, Expression):
-        import sympy
-
-        if model.powers is None:
-            return None
-        of = _function(sympy.Tuple(*model.powers), tuple(model.symbols.values()), balls)
-        return list(of(*(values[name] for name in model.symbols)))
-    return model.coefficients(values)
-
-
-# -- balls -----------------------------------------------------------------------------------------
 
 
 class Polynomial:
@@ -320,18 +150,17 @@ def pieces(
     model, one = drift.model, fmpq(1)
     numbers = {name: rational(x) for name, x in drift.scalars().items()}
     numbers.update(values or {})
-    parts, noise, cuts = model.pieces, model.noise, [rational(x) for x in model.cuts]
-    found: list[Any] = [[profile(part, numbers), None, None] for part in parts]
-    if noise:
-        found = [_weighted(part, noise, numbers, model.alpha) for part in parts]
+    cuts = [rational(x) for x in model.cuts]
+    found: list[Any] = [_weighted(part, model.noise, numbers, model.alpha) for part in model.pieces]
     if model.layered:
         # Beside the layer everything is constant, phi exactly where it is rational.
         (inside,), cuts = found, [-one, one]
         for side in (-1, 1) if low < -one or high > one else ():
             at = [w and Polynomial([w(arb(side))]) for w in inside]
-            known = drift.model.end(numbers, side) if values else rational(drift.end(side))
-            if known is not None and not noise:
-                at[0] = Polynomial([known])
+            if not model.noise:
+                known = None if values else drift.end(side)
+                end = model.pieces[0].end(side, numbers, balls=True)
+                at[0] = Polynomial([end if known is None else rational(known)])
             found.insert(len(found) if side > 0 else 0, at)
         if len(found) == 1:
             found = [inside] * 3
@@ -340,10 +169,14 @@ def pieces(
     return [Piece(a, b, *of) for a, b, of in between if a < b]
 
 
-def _weighted(part: Model, noise: Model, numbers: Mapping[str, Any], alpha: Fraction) -> list[Any]:
+def _weighted(
+    part: Formula, noise: Formula | None, numbers: Mapping[str, Any], alpha: Fraction
+) -> list[Any]:
     """phi/sigma^2, and what `Piece` calls scale and speed."""
-    phi, sigma = (partial(value_of, of, values=numbers, balls=True) for of in (part, noise))
-    twice = int(2 * alpha)
+    phi = profile(part, numbers)
+    if noise is None:
+        return [phi, None, None]
+    sigma, twice = profile(noise, numbers), int(2 * alpha)
 
     def weight(k: int) -> Analytic | None:
         return Analytic(lambda u: sigma(u) ** -k) if k else None
@@ -351,14 +184,30 @@ def _weighted(part: Model, noise: Model, numbers: Mapping[str, Any], alpha: Frac
     return [Analytic(lambda u: phi(u) / sigma(u) ** 2), weight(twice), weight(2 - twice)]
 
 
-def profile(model: Model, numbers: Mapping[str, Any]) -> Polynomial | Analytic:
+def profile(formula: Formula, numbers: Mapping[str, Any]) -> Polynomial | Analytic:
     """A of these parameters, each fmpq, arb or acb."""
-    coefficients = coefficients_of(model, numbers, balls=True)
-    if coefficients is not None:
-        return Polynomial(coefficients)
-    return Analytic(lambda u: value_of(model, u, numbers, balls=True))
+    try:
+        if coefficients := formula.coefficients(numbers, balls=True):
+            return Polynomial(coefficients)
+    except ZeroDivisionError:  # nowhere finite
+        pass
+    return Analytic(lambda u: formula.value(u, numbers, balls=True))
 
 
-def rational(x: Any) -> Any:
-    """A number as flint's rational; None stays."""
-    return None if x is None else fmpq(*x.as_integer_ratio())
+def halved(
+    low: fmpq, high: fmpq, holds: Callable[[fmpq, fmpq], bool], most: int, deepest: int
+) -> tuple[list[fmpq], fmpq | None]:
+    """Where the intervals begin on which a test of their middles and half widths holds, from left
+    to right, found by halving; and the first place where it does not after so many halvings, or
+    where intervals are too many, else None."""
+    begins, waiting, narrow = [], [(low, high)], (high - low) / 2**deepest
+    while waiting:
+        a, b = waiting.pop()
+        middle, half = (a + b) / 2, (b - a) / 2
+        if holds(middle, half):
+            begins.append(a)
+        elif b - a <= narrow or len(begins) + len(waiting) > most:
+            return begins, middle
+        else:
+            waiting += [(middle, b), (a, middle)]
+    return begins, None

@@ -17,7 +17,10 @@ from symasym.base.balls import precision
 from symasym.base.errors import InputError
 from symasym.base.inputs import exact, float_text, is_name, sequence, shown
 from symasym.derivation.tex import tex
-from symasym.drift import evaluate, models, texts
+from symasym.drift import texts
+from symasym.drift.evaluate import box, halved, profile
+from symasym.drift.formula import Formula, compiled, rational, require_admitted
+from symasym.drift.model import Model
 
 # Halvings of [-1, 1], and boxes, of which a smooth drift takes a few hundred at most.
 _DEEPEST, _MOST_BOXES = 120, 5_000
@@ -26,16 +29,16 @@ _COMPARED, _EQUAL = 700, 2.0**-133  # bits, and 40 digits
 _MOST_PIECES = 30
 
 
-def read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
-    """The model of the drift A(u), its ends checked against a- and a+ (eq:cont)."""
+def read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> Formula:
+    """The formula A(u), its ends checked against a- and a+ (eq:cont)."""
     with suppress(TypeError):  # what can't be hashed is refused
         return _read(A, u, a_minus, a_plus)
     return _read.__wrapped__(A, u, a_minus, a_plus)
 
 
 @lru_cache(maxsize=128, typed=True)
-def _read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
-    """The model; the last ones that were read are kept."""
+def _read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> Formula:
+    """The formula; the last ones that were read are kept."""
     formula = parse("A", A)
     symbol = _symbol(formula, u)
     for s in formula.free_symbols:
@@ -43,7 +46,7 @@ def _read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
             raise InputError(
                 f"A has the symbol {shown(s.name)}; give symbols names of letters, digits and _."
             )
-    evaluate.require_admitted(formula)
+    require_admitted(formula)
     for name, given, end in (("a-", a_minus, -1), ("a+", a_plus, 1)):
         if given is None:
             continue
@@ -55,12 +58,12 @@ def _read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
             )
     # Symbols are known by their names, whatever was assumed of them.
     plain = {s: sympy.Symbol(s.name) for s in formula.free_symbols}
-    return models.Expression(formula.xreplace(plain), sympy.Symbol(symbol.name))
+    return Formula(formula.xreplace(plain), sympy.Symbol(symbol.name))
 
 
 def read_drift(
     A: Any, u: Any, a_minus: Any, a_plus: Any, layer: Any, noise: Any, ito: Any
-) -> models.Model:
+) -> Model:
     """The model of one formula, with or without a layer."""
     layered = layer is not None
     if layered and layer != (-1, 1):
@@ -70,13 +73,13 @@ def read_drift(
         )
     if not layered and (a_minus is not None or a_plus is not None):
         raise InputError("a- or a+ is given without a layer beside which it holds; leave it out.")
-    model = read(A, u, a_minus, a_plus)
+    formula = read(A, u, a_minus, a_plus)
     if layered and noise is None:
-        return model
+        return Model(pieces=(formula,))
     return with_pieces([(A, None)], u, noise, ito, layered)
 
 
-def with_pieces(given: Any, u: Any, noise: Any, ito: Any, layered: bool = False) -> models.Pieces:
+def with_pieces(given: Any, u: Any, noise: Any, ito: Any, layered: bool = False) -> Model:
     """The model of pieces by their right ends, with the noise sigma(u)."""
     parts = sequence("pieces", given)
     if not 0 < len(parts) <= _MOST_PIECES:
@@ -98,9 +101,13 @@ def with_pieces(given: Any, u: Any, noise: Any, ito: Any, layered: bool = False)
     if alpha is None:
         raise InputError(f"ito is {shown(ito)}; give 0 or 'stratonovich'.")
     sigma = None if noise is None else read(noise, found[0].u.name, None, None)
-    return models.Pieces(
-        models=tuple(found), cuts=tuple(cuts), noise=sigma, alpha=alpha, layered=layered
-    )
+    return Model(pieces=tuple(found), cuts=tuple(cuts), noise=sigma, alpha=alpha, layered=layered)
+
+
+def general() -> Model:
+    """No drift in particular: A stays the function A(u), in formulas alone."""
+    u = sympy.Symbol("u")
+    return Model(pieces=(Formula(sympy.Function("A", real=True)(u), u),), name="Drift.general")
 
 
 def _equal(a: Any, b: Any) -> bool:
@@ -111,7 +118,7 @@ def _equal(a: Any, b: Any) -> bool:
     with precision(_COMPARED):
         for shift in (0, 7, 19):
             numbers = [fmpq(3 + 2 * k + shift, 11 + k) for k in range(len(symbols))]
-            one, other = (evaluate.of_balls(e, symbols)(*numbers) for e in (a, b))
+            one, other = (compiled(e, symbols, balls=True)(*numbers) for e in (a, b))
             if not abs(one - other) <= _EQUAL * (abs(one) + abs(other)):
                 return False
     return True
@@ -167,52 +174,42 @@ def _symbol(formula: Any, u: Any) -> Any:
     return named[0] if named else sympy.Symbol("u")
 
 
-def check_regular(
-    model: models.Expression, values: Mapping[str, Fraction], name: str = "A"
-) -> None:
+def check_regular(formula: Formula, values: Mapping[str, Fraction], name: str = "A") -> None:
     """Refuse an A, or sigma, that is singular or complex on [-1, 1], by its range over boxes.
 
     A box on which the range stays unbounded however small it is made holds a singularity (or one
-    that cancels, which the formula should be freed of).
+    that cancels, which the formula should be freed of). Boxes overlap, so that together they cover
+    a neighbourhood of [-1, 1].
     """
     with precision(4 * _DEEPEST):
-        numbers = {k: evaluate.rational(values[k]) for k in model.parameters}
-        phi = evaluate.profile(model, numbers)
-        pending = [] if isinstance(phi, evaluate.Polynomial) else [(fmpq(-1), fmpq(1), 0)]
-        for looked_at in count():
-            if not pending:
-                break
-            low, high, depth = pending.pop()
-            middle = (low + high) / 2
-            # Boxes overlap, so that together they cover a neighbourhood of [-1, 1].
-            size = (high - low) * _OVERLAP
-            if phi(evaluate.box(middle, size, size)).is_finite():
-                continue
-            if depth == _DEEPEST or looked_at > _MOST_BOXES:
-                raise InputError(
-                    f"{name} = {model.formula} is singular, complex or too steep to tell near "
-                    f"u = {float(low):.6g}; give one that is real and smooth on [-1, 1]."
-                )
-            pending += [(middle, high, depth + 1), (low, middle, depth + 1)]
+        phi = profile(formula, {k: rational(values[k]) for k in formula.symbols})
+
+        def finite(middle: fmpq, half: fmpq) -> bool:
+            return bool(phi(box(middle, 2 * _OVERLAP * half, 2 * _OVERLAP * half)).is_finite())
+
+        _, lost = halved(fmpq(-1), fmpq(1), finite, _MOST_BOXES, _DEEPEST)
+    if lost is not None:
+        raise InputError(
+            f"{name} = {formula.expression} is singular, complex or too steep to tell near "
+            f"u = {float(arb(lost)):.6g}; give one that is real and smooth on [-1, 1]."
+        )
 
 
-def check_noise(noise: models.Model, values: Mapping[str, Any], low: Any, high: Any) -> None:
+def check_noise(noise: Formula, values: Mapping[str, Any], low: Any, high: Any) -> None:
     """Refuse a sigma that is not greater than 0 from `low` to `high`, by its range over balls."""
     with precision(4 * _DEEPEST):
-        numbers = {name: evaluate.rational(values[name]) for name in noise.parameters}
-        sigma, pending = evaluate.profile(noise, numbers), [(low, high, 0)]
-        while pending:
-            a, b, depth = pending.pop()
-            middle = (a + b) / 2
-            if sigma(arb(middle, arb((b - a) / 2))) > 0:
-                continue
-            value = sigma(arb(middle))
-            if depth == _DEEPEST or not value > 0:
-                raise InputError(
-                    f"noise is {float(value.mid()):.6g} at u = {float(arb(middle).mid()):.6g}; "
-                    "it must be greater than 0 between the ends."
-                )
-            pending += [(middle, b, depth + 1), (a, middle, depth + 1)]
+        sigma = profile(noise, {k: rational(values[k]) for k in noise.symbols})
+
+        def positive(middle: fmpq, half: fmpq) -> bool:
+            return bool(sigma(arb(middle, arb(half))) > 0)
+
+        _, lost = halved(low, high, positive, _MOST_BOXES, _DEEPEST)
+        if lost is not None:
+            u = arb(lost)
+            raise InputError(
+                f"noise is {float(sigma(u).mid()):.6g} at u = {float(u.mid()):.6g}; "
+                "it must be greater than 0 between the ends."
+            )
 
 
 def phi(A: Any) -> Any:
@@ -243,31 +240,7 @@ def potential(A: Any, layered: bool) -> Any:
     )
 
 
-def expression(model: models.Model, values: Mapping[str, Any]) -> Any:
-    """A(u) in the real symbol u; parameters without one exact value are real symbols."""
-    u = sympy.Symbol("u", real=True)
-    known = {name: x for name, x in values.items() if isinstance(x, Fraction)}
-    put = {
-        name: sympy.Rational(*known[name].as_integer_ratio())
-        if name in known
-        else sympy.Symbol(name, real=True)
-        for name in model.parameters
-    }
-    if isinstance(model, models.Pieces):
-        parts = [expression(part, values) for part in model.models]
-        ends = [sympy.Rational(*x.as_integer_ratio()) for x in model.cuts]
-        cases = zip(parts, [*(u < x for x in ends), True], strict=True)
-        return sympy.Piecewise(*cases)
-    if isinstance(model, models.Expression):
-        symbols = {s: put[name] for name, s in model.symbols.items()}
-        return model.formula.subs(symbols).subs(model.u, u)
-    return model.evaluate(u, put, _SYMBOLS)
-
-
 def latex(A: Any) -> str:
     """LaTeX with floats for numbers that would fill lines."""
     long = [x for x in A.atoms(sympy.Rational) if x.q > 10**6 or abs(x.p) > 10**18]
     return tex(A.xreplace({x: x.evalf(15) for x in long}))
-
-
-_SYMBOLS = type("Symbols", (), {"sin": sympy.sin, "tanh": sympy.tanh, "pi": lambda: sympy.pi})

@@ -1,22 +1,26 @@
-"""Values of V in float64 (eq:V2)."""
+"""Values of V in float64 (eq:V2), and phi and V as curves, wells and barriers named."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from flint import arb
 
-from symasym.base.balls import precision
-from symasym.base.errors import AccuracyError, RangeError, RegionError
+from symasym.base import inputs
+from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.inputs import FloatArray, common_shape
-from symasym.drift.evaluate import profile, rational
-from symasym.drift.parametrized import Parametrized
+from symasym.drift.critical_points import critical_points
+from symasym.drift.model import Parametrized
 from symasym.drift.sampled import Sampled, flat_values, values_at
 
-_END_BITS = 4096  # numbers within 1e±300 that cancel leave digits
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_REACH, _POINTS = 1.5, 3_001
+_MOST_NAMES = 16  # more hide each other
 
 
 def potential_at(drift: Parametrized, u: FloatArray) -> FloatArray:
@@ -53,28 +57,46 @@ def potential_at(drift: Parametrized, u: FloatArray) -> FloatArray:
     return np.asarray(total)
 
 
-def end(drift: Parametrized, side: int) -> Any:
-    """A(side), side = -1 or 1: a Fraction where it is rational, else a float, or an array."""
-    if drift.shape:
-        known = drift.model.end(drift.values, side)
-        value = values_at(drift, np.array(float(side))) if known is None else known
-        return np.broadcast_to(np.asarray(value, dtype=np.float64), drift.shape)
-    if (exactly := drift.end(side)) is not None:
-        return exactly
-    with precision(_END_BITS):
-        numbers = {name: rational(x) for name, x in drift.values.items()}
-        return float(profile(drift.model.pieces[0], numbers)(arb(side)).mid())
+def plot(drift: Parametrized, axes: Sequence[Axes] | None) -> Any:
+    """phi above V; see `symasym.drift.drift.Drift.plot`."""
+    drift.scalars()
+    if axes is None:
+        from matplotlib import pyplot
+
+        axes = pyplot.subplots(2, sharex=True, layout="constrained")[1]
+    above, below = inputs.axes("axes", axes, 2)
+    model = drift.model
+    cuts = [float(x) for x in model.cuts]
+    reach = max(_REACH, *(1.5 * abs(x) for x in cuts)) if cuts else _REACH
+    u = np.linspace(-reach, reach, _POINTS)
+    phi = values_at(drift, u)
+    # A jump is no line.
+    jumps = np.searchsorted(u, [x for x in cuts if not _continuous(drift, x)])
+    above.plot(np.insert(u, jumps, np.nan), np.insert(phi, jumps, np.nan))
+    above.axhline(0, color="0.6", linewidth=0.8)
+    above.set_ylabel(r"$\phi(u)$")
+    below.plot(u, potential_at(drift, u))
+    below.set(xlabel="u", ylabel="V(u)")
+    for ax in (above, below):
+        # The layer's ends, outside of which the drift is constant, or those of the pieces.
+        for end in (-1, 1) if model.layered else cuts:
+            ax.axvline(end, color="0.6", linewidth=0.8, linestyle=":")
+    points = critical_points(drift) if model.layered else []
+    named = [p for p in points if p.kind != "inflection"]
+    places = np.array([float(p.u) for p in named])
+    heights = potential_at(drift, places) if named else places
+    for ax, y in ((above, 0 * places), (below, heights)):
+        ax.plot(places, y, "o", color="0.3", markersize=4)
+    for p, place, height in zip(named[:_MOST_NAMES], places, heights, strict=False):
+        side, edge = (1, "bottom") if p.kind == "barrier" else (-1, "top")
+        below.annotate(
+            f"{p.kind} at {place:.4g}", (place, height), xytext=(0, 9 * side),
+            textcoords="offset points", ha="center", va=edge, fontsize="small",
+        )  # fmt: skip
+    below.margins(y=0.2)
+    return axes
 
 
-def region(a_minus: Any, a_plus: Any) -> Any:
-    """The words of section 4 for the signs of a- and a+; RegionError at a tangency."""
-    left, right = np.sign(np.array([a_minus, a_plus]))
-    for name, signs in (("a-", left), ("a+", right)):
-        if not np.all(signs):
-            raise RegionError(
-                f"{name} is 0, a tangency, which the paper's table of regions leaves out; "
-                "change a parameter, or ask for a quantity that needs no region."
-            )
-    sliding = np.where(left > 0, "sliding", "repelling sliding")
-    found = np.where(left == right, "crossing", sliding)
-    return found if found.ndim else str(found)
+def _continuous(drift: Parametrized, x: float) -> bool:
+    low, high = values_at(drift, np.array([np.nextafter(x, -np.inf), x]))
+    return bool(abs(high - low) <= 1e-9 * (abs(high) + abs(low)))

@@ -9,14 +9,16 @@ import inspect
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from symasym.base.errors import InputError
 from symasym.base.inputs import Floats, Numbers, count, floats, shown
-from symasym.drift import models
 from symasym.drift.drift import Drift
+from symasym.drift.formula import Formula
+from symasym.drift.model import Model
 
 __all__ = [
     "DRIFTS",
@@ -127,7 +129,7 @@ def friction(
     >>> sa.friction(mu=3, alpha=1, z0="-0.4").region
     'crossing'
     """
-    return Friction.of(models.Friction(), mu=mu, alpha=alpha, z0=z0)
+    return Friction.of(_model("friction"), mu=mu, alpha=alpha, z0=z0)
 
 
 def _plain(value: Floats) -> Any:
@@ -150,7 +152,7 @@ def linear(a_minus: Numbers | None = None, a_plus: Numbers | None = None) -> Dri
     >>> sa.linear(1, -2).region
     'sliding'
     """
-    return Drift.of(models.Linear(), a_minus=a_minus, a_plus=a_plus)
+    return Drift.of(_model("linear"), a_minus=a_minus, a_plus=a_plus)
 
 
 def polynomial(*coefficients: Numbers, **named: Numbers) -> Drift:
@@ -177,7 +179,7 @@ def polynomial(*coefficients: Numbers, **named: Numbers) -> Drift:
                 raise InputError(f"{shown(name)} is no coefficient; name them c0, c1, c2, …, c999.")
         degree = max(int(name[1:]) for name in named)
         coefficients = tuple(named.get(f"c{k}", 0) for k in range(degree + 1))
-    model = models.Polynomial(len(coefficients) - 1)
+    model = _model("polynomial", degree=len(coefficients) - 1)
     return Drift.of(model, **dict(zip(model.parameters, coefficients, strict=True)))
 
 
@@ -203,7 +205,7 @@ def sine(
     >>> len(sa.sine(1, 1, 4, waves=2).wells())
     2
     """
-    model = models.Sine(count("waves", waves, 1, _MOST))
+    model = _model("sine", waves=count("waves", waves, 1, _MOST))
     return Drift.of(model, a_minus=a_minus, a_plus=a_plus, b=b)
 
 
@@ -225,7 +227,7 @@ def tanh(
     >>> sa.tanh(1, -1, 5)(0)
     0.0
     """
-    return Drift.of(models.Tanh(), a_minus=a_minus, a_plus=a_plus, steepness=steepness)
+    return Drift.of(_model("tanh"), a_minus=a_minus, a_plus=a_plus, steepness=steepness)
 
 
 def hill(
@@ -252,8 +254,61 @@ def hill(
     >>> sa.hill(0.5, -1, K="1/2", n=2)(-1)
     0.5
     """
-    return Drift.of(models.Hill(count("n", n, 1, _MOST)), a_minus=a_minus, a_plus=a_plus, K=K)
+    model = _model("hill", n=count("n", n, 1, _MOST))
+    return Drift.of(model, a_minus=a_minus, a_plus=a_plus, K=K)
 
+
+# -- formulas --------------------------------------------------------------------------------------
+
+
+def _friction(u: Any, mu: Any, alpha: Any, z0: Any) -> Any:
+    return 1 - z0 + u * (alpha * mu * u**2 - (alpha + alpha * mu))
+
+
+def _linear(u: Any, a_minus: Any, a_plus: Any) -> Any:
+    return (a_minus + a_plus) / 2 + (a_plus - a_minus) / 2 * u
+
+
+def _sine(u: Any, a_minus: Any, a_plus: Any, b: Any, *, waves: int) -> Any:
+    import sympy
+
+    return _linear(u, a_minus, a_plus) + b * sympy.sin(waves * sympy.pi * u)
+
+
+def _tanh(u: Any, a_minus: Any, a_plus: Any, steepness: Any) -> Any:
+    import sympy
+
+    return _linear(sympy.tanh(steepness * u) / sympy.tanh(steepness), a_minus, a_plus)
+
+
+def _hill(u: Any, a_minus: Any, a_plus: Any, K: Any, *, n: int) -> Any:
+    x = ((u + 1) / 2) ** n
+    return a_minus + (a_plus - a_minus) * x * (1 + K**n) / (K**n + x)
+
+
+_FORMULAS: dict[str, Callable[..., Any]] = {
+    "friction": _friction, "linear": _linear, "sine": _sine, "tanh": _tanh, "hill": _hill,
+    "polynomial": lambda u, *c, degree: sum(x * u**k for k, x in enumerate(c)),
+}  # fmt: skip
+
+
+@lru_cache(maxsize=128)
+def _model(name: str, **shape: int) -> Model:
+    """Of a ready-made drift, its parameters in order."""
+    import sympy
+
+    of, u = _FORMULAS[name], sympy.Symbol("u")
+    names = [x for x in inspect.signature(of).parameters if x not in ("u", *shape)]
+    if "degree" in shape:
+        names = [f"c{k}" for k in range(shape["degree"] + 1)]
+    return Model(
+        pieces=(Formula(of(u, *map(sympy.Symbol, names), **shape), u),), name=name,
+        shape=tuple(shape.items()), ordered=tuple(names),
+        positive=("alpha", "steepness", "K"), not_negative=("mu",),
+    )  # fmt: skip
+
+
+# -- by name ---------------------------------------------------------------------------------------
 
 #: By their names.
 DRIFTS: dict[str, Callable[..., Drift]] = {

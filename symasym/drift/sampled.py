@@ -16,9 +16,9 @@ from flint import acb, arb, fmpq
 
 from symasym.base.balls import precision
 from symasym.base.inputs import FloatArray, common_shape, floats
-from symasym.drift.evaluate import Analytic, box, coefficients_of, profile, rational, value_of
-from symasym.drift.models import Expression, Model
-from symasym.drift.parametrized import Parametrized
+from symasym.drift.evaluate import Analytic, box, halved, profile
+from symasym.drift.formula import Formula, rational
+from symasym.drift.model import Parametrized
 
 #: Chebyshev terms that hold what is not a polynomial on a panel.
 ANALYTIC = 20
@@ -27,19 +27,21 @@ _MOST = 1_000  # panels
 _POINTS = np.cos(np.pi * (np.arange(33) + 0.5) / 33)
 
 
-def in_floats(model: Model, u: Any, values: Mapping[str, Any]) -> Any:
-    """A(u) in float64."""
-    with np.errstate(all="ignore"):
-        return value_of(model, u, values, balls=False)
-
-
 def values_at(drift: Parametrized, u: FloatArray) -> FloatArray:
     """phi(u), a- and a+ included, u broadcast with the parameters."""
     shape = common_shape({"drift": drift.shape, "u": u.shape})
-    inside = np.clip(u, -1.0, 1.0) if drift.model.layered else u
     drift.require_bound()
+    model, inside = drift.model, np.clip(u, -1.0, 1.0) if drift.model.layered else u
     values = {name: floats(name, value) for name, value in drift.values.items()}
-    return np.broadcast_to(in_floats(drift.model, inside, values), shape).copy()
+    which = np.searchsorted([float(x) for x in model.cuts], inside, side="right")
+    parts = [_in_floats(of, inside, values) for of in model.pieces]
+    found = np.select([which == k for k in range(len(parts))], parts)
+    return np.broadcast_to(found, shape).copy()
+
+
+def _in_floats(formula: Formula, u: Any, values: Mapping[str, Any]) -> Any:
+    with np.errstate(all="ignore"):
+        return formula.value(u, values, balls=False)
 
 
 def flat_values(drift: Parametrized, shape: tuple[int, ...]) -> dict[str, Any]:
@@ -63,8 +65,8 @@ class Sampled:
 
     Attributes
     ----------
-    model : Model
-    noise : Model or None
+    formula : Formula
+    noise : Formula or None
     span : tuple of float
         The interval from which values are taken.
     terms : int
@@ -77,34 +79,38 @@ class Sampled:
 
     def __init__(
         self,
-        model: Model,
+        formula: Formula,
         numbers: Mapping[str, Any],
         rows: int,
-        noise: Model | None = None,
+        noise: Formula | None = None,
         span: tuple[float, float] = (-1.0, 1.0),
         long: bool = False,
     ):
-        self.model, self.noise, self.span, self.long = model, noise, span, False
+        self.formula, self.noise, self.span, self.long = formula, noise, span, False
         self._numbers, self._rows = numbers, rows
         self.arrays = {k: x for k, x in numbers.items() if isinstance(x, np.ndarray)}
         self.floats: dict[str, Any] = {
             k: x if k in self.arrays else np.float64(float(x)) for k, x in numbers.items()
         }
         with np.errstate(all="ignore"):
-            self._c = None if noise else coefficients_of(model, self.floats, balls=False)
+            self._c = None if noise else formula.coefficients(self.floats, balls=False)
         self.exact = self._c is not None
         self.terms = ANALYTIC if self._c is None else len(self._c)
-        if long and self.exact and not (isinstance(model, Expression) and self.arrays):
-            exact = {k: _long(x) for k, x in numbers.items()} if self.arrays else numbers
-            if c := model.coefficients(exact):
+        if long and self.exact:
+            c: Any = None
+            if not self.arrays:
+                c = formula.exact_coefficients(numbers)
+            elif formula.dyadic:
+                c = formula.coefficients({k: _long(x) for k, x in numbers.items()}, balls=False)
+            if c:
                 self._c, self.long = [_long(x) for x in c], True
 
     def __call__(self, u: Any, rows: Any) -> Any:
         """The values at `u`, of shape (many, len(rows)), each column with its row's parameters."""
         if self._c is None:
             values = self._of(rows)
-            phi = in_floats(self.model, u, values)
-            return phi / in_floats(self.noise, u, values) ** 2 if self.noise else phi
+            phi = _in_floats(self.formula, u, values)
+            return phi / _in_floats(self.noise, u, values) ** 2 if self.noise else phi
         c = [x[rows] if np.ndim(x) else x for x in self._c]
         value, u = c[-1] + 0 * u, u.astype(np.longdouble) if self.long else u
         for x in c[-2::-1]:
@@ -113,7 +119,7 @@ class Sampled:
 
     def log_noise(self, u: Any, rows: Any) -> Any:
         """log sigma at `u`."""
-        return np.log(in_floats(self.noise, u, self._of(rows)) + 0 * u) if self.noise else 0 * u
+        return np.log(_in_floats(self.noise, u, self._of(rows)) + 0 * u) if self.noise else 0 * u
 
     def _of(self, rows: Any) -> dict[str, Any]:
         return {k: x[rows] if k in self.arrays else x for k, x in self.floats.items()}
@@ -140,7 +146,7 @@ class Sampled:
         for row in rows or {0}:
             at = np.array([row])
             with precision(160):
-                known = _balls(self.model, self.noise, self._exactly(row))
+                known = _balls(self.formula, self.noise, self._exactly(row))
                 for k, (phi, of) in enumerate(zip(known, own, strict=False)):
                     values = of(points[:, None], at)[:, 0].real
                     pairs = zip(points.tolist(), values.tolist(), strict=True)
@@ -168,15 +174,15 @@ class Sampled:
         found: set[float] = set()
         for of in (np.min, np.max):
             corner = ((k, rational(of(np.real(x)))) for k, x in self._numbers.items())
-            if not (some := _begins(self.model, self.noise, tuple(corner), size, self.span)):
+            if not (some := _begins(self.formula, self.noise, tuple(corner), size, self.span)):
                 return None
             found |= some
         return np.array(sorted(found - {self.span[0]}))
 
 
-def _balls(model: Model, noise: Model | None, numbers: Mapping[str, Any]) -> list[Any]:
+def _balls(formula: Formula, noise: Formula | None, numbers: Mapping[str, Any]) -> list[Any]:
     """phi/sigma^2 and, where there is noise, log sigma, as functions of balls."""
-    phi = profile(model, numbers)
+    phi = profile(formula, numbers)
     if noise is None:
         return [phi]
     sigma = profile(noise, numbers)
@@ -190,28 +196,23 @@ def _balls(model: Model, noise: Model | None, numbers: Mapping[str, Any]) -> lis
 
 @lru_cache(maxsize=256)
 def _begins(
-    model: Model,
-    noise: Model | None,
+    formula: Formula,
+    noise: Formula | None,
     numbers: tuple[tuple[str, fmpq], ...],
     size: float,
     span: tuple[float, float],
 ) -> set[float]:
     """Where the panels begin on which all is held; nowhere where they are too many."""
-    low, high = map(rational, span)
-    found, waiting = set(), [(low, high)]
     with precision(128):
-        known = _balls(model, noise, dict(numbers))
+        known = _balls(formula, noise, dict(numbers))
         allowed = arb(size) * 1e-16, arb(1e-16)
-        while waiting:
-            a, b = waiting.pop()
-            middle, half = (a + b) / 2, (b - a) / 2
-            if all(_held(f, middle, half, x) for f, x in zip(known, allowed, strict=False)):
-                found.add(float(a))
-            else:
-                waiting += [(middle, b), (a, middle)]
-            if len(found) + len(waiting) > _MOST:
-                return set()
-    return found
+
+        def holds(middle: fmpq, half: fmpq) -> bool:
+            return all(_held(f, middle, half, x) for f, x in zip(known, allowed, strict=False))
+
+        low, high = map(rational, span)
+        found, lost = halved(low, high, holds, _MOST, _MOST)
+    return {float(a) for a in found} if lost is None else set()
 
 
 def _held(phi: Any, middle: fmpq, half: fmpq, allowed: arb) -> bool:
@@ -253,7 +254,7 @@ class Field:
             for part, a, b in zip(model.pieces, marks, marks[1:], strict=False)
             if a < b
         ]
-        self.layered: bool = model.layered
+        self.layered, self.ready_made = model.layered, bool(model.name)
         self.exact = all(part.exact for part in self.parts)
         twice = float(2 * model.alpha)
         self.powers = (-twice, twice - 2.0) if model.noise else None
@@ -264,11 +265,12 @@ class Field:
         every, found, (part,) = np.arange(self._rows), [], self.parts
         shared = not part.arrays and self._numbers == self._drift.values
         for side in (-1, 1):
-            u = np.full((1, self._rows), float(side))
-            known = self._drift.end(side) if shared else part.model.end(part.floats, side)
+            known: Any = self._drift.end(side) if shared else None
+            if known is None and not part.exact:
+                known = part.formula.end(side, part.floats, balls=False)
             if known is None:
-                known = part(u, every)[0]
+                known = part(np.full((1, self._rows), float(side)), every)[0]
             else:
-                known = 1.0 * known * np.exp(-2 * part.log_noise(u, every)[0])
+                known = 1.0 * known * np.exp(-2 * part.log_noise(float(side), every))
             found.append(np.broadcast_to(known, self._rows))
         return found

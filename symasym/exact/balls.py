@@ -33,7 +33,8 @@ from flint import arb, fmpq
 from symasym.base.balls import precision, to_mpf
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import float_text
-from symasym.drift.evaluate import Piece, pieces, rational
+from symasym.drift.evaluate import Piece, pieces
+from symasym.drift.formula import rational
 from symasym.drift.scenes import Answer, Request, Scene
 from symasym.exact import stationary, transform
 from symasym.exact.first_order import Record, records

@@ -19,7 +19,7 @@ from symasym.base.balls import exact_ball, precision
 from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import float_text
-from symasym.drift.evaluate import rational
+from symasym.drift.formula import rational
 from symasym.drift.scenes import Scene
 from symasym.exact.balls import bits
 from symasym.exact.spectral import Series, TooEarly, TooFar

@@ -30,7 +30,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from flint import arb
 
-from symasym.drift.models import Expression
 from symasym.drift.sampled import Field, Sampled
 
 ULP = 2.3e-16
@@ -157,7 +156,7 @@ def seen(
             c = act.fit @ of(middle + half * act.points[:, None] + np.zeros(len(rows)), rows)
             off = (max(OF_A * _FEW, rounding) + 2 * ULP) * np.abs(c).sum(axis=0)
             # Where rows differ, cuts prove nothing: ready-made drifts are judged by last terms.
-            own = field.powers or not field.layered or isinstance(of.model, Expression)
+            own = field.powers or not field.layered or not field.ready_made
             varied = any(np.ptp(np.real(x)) > 0 for x in of.arrays.values())
             if of.cuts is None or (varied and own):
                 off += np.inf

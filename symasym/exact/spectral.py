@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 from flint import acb, arb, arb_poly, arb_series, ctx, fmpq
 
 from symasym.base.errors import AccuracyError
-from symasym.drift.evaluate import pieces, rational
+from symasym.drift.evaluate import pieces
+from symasym.drift.formula import rational
 from symasym.drift.scenes import Scene
 from symasym.exact.transform import (
     STARTS,

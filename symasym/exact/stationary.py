@@ -19,7 +19,8 @@ from flint import arb, fmpq
 
 from symasym.base.errors import RegionError
 from symasym.drift.drift import Drift
-from symasym.drift.evaluate import Polynomial, profile, rational
+from symasym.drift.evaluate import Polynomial, profile
+from symasym.drift.formula import rational
 
 _LOG10 = math.log(10.0)
 _LINE, _BOUNDED = arb(0, 1e300), 1e9  # the declared domain
@@ -40,7 +41,7 @@ def tails(drift: Drift, lam: fmpq, far: fmpq, digits: int) -> tuple[Tail, Tail]:
 def _tail(drift: Drift, lam: fmpq, far: fmpq, digits: int, side: int) -> Tail:
     model: Any = drift.model
     values = {n: rational(x) for n, x in drift.scalars().items()}
-    phi, sigma = profile(model.models[-1 if side > 0 else 0], values), arb(1)
+    phi, sigma = profile(model.pieces[-1 if side > 0 else 0], values), arb(1)
     places = [far, fmpq(1), *(abs(rational(x)) for x in model.cuts)]
     weight, degree = 2 - 2 * model.alpha, 0
     if model.noise:

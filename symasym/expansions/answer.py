@@ -25,7 +25,7 @@ from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray, IntArray, is_array
 from symasym.drift.drift import Drift
-from symasym.drift.evaluate import rational
+from symasym.drift.formula import rational
 from symasym.drift.scenes import (
     Answer,
     Answers,

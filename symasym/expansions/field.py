@@ -20,10 +20,10 @@ from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx, fmp
 
 from symasym.base.balls import exact_ball
 from symasym.base.errors import AccuracyError
-from symasym.drift.critical_points import Values, formula_of, known, vanishes
+from symasym.drift.critical_points import Values, formula_of, known
 from symasym.drift.drift import Drift
-from symasym.drift.evaluate import Piece, coefficients_of, pieces, rational
-from symasym.drift.models import Model
+from symasym.drift.evaluate import Piece, pieces
+from symasym.drift.formula import Formula, rational, vanishes
 from symasym.series.local import by_parts, finite_parts_in_s, pole_sums, slow
 from symasym.series.power_series import Series
 
@@ -91,7 +91,9 @@ class Part:
     poles but the zeros of A, and vanishes at infinity; `degree` is that of sigma.
     """
 
-    def __init__(self, piece: Piece, of: tuple[Model, Values], bounds: Any, degree: float) -> None:
+    def __init__(
+        self, piece: Piece, of: tuple[Formula, Values], bounds: Any, degree: float
+    ) -> None:
         self.left, self.right, self.phi, *weights = piece
         self.of, self.bounds = of, bounds or (self.left, self.right)
         self.weights = weights if any(weights) else []
@@ -103,8 +105,8 @@ class Part:
         self.poly = [arb(x) for x in self.exact]
         # A, of whose zeros finite parts are sums.
         self.summed = self.exact
-        model, values = of
-        known = model.coefficients(dict(values)) if self.weights and not constant else None
+        formula, values = of
+        known = formula.exact_coefficients(dict(values)) if self.weights and not constant else None
         if known and known[-1] and max(2 * degree, 2) <= len(known):
             self.summed = [rational(x) for x in known]
 
@@ -183,7 +185,7 @@ class Field:
         cuts = [rational(x) for x in model.cuts]
         bounds = (fmpq(-1), fmpq(1)) if model.layered else None
         values = {name: rational(x) for name, x in drift.scalars().items()}
-        noise = model.noise and coefficients_of(model.noise, values, balls=True)
+        noise = model.noise and model.noise.coefficients(values, balls=True)
         degree = len(noise) - 1 if noise else inf
         self.parts = [
             Part(p, formula_of(drift, bisect_right(cuts, p.left)), bounds, degree)

@@ -26,7 +26,8 @@ from flint import arb, arb_poly, ctx, fmpq
 
 from symasym.base.balls import exact_ball
 from symasym.drift.drift import Drift
-from symasym.drift.evaluate import pieces, rational
+from symasym.drift.evaluate import pieces
+from symasym.drift.formula import rational
 from symasym.expansions.answer import Expansion
 from symasym.expansions.field import Between, Unresolved
 from symasym.expansions.rings import AtLam, AtLams, Scaled

@@ -21,7 +21,6 @@ from sympy.polys.rings import ring as polynomial_ring
 
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
-from symasym.drift.expressions import expression
 from symasym.emit.expansions import expanded
 from symasym.formulas.cases import Case, U
 from symasym.series.local import by_parts, finite_parts_in_s, pole_sums, slow
@@ -236,7 +235,7 @@ class Pair(Field):
     def _read(self, drift: Drift) -> None:
         model, phi, case = drift.model, self.A, self.case
         self.layered, poly = model.layered, phi.as_poly(U)
-        self.sigma = expression(model.noise, drift.values) if model.noise else S.One
+        self.sigma = model.noise.with_values(drift.values) if model.noise else S.One
         power = 2 * Rational(*model.alpha.as_integer_ratio())
         self.powers = [-power, power - 2] if model.noise else []
         self.A, self.slope = phi / self.sigma**2, self.slope / self.sigma**2

@@ -25,9 +25,9 @@ from symasym.base import inputs
 from symasym.base.balls import precision, to_mpf
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import Number, Numbers, exact
-from symasym.drift.evaluate import FUNCTIONS, box, profile
+from symasym.drift.evaluate import box, profile
 from symasym.drift.expressions import parse
-from symasym.drift.models import Expression
+from symasym.drift.formula import FUNCTIONS, Formula
 from symasym.drift.scenes import Answer, Request
 from symasym.methods import as_digits
 
@@ -160,7 +160,7 @@ def read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, ...]:
 
 # Shells towards an end, and halvings of each.
 _SHELLS, _DEPTH, _NOTHING = 997, 6, arb(2) ** -(10**9)
-_model = lru_cache(maxsize=512)(Expression)
+_model = lru_cache(maxsize=512)(Formula)
 
 
 def code(e: Expr, x: Symbol) -> Any:

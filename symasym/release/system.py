@@ -20,7 +20,7 @@ import numpy as np
 from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, Number, Numbers, exact, positive, within
 from symasym.drift.drift import Drift
-from symasym.drift.evaluate import of_arrays
+from symasym.drift.formula import compiled
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ def values(expression: Any, u: FloatArray, z: Any = 0.0, eps: float = 0.0) -> Fl
     import sympy
 
     with np.errstate(all="ignore"):
-        of = of_arrays(expression, sympy.symbols("u z y"))
+        of = compiled(expression, sympy.symbols("u z y"), balls=False)
         result = of(np.clip(u, -1.0, 1.0), z, eps * u)
     return np.asarray(result + 0.0 * (u + z), dtype=np.float64)
 

@@ -1,0 +1,268 @@
+"""A drift's formulas, and a formula as a function of balls or of float64 arrays.
+
+A drift is formulas from left to right, each a SymPy expression A in u and in parameters, with the
+noise sigma(u) of du = phi dt + kappa sigma dW. SymPy's lambdify makes functions of them. Functions
+of balls are infinite, or nan, on boxes across their cuts and poles, so that a finite ball of A's
+values on a box shows that A is analytic there. Arb's own square root, logarithm and inverse
+functions are finite across their cuts; those here are not, and no others are admitted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property, lru_cache, partial
+from typing import Any
+
+import numpy as np
+from flint import acb, acb_series, arb, arb_series, fmpq
+
+from symasym.base.balls import precision
+from symasym.base.errors import InputError
+
+Values = Mapping[str, Any]
+_END_BITS = 4096  # numbers within 1e±300 that cancel leave digits
+
+
+@dataclass(frozen=True)
+class Formula:
+    """A SymPy expression A in the symbol `u`; its other symbols are parameters.
+
+    Values are by the parameters' names; there may be others among them.
+    """
+
+    expression: Any
+    u: Any
+
+    @cached_property
+    def symbols(self) -> dict[str, Any]:
+        """The parameters' symbols by name."""
+        free = self.expression.free_symbols - {self.u}
+        return {s.name: s for s in sorted(free, key=lambda s: s.name)}
+
+    @cached_property
+    def powers(self) -> Any:
+        """Coefficients of A in ascending powers of u, a Tuple; None where A is no polynomial."""
+        import sympy
+
+        poly = self.expression.as_poly(self.u)
+        return None if poly is None else sympy.Tuple(*poly.all_coeffs()[::-1])
+
+    @cached_property
+    def _ends(self) -> dict[int, Any]:
+        """A(-1) and A(1) as SymPy simplifies them of itself: sin(pi) is 0 there, not 1e-16.
+
+        Outside [-1, 1] an error in the drift is multiplied by the radius, and its sign is the
+        region.
+        """
+        return {side: self.expression.subs(self.u, side) for side in (-1, 1)}
+
+    def value(self, u: Any, values: Values, balls: bool) -> Any:
+        """A(u) in balls, or in float64."""
+        of = compiled(self.expression, (self.u, *self.symbols.values()), balls)
+        return of(u, *self._of(values)) + 0 * u
+
+    def coefficients(self, values: Values, balls: bool) -> list[Any] | None:
+        """Those of `powers`: in balls, rational for what is rational, or in the numbers' dtype."""
+        if self.powers is None:
+            return None
+        return list(compiled(self.powers, tuple(self.symbols.values()), balls)(*self._of(values)))
+
+    def end(self, side: int, values: Values, balls: bool) -> Any:
+        """A(side), side = -1 or 1, as `coefficients`."""
+        of = compiled(self._ends[side], tuple(self.symbols.values()), balls)
+        return of(*self._of(values))
+
+    def exact_coefficients(self, values: Values) -> list[Fraction] | None:
+        """Rational coefficients of A in ascending powers; None where they are not known to be."""
+        with precision(_END_BITS):
+            try:
+                found = self.coefficients({k: rational(x) for k, x in values.items()}, balls=True)
+            except ZeroDivisionError:
+                return None
+            known = [x for c in found or [] if (x := _exactly(c)) is not None]
+        return known if found and len(known) == len(found) else None
+
+    def ends(self, values: Values) -> tuple[Any, Any]:
+        """A(-1) and A(1): Fractions where they are known to be rational, else floats."""
+        found, numbers = [], {k: rational(x) for k, x in values.items()}
+        with precision(_END_BITS):
+            for side in (-1, 1):
+                ball = self.end(side, numbers, balls=True)
+                if (known := _exactly(ball)) is None and ball.contains(0):
+                    own = tuple((name, values[name]) for name in self.symbols)
+                    known = Fraction(0) if vanishes(self, own, Fraction(side), 0) else None
+                found.append(float(ball.mid()) if known is None else known)
+        return found[0], found[1]
+
+    @cached_property
+    def dyadic(self) -> bool:
+        """Whether the numbers in the coefficients of a polynomial are floats, and all they have."""
+        import sympy
+
+        odd = self.powers.atoms(sympy.Function, sympy.NumberSymbol)
+        return not odd and all(x.q & (x.q - 1) == 0 for x in self.powers.atoms(sympy.Rational))
+
+    def _of(self, values: Values) -> list[Any]:
+        return [values[name] for name in self.symbols]
+
+    def with_values(self, values: Values) -> Any:
+        """A(u) in the real symbol u; parameters without one exact value are real symbols."""
+        import sympy
+
+        known = {name: x for name, x in values.items() if isinstance(x, Fraction)}
+        put = {
+            s: sympy.Rational(*known[name].as_integer_ratio())
+            if name in known
+            else sympy.Symbol(name, real=True)
+            for name, s in self.symbols.items()
+        }
+        return self.expression.subs(put).subs(self.u, sympy.Symbol("u", real=True))
+
+
+@lru_cache(maxsize=128)
+def vanishes(
+    formula: Formula, values: tuple[tuple[str, Fraction], ...], u: Fraction, order: int
+) -> bool:
+    """True where SymPy finds this derivative of A to be 0 at u."""
+    import sympy
+
+    A, x = formula.with_values(dict(values)), sympy.Symbol("u", real=True)
+    at = sympy.Rational(u.numerator, u.denominator)
+    return bool(sympy.simplify(sympy.diff(A, x, order).subs(x, at)) == 0)
+
+
+def rational(x: Any) -> Any:
+    """A number as flint's rational; None stays."""
+    return None if x is None else fmpq(*x.as_integer_ratio())
+
+
+def _exactly(x: Any) -> Fraction | None:
+    """The rational that a rational or a ball of no radius is; None for other balls."""
+    if isinstance(x, arb):
+        mantissa, power = x.mid().man_exp() if x.is_exact() and x.is_finite() else (None, 0)
+        return None if mantissa is None else Fraction(int(mantissa)) * Fraction(2) ** int(power)
+    return Fraction(int(x.numerator), int(x.denominator))
+
+
+# -- functions -------------------------------------------------------------------------------------
+
+
+def _cosh(x: Any) -> Any:
+    return (x.exp() + (-x).exp()) / 2
+
+
+def _sech2(x: Any) -> Any:
+    """1/cosh(x)^2 without large numbers."""
+    e = (2 * x if x[0].real.mid() < 0 else -2 * x).exp()
+    return 4 * e / (1 + e) ** 2
+
+
+# Derivatives of the functions that power series lack.
+_SLOPES: dict[str, Callable[[Any], Any]] = {
+    "sinh": _cosh,
+    "tanh": _sech2,
+    "asin": lambda x: (1 - x * x).rsqrt(),
+    "acos": lambda x: -(1 - x * x).rsqrt(),
+    "asinh": lambda x: (1 + x * x).rsqrt(),
+    "acosh": lambda x: (x - 1).rsqrt() * (x + 1).rsqrt(),
+    "atanh": lambda x: 1 / (1 - x * x),
+}
+# Whether a box may touch the cuts of an inverse function (DLMF 4.23, 4.37).
+_CUTS: dict[str, Callable[[Any], bool]] = {
+    **dict.fromkeys(
+        ("asin", "acos", "atanh"), lambda z: z.imag.contains(0) and not abs(z.real) < 1
+    ),
+    **dict.fromkeys(("atan", "asinh"), lambda z: z.real.contains(0) and not abs(z.imag) < 1),
+    "acosh": lambda z: z.imag.contains(0) and not z.real > 1,
+}
+#: The functions that A may be made of: entire ones, quotients of them, and those with cuts.
+FUNCTIONS = ("exp", "sin", "cos", "tan", "sinh", "cosh", "tanh", "erf", "log", "sqrt", *_CUTS)
+
+
+def _of_balls(name: str, x: Any) -> Any:
+    """A function of a rational, a ball or a power series; nan on a box across its cuts."""
+    if isinstance(x, (int, fmpq)):
+        x = arb(x)
+    if isinstance(x, (arb_series, acb_series)):
+        if name == "cosh":
+            return _cosh(x)
+        if name in _SLOPES:
+            return (x.derivative() * _SLOPES[name](x)).integral() + _of_balls(name, x[0])
+    elif isinstance(x, acb):
+        if name == "sqrt" and not x.contains(0):
+            # Arb's own square root of a wide box is several times wider.
+            return (x.log(analytic=True) / 2).exp()
+        if name in ("log", "sqrt"):
+            return getattr(x, name)(analytic=True)
+        if name in _CUTS and _CUTS[name](x):
+            return acb(arb.nan())
+    return getattr(x, name)()
+
+
+def _erf(x: Any) -> Any:
+    from scipy.special import erf
+
+    return erf(x)
+
+
+_BALLS = {"fmpq": fmpq, "pi": arb.pi, **{f: partial(_of_balls, f) for f in FUNCTIONS}}
+
+
+def require_admitted(formula: Any) -> None:
+    """Raise InputError unless A is made of + - * /, powers, rationals, pi, E and `FUNCTIONS`."""
+    import sympy
+
+    for node in sympy.preorder_traversal(formula):
+        if not (
+            node.is_Rational
+            or isinstance(node, (sympy.Symbol, sympy.Add, sympy.Mul, sympy.Pow, sympy.Tuple))
+            or node in (sympy.pi, sympy.E)
+            or (type(node).__name__ in FUNCTIONS and len(node.args) == 1)
+        ):
+            raise InputError(
+                f"A contains {node}, which is not among the analytic functions symasym evaluates; "
+                f"write A with {', '.join(FUNCTIONS)}, powers and rationals."
+            )
+
+
+@lru_cache(maxsize=256)
+def compiled(formula: Any, symbols: tuple[Any, ...], balls: bool) -> Callable[..., Any]:
+    """A formula, or a Tuple of them, as a function of balls or of arrays."""
+    import sympy
+    from sympy.printing.lambdarepr import LambdaPrinter
+
+    class Printer(LambdaPrinter):  # type: ignore[misc]
+        """Rational constants exact, powers by functions that are not finite across their cuts."""
+
+        def _print_Rational(self, x: Any) -> str:
+            return f"fmpq({x.p}, {x.q})"
+
+        _print_Half = _print_Rational
+
+        def _print_Pi(self, x: Any) -> str:
+            return "pi()"
+
+        def _print_Exp1(self, x: Any) -> str:
+            return "exp(1)"
+
+        def _print_Pow(self, x: Any, rational: bool = False) -> str:
+            base, exponent = self._print(x.base), self._print(x.exp)
+            if not (x.exp.is_Rational and x.exp.q <= 2):
+                return f"exp(({exponent})*log({base}))"
+            root = f"({base})" if x.exp.q == 1 else f"sqrt({base})"
+            return f"({root}**{x.exp.p})" if x.exp > 0 else f"((1/{root})**{-x.exp.p})"
+
+    require_admitted(formula)
+    taken = {*_BALLS, *vars(np)}
+    other = {s: sympy.Dummy() for s in symbols if s.name in taken}
+    formula, names = formula.xreplace(other), [other.get(s, s) for s in symbols]
+    formula = [*formula] if isinstance(formula, sympy.Tuple) else formula
+    modules: list[Any] = [{"erf": _erf}, "numpy"]
+    options = {}
+    if balls:
+        modules = [_BALLS]
+        options["printer"] = Printer({"fully_qualified_modules": False, "inline": True})
+    of: Callable[..., Any] = sympy.lambdify(names, formula, modules, cse=True, **options)
+    return of

@@ -1,0 +1,208 @@
+"""A drift as a value: formulas, noise, the parameters as far as known, the call that makes it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from symasym.base.errors import InputError, RegionError
+from symasym.base.estimate import number_repr
+from symasym.base.inputs import common_shape, floats, is_array
+from symasym.drift.formula import Formula
+
+_MOST_SHOWN = 1000  # values of an array
+
+
+@dataclass(frozen=True, kw_only=True)
+class Model:
+    """A drift but for the values of its parameters.
+
+    Attributes
+    ----------
+    pieces : tuple of Formula
+        From left to right.
+    cuts : tuple of Fraction
+        The places between them.
+    noise : Formula or None
+        sigma of du = phi dt + kappa sigma dW; None for 1.
+    alpha : Fraction
+        0 by Ito, 1/2 by Stratonovich.
+    layered : bool
+        One piece, which holds on [-1, 1], as does sigma; outside are their values at the ends.
+    name : str
+        The function of `symasym` that makes it, if any.
+    shape : tuple of pairs
+        The whole numbers by name that this function takes.
+    ordered, positive, not_negative : tuple of str
+        Parameters as that function has them, and those with such a range.
+    """
+
+    pieces: tuple[Formula, ...]
+    cuts: tuple[Fraction, ...] = ()
+    noise: Formula | None = None
+    alpha: Fraction = Fraction(0)
+    layered: bool = True
+    name: str = ""
+    shape: tuple[tuple[str, int], ...] = ()
+    ordered: tuple[str, ...] = ()
+    positive: tuple[str, ...] = ()
+    not_negative: tuple[str, ...] = ()
+
+    @property
+    def plain(self) -> bool:
+        """A holds on [-1, 1], and outside its values at the ends; the noise is constant."""
+        return self.layered and not self.noise
+
+    @cached_property
+    def parameters(self) -> tuple[str, ...]:
+        """Those of all pieces and of sigma."""
+        every = [*self.pieces, self.noise] if self.noise else self.pieces
+        return self.ordered or tuple(dict.fromkeys(name for of in every for name in of.symbols))
+
+    def expression(self, values: Mapping[str, Any]) -> Any:
+        """phi(u) in the real symbol u, A alone with a layer."""
+        import sympy
+
+        parts = [of.with_values(values) for of in self.pieces]
+        if not self.cuts:
+            return parts[0]
+        ends = [sympy.Rational(*x.as_integer_ratio()) for x in self.cuts]
+        u = sympy.Symbol("u", real=True)
+        return sympy.Piecewise(*zip(parts, [*(u < x for x in ends), True], strict=True))
+
+    def source(self, values: Mapping[str, Any]) -> str:
+        """The call that makes a drift of it with these values of its parameters."""
+        texts = [f"{x}={_text(values[x])}" for x in self.parameters if x in values]
+        if self.name == "polynomial":
+            return f"sa.polynomial({', '.join(_text(values[x]) for x in self.parameters)})"
+        if self.name:
+            return f"sa.{self.name}({', '.join([*texts, *(f'{k}={n}' for k, n in self.shape)])})"
+        pieces = [repr(str(of.expression)) for of in self.pieces]
+        ends = [*map(number_repr, self.cuts), "None"]
+        pairs = ", ".join(f"({a}, {b})" for a, b in zip(pieces, ends, strict=True))
+        options = [f"[{pairs}]" if self.cuts else pieces[0]]
+        if (u := self.pieces[0].u.name) != "u":
+            options.append(repr(u))
+        if not self.layered and not self.cuts:
+            options.append("layer=None")
+        if self.noise:
+            options.append(f"noise={str(self.noise.expression)!r}")
+        if self.alpha:
+            options.append("ito='stratonovich'")
+        made = f"sa.Drift{'.piecewise' if self.cuts else ''}({', '.join(options)})"
+        return f"{made}.bind({', '.join(texts)})" if texts else made
+
+
+def _text(value: Any) -> str:
+    """Python source of a parameter's value; long arrays are shortened."""
+    if isinstance(value, Fraction):
+        return number_repr(value)
+    if value.size > _MOST_SHOWN:
+        return f"<{value.size} values from {value.min():.6g} to {value.max():.6g}>"
+    return str(value.tolist())
+
+
+class Parametrized:
+    """A model and the values of its parameters, as far as they are known.
+
+    What asks a drift for numbers takes one; the verbs of `symasym.Drift` stand above them.
+    """
+
+    _model: Model
+    _values: dict[str, Any]
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of all parameters, bound or free."""
+        return self._model.parameters
+
+    @cached_property
+    def free(self) -> tuple[str, ...]:
+        """Names of the parameters that have no value yet."""
+        return tuple(name for name in self.parameters if name not in self._values)
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The bound parameters, each a Fraction or a float64 array."""
+        return dict(self._values)
+
+    @property
+    def model(self) -> Model:
+        """The formulas, which drifts of other parameters share."""
+        return self._model
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """Common shape of the parameters, () unless some are arrays."""
+        return common_shape({k: np.shape(v) for k, v in self._values.items() if is_array(v)})
+
+    def scalars(self) -> dict[str, Fraction]:
+        """The exact parameter values; an error if some are free or arrays."""
+        self.require_bound()
+        for name, value in self._values.items():
+            if is_array(value):
+                raise InputError(
+                    f"{name} is an array, where one value is taken; pass one at a time, or leave "
+                    "dps and full out where they are given."
+                )
+        return self._values
+
+    def require_bound(self) -> None:
+        """Raise unless every parameter has a value."""
+        if self.free:
+            raise InputError(
+                f"the drift's parameters {', '.join(self.free)} have no value; set them with "
+                f"bind({self.free[0]}=…)."
+            )
+
+    def exact_coefficients(self) -> list[Fraction] | None:
+        """Rational coefficients of A in ascending powers; None if A is no such polynomial."""
+        return None if self._coefficients is None else [*self._coefficients]
+
+    @cached_property
+    def _coefficients(self) -> list[Fraction] | None:
+        known = self._model.pieces[0].exact_coefficients(self.scalars())
+        while known and len(known) > 1 and known[-1] == 0:
+            known.pop()
+        return known
+
+    @cached_property
+    def ends(self) -> tuple[Any, Any]:
+        """The pair of a- and a+, Fractions where rational, else floats, or arrays."""
+        self.require_bound()
+        if not self._model.layered:
+            raise RegionError(
+                f"{self!r} has no layer, and so no a- and a+; give ends=(…) to what is asked of it."
+            )
+        if not self.shape:
+            return self._model.pieces[0].ends(self._values)
+        values = {name: floats(name, x) for name, x in self._values.items()}
+        left, right = (self._model.pieces[0].end(k, values, balls=False) for k in (-1, 1))
+        return np.broadcast_to(left, self.shape), np.broadcast_to(right, self.shape)
+
+    def end(self, side: int) -> Fraction | None:
+        """A(side), side = -1 or 1, where it is rational and known without rounding, else None."""
+        found = self.ends[side > 0]
+        return found if isinstance(found, Fraction) else None
+
+    def __eq__(self, other: object) -> bool:
+        return self._key() == other._key() if isinstance(other, Parametrized) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    def _key(self) -> tuple[Any, ...]:
+        """The value by which this drift is compared and hashed."""
+        return self._model, tuple(
+            (name, (value.shape, value.tobytes()) if is_array(value) else value)
+            for name, value in sorted(self._values.items())
+        )
+
+    def __repr__(self) -> str:
+        """The call that makes this drift, ``sa`` being symasym; long arrays are shortened."""
+        return self._model.source(self._values)
