@@ -22,7 +22,7 @@ from symasym.base.errors import AccuracyError
 if TYPE_CHECKING:
     from symasym.drift.drift import Drift
 
-_LEVELS, _MOST = 6, 300_000_000  # multiplications: minutes
+_LEVELS, _MOST = 5, 300_000_000  # multiplications: minutes
 
 
 def escape_time(drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int) -> Any:
