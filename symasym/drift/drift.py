@@ -35,9 +35,6 @@ class Drift(Parametrized):
         is 2/5. Its symbols other than `u` are parameters, set with `bind`.
     u : SymPy Symbol or str, optional
         The scaled position. Default: the symbol named ``u``.
-    a_minus, a_plus : SymPy expression or number, optional
-        The drift outside, A(-1) and A(1) when left out. They are compared with
-        A(-1) and A(1) (eq:cont), exactly if rational, else to 40 digits.
     layer : (-1, 1) or None, optional
         None: A holds everywhere, analytic between the ends that are asked for.
     noise : SymPy expression, number or str, optional
@@ -49,8 +46,8 @@ class Drift(Parametrized):
     Raises
     ------
     InputError
-        If the drift jumps at u = -1 or 1, is singular or complex on [-1, 1], or is made
-        of functions that are not analytic; if the noise is not greater than 0.
+        If A is singular or complex on [-1, 1], or is made of functions that are not analytic; if
+        the noise is not greater than 0.
 
     Notes
     -----
@@ -73,8 +70,6 @@ class Drift(Parametrized):
         self,
         A: Expr | Number,
         u: Symbol | str | None = None,
-        a_minus: Expr | Number | None = None,
-        a_plus: Expr | Number | None = None,
         *,
         layer: tuple[int, int] | None = (-1, 1),
         noise: Expr | Number | None = None,
@@ -82,7 +77,7 @@ class Drift(Parametrized):
     ) -> None:
         from symasym.drift import expressions
 
-        self._model: Model = expressions.read_drift(A, u, a_minus, a_plus, layer, noise, ito)
+        self._model: Model = expressions.read_drift(A, u, layer, noise, ito)
         self._values: dict[str, Any] = {}
         self._check()
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import suppress
 from fractions import Fraction
-from functools import lru_cache
 from itertools import count, pairwise
 from typing import Any
 
@@ -19,26 +17,17 @@ from symasym.base.inputs import exact, float_text, is_name, sequence, shown
 from symasym.derivation.tex import tex
 from symasym.drift import texts
 from symasym.drift.evaluate import box, halved, profile
-from symasym.drift.formula import Formula, compiled, rational, require_admitted
+from symasym.drift.formula import Formula, rational, require_admitted
 from symasym.drift.model import Model
 
 # Halvings of [-1, 1], and boxes, of which a smooth drift takes a few hundred at most.
 _DEEPEST, _MOST_BOXES = 120, 5_000
 _OVERLAP = fmpq(9, 16)  # half would let neighbouring balls touch only
-_COMPARED, _EQUAL = 700, 2.0**-133  # bits, and 40 digits
 _MOST_PIECES = 30
 
 
-def read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> Formula:
-    """The formula A(u), its ends checked against a- and a+ (eq:cont)."""
-    with suppress(TypeError):  # what can't be hashed is refused
-        return _read(A, u, a_minus, a_plus)
-    return _read.__wrapped__(A, u, a_minus, a_plus)
-
-
-@lru_cache(maxsize=128, typed=True)
-def _read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> Formula:
-    """The formula; the last ones that were read are kept."""
+def read(A: Any, u: Any) -> Formula:
+    """The formula A(u)."""
     formula = parse("A", A)
     symbol = _symbol(formula, u)
     for s in formula.free_symbols:
@@ -47,36 +36,19 @@ def _read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> Formula:
                 f"A has the symbol {shown(s.name)}; give symbols names of letters, digits and _."
             )
     require_admitted(formula)
-    for name, given, end in (("a-", a_minus, -1), ("a+", a_plus, 1)):
-        if given is None:
-            continue
-        outside, inside = parse(name, given), formula.subs(symbol, end)
-        if not _equal(inside, outside):
-            raise InputError(
-                f"A jumps at u = {end}: A({end}) is {shown(inside)} but {name} is "
-                f"{shown(outside)}; make them equal (give decimals as strings to keep them exact)."
-            )
     # Symbols are known by their names, whatever was assumed of them.
     plain = {s: sympy.Symbol(s.name) for s in formula.free_symbols}
     return Formula(formula.xreplace(plain), sympy.Symbol(symbol.name))
 
 
-def read_drift(
-    A: Any, u: Any, a_minus: Any, a_plus: Any, layer: Any, noise: Any, ito: Any
-) -> Model:
+def read_drift(A: Any, u: Any, layer: Any, noise: Any, ito: Any) -> Model:
     """The model of one formula, with or without a layer."""
-    layered = layer is not None
-    if layered and layer != (-1, 1):
+    if layer is not None and layer != (-1, 1):
         raise InputError(
             f"layer is {shown(layer)}; give (-1, 1), to which u is scaled, or None where A holds "
             "everywhere."
         )
-    if not layered and (a_minus is not None or a_plus is not None):
-        raise InputError("a- or a+ is given without a layer beside which it holds; leave it out.")
-    formula = read(A, u, a_minus, a_plus)
-    if layered and noise is None:
-        return Model(pieces=(formula,))
-    return with_pieces([(A, None)], u, noise, ito, layered)
+    return with_pieces([(A, None)], u, noise, ito, layer is not None)
 
 
 def with_pieces(given: Any, u: Any, noise: Any, ito: Any, layered: bool = False) -> Model:
@@ -91,7 +63,7 @@ def with_pieces(given: Any, u: Any, noise: Any, ito: Any, layered: bool = False)
             raise InputError(
                 f"a piece is {shown(part)}; give pairs of A and its right end, the last one None."
             )
-        found.append(read(A, u, None, None))
+        found.append(read(A, u))
         if right is not None:
             cuts.append(exact("a right end", right))
     if any(not a < b for a, b in pairwise(cuts)):
@@ -100,7 +72,7 @@ def with_pieces(given: Any, u: Any, noise: Any, ito: Any, layered: bool = False)
     alpha = {"0": Fraction(0), "stratonovich": Fraction(1, 2)}.get(str(ito))
     if alpha is None:
         raise InputError(f"ito is {shown(ito)}; give 0 or 'stratonovich'.")
-    sigma = None if noise is None else read(noise, found[0].u.name, None, None)
+    sigma = None if noise is None else read(noise, found[0].u.name)
     return Model(pieces=tuple(found), cuts=tuple(cuts), noise=sigma, alpha=alpha, layered=layered)
 
 
@@ -108,20 +80,6 @@ def general() -> Model:
     """No drift in particular: A stays the function A(u), in formulas alone."""
     u = sympy.Symbol("u")
     return Model(pieces=(Formula(sympy.Function("A", real=True)(u), u),), name="Drift.general")
-
-
-def _equal(a: Any, b: Any) -> bool:
-    """Whether two expressions are the same: exactly if rational, else to 40 digits."""
-    if (a - b).is_Rational:
-        return bool(a == b)
-    symbols = tuple(sorted(a.free_symbols | b.free_symbols, key=str))
-    with precision(_COMPARED):
-        for shift in (0, 7, 19):
-            numbers = [fmpq(3 + 2 * k + shift, 11 + k) for k in range(len(symbols))]
-            one, other = (compiled(e, symbols, balls=True)(*numbers) for e in (a, b))
-            if not abs(one - other) <= _EQUAL * (abs(one) + abs(other)):
-                return False
-    return True
 
 
 def parse(name: str, given: Any, names: Mapping[str, Any] | None = None) -> Any:

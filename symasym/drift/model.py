@@ -36,8 +36,8 @@ class Model:
         One piece, which holds on [-1, 1], as does sigma; outside are their values at the ends.
     name : str
         The function of `symasym` that makes it, if any.
-    shape : tuple of pairs
-        The whole numbers by name that this function takes.
+    shape : pair or None
+        The whole number that this function takes, after its name.
     ordered, positive, not_negative : tuple of str
         Parameters as that function has them, and those with such a range.
     """
@@ -48,7 +48,7 @@ class Model:
     alpha: Fraction = Fraction(0)
     layered: bool = True
     name: str = ""
-    shape: tuple[tuple[str, int], ...] = ()
+    shape: tuple[str, int] | None = None
     ordered: tuple[str, ...] = ()
     positive: tuple[str, ...] = ()
     not_negative: tuple[str, ...] = ()
@@ -78,10 +78,12 @@ class Model:
     def source(self, values: Mapping[str, Any]) -> str:
         """The call that makes a drift of it with these values of its parameters."""
         texts = [f"{x}={_text(values[x])}" for x in self.parameters if x in values]
-        if self.name == "polynomial":
-            return f"sa.polynomial({', '.join(_text(values[x]) for x in self.parameters)})"
+        if self.name == "polynomial":  # whose coefficients are in order
+            texts = [_text(values[x]) for x in self.parameters]
+        if self.shape:
+            texts.append("{}={}".format(*self.shape))
         if self.name:
-            return f"sa.{self.name}({', '.join([*texts, *(f'{k}={n}' for k, n in self.shape)])})"
+            return f"sa.{self.name}({', '.join(texts)})"
         pieces = [repr(str(of.expression)) for of in self.pieces]
         ends = [*map(number_repr, self.cuts), "None"]
         pairs = ", ".join(f"({a}, {b})" for a, b in zip(pieces, ends, strict=True))

@@ -36,6 +36,7 @@ __all__ = [
 
 # Waves and exponents beyond it make no switch that anybody has.
 _MOST = 1_000
+_LINE, _ENDS = "(a_minus + a_plus)/2 + (a_plus - a_minus)/2", "a_minus a_plus"
 
 
 @dataclass(frozen=True)
@@ -100,6 +101,24 @@ class Friction(Drift):
         return _plain(np.where(mu > 0.5, 2 * alpha * (1 + mu) / 3 * u, alpha))
 
 
+@lru_cache(maxsize=128)
+def _model(name: str, formula: str, parameters: str, shape: tuple[str, int] | None = None) -> Model:
+    """Of a ready-made drift: the parameters in order, and a whole number with its name."""
+    from sympy import Symbol
+
+    from symasym.drift.texts import read
+
+    A, u = read(name, formula), Symbol("u")
+    return Model(
+        pieces=(Formula(A.subs(Symbol(shape[0]), shape[1]) if shape else A, u),),
+        name=name,
+        shape=shape,
+        ordered=tuple(parameters.split()),
+        positive=("alpha", "steepness", "K"),
+        not_negative=("mu",),
+    )
+
+
 def friction(
     mu: Numbers | None = None, alpha: Numbers | None = None, z0: Numbers | None = None
 ) -> Friction:
@@ -129,7 +148,8 @@ def friction(
     >>> sa.friction(mu=3, alpha=1, z0="-0.4").region
     'crossing'
     """
-    return Friction.of(_model("friction"), mu=mu, alpha=alpha, z0=z0)
+    formula = "1 - z0 + u*(alpha*mu*u**2 - (alpha + alpha*mu))"
+    return Friction.of(_model("friction", formula, "mu alpha z0"), mu=mu, alpha=alpha, z0=z0)
 
 
 def _plain(value: Floats) -> Any:
@@ -152,7 +172,7 @@ def linear(a_minus: Numbers | None = None, a_plus: Numbers | None = None) -> Dri
     >>> sa.linear(1, -2).region
     'sliding'
     """
-    return Drift.of(_model("linear"), a_minus=a_minus, a_plus=a_plus)
+    return Drift.of(_model("linear", f"{_LINE}*u", _ENDS), a_minus=a_minus, a_plus=a_plus)
 
 
 def polynomial(*coefficients: Numbers, **named: Numbers) -> Drift:
@@ -176,11 +196,13 @@ def polynomial(*coefficients: Numbers, **named: Numbers) -> Drift:
     if named:
         for name in named:
             if not re.fullmatch(r"c(0|[1-9][0-9]{0,2})", name):
-                raise InputError(f"{shown(name)} is no coefficient; name them c0, c1, c2, …, c999.")
+                raise InputError(f"{shown(name)} is no coefficient; name them c0, c1, c2, …, c200.")
         degree = max(int(name[1:]) for name in named)
         coefficients = tuple(named.get(f"c{k}", 0) for k in range(degree + 1))
-    model = _model("polynomial", degree=len(coefficients) - 1)
-    return Drift.of(model, **dict(zip(model.parameters, coefficients, strict=True)))
+    names = [f"c{k}" for k in range(len(coefficients))]
+    formula = " + ".join(f"{name}*u**{k}" for k, name in enumerate(names))
+    model = _model("polynomial", formula, " ".join(names))
+    return Drift.of(model, **dict(zip(names, coefficients, strict=True)))
 
 
 def sine(
@@ -205,7 +227,8 @@ def sine(
     >>> len(sa.sine(1, 1, 4, waves=2).wells())
     2
     """
-    model = _model("sine", waves=count("waves", waves, 1, _MOST))
+    shape = ("waves", count("waves", waves, 1, _MOST))
+    model = _model("sine", f"{_LINE}*u + b*sin(waves*pi*u)", f"{_ENDS} b", shape)
     return Drift.of(model, a_minus=a_minus, a_plus=a_plus, b=b)
 
 
@@ -227,7 +250,9 @@ def tanh(
     >>> sa.tanh(1, -1, 5)(0)
     0.0
     """
-    return Drift.of(_model("tanh"), a_minus=a_minus, a_plus=a_plus, steepness=steepness)
+    formula = f"{_LINE}*tanh(steepness*u)/tanh(steepness)"
+    model = _model("tanh", formula, f"{_ENDS} steepness")
+    return Drift.of(model, a_minus=a_minus, a_plus=a_plus, steepness=steepness)
 
 
 def hill(
@@ -254,61 +279,10 @@ def hill(
     >>> sa.hill(0.5, -1, K="1/2", n=2)(-1)
     0.5
     """
-    model = _model("hill", n=count("n", n, 1, _MOST))
+    formula = "a_minus + (a_plus - a_minus)*((1 + u)/2)**n*(1 + K**n)/(K**n + ((1 + u)/2)**n)"
+    model = _model("hill", formula, f"{_ENDS} K", ("n", count("n", n, 1, _MOST)))
     return Drift.of(model, a_minus=a_minus, a_plus=a_plus, K=K)
 
-
-# -- formulas --------------------------------------------------------------------------------------
-
-
-def _friction(u: Any, mu: Any, alpha: Any, z0: Any) -> Any:
-    return 1 - z0 + u * (alpha * mu * u**2 - (alpha + alpha * mu))
-
-
-def _linear(u: Any, a_minus: Any, a_plus: Any) -> Any:
-    return (a_minus + a_plus) / 2 + (a_plus - a_minus) / 2 * u
-
-
-def _sine(u: Any, a_minus: Any, a_plus: Any, b: Any, *, waves: int) -> Any:
-    import sympy
-
-    return _linear(u, a_minus, a_plus) + b * sympy.sin(waves * sympy.pi * u)
-
-
-def _tanh(u: Any, a_minus: Any, a_plus: Any, steepness: Any) -> Any:
-    import sympy
-
-    return _linear(sympy.tanh(steepness * u) / sympy.tanh(steepness), a_minus, a_plus)
-
-
-def _hill(u: Any, a_minus: Any, a_plus: Any, K: Any, *, n: int) -> Any:
-    x = ((u + 1) / 2) ** n
-    return a_minus + (a_plus - a_minus) * x * (1 + K**n) / (K**n + x)
-
-
-_FORMULAS: dict[str, Callable[..., Any]] = {
-    "friction": _friction, "linear": _linear, "sine": _sine, "tanh": _tanh, "hill": _hill,
-    "polynomial": lambda u, *c, degree: sum(x * u**k for k, x in enumerate(c)),
-}  # fmt: skip
-
-
-@lru_cache(maxsize=128)
-def _model(name: str, **shape: int) -> Model:
-    """Of a ready-made drift, its parameters in order."""
-    import sympy
-
-    of, u = _FORMULAS[name], sympy.Symbol("u")
-    names = [x for x in inspect.signature(of).parameters if x not in ("u", *shape)]
-    if "degree" in shape:
-        names = [f"c{k}" for k in range(shape["degree"] + 1)]
-    return Model(
-        pieces=(Formula(of(u, *map(sympy.Symbol, names), **shape), u),), name=name,
-        shape=tuple(shape.items()), ordered=tuple(names),
-        positive=("alpha", "steepness", "K"), not_negative=("mu",),
-    )  # fmt: skip
-
-
-# -- by name ---------------------------------------------------------------------------------------
 
 #: By their names.
 DRIFTS: dict[str, Callable[..., Drift]] = {

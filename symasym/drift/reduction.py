@@ -8,10 +8,9 @@ convex combination of f- and f+ that is tangent to h = 0 (eq:genFilippov).
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import exact, is_name, sequence, shown
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
 
-__all__ = ["Reduction", "numbers_of", "reduce"]
+__all__ = ["Reduction", "reduce"]
 
 _MOST_OPERATIONS = 200  # of a component, which SymPy simplifies
 
@@ -40,9 +39,7 @@ class Reduction:
     normal_minus, normal_plus : SymPy expression
         Components of f- and f+ along grad h on the surface, before `at` is put in.
     sliding : tuple of SymPy expression
-        Filippov's sliding vector field, a component per coordinate: the convex
-        combination of f- and f+ tangent to the surface. It is the dynamics
-        only where the region is sliding (attracting or repelling).
+        Filippov's sliding vector field, the dynamics where the region is sliding alone.
     normal_inside : SymPy expression
         The component of F along grad h, before `at` is put in.
     inside : tuple of SymPy expression
@@ -80,19 +77,20 @@ class Reduction:
         """
         import sympy
 
-        numbers = numbers_of("values", values)
-
-        def at(expression: Any) -> Any:
-            names = {s: s.name for s in expression.free_symbols}
-            return expression.subs({s: numbers[n] for s, n in names.items() if n in numbers})
-
-        minus, plus = at(self.normal_minus), at(self.normal_plus)
+        if not isinstance(values, Mapping):
+            raise InputError(f"values is {shown(values)}; give a mapping such as {{'z': 0}}.")
+        exactly = {str(k): exact(str(k), x).as_integer_ratio() for k, x in values.items()}
+        numbers = {name: sympy.Rational(*x) for name, x in exactly.items()}
+        minus, plus, *along = (
+            e.subs({s: numbers[s.name] for s in e.free_symbols if s.name in numbers})
+            for e in (self.normal_minus, self.normal_plus, *self.sliding)
+        )
         if not (minus * plus).is_negative:
             raise RegionError(
                 f"the normal components are {minus} and {plus} there, which is no sliding; "
                 "choose a point where they have opposite signs."
             )
-        return tuple(sympy.simplify(at(component)) for component in self.sliding)
+        return tuple(map(sympy.simplify, along))
 
 
 def reduce(
@@ -108,9 +106,8 @@ def reduce(
 ) -> Reduction:
     """The scalar drift, noise amplitude and sliding field of a smoothed n-dimensional switch.
 
-    The coordinates along the surface are frozen at the point `at`. In the system they move, by
-    eps times their velocity in a unit of scaled time; `System.drag_time` says how long a well
-    bears that.
+    The coordinates along the surface are frozen at the point `at`; `System.drag_time` says how
+    long a well bears that.
 
     Parameters
     ----------
@@ -125,14 +122,13 @@ def reduce(
     coordinates : sequence of Symbol or str
         The n coordinates x, in the order of the components.
     switch : expression, optional
-        h(x), whose zero set is the switching surface; by default the first
-        coordinate. Where ``|grad h|`` is not 1, drift and amplitude are those of h.
+        h(x), 0 on the switching surface; by default the first coordinate. Where ``|grad h|`` is
+        not 1, drift and amplitude are those of h.
     layer : Symbol or str
         The name of h/eps inside F.
     at : mapping, optional
-        Coordinate -> number or expression: the point of the surface at which
-        the coefficients are frozen. Coordinates left out become parameters of
-        the drift, except one for which h = 0 is solved.
+        Coordinate -> number or expression: the point of the surface. Coordinates left out become
+        parameters of the drift, except one for which h = 0 is solved.
 
     Returns
     -------
@@ -146,12 +142,10 @@ def reduce(
 
     Notes
     -----
-    To leading order in the distance from the point. The row of D is grad h · D,
-    and independent noises add in squares: the amplitude is the Euclidean length
-    of that row, where the paper prints the square root of it.
-    Where h is curved, Ito's formula adds kappa^2/2 times the trace of
-    D^T (Hessian of h) D to the drift of h; like the other small terms it is
-    left out.
+    To leading order in the distance from the point. Independent noises add in squares: the
+    amplitude is the Euclidean length of grad h · D, where the paper prints the square root of it.
+    Where h is curved, Ito's formula adds kappa^2/2 times the trace of D^T (Hessian of h) D to the
+    drift of h; like the other small terms it is left out.
 
     Examples
     --------
@@ -178,9 +172,8 @@ def reduce(
 
     def matrix(name: str, given: Any) -> Any:
         """A row of expressions for each coordinate; a column may be given as one sequence."""
-        rows = sequence(name, given.tolist() if isinstance(given, sympy.MatrixBase) else given)
-        rows = [np.atleast_1d(row) if isinstance(row, np.ndarray) else row for row in rows]
-        rows = [[*row] if isinstance(row, (list, tuple, np.ndarray)) else [row] for row in rows]
+        rows = sequence(name, given.tolist() if hasattr(given, "tolist") else given)
+        rows = [[*row] if isinstance(row, (list, tuple)) else [row] for row in rows]
         widths = {len(row) for row in rows}
         if len(rows) != len(x) or (len(widths) != 1 if name == "D" else widths != {1}):
             raise InputError(
@@ -238,15 +231,6 @@ def reduce(
     )
 
 
-def numbers_of(name: str, values: Any) -> dict[str, Any]:
-    """The numbers of coordinates and parameters, by name, as SymPy's rationals."""
-    import sympy
-
-    if not isinstance(values, Mapping):
-        raise InputError(f"{name} is {shown(values)}; give a mapping such as {{'z': 0}}.")
-    return {str(k): sympy.Rational(*exact(str(k), v).as_integer_ratio()) for k, v in values.items()}
-
-
 def _symbol(name: str, given: Any) -> Any:
     """A coordinate as a symbol."""
     import sympy
@@ -270,10 +254,9 @@ def _on_surface(h: Expr, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:
         raise InputError(
             f"h is {level} at the point, which is not on the surface h = 0; move it there."
         )
-    try:
+    solutions = []
+    with suppress(NotImplementedError):
         solutions = sympy.solve(level, free[0])
-    except NotImplementedError:
-        solutions = []
     if len(solutions) != 1:
         raise InputError(
             f"h = {level} is solved for {free[0]} in {len(solutions)} ways; name the one you mean "

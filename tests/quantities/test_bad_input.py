@@ -56,8 +56,6 @@ CASES: dict[type[Exception], dict[str, Callable[[], Any]]] = {
         "piecewise": lambda: sa.Drift("Piecewise((u, u > 0), (0, True))"),
         "infinite": lambda: sa.Drift("1/0"),
         "no u": lambda: sa.Drift("x+1"),
-        "jump": lambda: sa.Drift("1 - u", a_minus=2, a_plus=1),
-        "a jump of 1e-35": lambda: sa.Drift("exp(u)", a_minus="exp(-1)*(1 + 10**-35)"),
         "noise in a list": lambda: sa.Drift("u", noise=[1]),
         "a long number": lambda: sa.escape_time(FRICTION, f"-0.{'3' * 9000}", 1, dps=20),
     },

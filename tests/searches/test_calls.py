@@ -107,7 +107,6 @@ CALLS: dict[str, dict[str, list[Any]]] = {
              "name?": ["f"]},
     "reduce": EQUATIONS,
     "Drift": {"A": ["1/2 - u + u**3", "exp(-u)*cos(u)", "a*u", "FORMULA u"], "u?": ["u"],
-              "a_minus?": [F(-1, 2), None], "a_plus?": [F(1, 2), None],
               "layer?": [None, (-1, 1)], "noise?": ["1 + u**2", "2", "FORMULA u"],
               "ito?": [0, "stratonovich"]},
     "friction": {"mu": NUMBER, "alpha": NUMBER, "z0": NUMBER},
