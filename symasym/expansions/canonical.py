@@ -150,8 +150,8 @@ def ways(one: Panel, lam: Any, nats: float) -> list[Way]:
 
     for k in range(len(one.own)):
         sign, power = (-1) ** k, 1 / L ** (k + 1)
-        P, Q = more(P, sign * power * L, one.P[0][k]), more(Q, power * L, one.P[1][k])
-        slow, ends = more(slow, sign * power, one.c[0][k]), more(ends, power, one.c[1][k])
+        P, Q = more(P, sign * power * L, one.P[k]), more(Q, power * L, one.P[k])
+        slow, ends = more(slow, sign * power, one.c[k]), more(ends, power, one.c[k])
         mixed = sum((-1) ** (k - i) * row[k - i] for i, row in enumerate(one.mixed[: k + 1]))
         regular += power * (one.own[k] + mixed)
         B = dot(Q, known.B)

@@ -239,7 +239,7 @@ class Field:
         rest = Factor(2, arb(square)).over(self.taylor(arb(centre)))
         return bool(SHARE * radius(rest) > abs(square) ** 0.5)
 
-    def panels(self, lo: Any, hi: Any, order: int, *weights: Any) -> list[Panel]:
+    def panels(self, lo: Any, hi: Any, order: int, weight: Any = None) -> list[Panel]:
         """[lo, hi] cut half-way between clusters; each part with the cluster on its side."""
         near = [c for c in self.clusters() if c.reaches(float(lo), float(hi))]
         cuts = [
@@ -252,7 +252,7 @@ class Field:
             centre, pi = (a + b) / 2, Factor(0)
             if near:
                 centre, pi = self.factor(near[sum(c < float(a + b) / 2 for c in cuts)])
-            found.append(panel(self, centre, pi, a, b, order, *weights))
+            found.append(panel(self, centre, pi, a, b, order, weight))
         return found
 
 
@@ -274,10 +274,10 @@ class Panel(NamedTuple):
     degree: int
     zeta: Any
     ends: tuple[Any, Any]
-    P: tuple[list[Any], list[Any]]  # of the weights g and h: P_k(s) = p + q s
-    c: list[list[Any]]  # of g and h: c_k at both ends
-    own: list[Any]  # the integral of g c_k du, c_k of h
-    mixed: list[list[Any]]  # [k][l]: that of P_k c_l ds, P_k of h, c_l of g
+    P: list[Any]  # P_k(s) = p + q s
+    c: list[Any]  # c_k at both ends
+    own: list[Any]  # the integral of g c_k du
+    mixed: list[list[Any]]  # [k][l]: that of P_k c_l ds
 
 
 def integrated_by_parts(
@@ -298,44 +298,44 @@ def integrated_by_parts(
 
 
 class _Piece(NamedTuple):
-    """s, g and c_k of both weights on about + [y0, y1]."""
+    """s, the weight g and c_k on about + [y0, y1]."""
 
     about: Any
     y0: Any
     y1: Any
     s: Any
     g: Any
-    c: tuple[list[Any], list[Any]]
+    c: list[Any]
 
 
-def panel(field: Field, centre: Any, pi: Factor, lo: Any, hi: Any, order: int, *gh: Any) -> Panel:
-    """The panel [lo, hi] with the zeros pi about `centre`; u < v have the weights g(u), h(v).
+def panel(
+    field: Field, centre: Any, pi: Factor, lo: Any, hi: Any, order: int, weight: Any = None
+) -> Panel:
+    """The panel [lo, hi] with the zeros pi about `centre`.
 
-    The weights are functions of power series; left out, or None: 1.
+    The weight is a function of power series; None: 1.
     """
     found = central_map(field.taylor(centre), pi)
     d, zeta, s, ks = pi.degree, found.zeta, found.s, range(order + 1)
-    weights = list(dict.fromkeys(gh or [None]))
     pieces: list[_Piece] = []
 
-    def weighed(u: Any) -> list[Any]:
-        return [arb_series([1]) if w is None else field.taylor(u, w) for w in weights]
+    def weighed(u: Any) -> Any:
+        return arb_series([1]) if weight is None else field.taylor(u, weight)
 
-    def add(about: Any, step: Any, s: Any, used: list[Any], c: Any) -> None:
+    def add(about: Any, step: Any, s: Any, g: Any, c: list[Any]) -> None:
         y0, y1 = max(-step, lo - about), min(step, hi - about)
         if y0 < y1:
-            pieces.append(_Piece(about, y0, y1, s, used[0], (c[0], c[-1])))
+            pieces.append(_Piece(about, y0, y1, s, g, c))
 
-    used = weighed(centre)
-    P, c = zip(*(integrated_by_parts(pi, found, w, order) for w in used), strict=True)
-    room = min(radius(pi.over(field.taylor(centre))), *(radius(w, False) for w in used))
-    near = arb(SHARE * room)
-    add(centre, near, s, used, c)
+    g = weighed(centre)
+    P, c = integrated_by_parts(pi, found, g, order)
+    near = arb(SHARE * min(radius(pi.over(field.taylor(centre))), radius(g, False)))
+    add(centre, near, s, g, c)
     for side, end in ((-1, lo), (1, hi)):
         edge, here = centre + side * near, at(s, side * near)
         while side * (end - edge) > 0:
             # Further out about other centres, where primitive(s) = eps int phi as well.
-            room = min(radius(field.taylor(edge)), *(radius(w, False) for w in weighed(edge)))
+            room = min(radius(field.taylor(edge)), radius(weighed(edge), False))
             step = arb(SHARE / (1 + SHARE) * room)
             if step < _SHORT:
                 raise three_together(edge)
@@ -345,15 +345,13 @@ def panel(field: Field, centre: Any, pi: Factor, lo: Any, hi: Any, order: int, *
             level += primitive(d, zeta, here) - at(level, -side * step)
             for _ in range(4 + 2 * ctx.cap.bit_length()):
                 t = middle(t - (primitive(d, zeta, t) - level) / psi(d, zeta, t))
-            below, used, c = psi(d, zeta, t), weighed(about), []
+            below, g, c = psi(d, zeta, t), weighed(about), []
             a = below / phi
-            for known, weight in zip(P, used, strict=True):
-                row, rest = [], weight * a
-                for p, q in known:
-                    row.append((rest - p - q * t) / below)
-                    rest = a * row[-1].derivative()
-                c.append(row)
-            add(about, step, t, used, c)
+            rest = g * a
+            for p, q in P:
+                c.append((rest - p - q * t) / below)
+                rest = a * c[-1].derivative()
+            add(about, step, t, g, c)
             edge, here = about + side * step, at(t, side * step)
     pieces.sort(key=lambda piece: float(piece.about))
     own, mixed = [arb(0) for _ in ks], [[arb(0) for _ in ks[: order + 1 - k]] for k in ks if d]
@@ -365,12 +363,11 @@ def panel(field: Field, centre: Any, pi: Factor, lo: Any, hi: Any, order: int, *
 
         slope = p.s.derivative()
         for k in ks:
-            own[k] += over(p.g * p.c[1][k])
-        for row, (x, y) in zip(mixed, P[-1], strict=False):
-            weight = (x + y * p.s) * slope
+            own[k] += over(p.g * p.c[k])
+        for row, (x, y) in zip(mixed, P, strict=False):
             for k in range(len(row)):
-                row[k] += over(weight * p.c[0][k])
+                row[k] += over((x + y * p.s) * slope * p.c[k])
     first, last = pieces[0], pieces[-1]
     ends = at(first.s, first.y0), at(last.s, last.y1)
-    c = [[(at(first.c[j][k], first.y0), at(last.c[j][k], last.y1)) for k in ks] for j in (0, 1)]
-    return Panel(found.eps, d, zeta, ends, (P[0], P[-1]), c, own, mixed)
+    c = [(at(first.c[k], first.y0), at(last.c[k], last.y1)) for k in ks]
+    return Panel(found.eps, d, zeta, ends, P, c, own, mixed)
