@@ -15,7 +15,7 @@ import sympy
 from sympy import Expr, S, Symbol
 
 from symasym.base.errors import InputError
-from symasym.emit.printing import LAM, Function, own, plain
+from symasym.emit.printing import LAM, Function, plain
 
 
 class Scaled:
@@ -98,12 +98,9 @@ def of_expansion(e: Any, numbers: Mapping[Symbol, Expr], name: str) -> list[Func
     `numbers` are those of a bound drift's symbols.
     """
 
-    def printed(v: Expr) -> Expr:  # erfc stands beside exponentials, and of a square root
-        return plain(v.replace(sympy.erfc, lambda x: sympy.exp(-(x**2)) * own("erfcx")(x)))
-
-    known = {s: printed(v) for s, v in {**e.definitions, **numbers}.items()}
+    known = {s: plain(v) for s, v in {**e.definitions, **numbers}.items()}
     complement = e.quantity == "P" and e.noise == "weak"
-    value = printed(1 - e.formula if complement else e.formula)
+    value = plain(1 - e.formula if complement else e.formula)
     if e.noise != "uniform":
         scaled = Scaled(known)
         height, c = scaled.of(value)

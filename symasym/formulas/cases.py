@@ -8,7 +8,6 @@ barrier"`` where the start is a well itself.
 
 from __future__ import annotations
 
-import random
 import re
 from collections import Counter
 from collections.abc import Iterable
@@ -32,9 +31,8 @@ from symasym.series.local import finite_parts_in_s
 
 U = Symbol("u", real=True)
 # Parameters whose signs are looked at, at so many points in u, and those of equal signs looked
-# into.
-_TRIED, _POINTS, _LOOKED_INTO = 4_000, 400, 8
-_DIGITS = 50
+# into; digits of numbers.
+_TRIED, _POINTS, _LOOKED_INTO, _DIGITS = 4_000, 400, 8, 50
 
 
 @dataclass(frozen=True)
@@ -90,33 +88,30 @@ def _case_of(drift: Drift, start: Fraction) -> Case:
 
 
 def _tried(drift: Drift, start: Fraction) -> set[Case]:
-    """Those of random parameters."""
-    rng, model, choices = random.Random(4), drift.model, list[list[Fraction]]()
-    for _ in range(_TRIED):
-        row = [Fraction(rng.randint(-32, 32), 2 ** rng.randint(0, 5)) for _ in drift.free]
-        for k, name in enumerate(drift.free):
-            if name in (*model.not_negative, *model.positive):
-                row[k] = abs(row[k]) or Fraction(name in model.positive)
-        choices.append(row)
-    found, seen, u = set[Case](), Counter[Any](), np.linspace(-1, 1, _POINTS)
-    powers, columns = drift.expression().as_poly(U), np.array(choices, dtype=float).T[:, :, None]
-    on_zero = sympy.cancel(drift.expression().subs(U, sympy.Rational(str(start)))) == 0
+    """Those of random parameters, a few of each pattern of A's signs."""
+    rng, model, found, seen = np.random.default_rng(4), drift.model, set[Case](), Counter[Any]()
+    size, u = (_TRIED, len(drift.free)), np.linspace(-1, 1, _POINTS)
+    table = (
+        rng.integers(1, 33, size) * rng.choice((-1.0, 1.0), size) / 2 ** rng.integers(6, size=size)
+    )
+    signed = [n in (*model.not_negative, *model.positive) for n in drift.free]
+    table[:, signed] = abs(table[:, signed])
+    rows = [dict(zip(drift.free, row, strict=True)) for row in table.tolist()]
+    columns = dict(zip(drift.free, table.T[:, :, None], strict=True))
+    powers, x = drift.expression().as_poly(U), sympy.Rational(str(start))
+    on_zero = abs(start) < 1 and sympy.cancel(drift.expression().subs(U, x)) == 0
     with np.errstate(all="ignore"):
-        signs = np.sign(drift.bind(**dict(zip(drift.free, columns, strict=True)))(u)).astype(int)
-    for values, row in zip(choices, signs, strict=True):
-        # Where the signs change, and on which side of the start.
+        signs = np.sign(drift.bind(**columns)(u))
+    for values, row in zip(rows, signs, strict=True):
         turns = np.flatnonzero(np.diff(row))
         key = (*row[turns], np.sum(u[turns] < float(start)), row[-1])
-        if not (row[0] and row[-1] and seen[key] < _LOOKED_INTO):
-            continue
         seen[key] += 1
-        bound = drift.bind(**dict(zip(drift.free, values, strict=True)))
-        if powers and len(bound.exact_coefficients() or ()) <= powers.degree():
-            continue
-        with suppress(SymasymError):
-            case = _case_of(bound, start)
-            if bool(case.at_start) == (on_zero and abs(start) < 1):
-                found.add(case)
+        if seen[key] <= _LOOKED_INTO:
+            bound = drift.bind(**values)
+            if powers is None or len(bound.exact_coefficients() or ()) > powers.degree():
+                with suppress(SymasymError):
+                    case = _case_of(bound, start)
+                    found |= {case} if bool(case.at_start) == on_zero else set()
     return found
 
 

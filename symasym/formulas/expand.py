@@ -24,8 +24,8 @@ from symasym.drift.scenes import require_drift
 from symasym.emit import emit
 from symasym.emit.expansions import of_expansion
 from symasym.formulas.cases import Case, U, case_for, cases_of, numbers_of
-from symasym.formulas.letters import KAPPA, R, put_in
-from symasym.formulas.series import Contribution, Leading, leading, strong, weak, written_out
+from symasym.formulas.letters import KAPPA, FinitePart, R, put_in
+from symasym.formulas.series import Contribution, strong, weak, written_out
 from symasym.formulas.uniform import uniform
 from symasym.quantities import escape_time, exit_probability, occupation
 
@@ -33,8 +33,8 @@ Expanded = Literal["T", "C", "1 - C", "P", "1 - P"]
 Noise = Literal["weak", "strong", "uniform"]
 _METHODS = {"weak": "laplace", "strong": "strong_noise", "uniform": "uniform"}
 _MOST = 8
-# Characters on a line of A4 in small type, and operations worth reducing.
-_WIDE, _FEW = 125, 40
+# Operations worth reducing.
+_FEW = 40
 _KNOWN = {"lam": r"\lambda", "phi(-1)": "a^-", "phi(1)": "a^+"}
 
 
@@ -44,9 +44,9 @@ class Expansion:
 
     `formula` is in symbols, `definitions` say what each stands for: sums, series, heights,
     derivatives of V, critical points, and ``R1+, R2+, ...`` and ``R1-, ...``, the finite parts of
-    int h_k du right and left of the start, which `integrals` has as such. `equations` has A, which
-    is 0, at each critical point without a closed form, `terms` of T the pairs of critical points
-    with exact coefficients, `conditions` where the formula holds, as SymPy's predicates.
+    int h_k du right and left of the start, printed as integrals. `equations` has A, which is 0, at
+    each critical point without a closed form, `terms` of T the pairs of critical points with exact
+    coefficients, `conditions` where the formula holds, as SymPy's predicates.
     """
 
     quantity: Expanded
@@ -60,7 +60,6 @@ class Expansion:
     equations: Mapping[Symbol, Expr] = field(default_factory=dict)
     terms: tuple[Contribution, ...] = ()
     conditions: tuple[Any, ...] = ()
-    integrals: Mapping[Symbol, Expr] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         # What the formula is made of, each condition once, and names that are told apart.
@@ -90,18 +89,6 @@ class Expansion:
     def expression(self) -> Expr:
         """The formula in kappa, r, the parameters, and u1, u2, ... where these are not solved."""
         return written_out(put_in(self.formula, self.definitions))
-
-    @property
-    def leading(self) -> Leading:
-        """The product of T in weak noise that is exponentially larger than the others as r -> oo.
-
-        With free parameters it is that at the case's example; its `conditions` say where.
-        """
-        if (self.noise, self.quantity) != ("weak", "T"):
-            raise InputError(f"{self.quantity} in {self.noise} noise has no leading term, T has.")
-        whole = expand(self.drift, order=0, start=self.start, case=self.case)
-        several = any(s.name == "L" for s in whole.definitions)
-        return leading(whole) if several else Leading(whole.formula, whole.conditions)
 
     def cases(self) -> tuple[Case, ...]:
         """The cases that are found by trying values, each with parameters where it holds."""
@@ -141,10 +128,9 @@ class Expansion:
         The regular part's integrals stand as Hadamard's finite parts, whose closed form for a
         polynomial is in `definitions`.
         """
-        rows = _lines(self.quantity, r"\sim", written_out(self.formula))
-        for s, v in self._shown.items():
-            rows += _lines(_latex(s), "=", written_out(v))
-        if self.integrals.keys() & self._shown.keys():
+        rows = [rf"{self.quantity} &\sim {_latex(written_out(self.formula))}"]
+        rows += [f"{_latex(s)} &= {_latex(written_out(v))}" for s, v in self._shown.items()]
+        if any(v.has(FinitePart) for v in self._shown.values()):
             rows.append(r"h_1(u) &= \frac{1}{\phi(u)}, \quad h_{k+1} = -\frac{h_k'}{\phi}")
         used = _symbols([self.formula, *self._shown.values()])
         rows += [f"0 &= {_latex(a)}" for s, a in self.equations.items() if s in used]
@@ -153,7 +139,13 @@ class Expansion:
     @cached_property
     def _shown(self) -> dict[Symbol, Expr]:
         """What the symbols stand for as it is printed, the regular part as integrals."""
-        return _met(self.formula, {**self.definitions, **self.integrals})
+        known, x = dict(self.definitions), sympy.Rational(str(self.start))
+        ends = {"-": (-1, x), "+": (x, 1)}
+        for s in known:
+            part = re.fullmatch(r"R(\d+)([-+])", s.name)
+            if part and (int(part[1]) % 2 or self.case.at_start):  # else by the ends alone
+                known[s] = FinitePart(Symbol(f"h{part[1]}"), U, *ends[part[2]])
+        return _met(self.formula, known)
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
@@ -169,7 +161,7 @@ class Expansion:
             rows.append("contributions of pairs of critical points, times C or 1 - C")
             rows += [f"  ({t.weight}) {t.pair[0]}, {t.pair[1]}: {t.expression}" for t in self.terms]
         rows += ["with"] * bool(self._shown) + [f"  {s} = {v}" for s, v in self._shown.items()]
-        if self.integrals.keys() & self._shown.keys():
+        if any(v.has(FinitePart) for v in self._shown.values()):
             rows.append("  FinitePart: Hadamard's finite part, h1 = 1/phi, h2 = -h1'/phi, ...")
         where = ", ".join(f"{c.lhs} {c.rel_op} {c.rhs}" for c in self.conditions if c.args)
         power = (-1) ** (self.noise == "strong") * (2 * self.order + 2)
@@ -217,24 +209,6 @@ def _latex(e: Expr) -> str:
     elif e.is_rational_function() and e.count_ops() < _FEW:
         forms.append(sympy.cancel(e))
     return tex(min(forms, key=sympy.count_ops), {s: _name_of(s.name) for s in e.free_symbols})
-
-
-def _lines(left: str, relation: str, value: Expr) -> list[str]:
-    """An equation in as many lines as it needs, a sum broken between its terms."""
-    rows, parts = [f"{left} &{relation} "], [_latex(value)]
-    if value.is_Add and _width(rows[0] + parts[0]) > _WIDE:
-        parts = [_latex(term) for term in value.as_ordered_terms()]
-    for k, part in enumerate(parts):
-        if k and _width(rows[-1] + part) > _WIDE:
-            rows.append(r"&\quad ")
-        rows[-1] += f"{'' if part.startswith('-') or not k else '+ '}{part} "
-    return [row.rstrip() for row in rows]
-
-
-def _width(text: str) -> int:
-    """Characters of a line, about."""
-    shown = re.sub(r"\\(left|right|quad|frac|sqrt|mathrm)|[&\s{}^_]", "", text)
-    return len(re.sub(r"\\[A-Za-z]+", "x", shown))
 
 
 def expand(

@@ -72,9 +72,8 @@ class Field:
     """A drift whose parameters may be free, in one case: what `weak.points_of` asks for.
 
     `values` is what each symbol stands for, `equations` A at critical points without a closed
-    form, which is 0, `integrals` the regular part's finite parts as integrals, `primitive` that of
-    A, where it has one, `slope` A' where A is 0, `kinds` the wells and barriers; the noise sigma(u)
-    gives weights that are its `powers`.
+    form, which is 0, `primitive` that of A, where it has one, `slope` A' where A is 0, `kinds` the
+    wells and barriers; the noise sigma(u) gives weights that are its `powers`.
     """
 
     pair, layered = False, True
@@ -83,7 +82,7 @@ class Field:
 
     def __init__(self, drift: Drift, case: Case, start: Fraction) -> None:
         self.A, self.case, self.start = drift.expression(), case, Rational(str(start))
-        self.values, self.equations, self.integrals = _Known(), _Known(), _Known()
+        self.values, self.equations = _Known(), _Known()
         self.zeros = [Symbol(f"u{k}", real=True) for k in range(1, len(case.kinds) + 1)]
         self.kinds = dict(zip(self.zeros, case.kinds, strict=True))
         self.kinds |= {self.start: case.at_start} if case.at_start else {}
@@ -211,15 +210,10 @@ class Field:
         else:
             phi = [sympy.diff(self.A, U, j) / sympy.factorial(j) for j in range(count)]
             values = [FinitePart(h, U, lo, hi) for h in slow(phi, count, Letters)]
-        closed = range(0) if self.case.at_start else range(1, count, 2)
-        if closed:
+        if not self.case.at_start:
             ends = [[slow(self.taylor(u, count), count, Letters)] * 2 for u in (lo, hi)]
             values[1::2] = by_parts(ends, lambda m, n: S.Zero, count)[1::2]
-        row = [self.named(f"R{k}{mark}", value) for k, value in enumerate(values, 1)]
-        for k, symbol in enumerate(row):
-            if symbol in self.values and k not in closed:
-                self.integrals[symbol] = FinitePart(Symbol(f"h{k + 1}"), U, lo, hi)
-        return row
+        return [self.named(f"R{k}{mark}", value) for k, value in enumerate(values, 1)]
 
 
 class Pair(Field):

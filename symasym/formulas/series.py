@@ -1,8 +1,7 @@
 """Weak and strong noise over SymPy: the texts of `symasym.expansions` on a drift in one case.
 
 Weak noise (`symasym.expansions.weak`): T is a quotient of two sums of exponentials c e^{lam h}, the
-products of a critical point of e^{-lam V} with one of e^{lam V}. As kappa -> 0 its leading term is
-the quotient of those with the largest h, which depends on the parameters and on r.
+products of a critical point of e^{-lam V} with one of e^{lam V}.
 
 Strong noise (`symasym.expansions.strong_noise`): the moments of V are symbols for polynomials in
 the drift's parameters. Outside the layer all is closed form, of (e^x - 1)/x and (e^x - 1 - x)/x^2,
@@ -19,14 +18,13 @@ from operator import mul
 from typing import Any, NamedTuple
 
 import sympy
-from sympy import Expr, Poly, Rational, S, Symbol
+from sympy import Expr, Poly, S
 
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
-from symasym.emit.expansions import expanded
 from symasym.expansions import weak as theorem
 from symasym.expansions.strong_noise import Moments, Stretch, layer, quantity, straight, swept
-from symasym.formulas.cases import Case, U, numbers_of
+from symasym.formulas.cases import Case, U
 from symasym.formulas.letters import (
     IN_KAPPA,
     KAPPA,
@@ -36,7 +34,6 @@ from symasym.formulas.letters import (
     Pair,
     R,
     Terms,
-    X,
     exponentials,
     put_in,
 )  # fmt: skip
@@ -62,13 +59,6 @@ class Contribution(NamedTuple):
         """The contribution without its weight."""
         series = sympy.Add(*(c * KAPPA ** (2 * n) for n, c in enumerate(self.coefficients)))
         return self.front * sympy.exp(self.exponent) * series
-
-
-class Leading(NamedTuple):
-    """The term of T that is exponentially larger than the others, and where it is."""
-
-    expression: Expr
-    conditions: tuple[Any, ...]
 
 
 def weak(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) -> dict[str, Any]:
@@ -104,7 +94,7 @@ def weak(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) -
         formula = 1 - formula if quantity == "P" else formula
     known = {**at.known, **of.values, **IN_KAPPA}
     return {"case": case, "conditions": where, "formula": formula, "terms": tuple(terms),
-            "definitions": known, "equations": of.equations, "integrals": of.integrals}  # fmt: skip
+            "definitions": known, "equations": of.equations}  # fmt: skip
 
 
 _Product = tuple[str, tuple[theorem.Point, ...], Any]
@@ -163,45 +153,6 @@ def conditions(of: Field, quantity: str) -> Iterator[Any]:
         yield sympy.Gt(slope, 0) if kind == "barrier" else sympy.Lt(slope, 0)
     elif abs(of.start) < 1:
         yield sympy.Ne(of.at(of.start), 0)
-
-
-def leading(e: Any) -> Leading:
-    """What leads in T, e being its expansion of order 0: of free parameters, as at an example."""
-    bound, where = e.drift.bind(**{n: e.case.example[n] for n in e.drift.free}), dict[Any, None]()
-    numbers = numbers_of([*e.definitions, *e.equations], bound, e.start)
-    numbers |= {Symbol(n, real=True): Rational(str(x)) for n, x in bound.values.items()}
-    beyond = Symbol("r - 1", positive=True)
-
-    def top(value: Expr) -> tuple[Expr, Expr]:
-        """h and c of the highest c e^(lam h) of a sum as r -> oo, c with the least power of x."""
-        terms, sizes = exponentials(sympy.expand(value)), {}
-        for h in terms:
-            known = sympy.expand(h.xreplace(numbers))
-            sizes[h] = tuple(round(float(known.coeff(R, k)), 9) for k in (1, 0))
-        most = max(sizes.values())
-        high = [h for h in terms if sizes[h] == most]
-        for h in (h for h in terms if h != high[0]):
-            gap = sympy.expand((high[0] - h).xreplace({R: 1 + beyond}))
-            if not e.drift.free:
-                gap = S.Zero if h in high else gap.xreplace(numbers).n(15)
-            holds = (sympy.Eq if h in high else sympy.Gt)(gap, 0)
-            where[holds.xreplace({beyond: R - 1})] = None
-        powers = dict[Expr, Expr]()
-        whole = sympy.Add(*(terms[h] for h in high)).xreplace({LAM: 1 / X})
-        for c in sympy.Add.make_args(sympy.expand(whole)):
-            power = sympy.powsimp(c).as_powers_dict()[X]
-            powers[power] = powers.get(power, S.Zero) + c / X**power
-        c = sympy.factor_terms(expanded(powers[min(powers)])) * X ** min(powers)
-        return high[0], c
-
-    tops = dict[Expr, Expr]()
-    for s in (s for s in e.definitions if s.name in ("L", "R", "D-", "D+")):
-        height, c = top(e.definitions[s])
-        tops[s] = c * sympy.exp(LAM * height)
-    (height, c), (low, d) = (top(part.xreplace(tops)) for part in e.formula.as_numer_denom())
-    value = c / d * sympy.exp(LAM * expanded(height - low))
-    where.pop(sympy.true, None)
-    return Leading(sympy.powdenest(value.xreplace(IN_KAPPA), force=True), tuple(where))
 
 
 class exprel(sympy.Function):  # type: ignore[misc]

@@ -1,4 +1,4 @@
-"""T through the fold of a well and a barrier, as a formula in Airy functions of order 0.
+"""T through the fold of a well and a barrier, of a cubic A: a formula in Airy functions of order 0.
 
 With phi du = (s^2 - zeta) ds and u'(s) = p + q s at both (C. Chester, B. Friedman, F. Ursell, Proc.
 Camb. Phil. Soc. 53 (1957) 599),
@@ -6,13 +6,11 @@ Camb. Phil. Soc. 53 (1957) 599),
     T = pi^2 [p^2 lam^(1/3) (Ai^2 + Bi^2)(Z) - q^2 lam^(-1/3) (Ai'^2 + Bi'^2)(Z)] + R + (r - 1)/a+,
 
 Z = lam^(2/3) zeta (DLMF 9.11.4 and its derivative), for a well behind the start and the barrier
-behind it; R is the finite part of int du/phi from the start to 1, without the pair's own term. The
-end u = 1 before which a barrier stands adds E_1 (N. Bleistein, Comm. Pure Appl. Math. 19 (1966)
-353). Of u1 and u2 all this is given by V and V'' there, where they are real.
+behind it; R is the finite part of int du/phi from the start to 1, without the pair's own term.
 
-Of a cubic all is explicit, and analytic through the fold: with A = (y^2 - D)(psi0 + psi1 y), y = u
-- m, real zeros for D > 0, m = b + k T_(1/3)(w), where b +- k are the turning points, 2 c3 k^3 w =
-A(b) and T_(1/3)(w) = cos(acos(w)/3), since 4 (m - b)^3 - 3 k^2 (m - b) = A(b)/(2 c3).
+All is explicit, and analytic through the fold: with A = (y^2 - D)(psi0 + psi1 y), y = u - m, real
+zeros for D > 0, m = b + k T_(1/3)(w), where b +- k are the turning points, 2 c3 k^3 w = A(b) and
+T_(1/3)(w) = cos(acos(w)/3), since 4 (m - b)^3 - 3 k^2 (m - b) = A(b)/(2 c3).
 """
 
 from __future__ import annotations
@@ -25,32 +23,14 @@ from sympy import Expr, Rational, S
 
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
-from symasym.formulas.cases import PAIRS, U, case_for
-from symasym.formulas.letters import IN_KAPPA, LAM, Field, R
+from symasym.formulas.cases import PAIRS, U
+from symasym.formulas.letters import IN_KAPPA, LAM, R
 
 M, D, K, W, ZETA, Z, N = sympy.symbols("m D k w zeta Z N", real=True)
-PSI0, PSI1, P2, Q2, REST, END = sympy.symbols("psi0 psi1 p^2 q^2 R_0 E_1", real=True)
-BESIDE, SLOPE = sympy.symbols("x_1 phi(1)", real=True)
+PSI0, PSI1, P2, Q2, REST, SLOPE = sympy.symbols("psi0 psi1 p^2 q^2 R_0 phi(1)", real=True)
 _THIRD = Rational(1, 3)
 # Of lam V, that it falls at least from the barrier to the end, and from the start to the well.
-_END, _START = 2, 4
-
-
-def beside_end(well: Expr, mean: Expr, rise: Expr, fall: Expr, slope: Expr) -> dict[Any, Expr]:
-    """What the layer's end changes before a barrier: its Gaussian is cut off there, and a straight
-    line of slope a+ follows, x_1^2 = lam (V(u2) - V(1)). `well` is V'' there, `mean` the geometric
-    mean of |V''| at both, `rise` V(u2) - V(u1), `fall` V(u2) - V(1), `slope` a+.
-
-    It is the time in the well times the change of int e^{lam V} behind it. A pair that is close
-    together, as seen from the end, has all of it in its Airy functions.
-    """
-    pi, tail, near = sympy.pi, sympy.exp(-(BESIDE**2)), 8 * LAM * rise / BESIDE**2
-    left = sympy.exp(-LAM * slope * (R - 1)) / (LAM * slope)
-    gauss = tail / (sympy.sqrt(pi) * BESIDE) - sympy.erfc(BESIDE)
-    cut = pi / mean * sympy.exp(LAM * rise) * gauss
-    over = sympy.sqrt(2 * pi * LAM / well) * sympy.exp(LAM * rise - BESIDE**2) * left
-    share = 1 - (1 + near) * sympy.exp(-near)
-    return {BESIDE: sympy.sqrt(LAM * fall), END: share * (cut - over)}
+_FALL = 4
 
 
 def of_cubic(A: Expr, start: Expr) -> tuple[dict[Any, Expr], list[Any]]:
@@ -78,72 +58,37 @@ def of_cubic(A: Expr, start: Expr) -> tuple[dict[Any, Expr], list[Any]]:
         return sympy.hyper([S.Half, 1], [Rational(3, 2)], D / y**2) / y
 
     # 1/A = (psi0 - psi1 y)/(N^2 (y^2 - D)) + psi1/(N^2 (y + psi0/psi1)).
-    y0, y1, log, root = start - M, 1 - M, sympy.log, sympy.sqrt(D)
+    y0, y1, log = start - M, 1 - M, sympy.log
     rest = (
         PSI0 * (over(y0) - over(y1)) - PSI1 * log(sympy.Abs((y1**2 - D) / (y0**2 - D))) / 2
         + PSI1 * log((PSI0 + PSI1 * y1) / (PSI0 + PSI1 * y0))
     ) / N**2  # fmt: skip
-    end = beside_end(
-        2 * root * (PSI0 - PSI1 * root), 2 * root * N,
-        Rational(4, 3) * Z ** Rational(3, 2) / LAM, from_middle(y1) - from_middle(root), SLOPE,
-    )  # fmt: skip
     known |= {
         N: sympy.sqrt(PSI0**2 - PSI1**2 * D), ZETA: PSI0 ** (2 * _THIRD) * D, REST: rest,
         P2: PSI0**_THIRD * (PSI0 + N) / (2 * N**2),
         Q2: PSI1**2 / (2 * N**2 * (PSI0 + N) * PSI0**_THIRD), SLOPE: A.subs(U, 1),
-        **end, END: sympy.Piecewise((end[END], D > 0), (0, True)),
+        Z: LAM ** (2 * _THIRD) * ZETA, **IN_KAPPA,
     }  # fmt: skip
     top = sympy.sqrt(sympy.Max(D, 0))
-    return known, [
-        PSI0 > 0, LAM * (from_middle(y1) - from_middle(top)) > _END,
-        LAM * (from_middle(-top) - from_middle(y0)) > _START,
-    ]  # fmt: skip
-
-
-def of_pair(of: Field) -> tuple[dict[Any, Expr], list[Any]]:
-    """The same of any A with a well and a barrier behind it, by V and V'' there."""
-    (well, barrier), side = of.zeros, 1
-    if of.case.before:
-        well, barrier, side = barrier, well, -1
-    half, rise = sympy.sqrt(ZETA), of.height(barrier) - of.height(well)
-    second, top = of.derivative(2, well), -of.derivative(2, barrier)
-    left, right = (sympy.sqrt(2 * half / a) for a in (second, top))
-    fall, slope = of.height(barrier) - of.height(S(side)), side * of.slopes[side]
-    rest = of.regular(1)[side > 0][0] - (R - 1) / of.slopes[side]
-    known = {
-        ZETA: (3 * rise / 4) ** (2 * _THIRD), P2: (left + right) ** 2 / 4,
-        Q2: (right - left) ** 2 / (4 * ZETA), REST: side * rest, **of.values,
-        **beside_end(second, sympy.sqrt(second * top), rise, fall, slope),
-    }  # fmt: skip
-    return known, [LAM * fall > _END, -LAM * of.height(well) > _START]
+    falls = from_middle(y1) - from_middle(top), from_middle(-top) - from_middle(y0)
+    return known, [sympy.Gt(R, 1), SLOPE > 0, PSI0 > 0, *(LAM * fall > _FALL for fall in falls)]
 
 
 def uniform(drift: Drift, start: Fraction, asked: str | None) -> dict[str, Any]:
     """The formula of T, its case, what its symbols are, and where it holds."""
     A, x = drift.expression(), Rational(start.numerator, start.denominator)
     cubic = A.is_polynomial(U) and sympy.degree(A, U) in (2, 3)
-    if asked is None and not cubic and A.has(U):
-        asked = str(case_for(drift, start, None, sliding=False))
-    for own in [c for c in PAIRS if asked in (None, str(c)) and abs(start) < 1]:
+    for own in [c for c in PAIRS if asked in (None, str(c)) and abs(start) < 1 and cubic]:
         side = -1 if own.before else 1
-        if cubic:
-            known, where = of_cubic(sympy.expand(side * A.subs(U, side * U)), side * x)
-            middle = M.xreplace(known).xreplace(known).xreplace(known).evalf()
-            if not drift.free and not (middle.is_real and side * x < middle < 1):
-                continue
-            slope, more = SLOPE, {}
-        else:
-            of = Field(drift, own, start)
-            known, where = of_pair(of)
-            slope, more = side * of.slopes[side], {"integrals": of.integrals}
-            more |= {"equations": of.equations}
-        known |= {Z: LAM ** (2 * _THIRD) * ZETA, **IN_KAPPA}
-        size = sympy.airyai(Z) ** 2 + sympy.airybi(Z) ** 2
-        steep = sympy.airyaiprime(Z) ** 2 + sympy.airybiprime(Z) ** 2
-        airy = sympy.pi**2 * (P2 * LAM**_THIRD * size - Q2 / LAM**_THIRD * steep)
-        return {"case": own, "formula": airy + REST + END + (R - 1) / slope, "definitions": known,
-                "conditions": [sympy.Gt(R, 1), slope > 0, *where], **more}  # fmt: skip
+        known, where = of_cubic(sympy.expand(side * A.subs(U, side * U)), side * x)
+        middle = M.xreplace(known).xreplace(known).xreplace(known).evalf()
+        if drift.free or (middle.is_real and side * x < middle < 1):
+            size = sympy.airyai(Z) ** 2 + sympy.airybi(Z) ** 2
+            steep = sympy.airyaiprime(Z) ** 2 + sympy.airybiprime(Z) ** 2
+            airy = sympy.pi**2 * (P2 * LAM**_THIRD * size - Q2 / LAM**_THIRD * steep)
+            formula = airy + REST + (R - 1) / SLOPE
+            return {"case": own, "formula": formula, "definitions": known, "conditions": where}
     raise InputError(
-        f"{drift!r} from {float(start):.6g} has no uniform formula, as has a well with a barrier "
-        'behind it that is alone in the layer or of a cubic A; take numbers of method="uniform".'
+        f"{drift!r} from {float(start):.6g} has no uniform formula, which is of a cubic A with a "
+        'well and a barrier behind the start; take numbers of method="uniform".'
     )

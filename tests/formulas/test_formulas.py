@@ -181,38 +181,6 @@ def test_contributions_are_the_sum(scene: Scene) -> None:
         assert abs(total / T - 1) < 1e-7
 
 
-LEADING = [
-    # A pair, the regular part, one of several, an end, with log lam.
-    (SCENES[0], "1/40"), (SCENES[2], "1/40"), (SCENES[6], "1/60"),
-    (Scene(sa.linear(), {"a_minus": 1, "a_plus": "-1/2"}, "1/3"), "1/9"),
-    (Scene(sa.Drift("c*u + u**2/3 + u**3/5"), {"c": "3/2"}, "2/5"), "1/40"),
-    # A double well, whose pair of a well and a barrier is 36 at r = 2.
-    (Scene(sa.Drift("u - c*u**3 + 1/20"), {"c": 3}, "1/4", "1/3"), "1/20"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("scene", "kappa"), LEADING, ids=str)
-def test_the_leading_term_leads(scene: Scene, kappa: str) -> None:
-    """T over it tends to 1, as kappa^2 or kappa; its conditions hold."""
-    bound, free = sa.expand(scene.drift, order=0, start=scene.start), scene.formula("T", 0)
-    leading, one, errors = bound.leading, free.leading, []
-    assert all(c.subs(sympy.Symbol("r", positive=True), 2) for c in leading.conditions)
-    with mpmath.workdps(40):
-        for k in (kappa, str(Fraction(kappa) / 4)):
-
-            def value(f: Any, k: str = k) -> Any:
-                return by_definitions(free, scene.drift, k, "2", f)
-
-            exact = sa.escape_time(scene.drift, k, 2, start=scene.start, dps=20)
-            ratio = by_definitions(bound, scene.drift, k, "2", leading.expression) / exact
-            errors.append(abs(ratio - 1))
-            # Else another product leads at the case's example.
-            if all(value(c.lhs) > value(c.rhs) for c in one.conditions):
-                assert value(one.expression) / exact == pytest.approx(ratio, rel=1e-9)
-    assert errors[1] < errors[0] / 1.4
-    assert errors[0] < 0.5
-
-
 def test_what_is_written() -> None:
     """No symbol for 0, for a number or for a parameter alone; closed forms of a constant drift."""
     names = {s.name for s in sa.expand(sa.Drift("u*(c - u**2)"), order=2).definitions}

@@ -16,7 +16,7 @@ OWN = {
     "Abs": abs, "airyaiprime": lambda z: mpmath.airyai(z, 1), "Add": lambda *x: mpmath.fsum(x),
     "airybiprime": lambda z: mpmath.airybi(z, 1), "Mul": lambda *x: mpmath.fprod(x),
     "exprel": lambda x: mpmath.expm1(x) / x, "exprel2": lambda x: (mpmath.expm1(x) - x) / x**2,
-    "Pow": lambda x, p: x**p,
+    "Max": max, "Pow": lambda x, p: x**p,
 }  # fmt: skip
 
 
@@ -28,10 +28,6 @@ def number(e: Any, known: dict[str, Any]) -> Any:
         return mpmath.mpf(e.p) / e.q
     if e.is_number and not e.args:
         return mpmath.mpmathify(e._to_mpmath(mpmath.mp.prec))
-    if isinstance(e, sympy.Piecewise):
-        (first, condition), (other, _) = e.args
-        holds = number(condition.lhs, known) > number(condition.rhs, known)
-        return number(first if holds else other, known)
     if isinstance(e, sympy.hyper):
         return mpmath.hyper(*([number(x, known) for x in row] for row in e.args[:2]),
                             number(e.args[2], known))  # fmt: skip
