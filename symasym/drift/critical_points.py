@@ -1,10 +1,10 @@
 """Zeros of A in (-1, 1), or between two ends, with their multiplicities and kinds, proved.
 
 Those of a polynomial with rational coefficients are isolated by flint, the real ones told from the
-others. Else [-1, 1] is halved: an interval over which the ball of A excludes 0 has no zero. What is
-left beside each other is joined; where A' excludes 0 over that, the signs at its ends say whether
-it has its one zero, which Newton's interval method refines. Where A and m - 1 derivatives vanish at
-a rational place exactly and the m-th excludes 0 over the interval, that is its one zero.
+others. Else [-1, 1] is halved: an interval over which the ball of A excludes 0 has no zero. Where
+A' excludes 0, the signs at the ends say whether there is one, which Newton's interval method
+refines. Where A and m - 1 derivatives vanish at a rational place exactly and the m-th excludes 0
+over the interval, that is its one zero.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from flint import arb, arb_series, ctx, fmpq, fmpq_poly
 
 from symasym.base.balls import precision, to_mpf
 from symasym.base.errors import AccuracyError, RegionError
-from symasym.drift.evaluate import Polynomial, profile
+from symasym.drift.evaluate import Polynomial, halved, profile
 from symasym.drift.formula import Formula, rational, vanishes
 from symasym.drift.model import Parametrized
 
@@ -29,8 +29,7 @@ Values = tuple[tuple[str, Fraction], ...]
 _DIGITS = 60
 _BITS = (256, 1024, 4096)
 _MOST_DIGITS = 1_000
-_MOST, _FEW = 20_000, 500  # intervals left at a time, and after 24 halvings
-_NARROW = 240  # halvings
+_MOST, _NARROW = 20_000, 240  # intervals, and halvings
 _HIGHEST = 8  # multiplicity that is looked for
 _FIRST = fmpq(50, 97)  # the first cut, so that no other falls on a simple number
 
@@ -161,23 +160,24 @@ class _Function:
         return vanishes(self.formula, self.values, Fraction(int(u.p), int(u.q)), order)
 
     def zeros(self, a: Any, b: Any) -> list[_Zero] | None:
-        """The zeros of A inside [a, b], at most one; None where that is not told.
-
-        At a and b A is known not to vanish, unless they are `low` and `high`.
-        """
+        """The zeros of A in [a, b), but for `low`, at most one; None where that is not told."""
+        if not self.may_vanish(a, b):
+            return []
         terms = self.series(_between(a, b), _HIGHEST + 1)
         u, rising = _simplest(a, b), bool(terms[1] > 0)
         if not terms[1].contains(0):
             left, right = self.sign(a), self.sign(b)
             if left is None or right is None:
                 return None
+            if left == 0 and a > self.low:
+                return [_Zero(a, a, 1, rising)]
             if left * right >= 0:
                 return []
             return [_Zero(*((u, u) if self.vanishes(u, 0) else (a, b)), 1, rising)]
         order = next((k for k in range(_HIGHEST) if not self.vanishes(u, k)), 0)
         if order < 2 or terms[order].contains(0):
             return None
-        inside = self.low < u < self.high
+        inside = self.low < u < b
         return [_Zero(u, u, order, bool(terms[order] > 0))] if inside else []
 
 
@@ -209,46 +209,35 @@ def _isolated(f: _Function) -> list[_Zero] | None:
     """All zeros in (low, high), each in an interval of its own; None where that takes too many."""
     found: list[_Zero] = []
     first, step = f.low + (f.high - f.low) * _FIRST, (f.high - f.low) / 18
-    left: list[Any] = [(f.low, first), (first, f.high)]
     if all(f.phi(arb(f.low + step * k)).contains(0) for k in range(1, 18)):
         return None
-    for depth in range(_NARROW):
-        joined: list[list[Any]] = []
-        for x in (x for x in left if f.may_vanish(*x)):
-            if joined and joined[-1][-1][1] == x[0]:
-                joined[-1].append(x)
-            else:
-                joined.append([x])
-        left = []
-        for intervals in joined:
-            zeros = f.zeros(intervals[0][0], intervals[-1][1])
-            if zeros is None:
-                left += [y for a, b in intervals for y in ((a, (a + b) / 2), ((a + b) / 2, b))]
-            else:
-                found += zeros
-        if not left:
-            return sorted(found)
-        if len(left) > (_MOST if depth < 24 else _FEW):
-            break
-    return None
+
+    def told(middle: fmpq, half: fmpq) -> bool:
+        zeros = f.zeros(middle - half, middle + half)
+        found.extend(zeros or ())
+        return zeros is not None
+
+    for a, b in ((f.low, first), (first, f.high)):
+        if halved(a, b, told, _MOST, _NARROW)[1] is not None:
+            return None
+    return found
 
 
 def _refined(formula: Formula, values: Values, zero: _Zero) -> Any:
-    """The zero to `_DIGITS` digits, by halving and Newton's method for intervals."""
+    """The zero to `_DIGITS` digits, by Newton's method for intervals."""
     for bits in _BITS:
         with precision(bits):
             f, x = _Function(formula, values, zero.a, zero.b), _between(zero.a, zero.b)
             if zero.a == zero.b:
                 return x
             for _ in range(4 * bits):
-                m, half = arb(x.mid()), arb(x.rad()) / 2
+                m = arb(x.mid())
                 value = f.phi(m)
-                x = x.intersection(m - value / f.series(x, 2)[1])
-                if value.contains(0) or x.rel_accuracy_bits() > 3.33 * _DIGITS:
+                x = x.intersection(m - value / f.series(x, 2)[1])  # on one side of m
+                if x.rel_accuracy_bits() > 3.33 * _DIGITS:
+                    return x
+                if value.contains(0):
                     break
-                x = x.intersection(arb(m - half if (value > 0) == zero.rising else m + half, half))
-            if x.rel_accuracy_bits() > 3.33 * _DIGITS:
-                return x
     raise AccuracyError(
         f"A is too steep near u = {float(zero.a):.6g} for the digits of its zero there; take a "
         "less steep A."
