@@ -138,15 +138,8 @@ class Piece(NamedTuple):
 def pieces(
     drift: Parametrized, low: fmpq, high: fmpq, values: Mapping[str, Any] | None = None
 ) -> list[Piece]:
-    """The drift from `low` to `high` at the precision of the moment.
-
-    Parameters
-    ----------
-    drift : Parametrized
-    low, high : fmpq
-    values : mapping of str to fmpq, arb or acb, optional
-        In place of these of the drift's parameters.
-    """
+    """The drift from `low` to `high` at the precision of the moment; `values`, fmpq, arb or acb,
+    stand in place of these of its parameters."""
     model, one = drift.model, fmpq(1)
     numbers = {name: rational(x) for name, x in drift.scalars().items()}
     numbers.update(values or {})
@@ -173,15 +166,22 @@ def _weighted(
     part: Formula, noise: Formula | None, numbers: Mapping[str, Any], alpha: Fraction
 ) -> list[Any]:
     """phi/sigma^2, and what `Piece` calls scale and speed."""
-    phi = profile(part, numbers)
-    if noise is None:
-        return [phi, None, None]
-    sigma, twice = profile(noise, numbers), int(2 * alpha)
+    phi, sigma = over_noise(part, noise, numbers)
+    twice = int(2 * alpha)
 
     def weight(k: int) -> Analytic | None:
-        return Analytic(lambda u: sigma(u) ** -k) if k else None
+        return Analytic(lambda u: sigma(u) ** -k) if sigma and k else None
 
-    return [Analytic(lambda u: phi(u) / sigma(u) ** 2), weight(twice), weight(2 - twice)]
+    return [phi, weight(twice), weight(2 - twice)]
+
+
+def over_noise(formula: Formula, noise: Formula | None, numbers: Mapping[str, Any]) -> Any:
+    """phi/sigma^2, and sigma, None for 1."""
+    phi = profile(formula, numbers)
+    if noise is None:
+        return phi, None
+    sigma = profile(noise, numbers)
+    return Analytic(lambda u: phi(u) / sigma(u) ** 2), sigma
 
 
 def profile(formula: Formula, numbers: Mapping[str, Any]) -> Polynomial | Analytic:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
-from itertools import count, pairwise
+from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import sympy
 from flint import arb, fmpq
+from sympy.core.symbol import uniquely_named_symbol
 
 from symasym.base.balls import precision
 from symasym.base.errors import InputError
@@ -83,16 +85,8 @@ def general() -> Model:
 
 
 def parse(name: str, given: Any, names: Mapping[str, Any] | None = None) -> Any:
-    """A SymPy expression from what a caller wrote, floats and decimals exact.
-
-    Parameters
-    ----------
-    name : str
-        How messages call the argument.
-    given : SymPy expression, number or str
-    names : mapping of str to Expr
-        What these names mean.
-    """
+    """A SymPy expression from what a caller wrote, a SymPy expression, number or text, floats and
+    decimals exact; messages call it `name`, and `names` have a meaning."""
     if isinstance(given, str):
         expression = texts.read(name, given, names)
     else:
@@ -139,13 +133,12 @@ def check_regular(formula: Formula, values: Mapping[str, Fraction], name: str = 
     that cancels, which the formula should be freed of). Boxes overlap, so that together they cover
     a neighbourhood of [-1, 1].
     """
-    with precision(4 * _DEEPEST):
-        phi = profile(formula, {k: rational(values[k]) for k in formula.symbols})
 
-        def finite(middle: fmpq, half: fmpq) -> bool:
-            return bool(phi(box(middle, 2 * _OVERLAP * half, 2 * _OVERLAP * half)).is_finite())
+    def finite(phi: Any, middle: fmpq, half: fmpq) -> bool:
+        size = 2 * _OVERLAP * half
+        return bool(phi(box(middle, size, size)).is_finite())
 
-        _, lost = halved(fmpq(-1), fmpq(1), finite, _MOST_BOXES, _DEEPEST)
+    _, lost = _lost(formula, values, fmpq(-1), fmpq(1), finite)
     if lost is not None:
         raise InputError(
             f"{name} = {formula.expression} is singular, complex or too steep to tell near "
@@ -155,19 +148,25 @@ def check_regular(formula: Formula, values: Mapping[str, Fraction], name: str = 
 
 def check_noise(noise: Formula, values: Mapping[str, Any], low: Any, high: Any) -> None:
     """Refuse a sigma that is not greater than 0 from `low` to `high`, by its range over balls."""
+
+    def positive(sigma: Any, middle: fmpq, half: fmpq) -> bool:
+        return bool(sigma(arb(middle, arb(half))) > 0)
+
+    value, lost = _lost(noise, values, low, high, positive)
+    if lost is not None:
+        raise InputError(
+            f"noise is {value:.6g} at u = {float(arb(lost)):.6g}; it must be greater than 0 there."
+        )
+
+
+def _lost(
+    formula: Formula, values: Mapping[str, Any], low: Any, high: Any, holds: Any
+) -> tuple[float, fmpq | None]:
+    """The formula's value where a test of it fails however small the interval, and that place."""
     with precision(4 * _DEEPEST):
-        sigma = profile(noise, {k: rational(values[k]) for k in noise.symbols})
-
-        def positive(middle: fmpq, half: fmpq) -> bool:
-            return bool(sigma(arb(middle, arb(half))) > 0)
-
-        _, lost = halved(low, high, positive, _MOST_BOXES, _DEEPEST)
-        if lost is not None:
-            u = arb(lost)
-            raise InputError(
-                f"noise is {float(sigma(u).mid()):.6g} at u = {float(u.mid()):.6g}; "
-                "it must be greater than 0 between the ends."
-            )
+        of = profile(formula, {k: rational(values[k]) for k in formula.symbols})
+        lost = halved(low, high, partial(holds, of), _MOST_BOXES, _DEEPEST)[1]
+        return float(of(arb(lost or 0)).mid()), lost
 
 
 def phi(A: Any) -> Any:
@@ -178,16 +177,14 @@ def phi(A: Any) -> Any:
 
 def potential(A: Any, layered: bool) -> Any:
     """V in the real symbol u, where `layered` a Piecewise (eq:V2)."""
-    u, v = sympy.Symbol("u", real=True), sympy.Dummy("v", real=True)
-    taken = {s.name for s in A.free_symbols}
-    named = sympy.Symbol(next(k * "v" for k in count(1) if k * "v" not in taken), real=True)
+    u, v = sympy.Symbol("u", real=True), uniquely_named_symbol("v", A, real=True)
     antiderivative = sympy.integrate(A.subs(u, v), v)
     closed = not antiderivative.has(sympy.Integral, sympy.Piecewise)
 
     def inside(upper: Any) -> Any:
         if closed:
             return sympy.expand(antiderivative.subs(v, upper) - antiderivative.subs(v, -1))
-        return sympy.Integral(A.subs(u, named), (named, -1, upper))
+        return sympy.Integral(A.subs(u, v), (v, -1, upper))
 
     if not layered:
         return -inside(u)

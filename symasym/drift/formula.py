@@ -58,21 +58,21 @@ class Formula:
         """
         return {side: self.expression.subs(self.u, side) for side in (-1, 1)}
 
+    def _call(self, what: Any, values: Values, balls: bool, *u: Any) -> Any:
+        symbols = *([self.u] if u else []), *self.symbols.values()
+        return compiled(what, symbols, balls)(*u, *(values[name] for name in self.symbols))
+
     def value(self, u: Any, values: Values, balls: bool) -> Any:
         """A(u) in balls, or in float64."""
-        of = compiled(self.expression, (self.u, *self.symbols.values()), balls)
-        return of(u, *self._of(values)) + 0 * u
+        return self._call(self.expression, values, balls, u) + 0 * u
 
     def coefficients(self, values: Values, balls: bool) -> list[Any] | None:
         """Those of `powers`: in balls, rational for what is rational, or in the numbers' dtype."""
-        if self.powers is None:
-            return None
-        return list(compiled(self.powers, tuple(self.symbols.values()), balls)(*self._of(values)))
+        return None if self.powers is None else list(self._call(self.powers, values, balls))
 
     def end(self, side: int, values: Values, balls: bool) -> Any:
         """A(side), side = -1 or 1, as `coefficients`."""
-        of = compiled(self._ends[side], tuple(self.symbols.values()), balls)
-        return of(*self._of(values))
+        return self._call(self._ends[side], values, balls)
 
     def exact_coefficients(self, values: Values) -> list[Fraction] | None:
         """Rational coefficients of A in ascending powers; None where they are not known to be."""
@@ -103,9 +103,6 @@ class Formula:
 
         odd = self.powers.atoms(sympy.Function, sympy.NumberSymbol)
         return not odd and all(x.q & (x.q - 1) == 0 for x in self.powers.atoms(sympy.Rational))
-
-    def _of(self, values: Values) -> list[Any]:
-        return [values[name] for name in self.symbols]
 
     def with_values(self, values: Values) -> Any:
         """A(u) in the real symbol u; parameters without one exact value are real symbols."""

@@ -69,10 +69,8 @@ def plot(drift: Parametrized, axes: Sequence[Axes] | None) -> Any:
     cuts = [float(x) for x in model.cuts]
     reach = max(_REACH, *(1.5 * abs(x) for x in cuts)) if cuts else _REACH
     u = np.linspace(-reach, reach, _POINTS)
-    phi = values_at(drift, u)
-    # A jump is no line.
-    jumps = np.searchsorted(u, [x for x in cuts if not _continuous(drift, x)])
-    above.plot(np.insert(u, jumps, np.nan), np.insert(phi, jumps, np.nan))
+    jumps = np.searchsorted(u, cuts)  # no lines
+    above.plot(np.insert(u, jumps, np.nan), np.insert(values_at(drift, u), jumps, np.nan))
     above.axhline(0, color="0.6", linewidth=0.8)
     above.set_ylabel(r"$\phi(u)$")
     below.plot(u, potential_at(drift, u))
@@ -95,8 +93,3 @@ def plot(drift: Parametrized, axes: Sequence[Axes] | None) -> Any:
         )  # fmt: skip
     below.margins(y=0.2)
     return axes
-
-
-def _continuous(drift: Parametrized, x: float) -> bool:
-    low, high = values_at(drift, np.array([np.nextafter(x, -np.inf), x]))
-    return bool(abs(high - low) <= 1e-9 * (abs(high) + abs(low)))

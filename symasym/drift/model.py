@@ -22,34 +22,22 @@ _MOST_SHOWN = 1000  # values of an array
 class Model:
     """A drift but for the values of its parameters.
 
-    Attributes
-    ----------
-    pieces : tuple of Formula
-        From left to right.
-    cuts : tuple of Fraction
-        The places between them.
-    noise : Formula or None
-        sigma of du = phi dt + kappa sigma dW; None for 1.
-    alpha : Fraction
-        0 by Ito, 1/2 by Stratonovich.
-    layered : bool
-        One piece, which holds on [-1, 1], as does sigma; outside are their values at the ends.
-    name : str
-        The function of `symasym` that makes it, if any.
-    shape : pair or None
-        The whole number that this function takes, after its name.
-    ordered, positive, not_negative : tuple of str
-        Parameters as that function has them, and those with such a range.
+    Of a ready-made one `name` is the function that makes it, `shape` the whole number which that
+    takes, after its name, and `ordered` its parameters.
     """
 
+    #: From left to right, with the places between them.
     pieces: tuple[Formula, ...]
     cuts: tuple[Fraction, ...] = ()
+    #: sigma of du = phi dt + kappa sigma dW; None for 1; alpha is 0 by Ito, 1/2 by Stratonovich.
     noise: Formula | None = None
     alpha: Fraction = Fraction(0)
+    #: One piece, which holds on [-1, 1], as does sigma; outside are their values at the ends.
     layered: bool = True
     name: str = ""
     shape: tuple[str, int] | None = None
     ordered: tuple[str, ...] = ()
+    #: Parameters with such a range.
     positive: tuple[str, ...] = ()
     not_negative: tuple[str, ...] = ()
 
@@ -164,10 +152,6 @@ class Parametrized:
 
     def exact_coefficients(self) -> list[Fraction] | None:
         """Rational coefficients of A in ascending powers; None if A is no such polynomial."""
-        return None if self._coefficients is None else [*self._coefficients]
-
-    @cached_property
-    def _coefficients(self) -> list[Fraction] | None:
         known = self._model.pieces[0].exact_coefficients(self.scalars())
         while known and len(known) > 1 and known[-1] == 0:
             known.pop()

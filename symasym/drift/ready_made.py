@@ -1,6 +1,6 @@
 """Ready-made smoothings of a switch, from a- at u = -1 to a+ at u = 1, and drifts by name.
 
-That of the dry-friction oscillator has its folds and its breakaway force (section 6 of the paper).
+That of the dry-friction oscillator has its folds (section 7 of the paper).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import Floats, Numbers, count, floats, shown
+from symasym.base.inputs import Numbers, count, floats, shown
 from symasym.drift.drift import Drift
 from symasym.drift.formula import Formula
 from symasym.drift.model import Model
@@ -48,33 +48,13 @@ class Folds:
 
 
 class Friction(Drift):
-    """`Drift` of the friction oscillator, with its folds and breakaway force."""
-
-    def _parameters(self) -> tuple[Any, Any, Any]:
-        """mu and alpha in float64, and where the force turns; refused where one of them is free."""
-        missing = [name for name in ("mu", "alpha") if name in self.free]
-        if missing:
-            raise InputError(f"{missing[0]} has no value; set it with bind({missing[0]}=…).")
-        mu, alpha = (np.asarray(floats(n, self._values[n])) for n in ("mu", "alpha"))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return mu, alpha, np.where(mu > 0.5, np.sqrt((1 + mu) / (3 * mu)), np.nan)
-
-    def turning_points(self) -> Any:
-        """u > 0 at which the friction force turns, sqrt((1+mu)/(3 mu)); nan where mu <= 1/2.
-
-        The force also turns at -u. In float64; multiply by eps for the physical y_s
-        (``turning-points``).
-
-        Examples
-        --------
-        >>> import symasym as sa
-        >>> sa.friction(mu=3, alpha=1).turning_points()
-        0.6666666666666666
-        """
-        return _plain(self._parameters()[2])
+    """`Drift` of the friction oscillator, with its folds."""
 
     def folds(self) -> Folds:
-        """The fold points u^(±) and z0^(±) (``folds``); nan where mu <= 1/2 (none inside).
+        """The fold points u^(±) and z0^(±) (``folds``) in float64; nan where mu <= 1/2.
+
+        The friction force turns at u^(±) (``turning-points``), where it is 1 - z0^(±): at the
+        breakaway force (``beta``).
 
         Examples
         --------
@@ -82,23 +62,15 @@ class Friction(Drift):
         >>> sa.friction(mu=3, alpha=1).folds().z0[0]
         -0.7777777777777777
         """
-        mu, alpha, u = self._parameters()
+        if missing := [name for name in ("mu", "alpha") if name in self.free]:
+            raise InputError(f"{missing[0]} has no value; set it with bind({missing[0]}=…).")
+        mu, alpha = (np.asarray(floats(n, self._values[n])) for n in ("mu", "alpha"))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            u = np.where(mu > 0.5, np.sqrt((1 + mu) / (3 * mu)), np.nan)
         rise = 2 * alpha * (1 + mu) / 3 * u
-        return Folds((_plain(u), _plain(-u)), (_plain(1 - rise), _plain(1 + rise)))
-
-    def beta(self) -> Any:
-        """The breakaway force (``beta``): the largest friction force inside the layer (float64).
-
-        ``alpha`` times 2 (1+mu)^(3/2) / (3 sqrt(3 mu)) for mu > 1/2, else ``alpha``.
-
-        Examples
-        --------
-        >>> import symasym as sa
-        >>> sa.friction(mu=3, alpha=1).beta()
-        1.7777777777777777
-        """
-        mu, alpha, u = self._parameters()
-        return _plain(np.where(mu > 0.5, 2 * alpha * (1 + mu) / 3 * u, alpha))
+        found = (x if x.ndim else float(x) for x in map(np.asarray, (u, -u, 1 - rise, 1 + rise)))
+        right, left, low, high = found
+        return Folds((right, left), (low, high))
 
 
 @lru_cache(maxsize=128)
@@ -150,12 +122,6 @@ def friction(
     """
     formula = "1 - z0 + u*(alpha*mu*u**2 - (alpha + alpha*mu))"
     return Friction.of(_model("friction", formula, "mu alpha z0"), mu=mu, alpha=alpha, z0=z0)
-
-
-def _plain(value: Floats) -> Any:
-    """`value`, an array of no axes as a float."""
-    array = np.asarray(value)
-    return float(array) if array.ndim == 0 else array
 
 
 def linear(a_minus: Numbers | None = None, a_plus: Numbers | None = None) -> Drift:
@@ -291,21 +257,9 @@ DRIFTS: dict[str, Callable[..., Drift]] = {
 
 
 def named_drift(name: str | None, expression: str | None, values: Mapping[str, Any]) -> Drift:
-    """The ready-made drift `name`, or the one of the formula A(u) in `expression`.
+    """The one of `DRIFTS` of this name, or that of the formula A(u) in `expression`.
 
-    Parameters
-    ----------
-    name : str or None
-        One of `DRIFTS`.
-    expression : str or None
-        Instead of `name`.
-    values : mapping of str to number
-        Its parameters, and the whole numbers that shape a ready-made one (`waves`, `n`).
-
-    Raises
-    ------
-    InputError
-        For an unknown name and for values outside their range.
+    `values` has parameters, and the whole numbers that shape a ready-made drift (`waves`, `n`).
 
     Examples
     --------

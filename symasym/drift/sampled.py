@@ -16,7 +16,7 @@ from flint import acb, arb, fmpq
 
 from symasym.base.balls import precision
 from symasym.base.inputs import FloatArray, common_shape, floats
-from symasym.drift.evaluate import Analytic, box, halved, profile
+from symasym.drift.evaluate import Analytic, box, halved, over_noise
 from symasym.drift.formula import Formula, rational
 from symasym.drift.model import Parametrized
 
@@ -63,18 +63,8 @@ def _long(x: Any) -> Any:
 class Sampled:
     """phi/sigma^2 by one formula over rows of parameters, some of them perhaps complex.
 
-    Attributes
-    ----------
-    formula : Formula
-    noise : Formula or None
-    span : tuple of float
-        The interval from which values are taken.
-    terms : int
-        Chebyshev terms that hold it on a panel between `cuts`.
-    exact : bool
-        True for polynomials.
-    long : bool
-        True where a polynomial is evaluated in long double, and then rounded.
+    `terms` Chebyshev terms hold it on a panel of `span` between `cuts`; `exact` is True for
+    polynomials, `long` where these are evaluated in long double and then rounded.
     """
 
     def __init__(
@@ -182,16 +172,13 @@ class Sampled:
 
 def _balls(formula: Formula, noise: Formula | None, numbers: Mapping[str, Any]) -> list[Any]:
     """phi/sigma^2 and, where there is noise, log sigma, as functions of balls."""
-    phi = profile(formula, numbers)
-    if noise is None:
-        return [phi]
-    sigma = profile(noise, numbers)
+    phi, sigma = over_noise(formula, noise, numbers)
 
     def log(u: Any) -> Any:
         x = sigma(u)
         return x.log(analytic=True) if isinstance(x, acb) else x.log()
 
-    return [Analytic(lambda u: phi(u) / sigma(u) ** 2), Analytic(log)]
+    return [phi, Analytic(log)] if noise else [phi]
 
 
 @lru_cache(maxsize=256)
@@ -231,8 +218,8 @@ class Field:
     """phi/sigma^2 of rows, as `parts` from left to right, and `ends` beside a layer.
 
     Parameters that are no arrays are shared by the rows, and exact if rational. `span` is how far a
-    drift without a layer is asked for; in `long` ready-made polynomials are evaluated in long
-    double. The scale density is e times sigma^`powers`[0], the speed density lam/e times
+    drift without a layer is asked for; where `long`, polynomials are evaluated in long double. The
+    scale density is e times sigma^`powers`[0], the speed density lam/e times
     sigma^`powers`[1]; without noise `powers` is None.
     """
 

@@ -48,20 +48,9 @@ class _Part(NamedTuple):
 
 
 def read(name: str, text: str, names: Mapping[str, Any] | None = None) -> Any:
-    """The SymPy expression that a text stands for.
+    """The SymPy expression that a text stands for; the message of a refusal calls it `name`.
 
-    Parameters
-    ----------
-    name : str
-        How the message calls the argument.
-    text : str
-    names : mapping of str to Expr, optional
-        What these names mean; any other name is a Symbol.
-
-    Raises
-    ------
-    InputError
-        If the text is no formula, or is beyond the bounds.
+    `names` are expressions by their names; any other name is a Symbol.
 
     Examples
     --------

@@ -94,7 +94,8 @@ def fricforce(figure: Figure) -> None:
         # At z0 = 1 the spring balances the belt's drag, and the drift is the friction alone.
         axes.plot(u, -sa.friction(mu, 1, 1)(u), color=color, label=rf"$\mu = {mu}$")
     drift = sa.friction(3, 1)
-    turn, beta = drift.turning_points(), drift.beta()
+    folds = drift.folds()
+    turn, beta = folds.u[0], 1 - folds.z0[0]
     axes.plot([-turn, turn], [-beta, beta], "o", color=INK, markersize=4, zorder=4)
     for side, name, up in ((1, r"$y_s/\varepsilon$", -11), (-1, r"$-y_s/\varepsilon$", 4)):
         x, y = side * turn, side * beta
@@ -253,7 +254,8 @@ def flows(figure: Figure) -> None:
     the repelling branch leave it either way.
     """
     linear, cubic = (sa.friction(m, 1, 0) for m in (0, 3))
-    fold, turn = float(cubic.folds().z0[0]), float(cubic.turning_points())
+    folds = cubic.folds()
+    fold, turn = folds.z0[0], folds.u[0]
     # On its zeros the drift is z. Orbits forget where they began along the manifold: along the
     # repelling branch, which attracts backwards, when they are followed back.
     begin, back = (
