@@ -84,7 +84,7 @@ METHODS = {
     ),
     "paper": Method(_ALL, "symasym.paper", "the paper's own leading order"),
     "laplace": Method(
-        _ALL, "symasym.expansions.answer", "weak noise, in powers of kappa^2", WEAK_NOISE_ORDERS,
+        _ALL, "symasym.expansions.weak", "weak noise, in powers of kappa^2", WEAK_NOISE_ORDERS,
         diverges=True,
     ),
     "uniform": Method(

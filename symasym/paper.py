@@ -28,8 +28,7 @@ from symasym.drift.drift import Drift
 from symasym.drift.formula import rational
 from symasym.drift.scenes import Answer, Request, Scene
 from symasym.exact.balls import bits_of_way
-from symasym.expansions.field import LINE, Field
-from symasym.expansions.rings import doubled
+from symasym.expansions.ball_drift import LINE, BallDrift, doubled
 
 _EXIT = ("eq:C, C-bound",), ("C lies between 0 and the value",)
 
@@ -68,7 +67,7 @@ def _seen(drift: Drift, mirrored: bool, bits: int, time: bool = False) -> tuple[
 
     A well or a barrier is a pair of its place and A' there; all perhaps in the mirror.
     """
-    field, sign = Field(drift, LINE, time), -1 if mirrored else 1
+    field, sign = BallDrift(drift, LINE, time), -1 if mirrored else 1
     low, high = (sign * field.ends[sign * side] for side in (-1, 1))
     zeros = [(kind, (sign * u, field.around(u, 2)[0][1])) for u, kind in field.zeros][::sign]
     wells, barriers = ([at for kind, at in zeros if kind == k] for k in ("well", "barrier"))

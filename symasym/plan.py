@@ -22,8 +22,8 @@ from symasym.drift.drift import Drift
 from symasym.drift.formula import rational
 from symasym.exact.balls import bits_of_way
 from symasym.expansions import weak
-from symasym.expansions.field import Between
-from symasym.expansions.rings import AtLam, doubled, local
+from symasym.expansions.ball_drift import Between, doubled
+from symasym.expansions.weak import AtLam, local
 from symasym.methods import answer, as_floats, is_usual, of_scenes
 
 # The order for many kappa of one drift, how many these are at least, and which of them are tried.

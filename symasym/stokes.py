@@ -27,7 +27,7 @@ from symasym.drift.scenes import (
     require_drift,
     scene_at,
 )
-from symasym.expansions.coalescence import Field, central_map
+from symasym.expansions.coalescence import Phi, central_map
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -102,7 +102,7 @@ def _multiplier(scene: Scene, method: str, places: int) -> Any:
     with precision(bits):
         ctx.cap = 4 * places + 40
         zetas = []
-        field = Field(pieces(scene.drift, fmpq(-1), fmpq(1))[0].phi)
+        field = Phi(pieces(scene.drift, fmpq(-1), fmpq(1))[0].phi)
         for cluster in field.clusters():
             if len(cluster.zeros) == 2 and abs(cluster.centre) < 1:
                 centre, pi = field.factor(cluster)

@@ -1,53 +1,36 @@
-"""The canonical integrals of one, two or no coalescing zeros, and T, C and P's way through a panel.
+"""The canonical integrals of one, two or no coalescing zeros, and the records of panels from them.
 
-With L = eps lam and the weights P = sum (-L)^-k P_k and Q = sum L^-k P_k of a panel in canonical
-form (`symasym.expansions.coalescence`), its integrals with e^{lam V} and e^{-lam V} are those of
-e' = -L psi e: over all s Airy functions, over half of it erfc and Dawson's integral, else
-incomplete Airy functions. One sweep of n' = P - L psi n gives them, whatever the ends. Numbers are
-midpoints of balls: rounding is not enclosed.
+With L = eps lam and p_- = sum (-L)^-k p_k, p_+ = sum L^-k p_k for a panel in canonical form
+(`symasym.expansions.coalescence`), its integrals with e^{lam V} and e^{-lam V} reduce to those of
+p_+ and p_- with e and 1/e, e' = -L psi e: Airy functions over all s, erfc and Dawson's integral
+over half of it, otherwise incomplete Airy functions. One sweep of n' = p_- - L psi n gives them for
+any ends. The numbers are midpoints of balls: rounding is not enclosed.
 """
 
 from __future__ import annotations
 
 import math
 from functools import reduce
-from operator import mul
-from typing import Any, NamedTuple
+from typing import Any
 
+import numpy as np
 from flint import arb, arb_poly, arb_series, ctx
 
 from symasym.exact.panels import slow_solver, slow_terms
 from symasym.expansions.coalescence import Panel
+from symasym.expansions.sides import Stretch
 
-# How far lam V varies on a panel of the sweep.
-_REACH = 30.0
-# Bits that series of e^{lam V} lose there.
-_MORE = 90
-
-
-class Canonical(NamedTuple):
-    """Over a stretch of s, with e' = -L psi e from 1 and n_i' = s^i - L psi n_i from 0: e and n_i
-    at its end, and the integrals of e s^j and of n_i s^j."""
-
-    e: Any
-    n: list[Any]
-    B: list[Any]
-    J: list[list[Any]]
-
-    def then(self, other: Canonical) -> Canonical:
-        """This stretch and the next."""
-        J = [
-            [x + y + n * b for x, y, b in zip(p, q, other.B, strict=True)]
-            for p, q, n in zip(self.J, other.J, self.n, strict=True)
-        ]
-        n = [x * other.e + y for x, y in zip(self.n, other.n, strict=True)]
-        B = [x + self.e * y for x, y in zip(self.B, other.B, strict=True)]
-        return Canonical(self.e * other.e, n, B, J)
+# The variation of lam V on a step of the sweep, and the bits that series of e^{lam V} lose there.
+_REACH, _MORE = 30.0, 90
 
 
-def canonical(L: Any, d: int, zeta: Any, lo: Any, hi: Any, nats: float) -> Canonical:
-    """The canonical integrals from lo to hi, to e^-nats, by panels halved until one of two ways
-    takes them: power series of e^{L int psi}, or the slow solution of n' = P - L psi n."""
+def canonical(L: Any, d: int, zeta: Any, lo: Any, hi: Any, nats: float) -> Stretch:
+    """The record of [lo, hi] in s for psi and the weights s^j, 0 <= j < d, to e^-nats.
+
+    With e' = -L psi e from 1 and n_i' = s^i - L psi n_i from 0 it has e and n_i (a column) at hi,
+    and the integrals of e s^j (a row) and n_i s^j. Intervals are halved until either method
+    applies: power series of e^{L int psi}, or the slow solutions n_i.
+    """
     found, waiting = [], [(lo, hi)]
     before, ctx.prec = ctx.prec, ctx.prec + _MORE
     while waiting:
@@ -63,12 +46,12 @@ def canonical(L: Any, d: int, zeta: Any, lo: Any, hi: Any, nats: float) -> Canon
         else:
             waiting += [((a + b) / 2, b), (a, (a + b) / 2)]
     ctx.prec = before
-    return reduce(Canonical.then, found)
+    return reduce(Stretch.then, found)
 
 
-def _moderate(g: list[Any], p: list[list[Any]], sizes: list[float], nats: float) -> Canonical:
-    """The integrals of a panel by power series about its middle, as many terms as Cauchy's
-    estimate takes."""
+def _moderate(g: list[Any], p: list[list[Any]], sizes: list[float], nats: float) -> Stretch:
+    """The record by power series about the middle, to the number of terms that Cauchy's
+    estimate requires."""
     sizes = [c / (k + 1) for k, c in enumerate(sizes)]
     counts = [
         (nats + sum(sizes) + sum(c * rho ** (k + 1) for k, c in enumerate(sizes))) / math.log(rho)
@@ -84,22 +67,22 @@ def _moderate(g: list[Any], p: list[list[Any]], sizes: list[float], nats: float)
     B = [_between(row * down) / low for row in rows]
     J = [[_between(row * x) for row in rows] for x in n]
     ctx.cap = before
-    return Canonical(high / low, [_ends(x.coeffs())[1] for x in n], B, J)
+    return _record(B, [_ends(x.coeffs())[1] for x in n], J, high / low)
 
 
 def _ends(c: list[Any]) -> tuple[Any, Any]:
-    """A polynomial of these coefficients at -1 and 1."""
+    """The values at -1 and 1 of the polynomial with these coefficients."""
     even, odd = sum(c[::2], arb(0)), sum(c[1::2], arb(0))
     return (even - odd).mid(), (even + odd).mid()
 
 
 def _between(x: Any) -> Any:
-    """The integral of a polynomial or power series from -1 to 1."""
+    """The integral from -1 to 1 of a polynomial or power series."""
     return sum((c / (k + 0.5) for k, c in enumerate(x.coeffs()[::2])), arb(0)).mid()
 
 
-def _slow(g: list[Any], p: list[list[Any]], terms: int) -> Canonical:
-    """The integrals of a panel on which L psi is large, from the slow solutions of both signs."""
+def _slow(g: list[Any], p: list[list[Any]], terms: int) -> Stretch:
+    """The record where L psi is large, from the slow solutions for both signs."""
     e = (-_between(arb_poly(g))).exp()
     ahead, back = (
         [[c.mid() for c in of(x, arb(0))[0]] for x in p]
@@ -110,61 +93,32 @@ def _slow(g: list[Any], p: list[list[Any]], terms: int) -> Canonical:
         [_between(arb_poly(t) * arb_poly(x)) - before * b for x, b in zip(p, B, strict=True)]
         for t, (before, _) in zip(ahead, ends, strict=True)
     ]
-    return Canonical(e, [after - before * e for before, after in ends], B, J)
+    return _record(B, [after - before * e for before, after in ends], J, e)
 
 
-def dot(x: list[Any], y: list[Any]) -> Any:
-    """The sum of products, of the shorter one."""
-    return sum(map(mul, x, y), arb(0))
+def _record(B: list[Any], n: list[Any], J: list[list[Any]], e: Any) -> Stretch:
+    return Stretch(np.array(B), np.array(n)[:, None], np.array(J), e)
 
 
-# -- at one lam ------------------------------------------------------------------------------------
-
-
-class Way(NamedTuple):
-    """A stretch: m = e^{lam V} int e^{-lam V} and E = e^{lam V} at its end, V = 0 at its start;
-    int e^{lam V} and int m."""
-
-    m: Any
-    E: Any
-    B: Any
-    J: Any
-
-    def then(self, other: Way) -> Way:
-        """This stretch and the next."""
-        J = self.J + other.J + self.m * other.B
-        return Way(self.m * other.E + other.m, self.E * other.E, self.B + self.E * other.B, J)
-
-
-def ways(one: Panel, lam: Any, nats: float) -> list[Way]:
-    """The panel at one lam, to the orders 0, 1, ..., N."""
-    L, zero, found = one.eps * lam, arb(0), []
+def ways(one: Panel, lam: Any, nats: float) -> list[Stretch]:
+    """The record of the panel at one lam, to the orders 0, 1, ..., N."""
+    L, found = one.eps * lam, []
     if one.degree:
         known = canonical(L, one.degree, one.zeta, *one.ends, nats)
     else:
-        known = Canonical((-L * (one.ends[1] - one.ends[0])).exp(), [], [], [])
-    P, Q, slow, ends, regular = [zero] * 2, [zero] * 2, [zero] * 2, [zero] * 2, zero
-
-    def more(total: list[Any], factor: Any, terms: Any) -> list[Any]:
-        return [x + factor * y for x, y in zip(total, terms, strict=True)]
-
+        zero = np.zeros((1, 1), int)
+        known = Stretch(zero[0], zero, zero, (-L * (one.ends[1] - one.ends[0])).exp())
+    p, c = np.array(one.p)[:, : max(1, one.degree)], np.array(one.c)
+    minus = plus = slow = ends = regular = 0
     for k in range(len(one.own)):
         sign, power = (-1) ** k, 1 / L ** (k + 1)
-        P, Q = more(P, sign * power * L, one.P[k]), more(Q, power * L, one.P[k])
-        slow, ends = more(slow, sign * power, one.c[k]), more(ends, power, one.c[k])
+        minus, plus = minus + sign * power * L * p[k], plus + power * L * p[k]
+        slow, ends = slow + sign * power * c[k], ends + power * c[k]
         mixed = sum((-1) ** (k - i) * row[k - i] for i, row in enumerate(one.mixed[: k + 1]))
         regular += power * (one.own[k] + mixed)
-        B = dot(Q, known.B)
-        m = dot(P, known.n) - slow[0] * known.e + slow[1]
-        J = dot(P, [dot(Q, row) for row in known.J]) - slow[0] * B + regular - m * ends[1]
-        found.append(Way(m, known.e, B - known.e * ends[1] + ends[0], J))
+        scale, (speed,) = known.scale @ plus, minus @ known.speed
+        speed += slow[1] - slow[0] * known.climb
+        nested = minus @ known.nested @ plus - slow[0] * scale + regular - speed * ends[1]
+        scale += ends[0] - known.climb * ends[1]
+        found.append(Stretch(scale, speed, nested, known.climb))
     return found
-
-
-def straight(slope: Any, length: Any, lam: Any) -> Way:
-    """Constant phi."""
-    rate = lam * slope
-    if rate == 0:
-        return Way(length, arb(1), length, length * length / 2)
-    m = -(-rate * length).expm1() / rate
-    return Way(m, (-rate * length).exp(), m, (length - m) / rate)

@@ -1,21 +1,20 @@
-"""Panels of phi in canonical form, by which T, C and P are uniform through every coalescence.
+"""Panels of phi in canonical form, which make T, C and P uniform through every coalescence.
 
-A panel is a stretch [u0, u1] together with none, one or two zeros of phi, real or complex, which
-are the zeros of pi(y), y = u - m, of degree d: 1, y, or y^2 - D. The map s(u) with
+A panel is an interval [u0, u1] together with at most two zeros of phi, real or complex. They are
+the zeros of pi(y), y = u - m, of degree d: 1, y, or y^2 - D. The map s(u) with
 
     phi du = eps psi(s) ds,    psi = 1, s, s^2 - zeta,    eps = 1 or -1,
 
-is analytic there, also where the zeros meet, and past that (C. Chester, B. Friedman, F. Ursell,
-Proc. Camb. Phil. Soc. 53 (1957) 599). With L = eps lam and
+is analytic there, also where the zeros meet and beyond (C. Chester, B. Friedman, F. Ursell, Proc.
+Camb. Phil. Soc. 53 (1957) 599). With L = eps lam, the weight g(u) and
 
-    b_0 = g du/ds,    b_k = P_k(s) + psi c_k,  deg P_k < d,    b_{k+1} = dc_k/ds,
+    b_0 = g du/ds,    b_k = p_k(s) + psi c_k,  deg p_k < d,    b_{k+1} = dc_k/ds,
 
-integration by parts (N. Bleistein, Comm. Pure Appl. Math. 19 (1966) 353) makes of the panel's
-integrals with e^{lam V} and e^{-lam V}, V' = -phi, and the weights g(u), those of the canonical
-problem, with psi in place of phi and the weights P = sum (-L)^-k P_k and Q = sum L^-k P_k, and the
-values of c_k at its ends and their integrals (`symasym.expansions.canonical`). Nothing is asked of
-the ends: a start, or an end of the layer, may lie anywhere beside the zeros. Numbers are midpoints
-of balls: rounding is not enclosed.
+integration by parts (N. Bleistein, Comm. Pure Appl. Math. 19 (1966) 353) turns the panel's
+integrals with g e^{lam V} and g e^{-lam V}, V' = -phi, into canonical ones with psi in place of phi
+and sum L^-k p_k, sum (-L)^-k p_k in place of g, the values of c_k at the ends, and integrals of c_k
+(`symasym.expansions.canonical`). The ends are arbitrary: a start or an end of the layer may lie
+anywhere near the zeros. The numbers are midpoints of balls: rounding is not enclosed.
 """
 
 from __future__ import annotations
@@ -29,12 +28,11 @@ from flint import acb, acb_series, arb, arb_poly, arb_series, ctx
 
 from symasym.base.errors import AccuracyError
 
-# Of the disc in which a power series converges, the part in which it is used.
+# The fraction of a power series' radius of convergence up to which it is used.
 SHARE = 0.55
-# A zero of phi this far from the panels is of no importance to them, nor one whose series
-# reaches it in steps this short.
+# The distance from which on a zero is ignored; the shortest disc; the smallest 1/radius.
 _FAR, _SHORT, _TINY = 1.0, 1e-3, 1e-30
-# An imaginary part at which rounding may have moved a double zero.
+# The imaginary part that rounding may give a double zero.
 _REAL = 1e-7
 
 
@@ -42,20 +40,20 @@ _REAL = 1e-7
 
 
 def middle(x: Any) -> Any:
-    """A power series without the radii of its coefficients, to the terms of the moment."""
+    """The midpoints of a power series, to flint's current number of terms."""
     return arb_series([x[k].mid() for k in range(min(x.prec, ctx.cap))], ctx.cap)
 
 
 def at(x: Any, y: Any) -> Any:
-    """The sum of a power series at y."""
+    """The value of a power series at y."""
     return arb_poly(x.coeffs())(y)
 
 
 def radius(x: Any, inverse: bool = True) -> float:
-    """Of convergence of x and 1/x: the distance to the next zero or singularity (root test)."""
+    """The radius of convergence of x and 1/x, up to the next zero or singularity (root test)."""
     c = x.coeffs()
     first = c[0] if inverse else max(map(abs, c[:4]), key=float, default=arb(0))
-    if first == 0:  # as of a power beyond the terms that are known
+    if first == 0:  # all known terms vanish
         return 1 / _TINY
     x = x / first
     series = [x.coeffs(), x.inv().coeffs()] if inverse else [x.coeffs()]
@@ -70,32 +68,32 @@ class Factor(NamedTuple):
     square: Any = arb(0)
 
     def series(self) -> Any:
-        """pi itself."""
+        """pi as a power series."""
         return arb_series([[1], [0, 1], [-self.square, 0, 1]][self.degree])
 
     def split(self, x: Any) -> tuple[tuple[Any, Any], Any]:
-        """(r0, r1), q of x = r0 + r1 y + pi q. Nothing cancels for a small square of any sign."""
+        """(r0, r1) and q in x = r0 + r1 y + pi q; nothing cancels for a small square."""
         d, count = self.degree, x.prec
         q = [x[k] for k in range(count)]
         if d == 2:
             for k in range(count - 3, -1, -1):
                 q[k] += self.square * q[k + 2]
-        # q[k] is the coefficient of y^(k-d) in the quotient, and for k < d that of the rest.
+        # q[k] is a coefficient of the remainder for k < d, and of y^(k-d) in the quotient else.
         rest = [*q[:d], arb(0), arb(0)]
         return (rest[0], rest[1]), arb_series(q[d:], count - d)
 
     def over(self, x: Any) -> Any:
-        """q."""
+        """The quotient q."""
         return self.split(x)[1]
 
 
 def psi(d: int, zeta: Any, s: Any) -> Any:
-    """The canonical phi."""
+    """psi(s)."""
     return s * s - zeta if d == 2 else s if d == 1 else s * 0 + 1
 
 
 def primitive(d: int, zeta: Any, s: Any) -> Any:
-    """Its integral from 0."""
+    """The integral of psi from 0."""
     return s * s * s / 3 - zeta * s if d == 2 else s * s / 2 if d == 1 else s
 
 
@@ -109,10 +107,10 @@ class Map(NamedTuple):
 
 
 def central_map(phi: Any, pi: Factor) -> Map:
-    """The map from the Taylor series of phi: Newton's method in powers of pi(y).
+    """The map from the Taylor series of phi by Newton's method in powers of pi(y).
 
-    s - root y is divisible by pi, so that both sides of primitive(s) = g agree modulo pi^2, and one
-    factor pi of the correction remains.
+    s - root y is divisible by pi, so that both sides of primitive(s) = g agree modulo pi^2 and the
+    correction has one factor pi.
     """
     chi = pi.over(phi)
     eps = 1 if chi[0] > 0 else -1
@@ -128,7 +126,7 @@ def central_map(phi: Any, pi: Factor) -> Map:
             (3 * x * D**k / ((2 * k + 1) * (2 * k + 3)) for k, x in enumerate(c[::2])), arb(0)
         )
         zeta, s = D * mean.root(3) ** 2, mean.root(3) * y
-        # The mean of g over both zeros, where the one of s^3/3 - zeta s is 0.
+        # The mean of g over both zeros becomes 0, as that of s^3/3 - zeta s is.
         g += sum((x * D ** (k + 1) / (2 * k * (k + 1)) for k, x in odd), arb(0))
     for _ in range(2 + ctx.cap.bit_length()):
         step = pi.over(pi.over(primitive(d, zeta, s) - g)) / pi.over(psi(d, zeta, s))
@@ -140,20 +138,20 @@ def central_map(phi: Any, pi: Factor) -> Map:
 
 
 class Cluster(NamedTuple):
-    """A zero, or two taken together: roughly their middle and D."""
+    """A zero, or two taken together, with approximations of their middle and D."""
 
     zeros: tuple[complex, ...]
     centre: float
     square: float | None
 
     def reaches(self, lo: float, hi: float) -> bool:
-        """True where a zero is near [lo, hi]."""
+        """True if a zero is near [lo, hi]."""
         far = max(_FAR, hi - lo)
         return any(abs(z - min(max(z.real, lo), hi)) < far for z in self.zeros)
 
 
-class Field:
-    """phi of a panel, a function of balls and power series, with its zeros beside [lo, hi].
+class Phi:
+    """phi on [lo, hi], a function of balls and power series, with its zeros near there.
 
     Parameters
     ----------
@@ -165,21 +163,21 @@ class Field:
         self.phi, self.lo, self.hi = phi, lo, hi
 
     def taylor(self, u: Any, of: Any = None) -> Any:
-        """phi's power series at u, or that of another function."""
+        """The power series of phi at u, or of another function."""
         x = of or self.phi
         if hasattr(x, "coefficients"):
             return arb_series(x.taylor(u, 1, 0)[0].coeffs(), ctx.cap)
         return middle(x(arb_series([u, 1], ctx.cap)))
 
-    def mirrored(self) -> Field:
-        """That of -phi(-u)."""
-        other = Field(self.phi.mirrored().negative(), -self.hi, -self.lo)
+    def mirrored(self) -> Phi:
+        """-phi(-u) on the reflected interval."""
+        other = Phi(self.phi.mirrored().negative(), -self.hi, -self.lo)
         other.zeros = [-z.conjugate() for z in self.zeros]
         return other
 
     @cached_property
     def zeros(self) -> list[complex]:
-        """Those of the Chebyshev interpolant which are zeros of phi."""
+        """The zeros of the Chebyshev interpolant that are zeros of phi."""
         half, values = (self.hi - self.lo) / 2, np.vectorize(lambda t: float(self.phi(arb(t))))
         for degree in (16, 32, 64, 128, 256, 512):
             known = np.polynomial.Chebyshev.interpolate(values, degree, (self.lo, self.hi))
@@ -193,7 +191,7 @@ class Field:
         ]  # fmt: skip
 
     def _vanishes(self, z: complex) -> bool:
-        """True for a zero of the interpolant that is one of phi."""
+        """True if phi vanishes, up to rounding, at a zero of the interpolant."""
         line, coefficients = acb_series([acb(z), 1], 3), getattr(self.phi, "coefficients", [])
         x = reduce(lambda x, c: x * line + c, reversed(coefficients), 0 * line)
         x = x if coefficients else self.phi(line)
@@ -201,7 +199,7 @@ class Field:
         return value < 1e-3 * slope + 1e-9 * curve + 1e-12
 
     def factor(self, cluster: Cluster) -> tuple[Any, Factor]:
-        """A zero, or the middle m and D of a pair, to all digits: Newton, Bairstow."""
+        """A zero, or the middle m and D of a pair, to all digits (Newton, Bairstow)."""
         m, D = arb(cluster.centre), arb(cluster.square or 0)
         for _ in range(3 + ctx.prec.bit_length()):
             c = self.taylor(m).coeffs()
@@ -211,7 +209,7 @@ class Field:
                 continue
             even, odd = arb_poly(c[::2]), arb_poly(c[1::2])
             r0, r1, d0, d1 = even(D), odd(D), even.derivative()(D), odd.derivative()(D)
-            # Of m the derivatives of r0 + r1 y are r1 + 2 D d1 and 2 d0.
+            # The derivatives of r0 and r1 with respect to m are r1 + 2 D d1 and 2 d0.
             a, b = r1 + 2 * D * d1, 2 * d0
             det = a * d1 - b * d0
             m, D = (m - (r0 * d1 - r1 * d0) / det).mid(), (D - (a * r1 - b * r0) / det).mid()
@@ -220,7 +218,7 @@ class Field:
         return m, Factor(1) if cluster.square is None else Factor(2, D)
 
     def clusters(self) -> list[Cluster]:
-        """The zeros in pairs of neighbours, the closest first; a complex pair is one."""
+        """The zeros in pairs of neighbours, the closest first; conjugate zeros are a pair."""
         real = sorted((z for z in self.zeros if abs(z.imag) < _REAL), key=lambda z: z.real)
         pairs = [(z, z.conjugate()) for z in self.zeros if z.imag >= _REAL]
         pairs += sorted(pairwise(real), key=lambda p: abs(p[1] - p[0]))
@@ -235,12 +233,12 @@ class Field:
         return sorted(found, key=lambda c: c.centre)
 
     def _alone(self, centre: float, square: float) -> bool:
-        """True where the series about the middle of a pair holds both."""
+        """True if the series about the middle of a pair converges at both."""
         rest = Factor(2, arb(square)).over(self.taylor(arb(centre)))
         return bool(SHARE * radius(rest) > abs(square) ** 0.5)
 
     def panels(self, lo: Any, hi: Any, order: int, weight: Any = None) -> list[Panel]:
-        """[lo, hi] cut half-way between clusters; each part with the cluster on its side."""
+        """[lo, hi] divided half-way between clusters, one panel for each cluster."""
         near = [c for c in self.clusters() if c.reaches(float(lo), float(hi))]
         cuts = [
             (max(z.real for z in a.zeros) + min(z.real for z in b.zeros)) / 2
@@ -257,7 +255,7 @@ class Field:
 
 
 def three_together(u: Any) -> AccuracyError:
-    """The refusal of a drift that has more zeros in one place than a panel may have."""
+    """The refusal of a drift with more zeros close together than a panel may have."""
     return AccuracyError(
         f"A has three zeros close together near u = {float(u):.4g}, of which the uniform expansion "
         "takes two; use method='exact'."
@@ -268,37 +266,20 @@ def three_together(u: Any) -> AccuracyError:
 
 
 class Panel(NamedTuple):
-    """What does not depend on lam: for k = 0, 1, ..., N, and both ends."""
+    """The coefficients of a panel for k = 0, 1, ..., N, independent of lam."""
 
     eps: int
     degree: int
     zeta: Any
-    ends: tuple[Any, Any]
-    P: list[Any]  # P_k(s) = p + q s
+    ends: tuple[Any, Any]  # s there
+    p: list[Any]  # p_k(s) = a + b s as (a, b)
     c: list[Any]  # c_k at both ends
     own: list[Any]  # the integral of g c_k du
-    mixed: list[list[Any]]  # [k][l]: that of P_k c_l ds
+    mixed: list[list[Any]]  # [k][l]: the integral of p_k c_l ds
 
 
-def integrated_by_parts(
-    pi: Factor, of: Map, weight: Any, order: int
-) -> tuple[list[Any], list[Any]]:
-    """P_k = (p, q), p + q s, and the power series of c_k about the zeros, k = 0, 1, ..., N."""
-    d, s = pi.degree, of.s
-    root = pi.split(s)[0][1] if d == 2 else arb(1)
-    top = pi.over(psi(d, of.zeta, s))
-    a = top / of.chi
-    b, P, c = weight * a, [], []
-    for _ in range(order + 1):
-        p, q = pi.split(b)[0]
-        P.append((p, q / root))
-        c.append(pi.over(b - p - q / root * s) / top)
-        b = a * c[-1].derivative()
-    return P, c
-
-
-class _Piece(NamedTuple):
-    """s, the weight g and c_k on about + [y0, y1]."""
+class _Disc(NamedTuple):
+    """The power series of s, g and c_k about a point, used at distances from y0 to y1."""
 
     about: Any
     y0: Any
@@ -307,67 +288,78 @@ class _Piece(NamedTuple):
     g: Any
     c: list[Any]
 
+    def integral(self, x: Any) -> Any:
+        """The integral of a power series over the disc."""
+        area = x.integral()
+        return at(area, self.y1) - at(area, self.y0)
+
+
+def integrated_by_parts(
+    pi: Factor, of: Map, weight: Any, order: int
+) -> tuple[list[Any], list[Any]]:
+    """p_k(s) = a + b s as (a, b), and the power series of c_k about the zeros, k = 0, 1, ..., N."""
+    d, s = pi.degree, of.s
+    root = pi.split(s)[0][1] if d == 2 else arb(1)
+    top = pi.over(psi(d, of.zeta, s))
+    slope = top / of.chi
+    b, p, c = weight * slope, [], []
+    for _ in range(order + 1):
+        r0, r1 = pi.split(b)[0]
+        p.append((r0, r1 / root))
+        c.append(pi.over(b - r0 - r1 / root * s) / top)
+        b = slope * c[-1].derivative()
+    return p, c
+
 
 def panel(
-    field: Field, centre: Any, pi: Factor, lo: Any, hi: Any, order: int, weight: Any = None
+    field: Phi, centre: Any, pi: Factor, lo: Any, hi: Any, order: int, weight: Any = None
 ) -> Panel:
-    """The panel [lo, hi] with the zeros pi about `centre`.
-
-    The weight is a function of power series; None: 1.
-    """
-    found = central_map(field.taylor(centre), pi)
-    d, zeta, s, ks = pi.degree, found.zeta, found.s, range(order + 1)
-    pieces: list[_Piece] = []
-
-    def weighed(u: Any) -> Any:
-        return arb_series([1]) if weight is None else field.taylor(u, weight)
-
-    def add(about: Any, step: Any, s: Any, g: Any, c: list[Any]) -> None:
-        y0, y1 = max(-step, lo - about), min(step, hi - about)
-        if y0 < y1:
-            pieces.append(_Piece(about, y0, y1, s, g, c))
-
-    g = weighed(centre)
-    P, c = integrated_by_parts(pi, found, g, order)
+    """The panel [lo, hi] with the zeros of pi about `centre` and the weight g (None: 1)."""
+    weight = weight or (lambda u: 0 * u + 1)
+    of, g, d = central_map(field.taylor(centre), pi), field.taylor(centre, weight), pi.degree
+    p, c = integrated_by_parts(pi, of, g, order)
     near = arb(SHARE * min(radius(pi.over(field.taylor(centre))), radius(g, False)))
-    add(centre, near, s, g, c)
+    discs = [_Disc(centre, -near, near, of.s, g, c)]
     for side, end in ((-1, lo), (1, hi)):
-        edge, here = centre + side * near, at(s, side * near)
+        edge, here = centre + side * near, at(of.s, side * near)
         while side * (end - edge) > 0:
-            # Further out about other centres, where primitive(s) = eps int phi as well.
-            room = min(radius(field.taylor(edge)), radius(weighed(edge), False))
-            step = arb(SHARE / (1 + SHARE) * room)
-            if step < _SHORT:
-                raise three_together(edge)
-            about, t = edge + side * step, arb_series([here])
-            phi = found.eps * field.taylor(about)
-            level = phi.integral()
-            level += primitive(d, zeta, here) - at(level, -side * step)
-            for _ in range(4 + 2 * ctx.cap.bit_length()):
-                t = middle(t - (primitive(d, zeta, t) - level) / psi(d, zeta, t))
-            below, g, c = psi(d, zeta, t), weighed(about), []
-            a = below / phi
-            rest = g * a
-            for p, q in P:
-                c.append((rest - p - q * t) / below)
-                rest = a * c[-1].derivative()
-            add(about, step, t, g, c)
-            edge, here = about + side * step, at(t, side * step)
-    pieces.sort(key=lambda piece: float(piece.about))
-    own, mixed = [arb(0) for _ in ks], [[arb(0) for _ in ks[: order + 1 - k]] for k in ks if d]
-    for p in pieces:
-
-        def over(x: Any, p: _Piece = p) -> Any:
-            area = x.integral()
-            return at(area, p.y1) - at(area, p.y0)
-
-        slope = p.s.derivative()
-        for k in ks:
-            own[k] += over(p.g * p.c[k])
-        for row, (x, y) in zip(mixed, P, strict=False):
+            discs.append(_next(field, weight, d, of, p, side, edge, here))
+            about, step = discs[-1].about, side * discs[-1].y1
+            edge, here = about + step, at(discs[-1].s, step)
+    discs = [x._replace(y0=max(x.y0, lo - x.about), y1=min(x.y1, hi - x.about)) for x in discs]
+    discs = sorted((x for x in discs if x.y0 < x.y1), key=lambda x: float(x.about))
+    ks = range(order + 1)
+    own = [sum((x.integral(x.g * x.c[k]) for x in discs), arb(0)) for k in ks]
+    mixed = [[arb(0)] * (order + 1 - k) for k in ks if d]
+    for x in discs:
+        for row, (a, b) in zip(mixed, p, strict=False):
+            ds = (a + b * x.s) * x.s.derivative()
             for k in range(len(row)):
-                row[k] += over((x + y * p.s) * slope * p.c[k])
-    first, last = pieces[0], pieces[-1]
-    ends = at(first.s, first.y0), at(last.s, last.y1)
-    c = [(at(first.c[k], first.y0), at(last.c[k], last.y1)) for k in ks]
-    return Panel(found.eps, d, zeta, ends, P, c, own, mixed)
+                row[k] += x.integral(ds * x.c[k])
+    low, high = discs[0], discs[-1]
+    ends = at(low.s, low.y0), at(high.s, high.y1)
+    at_ends = [(at(x, low.y0), at(y, high.y1)) for x, y in zip(low.c, high.c, strict=True)]
+    return Panel(of.eps, d, of.zeta, ends, p, at_ends, own, mixed)
+
+
+def _next(
+    field: Phi, weight: Any, d: int, of: Map, p: list[Any], side: int, edge: Any, here: Any
+) -> _Disc:
+    """The disc beyond an edge at which s is `here`, from primitive(s) = eps int phi by Newton."""
+    room = min(radius(field.taylor(edge)), radius(field.taylor(edge, weight), False))
+    step = arb(SHARE / (1 + SHARE) * room)
+    if step < _SHORT:
+        raise three_together(edge)
+    about, s, c = edge + side * step, arb_series([here]), []
+    phi, g = of.eps * field.taylor(about), field.taylor(about, weight)
+    level = phi.integral()
+    level += primitive(d, of.zeta, here) - at(level, -side * step)
+    for _ in range(4 + 2 * ctx.cap.bit_length()):
+        s = middle(s - (primitive(d, of.zeta, s) - level) / psi(d, of.zeta, s))
+    below = psi(d, of.zeta, s)
+    slope = below / phi
+    b = g * slope
+    for r0, r1 in p:
+        c.append((b - r0 - r1 * s) / below)
+        b = slope * c[-1].derivative()
+    return _Disc(about, -step, step, s, g, c)

@@ -1,43 +1,53 @@
-"""Weak noise: T, C and P as sums over the critical points of V, over any ring.
+"""Weak noise: T, C and P as sums over the critical points of V, in any arithmetic.
 
-The scale density is e^{lam V}, the speed density lam e^{-lam V}; noise that depends on u gives both
-a weight, sigma^(-2 alpha) and sigma^(2 alpha - 2), and V' = -phi/sigma^2, written -phi here.
+The scale density is e^{lam V} and the speed density lam e^{-lam V}; noise that depends on u gives
+them the weights sigma^(-2 alpha) and sigma^(2 alpha - 2), and -phi below stands for V'.
 
-int e^{sign lam V} over [a, b] is, to all orders, the sum of what its points contribute: a peak
-(barrier for sign 1, well for -1) Laplace's series, an end the formal antiderivative E = e^{lam V}
-sum h_k (-x)^k (sign 1) or G = e^{-lam V} sum h_k x^k (sign -1), x = 1/lam, and a kink or a corner
-of V the difference of that antiderivative's two sides. With s_p and m_p what point p contributes,
+To all orders int e^{sign lam V} over [a, b] is the sum of what the points contribute: at a peak
+(a barrier for sign 1, a well for -1) Laplace's series, at an end the formal antiderivative
+E = e^{lam V} sum h_k (-x)^k (sign 1) or G = e^{-lam V} sum h_k x^k (sign -1), x = 1/lam, and at a
+kink or corner of V the jump of that antiderivative. If point p contributes s_p for sign 1 and m_p
+for sign -1, then, with E = 0 at zeros of phi and the start at x,
 
-    L(p) = sum_{q<p} s_q + E(p-),   R(p) = sum_{q>p} s_q - E(p+),   S = sum_q s_q   (E = 0 at zeros)
+    L(p) = sum_{q<p} s_q + E(p-),   R(p) = sum_{q>p} s_q - E(p+),   S = sum_q s_q,
     C = R(x)/S,     T = lam/S ( R(x) [rho- + sum_{p<x} m_p L(p)] + L(x) [rho+ + sum_{p>x} m_p R(p)]
                                 + m_x L(x) R(x) ),      rho± = ± sum x^k f.p. int h_k
 
-with x the start, and Hadamard's finite parts from the start to either end. (Green's function of
-the mean exit time: Gardiner, Stochastic Methods, 5.5; G(x) cancels between the two sides.) Towards
-an end that reflects, a wall, L = S -> oo: L(p)/S is 1, and the wall has an m_p, which an absorbing
-end has not.
+with Hadamard's finite parts from the start to either end (Green's function of the mean exit time:
+Gardiner, Stochastic Methods, 5.5; G(x) cancels between the two sides). At a reflecting end ("wall")
+let L = S -> oo, so that L(p)/S -> 1; a wall contributes a term m_p, an absorbing end does not.
 
-A ring gives `term(letter, point, height, halves, row)`: lam^(-halves/2) e^(lam height) sum row_n
-lam^-n to its order, the letter being a name for it; `lam`, `log_lam`; and `named(name, value)`.
+An arithmetic gives `term(letter, point, height, halves, row)`, which is lam^(-halves/2)
+e^(lam height) sum row_n lam^-n to its order, for a symbol with that letter; `lam` and `log_lam`;
+and `named(name, value)`, which may put a symbol in place of a value.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
+import numpy as np
+from flint import arb
+
+from symasym.base.inputs import FloatArray
+from symasym.drift.drift import Drift
+from symasym.expansions import answer
+from symasym.expansions.ball_drift import RING, BallDrift, Between
+from symasym.expansions.scaled import Scaled
 from symasym.series.local import corner, gaussian, slow
 
 _LETTERS = {"peak": "BW", "edge": "EG", "jump": "EF", "odd": "OU", "other": "QZ"}
 
 
 class Point(NamedTuple):
-    """A critical point: its place, V there from the start on, and its local expansions.
+    """A critical point u, V(u) - V(start), and the coefficients of its local expansions.
 
-    `peak` are c_n lam^-(n+1/2); at a start on a zero `odd` is what its right half has besides half
-    of that, c_n lam^-(n+1), and `beside` `corner`; `left` and `right` are h_k on both sides of an
-    edge. Those two and `odd` are pairs, with the weight of the scale and of the speed density.
+    `peak` has c_n of sum c_n lam^-(n+1/2). If the start is a zero of phi, `odd` holds the odd-order
+    terms of the integral over its right half, c_n of sum c_n lam^-(n+1), and `corner` those of the
+    double integral. `left` and `right` are the h_k on both sides of an edge. `odd`, `left` and
+    `right` are pairs, with the weights of the scale and of the speed density.
     """
 
     u: Any
@@ -45,41 +55,41 @@ class Point(NamedTuple):
     height: Any
     peak: list[Any]
     odd: Any
-    beside: Any
+    corner: Any
     left: Any
     right: Any
 
     @property
     def name(self) -> str:
-        """What it is, whether the start is there or not."""
+        """The kind, whether or not the start lies there."""
         return self.kind.removeprefix("start=")
 
     def __str__(self) -> str:
         return f"{self.name} at {float(self.u):.4g}"
 
     def tops(self, sign: int) -> bool:
-        """True where e^{sign lam V} has a maximum."""
+        """True if e^{sign lam V} has a maximum here."""
         return self.kind.endswith("barrier" if sign > 0 else "well")
 
 
-def points_of(field: Any, count: int, ring: Any) -> list[Point]:
-    """The critical points of a drift, left to right, each series to `count` terms.
+def points_of(drift: Any, count: int, ring: Any) -> list[Point]:
+    """The critical points of a drift from left to right, with each series to `count` terms.
 
-    `field` has their `places`, `height`, and `around` them, or on both `sides`, the Taylor
-    coefficients of phi and the two weights, none where they are 1.
+    The drift, a `BallDrift` or one in symbols, gives their `places`, V as `height`, and the Taylor
+    coefficients of phi and of the two weights `around` a zero or on both `sides` of an edge.
     """
     points = []
-    for u, kind in field.places:
-        height, word = field.height(u), kind.removeprefix("start=")
+    for u, kind in drift.places:
+        height, word = drift.height(u), kind.removeprefix("start=")
         if word in ("well", "barrier"):
-            own, well, around = word != kind, word == "well", field.around(u, 2 * count + 1)
+            own, well, around = word != kind, word == "well", drift.around(u, 2 * count + 1)
             peaks = _weighted(gaussian, around, count, ring)
             odd = _weighted(partial(gaussian, step=1), around, count, ring) if own else ()
-            beside = corner(peaks[well], not well, ring, peaks[not well]) if own else ()
+            double = corner(peaks[well], not well, ring, peaks[not well]) if own else ()
             odd = [row[1::2] for row in odd]
-            points.append(Point(u, kind, height, peaks[well], odd, beside, (), ()))
+            points.append(Point(u, kind, height, peaks[well], odd, double, (), ()))
         else:
-            before, after = field.sides(u, count)
+            before, after = drift.sides(u, count)
             left = _weighted(slow, before, count, ring) if before else ()
             right = left if before is after else ()
             if after and not right:
@@ -89,19 +99,21 @@ def points_of(field: Any, count: int, ring: Any) -> list[Point]:
 
 
 def _weighted(make: Any, around: Any, count: int, ring: Any) -> list[Any]:
-    """A series with the weight of the scale and of the speed density, one object if these are 1."""
+    """A series with the weight of the scale and of the speed density; one object if both are 1."""
     phi, weights = around
     rows = [make(phi, count, ring, weights=[w]) for w in weights]
     return rows or [make(phi, count, ring)] * 2
 
 
 class Sums:
-    """What each point contributes to int e^{sign lam V}, and E or G on its two sides."""
+    """The contribution of each point to int e^{sign lam V}, and E or G on both sides of it."""
 
     def __init__(self, points: list[Point], sign: int, at: Any) -> None:
         self.at, self.sign = at, sign
         self.whole = [self._whole(p) for p in points]
-        self.left, self.right = ([self._beside(p, side) for p in points] for side in (-1, 1))
+        self.left, self.right = (
+            [self._antiderivative(p, side) for p in points] for side in (-1, 1)
+        )
 
     def _term(self, name: str, p: Point, halves: int, row: list[Any], mark: str = "") -> Any:
         letter = _LETTERS[name][self.sign < 0] + mark
@@ -122,7 +134,7 @@ class Sums:
             return 0
         return self._term("jump", p, 2, [a - b for a, b in zip(left, right, strict=True)])
 
-    def _beside(self, p: Point, side: int) -> Any:
+    def _antiderivative(self, p: Point, side: int) -> Any:
         if p.odd and p.tops(self.sign):
             half = self._term("peak", p, 1, p.peak) / 2
             return -side * half - self._term("odd", p, 2, p.odd[self.sign < 0])
@@ -131,7 +143,7 @@ class Sums:
             return self._term("other", p, 2, [c * (-1) ** n for n, c in enumerate(row)])
         if p.kind not in ("kink", "start"):
             return 0
-        # At a start that is no kink both sides are the same.
+        # Both sides are the same unless the start is a kink.
         mark = "s" if p.left is p.right else "lr"[side > 0]
         return self._term("edge", p, 2, self._formal(p.left if side < 0 else p.right), mark)
 
@@ -149,16 +161,16 @@ class Sums:
 
 
 def exit_probability(points: list[Point], at: Any, complement: bool = False) -> Any:
-    """C (eq:C), or 1 - C."""
+    """C (eq:C), or its complement."""
     s, x = Sums(points, 1, at), start_of(points)
     left, right = at.named("L", s.below(x)), at.named("R", s.above(x))
     return (left if complement else right) / at.named("S", s.total())
 
 
 class Shares(NamedTuple):
-    """T = lam (R(x) D- + L(x) D+ + m_x L(x) R(x))/S: L(x), R(x), S; D- and D+ in parts; m_x.
+    """L(x), R(x), S, D- and D+ as sums, m_x in T = lam (R(x) D- + L(x) D+ + m_x L(x) R(x))/S.
 
-    A part is the finite part of one side, with no points, or that of a well with a barrier or edge.
+    A summand has no points if it is the finite part of its side, else a well and a barrier or edge.
     """
 
     below: Any
@@ -169,16 +181,16 @@ class Shares(NamedTuple):
 
 
 def shares(points: list[Point], regular: Any, at: Any) -> Shares:
-    """What T (eq:Ttilde) is made of; `regular` are the finite parts of int h_k on both sides."""
+    """The parts of T (eq:Ttilde); `regular` has the finite parts of int h_k on both sides."""
     s, m, x = Sums(points, 1, at), Sums(points, -1, at), start_of(points)
     p, sides = points[x], []
     near: Any = 0
     half: Any = 0
     none = p.height * 0
     if p.odd:
-        plain, logs = p.beside
+        plain, logs = p.corner
         near = at.term("H", p, none, 2, logs) * at.log_lam + at.term("N", p, none, 2, plain)
-        # At a well half of its peak misses what E is on that side.
+        # m_x L(x) R(x) lacks half of the well's peak times E(x+-).
         half = m.whole[x] / 2 * s.right[x] if p.tops(-1) else 0
     absorbs = [q.kind == "end" for q in (points[0], points[-1])]
     row: list[tuple[tuple[Point, ...], Any]]
@@ -210,7 +222,7 @@ def escape_time(points: list[Point], regular: Any, at: Any) -> Any:
 
 
 def parts(points: list[Point], regular: Any, at: Any) -> Iterator[tuple[int, Any, Any]]:
-    """T as a sum of parts: the side of the start (0 for its own), the pair of points, the value."""
+    """The summands of T: the side (0 at the start itself), the pair of points, the value."""
     of = shares(points, regular, at)
     for side, chance, row in zip((-1, 1), (of.above, of.below), of.sides, strict=True):
         yield from ((side, pair, chance * y * at.lam / of.total) for pair, y in row)
@@ -220,17 +232,100 @@ def parts(points: list[Point], regular: Any, at: Any) -> Iterator[tuple[int, Any
 
 
 def outside_layer(points: list[Point], slopes: tuple[Any, Any], at: Any) -> Any:
-    """1 - P (eq:P): int_{|u|>1} e^{-lam V} over int e^{-lam V}; the points are those of [-1, 1]."""
+    """1 - P (eq:P), the share of |u| > 1 in int e^{-lam V}, from the points in [-1, 1]."""
     ends = zip((points[0], points[-1]), slopes, strict=True)
     tails = [at.term("X", p, -p.height, 2, [1 / abs(a)]) for p, a in ends]
     return sum(tails) / Sums(points, -1, at).total()
 
 
 def _none(x: Any) -> bool:
-    """True for a contribution that is not there."""
+    """True for the placeholder 0 of a point that does not contribute."""
     return x.__class__ is int
 
 
 def start_of(points: list[Point]) -> int:
-    """The number of the start."""
+    """The index of the start."""
     return next(i for i, p in enumerate(points) if p.kind[:5] == "start")
+
+
+# -- in balls at one lam, in floats at many --------------------------------------------------------
+
+
+class Local(NamedTuple):
+    """The coefficients: critical points, finite parts, and phi at both ends."""
+
+    points: list[Point]
+    regular: list[list[Any]]
+    slopes: tuple[Any, Any]
+
+
+@lru_cache(maxsize=16)
+def local(drift: Drift, between: Between, name: str, count: int, bits: int) -> Local:
+    """The coefficients of the quantity `name` to `count` terms, at flint's `bits`."""
+    bound = BallDrift(drift, between, name == "T")
+    points = points_of(bound, count, RING)
+    regular = bound.regular(count) if name == "T" else []
+    if name[-1] == "P":
+        points = [p for p in points if p.kind != "end"]
+    return Local(points, regular, (bound.ends[-1], bound.ends[1]))
+
+
+class AtLam:
+    """Sums at one lam in balls, to an order."""
+
+    named = staticmethod(lambda name, value: value)
+
+    def __init__(self, lam: Any, order: int) -> None:
+        self.lam, self.order, self.log_lam = lam, order, lam.log()
+
+    def term(self, letter: str, point: Point, height: Any, halves: int, row: list[Any]) -> Any:
+        """The term by Horner's rule."""
+        total = arb(0)
+        for c in row[self.order :: -1]:
+            total = total / self.lam + c
+        return total * RING.root(self.lam, -halves) * (self.lam * height).exp()
+
+
+class AtLams:
+    """Sums at many lam in floats, to an order."""
+
+    named = staticmethod(lambda name, value: value)
+
+    def __init__(self, lam: FloatArray, order: int) -> None:
+        self.lam, self.order, self.x, self.log_lam = lam, order, 1 / lam, np.log(lam)
+        self.fronts = {1: np.sqrt(self.x), 2: self.x}
+
+    def term(self, letter: str, point: Point, height: Any, halves: int, row: list[Any]) -> Scaled:
+        """The term by Horner's rule."""
+        total: Any = 0.0
+        for c in row[self.order :: -1]:
+            total = total * self.x + float(c)
+        return Scaled(total * self.fronts[halves], height, self.lam)
+
+
+class WeakNoise(answer.PartialSums):
+    """The expansion in powers of 1/lam."""
+
+    terms = "wells, barriers, start, ends, kinks and the regular part"
+    dropped = "higher orders of every series, in the error"
+    reason = (
+        "where the noise is too strong, or a well, a barrier or the start too close to another or "
+        "to an end, for Laplace's method"
+    )
+    in_balls, in_floats = AtLam, AtLams
+
+    def known(self, bits: int) -> Local:
+        """The critical points with their series."""
+        return local(self.drift, self.between, self.name, self.length, bits)
+
+    def quantity(self, known: Local, arithmetic: Any) -> Any:
+        """The sum over the critical points."""
+        if self.name == "T":
+            return escape_time(known.points, known.regular, arithmetic)
+        if self.name[-1] == "C":
+            return exit_probability(known.points, arithmetic, self.name != "C")
+        outside = outside_layer(known.points, known.slopes, arithmetic)
+        return 1 - outside if self.name == "P" else outside
+
+
+of_scene, of_scenes = partial(answer.of_scene, WeakNoise), partial(answer.of_scenes, WeakNoise)

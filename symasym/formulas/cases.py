@@ -25,8 +25,7 @@ from sympy import Expr, Symbol
 from symasym.base.errors import InputError, SymasymError
 from symasym.base.inputs import shown
 from symasym.drift.drift import Drift
-from symasym.expansions.field import LINE, RING, Field, Unresolved
-from symasym.expansions.rings import doubled
+from symasym.expansions.ball_drift import LINE, RING, BallDrift, Unresolved, doubled
 from symasym.series.local import finite_parts_in_s
 
 U = Symbol("u", real=True)
@@ -83,7 +82,7 @@ def cases_of(drift: Drift, start: Fraction, sliding: bool = False) -> tuple[Case
 
 
 def _case_of(drift: Drift, start: Fraction) -> Case:
-    places = doubled(lambda _: Field(drift, LINE._replace(start=start)), 256).places[1:-1]
+    places = doubled(lambda _: BallDrift(drift, LINE._replace(start=start)), 256).places[1:-1]
     return Case(tuple(kind for _, kind in places if kind != "kink"), drift.values)
 
 
@@ -134,7 +133,7 @@ def numbers_of(symbols: Iterable[Symbol], drift: Drift, start: Fraction) -> dict
     named = list(symbols)
 
     def found(bits: int) -> dict[Symbol, Expr]:
-        of = Field(drift, LINE._replace(start=start))
+        of = BallDrift(drift, LINE._replace(start=start))
         places: dict[str, Any] = {f"u{k}": u for k, (u, _) in enumerate(of.zeros, 1)}
         places |= {"1": arb(1), "-1": arb(-1)}
         known = {f"V({name})": of.height(u) for name, u in places.items()} | places

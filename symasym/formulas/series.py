@@ -23,7 +23,8 @@ from sympy import Expr, Poly, S
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.expansions import weak as theorem
-from symasym.expansions.strong_noise import Moments, Stretch, layer, quantity, straight, swept
+from symasym.expansions.sides import Stretch, quantity, straight
+from symasym.expansions.strong_noise import Moments, layer
 from symasym.formulas.cases import Case, U
 from symasym.formulas.letters import (
     IN_KAPPA,
@@ -208,7 +209,7 @@ def _layer(of: Field, order: int, side: int, b: Any, mark: str) -> Stretch:
 
 def strong(drift: Drift, name: str, order: int, start: Fraction) -> dict[str, Any]:
     """The formula in lam, r and the moments, what these are, and where it holds."""
-    case, ring, sides = Case(("start",)), _Ring(), list[list[Stretch]]()
+    case, ring, sides = Case(("start",)), _Ring(), list[Stretch]()
     of = Field(drift, case, start)
     if of.poly is None:
         raise InputError(
@@ -216,12 +217,11 @@ def strong(drift: Drift, name: str, order: int, start: Fraction) -> dict[str, An
             "sa.escape_time(method='strong_noise') and its like take numbers."
         )
     for side, letter, mark in ((1, "L", "-"), (-1, "R", "+")) if name[-1] != "P" else ():
-        x, row = side * of.start, [straight(side * of.slopes[-side], R - 1, ring)]
-        row += [_layer(of, order, side, x, mark)] if x > -1 else []
-        # What is swept of a side stands as one stretch.
-        sigma, w = swept(row)
-        sides.append([Stretch(of.named(letter, sigma), S.Zero, of.named(f"w{mark}", w), S.One)])
+        x, whole = side * of.start, straight(side * of.slopes[-side], R - 1, ring)
+        whole = _layer(of, order, side, x, mark).then(whole) if x > -1 else whole
+        scale, nested = of.named(letter, whole.scale), of.named(f"w{mark}", whole.nested)
+        sides.append(Stretch(scale, S.Zero, nested, S.One))
     slopes = of.slopes[-1], of.slopes[1]
-    formula = quantity(name, sides or [[_layer(of, order, 1, S.One, "")]], slopes, LAM)
+    formula = quantity(name, sides or [_layer(of, order, 1, S.One, "")], slopes, LAM)
     known = {**of.values, **IN_KAPPA}
     return {"case": case, "formula": formula, "definitions": known, "conditions": ends(of, name)}

@@ -25,8 +25,8 @@ from symasym.base.balls import exact_ball, precision, to_mpf
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import count, digits, exact
 from symasym.expansions import canonical, coalescence
-from symasym.expansions.canonical import Way
-from symasym.expansions.coalescence import Factor, Field
+from symasym.expansions.coalescence import Factor, Phi
+from symasym.expansions.sides import Stretch
 from symasym.integrals.integral import (
     IntegralExpansion,
     code,
@@ -103,8 +103,8 @@ class UniformExpansion(IntegralExpansion):
         turned = sympy.expand((sympy.I if self.path else 1) * constant)
         return number(turned), None if rest == 1 else code(rest, self.x)
 
-    def _field(self, lo: Any, hi: Any) -> Field:
-        return Field(code(-sympy.diff(self.f, self.x), self.x), float(lo), float(hi))
+    def _field(self, lo: Any, hi: Any) -> Phi:
+        return Phi(code(-sympy.diff(self.f, self.x), self.x), float(lo), float(hi))
 
     def _pair(self, terms: int) -> tuple[int, Any, list[tuple[Any, Any]], Any]:
         """eps, zeta, (p_k, q_k) and f_0 of the two saddles nearest to `near`."""
@@ -154,8 +154,8 @@ class UniformExpansion(IntegralExpansion):
         )
         parts = [*before, *field.panels(low, high, last, weight), *after]
         rows = zip(*(canonical.ways(one, lam, nats) for one in parts), strict=True)
-        whole = [reduce(Way.then, row) for row in rows]
-        return [front * (lam * code(self.f, self.x)(lo)).exp() * y.B for y in whole]
+        whole = [reduce(Stretch.then, row) for row in rows]
+        return [front * (lam * code(self.f, self.x)(lo)).exp() * y.scale for y in whole]
 
     def _ends(self, lam: Any, nats: float) -> list[Any]:
         """The ends, where infinite or f is -oo moved to where e^{lam f} is below all digits."""

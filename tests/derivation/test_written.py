@@ -19,7 +19,8 @@ import symasym as sa
 from derivations.sections.section5.positive import E_s
 from symasym.derivation.derivation import build, numeric
 from symasym.exact import balls, float_panels, floats
-from symasym.expansions.canonical import straight
+from symasym.expansions.sides import straight
+from symasym.expansions.strong_noise import Balls
 
 
 def by_paper(verb: Any) -> Callable[..., float]:
@@ -48,9 +49,10 @@ def panel(k: int, sign: int = 1) -> Callable[..., float]:
 
 
 def way(of: str, sign: int = 1) -> Callable[..., float]:
-    """The same of the canonical form, over the largest value of its integrand."""
+    """The same of an expansion's side, over the largest value of its integrand."""
     return lambda x: float(
-        getattr(straight(arb(sign * x), arb(1), arb(1)), of) * arb(min(0, sign * x)).exp()
+        getattr(straight(arb(-sign * x), arb(1), Balls(arb(1), 0)), of)
+        * arb(min(0, sign * x)).exp()
     )
 
 
@@ -98,9 +100,9 @@ ROWS: list[tuple[str, str, Callable[..., float]]] = [
     ("constant-panel", "single", panel(2)),
     ("constant-panel", "double, V falls", panel(4)),
     ("constant-panel", "double, V rises", panel(4, -1)),
-    ("constant-panel", "single", way("m")),
-    ("constant-panel", "double, V rises", way("J")),
-    ("constant-panel", "double, V falls", way("J", -1)),
+    ("constant-panel", "single", way("speed")),
+    ("constant-panel", "double, V rises", way("nested")),
+    ("constant-panel", "double, V falls", way("nested", -1)),
     *(("panel-step", step, of(k, "end" in step)) for of in (in_floats, enclosed) for step, k in (
         ("sigma, scaled", 0), ("w, scaled", 1),
         ("sigma from an absorbing end", 0), ("w from an absorbing end", 1))),

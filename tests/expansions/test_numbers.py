@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from symasym.drift.scenes import float_scenes, scene_at
-from symasym.expansions.answer import LAPLACE
-from symasym.expansions.strong_noise import STRONG_NOISE
+from symasym.expansions.ball_drift import Between
+from symasym.expansions.strong_noise import StrongNoise
+from symasym.expansions.weak import WeakNoise
 from symasym.methods import METHODS
 from symasym.workshop.problems import PROBLEMS, Problem, constant_drift
 
@@ -299,16 +299,16 @@ def test_one_formula(problem: Problem, method: str, order: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("expansion", "kappa"), [(LAPLACE, [0.04, 0.05]), (STRONG_NOISE, [0.7, 1.0, 5.0, 40.0])]
+    ("kind", "kappa"), [(WeakNoise, [0.04, 0.05]), (StrongNoise, [0.7, 1.0, 5.0, 40.0])]
 )
 @pytest.mark.parametrize("start", [0.0, 1.5, -1.5])
-def test_floats_sum_what_balls_do(expansion: Any, kappa: Any, start: float) -> None:
+def test_floats_sum_what_balls_do(kind: Any, kappa: Any, start: float) -> None:
     """Before they are compared: where floats are off the verbs sum in balls, so none would tell."""
-    scenes = float_scenes(sa.friction(3, 1, "-0.4"), {"kappa": kappa, "r": 10.0, "start": start})
+    between, lams = Between(F(-10), F(10), F(start)), 2 / np.square(kappa)
     for name in ("T", "C", "1 - C"):
-        series = expansion._series(scene_at(scenes, 0), name, 3)
-        for lam, log in zip(scenes.lam, series.logs(scenes.lam, 2), strict=True):
-            true = float(series.balls(F(lam), [2], 16, True)[1][0])
+        sums = kind(sa.friction(3, 1, "-0.4"), between, name, 3)
+        for lam, log in zip(lams, sums.logs(lams, 2), strict=True):
+            true = float(sums.balls(F(lam), [2], 16, True)[1][0])
             assert abs(log - true) < 1e-13 * max(1.0, abs(true)), (name, lam)
 
 

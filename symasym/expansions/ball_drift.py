@@ -1,24 +1,24 @@
-"""A bound drift in flint's balls: its local expansions, V, its critical places, finite parts.
+"""The critical points of a drift, its local expansions, V and finite parts, enclosed in balls.
 
-All is enclosed. The finite parts of int h_k are sums over the zeros of a polynomial A; V and the
-finite parts of any other A, and where noise depends on u, are integrals (`acb.integral`), the
-latter along a path above the zeros of A: it has the same real part as one below them, and that is
-the finite part.
+For a polynomial A the finite parts of int h_k (`symasym.expansions.weak`) are sums over its zeros.
+Otherwise, and where the noise depends on u, they are integrals (`acb.integral`) along a path above
+the zeros of A; a path below them has the same real part, which is the finite part.
 """
 
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from fractions import Fraction
 from functools import cached_property, partial
 from itertools import pairwise
 from math import inf, log
 from typing import Any, NamedTuple
 
-from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx, fmpq, fmpq_poly
+from flint import acb, acb_series, arb, arb_poly, arb_series, ctx, fmpq, fmpq_poly
 
-from symasym.base.balls import exact_ball
+from symasym.base.balls import exact_ball, precision
 from symasym.base.errors import AccuracyError
 from symasym.drift.critical_points import Values, formula_of, known
 from symasym.drift.drift import Drift
@@ -27,9 +27,11 @@ from symasym.drift.formula import Formula, rational, vanishes
 from symasym.series.local import by_parts, finite_parts_in_s, pole_sums, slow
 from symasym.series.power_series import Series
 
+_DOUBLINGS = 6  # of the bits, at most
 
-class Balls:
-    """Functions of balls (`symasym.series.local`)."""
+
+class _BallRing:
+    """The functions of balls that `symasym.series.local` calls."""
 
     two = 2
     euler = property(lambda self: arb.const_euler())
@@ -45,27 +47,43 @@ class Balls:
 
     @staticmethod
     def generic(c: list[Any]) -> tuple[Series, Callable[[Any], Any]]:
-        """The series 1 + c_1 t + ..., and the way back from its coefficients."""
+        """The series 1 + c_1 t + ..., whose coefficients need no conversion."""
         return Series([arb(1), *c]), lambda x: x
 
     @staticmethod
     def log_ratio(high: Any, low: Any, real: bool) -> Any:
-        """log(high/low); of what is 0 nothing, the finite part."""
+        """log(high/low); its finite part if one of the two is 0."""
         if not real:
             return (high / low).log()
         ends = ((1, high), (-1, low))
         return sum((sign * abs(t.real).log() for sign, t in ends if (t == 0) is False), arb(0))
 
 
-RING = Balls()
+RING = _BallRing()
 
 
 class Unresolved(ArithmeticError):
-    """More bits are needed."""
+    """The precision is too low to separate zeros and edges."""
+
+
+def doubled(find: Callable[[int], Any], bits: int, digits: int = 0) -> Any:
+    """The value of `find(bits)` at flint's precision of so many bits.
+
+    These are doubled until zeros and edges are apart and the balls found have so many digits.
+    """
+    for more in (bits << k for k in range(_DOUBLINGS)):
+        with suppress(Unresolved), precision(more):
+            found = find(more)
+            if not digits or all(y.rel_accuracy_bits() > 3.33 * digits + 1 for y in found):
+                return found
+    raise AccuracyError(
+        f"A varies too fast, or its zeros are too close to each other or to an end, for many times "
+        f"{bits:,} bits; use method='exact'."
+    )
 
 
 class Between(NamedTuple):
-    """The ends of a scene, its start, and the end that reflects."""
+    """Both ends of the interval, the start, and which end reflects, if any."""
 
     left: Fraction
     right: Fraction
@@ -73,7 +91,7 @@ class Between(NamedTuple):
     reflecting: str | None = None
 
 
-#: The whole line, of which P is asked, as two ends with a start.
+#: Stands for the whole line, to which P refers.
 LINE = Between(Fraction(-2), Fraction(2), Fraction(-1))
 
 
@@ -85,10 +103,10 @@ def _no_series(u: float, where: str) -> AccuracyError:
 
 
 class Part:
-    """A piece of the drift, phi/sigma^2 with its weights, and its critical points inside.
+    """A piece of the drift: phi/sigma^2, the two weights, and the critical points inside.
 
-    Where A and sigma are polynomials with 2 deg sigma <= deg A + 1, h_k with both weights has no
-    poles but the zeros of A, and vanishes at infinity; `degree` is that of sigma.
+    `degree` is that of the polynomial sigma. If A is a polynomial, too, and 2 deg sigma <= deg A +
+    1, then h_k with both weights has poles only at the zeros of A, and vanishes at infinity.
     """
 
     def __init__(
@@ -102,8 +120,7 @@ class Part:
             c.pop()
         constant = len(c) == 1
         self.exact = c if constant or not any(isinstance(x, arb) for x in c) else []
-        self.poly = [arb(x) for x in self.exact]
-        # A, of whose zeros finite parts are sums.
+        # The coefficients of A if the finite parts are sums over its zeros.
         self.summed = self.exact
         formula, values = of
         known = formula.exact_coefficients(dict(values)) if self.weights and not constant else None
@@ -111,7 +128,7 @@ class Part:
             self.summed = [rational(x) for x in known]
 
     def vanishes(self, u: Any) -> bool:
-        """True where phi is 0 at a rational place."""
+        """True if phi is 0 at a rational point."""
         value = self.phi(arb(u))
         if not value.contains(0):
             return False
@@ -124,28 +141,23 @@ class Part:
         return True
 
     def taylor(self, u: Any, count: int) -> list[Any]:
-        """Taylor coefficients of phi at u, real or complex."""
-        real = isinstance(u, arb)
-        if not self.exact:
-            return _series(self.phi, u, count)
-        of: Any = arb_poly if real else acb_poly
-        c = of(self.poly)(of([u, 1])).coeffs()[:count]
-        return [*c, *[u * 0] * (count - len(c))]
+        """Taylor coefficients of phi at a real or complex u."""
+        return _series(self.phi, u, count)
 
-    def weighted(self, u: Any, count: int) -> list[list[Any]]:
-        """Those of both weights, none where these are 1."""
-        return [
-            _series(w, u, count) if w else [u * 0 + 1, *[u * 0] * (count - 1)] for w in self.weights
-        ]
+    def local(self, u: Any, count: int) -> tuple[list[Any], list[list[Any]]]:
+        """Taylor coefficients of phi and of both weights, an empty list if both are 1."""
+        one = [u * 0 + 1, *[u * 0] * (count - 1)]
+        weights = [_series(w, u, count) if w else one for w in self.weights]
+        return self.taylor(u, count), weights
 
     @cached_property
     def roots(self) -> Any:
-        """All zeros of a polynomial in the complex plane, and their multiplicities."""
+        """The complex zeros of a polynomial, with their multiplicities."""
         whole = fmpq_poly(self.summed if len(self.summed) > 1 else [1]).numer()
         return whole.complex_roots() if whole.degree() > 0 else []
 
     def real(self) -> list[tuple[Any, int]]:
-        """The real zeros, and their multiplicities; of what is no polynomial those inside."""
+        """The real zeros with their multiplicities; if A is no polynomial, those inside only."""
         if self.summed:
             real = [(z.real, m) for z, m in self.roots if z.imag == 0]
             return sorted(real, key=lambda zero: float(zero[0]))
@@ -154,7 +166,7 @@ class Part:
         return [(self._refined(u) if m == 1 else u, m) for u, m in row]
 
     def _refined(self, u: Any) -> Any:
-        """A simple zero: Newton's method, then that for balls, which proves it."""
+        """A simple zero by Newton's method, proved by a last interval Newton step."""
         for _ in range(int(log(ctx.prec, 2)) - 5):
             value, slope = self.taylor(u, 2)
             u = (u - value / slope).mid()
@@ -165,58 +177,66 @@ class Part:
             raise Unresolved
         return found
 
+    def simple_zeros(self, start: Any, time: bool) -> Iterator[tuple[Any, str]]:
+        """The simple zeros inside with their kinds, "start=..." at the start.
+
+        Double zeros are passed over, except where T is asked for (`time`) or at the start.
+        """
+        for u, multiplicity in self.real():
+            if u.overlaps(arb(self.left)) or u.overlaps(arb(self.right)):
+                raise Unresolved
+            if not self.left < u < self.right:
+                continue
+            at_start = u.overlaps(arb(start))
+            if multiplicity > 1:
+                if time or multiplicity % 2 or at_start:
+                    raise _no_series(float(u), "its slope too")
+                continue
+            if at_start and self.summed and not self.vanishes(start):
+                raise Unresolved
+            kind = "barrier" if self.taylor(u, 2)[1] > 0 else "well"
+            yield (arb(start), f"start={kind}") if at_start else (u, kind)
+
     def area(self, a: Any, b: Any) -> Any:
         """The integral of phi."""
         if self.exact:
-            whole = arb_poly(self.poly).integral()
+            whole = arb_poly(self.exact).integral()
             return whole(b) - whole(a)
         return acb.integral(lambda z, _: acb(self.phi(z)), acb(a), acb(b)).real
 
 
-class Field:
-    """phi/sigma^2 of a bound drift between two ends: series, V, critical places, finite parts.
+def _parts(drift: Drift, low: Any, high: Any) -> list[Part]:
+    """The pieces of the drift; none of their edges may be a zero of A."""
+    model, cuts = drift.model, [rational(x) for x in drift.model.cuts]
+    bounds = (fmpq(-1), fmpq(1)) if model.layered else None
+    values = {name: rational(x) for name, x in drift.scalars().items()}
+    noise = model.noise and model.noise.coefficients(values, balls=True)
+    degree = len(noise) - 1 if noise else inf
+    parts = [
+        Part(p, formula_of(drift, bisect_right(cuts, p.left)), bounds, degree)
+        for p in pieces(drift, low, high)
+    ]
+    edges = ((abs(u), u, part) for part in parts for u in (part.left, part.right))
+    for _, u, part in sorted(edges, key=lambda edge: edge[0]):
+        if part.vanishes(u):
+            raise _no_series(float(arb(u)), "at the start, an end or a kink")
+    return parts
 
-    A double zero has a finite part only where that is not asked for (`time`).
+
+class BallDrift:
+    """A bound drift between two ends: its critical points and what `symasym.expansions.weak` needs.
+
+    Double zeros of A are refused where finite parts are needed (`time`), for T.
     """
 
     def __init__(self, drift: Drift, at: Between, time: bool = True) -> None:
         low, high, self.start, self.x = *map(rational, at[:3]), exact_ball(at.start)
-        model = drift.model
-        cuts = [rational(x) for x in model.cuts]
-        bounds = (fmpq(-1), fmpq(1)) if model.layered else None
-        values = {name: rational(x) for name, x in drift.scalars().items()}
-        noise = model.noise and model.noise.coefficients(values, balls=True)
-        degree = len(noise) - 1 if noise else inf
-        self.parts = [
-            Part(p, formula_of(drift, bisect_right(cuts, p.left)), bounds, degree)
-            for p in pieces(drift, low, high)
-        ]
+        self.parts = _parts(drift, low, high)
         self.ends = {-1: self.parts[0].phi(arb(low)), 1: self.parts[-1].phi(arb(high))}
-        edges = ((abs(u), u, part) for part in self.parts for u in (part.left, part.right))
-        for _, u, part in sorted(edges, key=lambda edge: edge[0]):
-            if part.vanishes(u):
-                raise _no_series(float(arb(u)), "at the start, an end or a kink")
-        zeros, own = [], ""
-        for part in self.parts:
-            for u, multiplicity in part.real():
-                if u.overlaps(arb(part.left)) or u.overlaps(arb(part.right)):
-                    raise Unresolved
-                if not part.left < u < part.right:
-                    continue
-                at_start = u.overlaps(self.x)
-                if multiplicity > 1:
-                    if time or multiplicity % 2 or at_start:
-                        raise _no_series(float(u), "its slope too")
-                    continue
-                kind = "barrier" if part.taylor(u, 2)[1] > 0 else "well"
-                if not at_start:
-                    zeros.append((u, kind))
-                elif part.summed and not part.vanishes(self.start):
-                    raise Unresolved
-                else:
-                    own = kind
-        self.on_zero, self.zeros = bool(own), zeros
-        places = [*zeros, (self.x, f"start={own}" if own else "start")]
+        found = [zero for part in self.parts for zero in part.simple_zeros(self.start, time)]
+        self.zeros = [zero for zero in found if zero[1] in ("well", "barrier")]
+        self.on_zero = len(found) > len(self.zeros)
+        places = [*found, *[(self.x, "start")] * (not self.on_zero)]
         for u, side in ((low, "left"), (high, "right")):
             if u != self.start:
                 places.append((arb(u), "wall" if side == at.reflecting else "end"))
@@ -226,23 +246,21 @@ class Field:
             raise Unresolved
 
     def _beside(self, u: Any, side: int) -> Part | None:
-        """The part left or right of a place; none beyond an end."""
+        """The part left or right of a point, or None beyond an end."""
         if side > 0:
             return next((p for p in self.parts if u < arb(p.right)), None)
         return next((p for p in self.parts[::-1] if u > arb(p.left)), None)
 
-    def around(self, u: Any, count: int) -> tuple[list[Any], list[list[Any]]]:
-        """Taylor coefficients of phi and of the weights at a place where they have them."""
+    def around(self, u: Any, count: int) -> Any:
+        """Taylor coefficients of phi and of the weights at a point where they are analytic."""
         part: Any = self._beside(u, 1) or self._beside(u, -1)
-        return part.taylor(u, count), part.weighted(u, count)
+        return part.local(u, count)
 
     def sides(self, u: Any, count: int) -> tuple[Any, Any]:
-        """The same left and right of a place, None beyond an end."""
+        """The same on the left and on the right of a point, None beyond an end."""
         left, right = (self._beside(u, side) for side in (-1, 1))
-        before = left and (left.taylor(u, count), left.weighted(u, count))
-        if left is right:
-            return before, before
-        return before, right and (right.taylor(u, count), right.weighted(u, count))
+        before = left and left.local(u, count)
+        return before, before if left is right else right and right.local(u, count)
 
     def height(self, u: Any) -> Any:
         """V(u) - V(start), V' = -phi."""
@@ -257,7 +275,7 @@ class Field:
     # -- finite parts --------------------------------------------------------------------------
 
     def regular(self, count: int) -> list[list[Any]]:
-        """Finite parts of int h_k left and right of the start, k = 1 to count."""
+        """Finite parts of int h_k on the left and right of the start, k = 1 to `count`."""
         found = []
         for side in (-1, 1):
             total = [arb(0)] * count
@@ -270,38 +288,34 @@ class Field:
             found.append(total)
         if self.on_zero:
             phi, weights = self.around(self.x, 2 * count + 1)
-            more = finite_parts_in_s(phi, count, RING, weights)
-            for k, change in enumerate(more):
+            for k, change in enumerate(finite_parts_in_s(phi, count, RING, weights)):
                 found[0][k], found[1][k] = found[0][k] - change, found[1][k] + change
         return found
 
     def _over(self, part: Part, lo: Any, hi: Any, count: int) -> list[Any]:
-        """Those of a part; places are taken from the start, where an own zero is 0."""
+        """The finite parts over [lo, hi] in a part, with positions relative to the start."""
         flat = len(part.summed) == 1
         if not part.summed or (flat and part.weights) or any(m > 1 for _, m in part.roots):
             return self._by_contour(part, arb(lo), arb(hi), count)
         if flat:
-            return [arb(hi - lo) / part.poly[0], *[arb(0)] * (count - 1)]
+            return [arb(hi - lo) / part.exact[0], *[arb(0)] * (count - 1)]
         own = self.on_zero and part.left < self.start < part.right
         real = [acb(u) for u, _ in self.zeros if part.left < u < part.right]
         real += [acb(self.x)] * own
         others = [z for z, _ in part.roots if not any(z.overlaps(u) for u in real)]
-        size = 2 * count + 1
-        poles = [
-            (z - self.x, part.taylor(z, size), k < len(real), part.weighted(z, size))
-            for k, z in enumerate([*real, *others])
-        ]
-        if own:
-            poles[len(real) - 1] = (acb(0), *poles[len(real) - 1][1:])
+        poles = []
+        for k, z in enumerate([*real, *others]):
+            phi, weights = part.local(z, 2 * count + 1)
+            place = acb(0) if own and k == len(real) - 1 else z - self.x
+            poles.append((place, phi, k < len(real), weights))
         low, high = (acb(arb(u - self.start)) for u in (lo, hi))
         return [acb(y).real for y in pole_sums(poles, low, high, count, RING)]
 
     def _by_contour(self, part: Part, lo: Any, hi: Any, count: int) -> list[Any]:
-        """Those of any A; beside a start on a zero by the series there."""
+        """The finite parts for any A; next to a start on a zero by the series there."""
         row, zeros = [arb(0)] * count, [u for u, _ in self.zeros if part.left < u < part.right]
         if self.on_zero and part.left < self.start < part.right:
-            marks = [*zeros, arb(part.left), arb(part.right)]
-            room = min(float(abs(u - self.x)) for u in marks)
+            room = min(float(abs(u - self.x)) for u in (*zeros, arb(part.left), arb(part.right)))
             step = _alone(part, self.x, room / 2) / 16
             if lo.overlaps(self.x):
                 lo = lo + step
@@ -322,7 +336,7 @@ class Field:
 
         ends = []
         for u in (lo, hi):
-            phi, weights = part.taylor(u, count), part.weighted(u, count)
+            phi, weights = part.local(u, count)
             ends.append(
                 [slow(phi, count, RING, [w]) for w in weights] or [slow(phi, count, RING)] * 2
             )
@@ -331,14 +345,13 @@ class Field:
     def _beside_zero(self, part: Part, step: Any, count: int) -> list[Any]:
         """Finite parts from the start, a zero of A, over a step, by the Laurent series of h_k.
 
-        They converge 16 times as far as the step (`_by_contour`); the last term bounds the rest.
+        Its radius of convergence is 16 steps (`_by_contour`), and its last term bounds the rest.
         """
         terms = ctx.prec // 4 + 2 * count + 8
-        phi = part.taylor(self.x, terms + 1)
+        phi, weights = part.local(self.x, terms + 1)
         shape = Series([c / phi[1] for c in phi[1:]])
-        one = Series([arb(1), *[arb(0)] * (terms - 1)])
-        weights = [Series(w) for w in part.weighted(self.x, terms)]
-        scale, speed = weights or (one, one)
+        one = [arb(1), *[arb(0)] * (terms - 1)]
+        scale, speed = map(Series, weights or (one, one))
         f, row = speed / shape, []
         for k in range(1, count + 1):
             g = scale * f if weights else f
@@ -354,7 +367,7 @@ class Field:
 
 
 def _series(of: Any, u: Any, count: int) -> list[Any]:
-    """Taylor coefficients of a function at u, real or complex."""
+    """Taylor coefficients of a function at a real or complex u."""
     ctx.cap = count
     kind: Any = arb_series if isinstance(u, arb) else acb_series
     c = list(of(kind([u, 1], prec=count)))
@@ -362,15 +375,13 @@ def _series(of: Any, u: Any, count: int) -> list[Any]:
 
 
 def _product(part: Part, m: int, n: int, z: Any, analytic: bool) -> Any:
-    """f_(m+1) g_(n+1) phi at z; nan on a box where phi may vanish or not be analytic."""
-    first, *others = part.taylor(z, n + 1)
+    """f_(m+1) g_(n+1) phi at z; nan on a box where phi may vanish or may not be analytic."""
+    (first, *others), weights = part.local(z, n + 1)
     if not first.is_finite() or first.contains(0):
         return acb("nan")
-    phi = acb_series([first, *others], prec=n + 1)
-    rows: list[Any] = [acb_series(w, prec=n + 1) for w in part.weighted(z, n + 1)]
-    h = []
-    for weight, k in zip(rows or [1], (m, n), strict=False):
-        f = weight / phi
+    phi, h = acb_series([first, *others], prec=n + 1), []
+    for weight, k in zip(weights or [[1]], (m, n), strict=False):
+        f = acb_series(weight, prec=n + 1) / phi
         for _ in range(k):
             f = -f.derivative() / phi
         h.append(f[0])
@@ -378,8 +389,8 @@ def _product(part: Part, m: int, n: int, z: Any, analytic: bool) -> Any:
 
 
 def _alone(part: Part, z: Any, reach: float) -> Any:
-    """Half the side of a square about z without another zero: Re phi'/phi'(z) > 0 there
-    (Noshiro, Warschawski)."""
+    """Half the side of a square about the zero z in which Re phi'/phi'(z) > 0, so that it holds no
+    other zero (Noshiro and Warschawski's criterion)."""
     half, slope = arb(reach), part.taylor(z, 2)[1]
     for _ in range(200):
         box = acb(arb(z.mid(), half), arb(0, half))
