@@ -92,19 +92,19 @@ def contribution(
 ) -> Contribution:
     """That of a maximum."""
     point, side, both = top.point, top.side, top.side == "both"
-    sign, step = (-1 if side == "left" else 1), (2 if both else 1)
+    sign, step = {"left": -1, "both": 0, "right": 1}[side], (2 if both else 1)
     try:
         c = Point(x, point, sign, _FLAT + 1, ring).taylor(f).c
         contact = next((k for k, y in enumerate(c) if k and ring.sign(y) != 0), _FLAT)
         here = Point(x, point, sign, step * order + contact + _SPARE, ring)
         lead, (front, weight) = here.taylor(f).c, here.term(g)
-        first = int(front % 2) if both and front.is_Integer else 0
+        first = int(front % 2) if both else 0
         n = first + step * (order - 1) + 1
         if ring.sign(-lead[contact]) != 1 or (both and contact % 2):
             raise NotAnalytic(f"{f} is flat or not surely largest")
         if len(weight) < n:
             raise NotAnalytic(f"{g} vanishes, or cancels, to all orders looked at")
-        if sign_of(front + 1) != 1 or (both and not front.is_Integer):
+        if sign_of(front + 1) != 1:
             raise NotAnalytic(f"{g} behaves as a power {sympy.simplify(front)} of the distance")
     except NotAnalytic as error:
         raise InputError(

@@ -138,11 +138,11 @@ def exactly(work: Callable[[Exact], Any]) -> Any:
 
 
 class Point:
-    """Expressions in x beside a point, on one side, to `count` terms."""
+    """Expressions in x beside a point, on one side or, 0, on both, to `count` terms."""
 
     def __init__(self, x: Symbol, point: Any, side: int, count: int, ring: Any) -> None:
-        self.x, self.count, self.ring = x, count, ring
-        self.zero, self.line = ring.of(S.Zero), [ring.of(point), ring.of(S(side))]
+        self.x, self.side, self.count, self.ring = x, side, count, ring
+        self.zero, self.line = ring.of(S.Zero), [ring.of(point), ring.of(S(side or 1))]
 
     def taylor(self, e: Expr) -> Series:
         """The series of an expression that is analytic on this side."""
@@ -176,7 +176,8 @@ class Point:
     def _raised(self, e: Expr) -> Term:
         """The power of a term: of its exponent, and of its series."""
         (front, series), p = self.term(e.base), e.exp
-        if not len(series) or not (p.is_Integer or self.ring.sign(series[0]) == 1):
+        real = len(series) and self.ring.sign(series[0]) == 1 and (self.side or front == 0)
+        if not len(series) or not (p.is_Integer or real):
             raise NotAnalytic(f"{e} is not surely a real power times a power series")
         first = series[0] ** int(p) if p.is_Integer else self.ring.power(series[0], p)
         return sympy.expand(front * p), series.power(exponent(p, self.ring), first)

@@ -69,7 +69,11 @@ def _highest(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Maximum]:
     """The maxima, without parameters; the integral beside them converges."""
     lo, hi, height, weight = number(a), number(b), code(f, x), code(g, x)
     inside = middle(lo, hi)
-    rows = [(height(number(z)), z, "both") for z in zeros(f.diff(x), x, a, b)]
+    rows = []
+    for z in zeros(f.diff(x), x, a, b):
+        at = number(z).mid()
+        level = height(at)
+        rows.append((level if level.is_finite() else height(at + _TINY), z, "both"))  # at a pole
     for z, end, side in ((a, lo, "right"), (b, hi, "left")):
         level = height(end)
         if end.is_finite() and level.is_finite():
@@ -103,12 +107,12 @@ def _highest(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Maximum]:
 
 @lru_cache(maxsize=512)
 def zeros(e: Expr, x: Symbol, lo: Expr, hi: Expr) -> list[Any]:
-    """Real zeros in (lo, hi): all of a rational function, others where the sign changes on a grid.
+    """Real zeros and poles in (lo, hi): all of a rational function, of others changes of sign.
 
     With parameters those of linear and quadratic factors, or that SymPy solves for.
     """
     rational = e.is_rational_function(x)
-    above = sympy.fraction(sympy.together(e))[0] if rational else e
+    above = sympy.Mul(*sympy.fraction(sympy.together(e))) if rational else e
     if any(y.free_symbols - {x} for y in (e, lo, hi)):
         parts = [e]
         if rational:
@@ -121,13 +125,13 @@ def zeros(e: Expr, x: Symbol, lo: Expr, hi: Expr) -> list[Any]:
     poly, a, b = rational and above.as_poly(x), number(lo), number(hi)
     exact = poly and poly.domain in (sympy.ZZ, sympy.QQ)
     found = _algebraic(poly, x) if exact else _on_grid(e, x, a, b) if e.has(x) else []
-    found = [z for z in found if a < number(z) < b]
     if len(found) > _MOST:
         raise InputError(
             f"{e} has more than {_MOST} zeros for {x} in ({lo}, {hi}); give an integral with "
             "fewer critical points."
         )
-    return [_recognised(z) if isinstance(z, Zero) and not exact else z for z in found]
+    found = [_recognised(z) if isinstance(z, Zero) and not exact else z for z in found]
+    return [z for z in found if a < number(z) < b]
 
 
 def _algebraic(poly: Any, x: Symbol) -> list[Any]:
@@ -143,8 +147,8 @@ def _algebraic(poly: Any, x: Symbol) -> list[Any]:
 
 
 def _on_grid(e: Expr, x: Symbol, a: Any, b: Any) -> list[Any]:
-    """Zeros where the sign changes between points of a grid."""
-    of, found = code(e, x), []
+    """Where the sign changes between points of a grid, also at poles and jumps."""
+    of = code(e, x)
     if (b - a).is_finite():
         grid = [a + (b - a) * arb((1 - cos(pi * k / 800)) / 2) for k in range(1, 800)]
     else:
@@ -153,13 +157,7 @@ def _on_grid(e: Expr, x: Symbol, a: Any, b: Any) -> list[Any]:
         left = [] if a.is_finite() else [base - y for y in reach[::-1]]
         grid = [*left, base, *([] if b.is_finite() else [base + y for y in reach])]
     known = [(y.mid(), v) for y in grid if (v := of(y)).is_finite() and not v.contains(0)]
-    for (p, u), (q, v) in pairwise(known):
-        zero = Zero(e, x, p, q)
-        if u * v < 0 and abs(of(zero.ball())) < max(abs(u), abs(v)):  # else a pole
-            found.append(zero)
-        if len(found) > _MOST:
-            break
-    return found
+    return [Zero(e, x, p, q) for (p, u), (q, v) in pairwise(known) if u * v < 0]
 
 
 def _recognised(zero: Zero) -> Any:

@@ -161,13 +161,17 @@ def test_the_formula_is_the_sum(target: str) -> None:
     [
         (x, 1, x, 0, "oo"), ("cos(x)", 1, x, 0, "oo"), ("1/(1 + x**2)", 1, x, 0, "oo"),
         (-x, "exp(x**2)", x, 0, "oo"), ("1/x", 1, x, 0, 1), ("sin(1/x)", 1, x, 0, 1),
-        (-x, 1 / x, x, 0, 1), (-(x**2), "sqrt(x)", x, -1, 1), (-(x**2), "log(x)", x, 0, 1),
+        (-x, 1 / x, x, 0, 1), (-(x**2), "sqrt(x)", x, -1, 1),
+        (-(x**2), "sqrt(x**2)", x, -1, 1), (-(x**2), "log(x)", x, 0, 1),
         (-x, "sqrt(x) + x", x, 0, 1), ("-x**(3/2)", 1, x, 0, 1), ("-Abs(x)", 1, x, -1, 1),
         ("1 - x**(3/2) + 9*x**3/10", 1, x, 0, 1),
         (sympy.I * x, 1, x, 0, 1),
         (-x, "oo*x", x, 0, 1), (sympy.Integer(3), 1, x, 0, 1), (-sympy.gamma(x), 1, x, 1, 3),
         (-x, 1, x, 1, 0), (-x, 1, x, 0, x), (-x, 0, x, 0, 1), (-x, [1], x, 0, 1), (-x, 1, 3, 0, 1),
         (-x, 1, x, 0, 1, 0), (-x, 1, x, 0, 1, "best"), (-x, x ** (y - 1), x, 0, 1),
+        # A corner above the end that has a maximum; a pole.
+        ("exp(-20*x)/2 - sqrt((x - 1)**2)", 1, x, 0, 3), ("exp(-20*x) + tan(x)**2", 1, x, 0, 2),
+        ("1/(10*(x - 1/2)**2) - 20*x", 1, x, 0, 1),
         # Limits at ends as high as a maximum, or higher.
         ("x*log(x)", 1, x, 0, 1), ("x/(1 + x)", "1/(1 + x)**2", x, 0, "oo"),
         (-(x**2), "Piecewise((1, x < 1), (2, True))", x, 0, 2),
