@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from flint import fmpq
+from sympy import Expr, Symbol
 
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import Numbers, exact, float_text, floats, is_array, is_name, shown
-from symasym.drift import landscape
+from symasym.drift import expressions, landscape
 from symasym.drift.critical_points import CriticalPoint, critical_points
 from symasym.drift.model import Model, Parametrized
 from symasym.drift.sampled import values_at
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from sympy import Expr, Symbol
 
     from symasym.base.inputs import Number
 
@@ -75,17 +75,13 @@ class Drift(Parametrized):
         noise: Expr | Number | None = None,
         ito: int | str = 0,
     ) -> None:
-        from symasym.drift import expressions
-
-        self._model: Model = expressions.read_drift(A, u, layer, noise, ito)
-        self._values: dict[str, Any] = {}
-        self._check()
+        self._set(expressions.read_drift(A, u, layer, noise, ito), {})
 
     @classmethod
     def of(cls, model: Model, **values: Numbers | None) -> Self:
         """A drift of a model, with the parameters bound that are given."""
         drift = cls.__new__(cls)
-        drift._model, drift._values = model, {}
+        drift._set(model, {})
         return drift.bind(**{name: value for name, value in values.items() if value is not None})
 
     @classmethod
@@ -113,15 +109,11 @@ class Drift(Parametrized):
         >>> drift([-0.1, 0.1]).tolist()
         [1.05, -1.05]
         """
-        from symasym.drift import expressions
-
         return cls.of(expressions.with_pieces(pieces, u, noise, ito))
 
     @classmethod
     def general(cls) -> Self:
         """No drift in particular, of which `symasym.expand` states formulas in V's derivatives."""
-        from symasym.drift import expressions
-
         return cls.of(expressions.general())
 
     # -- parameters ------------------------------------------------------------------------
@@ -148,21 +140,17 @@ class Drift(Parametrized):
                 bound[name].flags.writeable = False
             else:
                 bound[name] = exact(name, value)
-            _require_range(self._model, name, bound[name])
+            _require_range(self.model, name, bound[name])
         drift = type(self).__new__(type(self))
-        drift._model, drift._values = self._model, bound
-        _ = drift.shape
-        drift._check()
+        drift._set(self.model, bound)
         return drift
 
-    def _check(self) -> None:
+    def _set(self, model: Model, values: dict[str, Any]) -> None:
         """Refuse values at which A or sigma is not analytic on [-1, 1], or sigma not positive."""
-        known = not self.free and not self.shape and self._model.layered
-        if known and not self._model.name:
-            from symasym.drift import expressions
-
-            expressions.check_regular(self._model.pieces[0], self._values)
-            if noise := self._model.noise:
+        self.model, self._values = model, values
+        if not self.shape and not self.free and model.layered and not model.name:
+            expressions.check_regular(self.model.pieces[0], self._values)
+            if noise := self.model.noise:
                 expressions.check_regular(noise, self._values, "noise")
                 expressions.check_noise(noise, self._values, fmpq(-1), fmpq(1))
 
@@ -213,14 +201,12 @@ class Drift(Parametrized):
                 f"{self!r} has a free parameter u, which is the name of the position; bind it, or "
                 "rename it."
             )
-        return self._model.expression(self._values)
+        return self.model.expression(self._values)
 
     def phi(self) -> Expr:
         """phi(u) in the real symbol ``u``, with a layer a SymPy Piecewise (eq:phi)."""
-        from symasym.drift import expressions
-
         A = self.expression()
-        return expressions.phi(A) if self._model.layered else A
+        return expressions.phi(A) if self.model.layered else A
 
     def potential(self) -> Expr:
         """V(u) in the real symbol ``u``, with a layer a SymPy Piecewise (eq:V2).
@@ -228,9 +214,7 @@ class Drift(Parametrized):
         Where SymPy finds no closed form it has an unevaluated Integral; `potential_at` gives its
         numbers in any case.
         """
-        from symasym.drift import expressions
-
-        return expressions.potential(self.expression(), self._model.layered)
+        return expressions.potential(self.expression(), self.model.layered)
 
     def potential_at(self, u: Numbers) -> Any:
         """V(u) in float64 (eq:V), with V(-1) = 0, by quadrature; as `Drift.__call__`."""
@@ -276,8 +260,6 @@ class Drift(Parametrized):
 
     def _repr_latex_(self) -> str:
         """A(u) for a notebook; parameters that are free or arrays stay symbols."""
-        from symasym.drift import expressions
-
         return rf"$\displaystyle \phi(u) = {expressions.latex(self.expression())}$"
 
 

@@ -16,7 +16,9 @@ from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
+import sympy
 from flint import acb, acb_series, arb, arb_series, fmpq
+from sympy.printing.lambdarepr import LambdaPrinter
 
 from symasym.base.balls import precision
 from symasym.base.errors import InputError
@@ -44,8 +46,6 @@ class Formula:
     @cached_property
     def powers(self) -> Any:
         """Coefficients of A in ascending powers of u, a Tuple; None where A is no polynomial."""
-        import sympy
-
         poly = self.expression.as_poly(self.u)
         return None if poly is None else sympy.Tuple(*poly.all_coeffs()[::-1])
 
@@ -96,18 +96,8 @@ class Formula:
                 found.append(float(ball.mid()) if known is None else known)
         return found[0], found[1]
 
-    @cached_property
-    def dyadic(self) -> bool:
-        """Whether the numbers in the coefficients of a polynomial are floats, and all they have."""
-        import sympy
-
-        odd = self.powers.atoms(sympy.Function, sympy.NumberSymbol)
-        return not odd and all(x.q & (x.q - 1) == 0 for x in self.powers.atoms(sympy.Rational))
-
     def with_values(self, values: Values) -> Any:
         """A(u) in the real symbol u; parameters without one exact value are real symbols."""
-        import sympy
-
         known = {name: x for name, x in values.items() if isinstance(x, Fraction)}
         put = {
             s: sympy.Rational(*known[name].as_integer_ratio())
@@ -123,8 +113,6 @@ def vanishes(
     formula: Formula, values: tuple[tuple[str, Fraction], ...], u: Fraction, order: int
 ) -> bool:
     """True where SymPy finds this derivative of A to be 0 at u."""
-    import sympy
-
     A, x = formula.with_values(dict(values)), sympy.Symbol("u", real=True)
     at = sympy.Rational(u.numerator, u.denominator)
     return bool(sympy.simplify(sympy.diff(A, x, order).subs(x, at)) == 0)
@@ -209,8 +197,6 @@ _BALLS = {"fmpq": fmpq, "pi": arb.pi, **{f: partial(_of_balls, f) for f in FUNCT
 
 def require_admitted(formula: Any) -> None:
     """Raise InputError unless A is made of + - * /, powers, rationals, pi, E and `FUNCTIONS`."""
-    import sympy
-
     for node in sympy.preorder_traversal(formula):
         if not (
             node.is_Rational
@@ -224,33 +210,31 @@ def require_admitted(formula: Any) -> None:
             )
 
 
+class _Balls(LambdaPrinter):  # type: ignore[misc]
+    """Rational constants exact, powers by functions that are not finite across their cuts."""
+
+    def _print_Rational(self, x: Any) -> str:
+        return f"fmpq({x.p}, {x.q})"
+
+    _print_Half = _print_Rational
+
+    def _print_Pi(self, x: Any) -> str:
+        return "pi()"
+
+    def _print_Exp1(self, x: Any) -> str:
+        return "exp(1)"
+
+    def _print_Pow(self, x: Any, rational: bool = False) -> str:
+        base, exponent = self._print(x.base), self._print(x.exp)
+        if not (x.exp.is_Rational and x.exp.q <= 2):
+            return f"exp(({exponent})*log({base}))"
+        root = f"({base})" if x.exp.q == 1 else f"sqrt({base})"
+        return f"({root}**{x.exp.p})" if x.exp > 0 else f"((1/{root})**{-x.exp.p})"
+
+
 @lru_cache(maxsize=256)
 def compiled(formula: Any, symbols: tuple[Any, ...], balls: bool) -> Callable[..., Any]:
     """A formula, or a Tuple of them, as a function of balls or of arrays."""
-    import sympy
-    from sympy.printing.lambdarepr import LambdaPrinter
-
-    class Printer(LambdaPrinter):  # type: ignore[misc]
-        """Rational constants exact, powers by functions that are not finite across their cuts."""
-
-        def _print_Rational(self, x: Any) -> str:
-            return f"fmpq({x.p}, {x.q})"
-
-        _print_Half = _print_Rational
-
-        def _print_Pi(self, x: Any) -> str:
-            return "pi()"
-
-        def _print_Exp1(self, x: Any) -> str:
-            return "exp(1)"
-
-        def _print_Pow(self, x: Any, rational: bool = False) -> str:
-            base, exponent = self._print(x.base), self._print(x.exp)
-            if not (x.exp.is_Rational and x.exp.q <= 2):
-                return f"exp(({exponent})*log({base}))"
-            root = f"({base})" if x.exp.q == 1 else f"sqrt({base})"
-            return f"({root}**{x.exp.p})" if x.exp > 0 else f"((1/{root})**{-x.exp.p})"
-
     require_admitted(formula)
     taken = {*_BALLS, *vars(np)}
     other = {s: sympy.Dummy() for s in symbols if s.name in taken}
@@ -260,6 +244,6 @@ def compiled(formula: Any, symbols: tuple[Any, ...], balls: bool) -> Callable[..
     options = {}
     if balls:
         modules = [_BALLS]
-        options["printer"] = Printer({"fully_qualified_modules": False, "inline": True})
+        options["printer"] = _Balls({"fully_qualified_modules": False, "inline": True})
     of: Callable[..., Any] = sympy.lambdify(names, formula, modules, cse=True, **options)
     return of

@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import sympy
 
 from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import number_repr
@@ -54,8 +55,6 @@ class Model:
 
     def expression(self, values: Mapping[str, Any]) -> Any:
         """phi(u) in the real symbol u, A alone with a layer."""
-        import sympy
-
         parts = [of.with_values(values) for of in self.pieces]
         if not self.cuts:
             return parts[0]
@@ -103,13 +102,13 @@ class Parametrized:
     What asks a drift for numbers takes one; the verbs of `symasym.Drift` stand above them.
     """
 
-    _model: Model
+    model: Model
     _values: dict[str, Any]
 
     @property
     def parameters(self) -> tuple[str, ...]:
         """Names of all parameters, bound or free."""
-        return self._model.parameters
+        return self.model.parameters
 
     @cached_property
     def free(self) -> tuple[str, ...]:
@@ -120,11 +119,6 @@ class Parametrized:
     def values(self) -> dict[str, Any]:
         """The bound parameters, each a Fraction or a float64 array."""
         return dict(self._values)
-
-    @property
-    def model(self) -> Model:
-        """The formulas, which drifts of other parameters share."""
-        return self._model
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
@@ -152,7 +146,7 @@ class Parametrized:
 
     def exact_coefficients(self) -> list[Fraction] | None:
         """Rational coefficients of A in ascending powers; None if A is no such polynomial."""
-        known = self._model.pieces[0].exact_coefficients(self.scalars())
+        known = self.model.pieces[0].exact_coefficients(self.scalars())
         while known and len(known) > 1 and known[-1] == 0:
             known.pop()
         return known
@@ -161,14 +155,14 @@ class Parametrized:
     def ends(self) -> tuple[Any, Any]:
         """The pair of a- and a+, Fractions where rational, else floats, or arrays."""
         self.require_bound()
-        if not self._model.layered:
+        if not self.model.layered:
             raise RegionError(
                 f"{self!r} has no layer, and so no a- and a+; give ends=(…) to what is asked of it."
             )
         if not self.shape:
-            return self._model.pieces[0].ends(self._values)
+            return self.model.pieces[0].ends(self._values)
         values = {name: floats(name, x) for name, x in self._values.items()}
-        left, right = (self._model.pieces[0].end(k, values, balls=False) for k in (-1, 1))
+        left, right = (self.model.pieces[0].end(k, values, balls=False) for k in (-1, 1))
         return np.broadcast_to(left, self.shape), np.broadcast_to(right, self.shape)
 
     def end(self, side: int) -> Fraction | None:
@@ -184,11 +178,11 @@ class Parametrized:
 
     def _key(self) -> tuple[Any, ...]:
         """The value by which this drift is compared and hashed."""
-        return self._model, tuple(
+        return self.model, tuple(
             (name, (value.shape, value.tobytes()) if is_array(value) else value)
             for name, value in sorted(self._values.items())
         )
 
     def __repr__(self) -> str:
         """The call that makes this drift, ``sa`` being symasym; long arrays are shortened."""
-        return self._model.source(self._values)
+        return self.model.source(self._values)

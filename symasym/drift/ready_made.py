@@ -13,12 +13,14 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from sympy import Symbol
 
 from symasym.base.errors import InputError
 from symasym.base.inputs import Numbers, count, floats, shown
 from symasym.drift.drift import Drift
 from symasym.drift.formula import Formula
 from symasym.drift.model import Model
+from symasym.drift.texts import read
 
 __all__ = [
     "DRIFTS",
@@ -76,10 +78,6 @@ class Friction(Drift):
 @lru_cache(maxsize=128)
 def _model(name: str, formula: str, parameters: str, shape: tuple[str, int] | None = None) -> Model:
     """Of a ready-made drift: the parameters in order, and a whole number with its name."""
-    from sympy import Symbol
-
-    from symasym.drift.texts import read
-
     A, u = read(name, formula), Symbol("u")
     return Model(
         pieces=(Formula(A.subs(Symbol(shape[0]), shape[1]) if shape else A, u),),

@@ -10,15 +10,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import sympy
+from sympy import Expr, Symbol
 
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import exact, is_name, sequence, shown
 from symasym.drift.drift import Drift
-
-if TYPE_CHECKING:
-    from sympy import Expr, Symbol
-
+from symasym.drift.expressions import parse
 
 __all__ = ["Reduction", "reduce"]
 
@@ -75,8 +75,6 @@ class Reduction:
         RegionError
             Where f- and f+ do not point to or from the surface from both sides.
         """
-        import sympy
-
         if not isinstance(values, Mapping):
             raise InputError(f"values is {shown(values)}; give a mapping such as {{'z': 0}}.")
         exactly = {str(k): exact(str(k), x).as_integer_ratio() for k, x in values.items()}
@@ -158,10 +156,6 @@ def reduce(
     >>> reduced.sliding_at({"z": 1})
     (0, -1)
     """
-    import sympy
-
-    from symasym.drift.expressions import parse
-
     x = [_symbol("coordinates", c) for c in sequence("coordinates", coordinates)]
     inside = _symbol("layer", layer)
     known = {s.name: s for s in (*x, inside)}
@@ -233,8 +227,6 @@ def reduce(
 
 def _symbol(name: str, given: Any) -> Any:
     """A coordinate as a symbol."""
-    import sympy
-
     if isinstance(given, sympy.Symbol) and is_name(given.name):
         return given
     if not is_name(given):
@@ -244,8 +236,6 @@ def _symbol(name: str, given: Any) -> Any:
 
 def _on_surface(h: Expr, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:
     """The substitution that puts the coefficients on the surface at the chosen point."""
-    import sympy
-
     level = sympy.simplify(h.subs(point))
     if level == 0:
         return point

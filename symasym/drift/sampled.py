@@ -87,11 +87,10 @@ class Sampled:
         self.exact = self._c is not None
         self.terms = ANALYTIC if self._c is None else len(self._c)
         if long and self.exact:
-            c: Any = None
-            if not self.arrays:
-                c = formula.exact_coefficients(numbers)
-            elif formula.dyadic:
+            if self.arrays:
                 c = formula.coefficients({k: _long(x) for k, x in numbers.items()}, balls=False)
+            else:
+                c = formula.exact_coefficients(numbers)
             if c:
                 self._c, self.long = [_long(x) for x in c], True
 
@@ -233,6 +232,9 @@ class Field:
     ):
         self._drift, self._rows, model = drift, rows, drift.model
         self._numbers = {**drift.values, **values}
+        self.layered, self.ready_made = model.layered, bool(model.name)
+        # Of any formula's coefficients the rounding is not known.
+        long &= self.ready_made or not any(isinstance(x, np.ndarray) for x in values.values())
         marks = [-1.0, 1.0]
         if not model.layered:
             marks = [span[0], *np.clip([float(x) for x in model.cuts], *span), span[1]]
@@ -241,7 +243,6 @@ class Field:
             for part, a, b in zip(model.pieces, marks, marks[1:], strict=False)
             if a < b
         ]
-        self.layered, self.ready_made = model.layered, bool(model.name)
         self.exact = all(part.exact for part in self.parts)
         twice = float(2 * model.alpha)
         self.powers = (-twice, twice - 2.0) if model.noise else None
