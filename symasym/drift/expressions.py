@@ -19,7 +19,7 @@ from symasym.base.inputs import exact, float_text, is_name, sequence, shown
 from symasym.derivation.tex import tex
 from symasym.drift import texts
 from symasym.drift.evaluate import box, halved, profile
-from symasym.drift.formula import Formula, rational, require_admitted
+from symasym.drift.formula import Formula, interned, rational, require_admitted
 from symasym.drift.model import Model
 
 # Halvings of [-1, 1], and boxes, of which a smooth drift takes a few hundred at most.
@@ -40,7 +40,7 @@ def read(A: Any, u: Any) -> Formula:
     require_admitted(formula)
     # Symbols are known by their names, whatever was assumed of them.
     plain = {s: sympy.Symbol(s.name) for s in formula.free_symbols}
-    return Formula(formula.xreplace(plain), sympy.Symbol(symbol.name))
+    return interned(formula.xreplace(plain), sympy.Symbol(symbol.name))
 
 
 def read_drift(A: Any, u: Any, layer: Any, noise: Any, ito: Any) -> Model:

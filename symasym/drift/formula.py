@@ -50,6 +50,20 @@ class Formula:
         return None if poly is None else sympy.Tuple(*poly.all_coeffs()[::-1])
 
     @cached_property
+    def steady(self) -> bool:
+        """Whether floats round the coefficients of a polynomial by a few units in the last place:
+        where they have no functions, and sums of no more than two parameters or floats."""
+
+        def exact(x: Any) -> Any:
+            return (
+                x.is_Symbol or (-x).is_Symbol or (x.is_Rational and sympy.Rational(float(x)) == x)
+            )
+
+        sums = self.powers.atoms(sympy.Add)
+        odd = self.powers.atoms(sympy.Function, sympy.NumberSymbol)
+        return not odd and all(len(x.args) == 2 and all(map(exact, x.args)) for x in sums)
+
+    @cached_property
     def _ends(self) -> dict[int, Any]:
         """A(-1) and A(1) as SymPy simplifies them of itself: sin(pi) is 0 there, not 1e-16.
 
@@ -106,6 +120,10 @@ class Formula:
             for name, s in self.symbols.items()
         }
         return self.expression.subs(put).subs(self.u, sympy.Symbol("u", real=True))
+
+
+#: Equal formulas are one, so that each is worked out once.
+interned = lru_cache(maxsize=512)(Formula)
 
 
 @lru_cache(maxsize=128)

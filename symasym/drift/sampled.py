@@ -24,6 +24,7 @@ from symasym.drift.model import Parametrized
 ANALYTIC = 20
 _ELLIPSES = (8, 11, 16, 32, 64)  # sums of half axes, over half a panel's width
 _MOST = 1_000  # panels
+_BITS = 192  # floats that cancel leave digits
 _POINTS = np.cos(np.pi * (np.arange(33) + 0.5) / 33)
 
 
@@ -75,6 +76,7 @@ class Sampled:
         noise: Formula | None = None,
         span: tuple[float, float] = (-1.0, 1.0),
         long: bool = False,
+        ready_made: bool = False,
     ):
         self.formula, self.noise, self.span, self.long = formula, noise, span, False
         self._numbers, self._rows = numbers, rows
@@ -82,8 +84,11 @@ class Sampled:
         self.floats: dict[str, Any] = {
             k: x if k in self.arrays else np.float64(float(x)) for k, x in numbers.items()
         }
-        with np.errstate(all="ignore"):
-            self._c = None if noise else formula.coefficients(self.floats, balls=False)
+        self._c: list[Any] | None = None
+        if formula.powers and not noise:
+            with np.errstate(all="ignore"):
+                own = ready_made or formula.steady
+                self._c = formula.coefficients(self.floats, False) if own else self._rounded()
         self.exact = self._c is not None
         self.terms = ANALYTIC if self._c is None else len(self._c)
         if long and self.exact:
@@ -93,6 +98,24 @@ class Sampled:
                 c = formula.exact_coefficients(numbers)
             if c:
                 self._c, self.long = [_long(x) for x in c], True
+
+    def _rounded(self) -> list[Any]:
+        """The coefficients of a formula whose terms may cancel, each rounded once."""
+        turned = any(map(np.iscomplexobj, self.arrays.values()))
+        ball: Any = acb if turned else arb
+        number: Any = complex if turned else float
+        count, found = self._rows if self.arrays else 1, []
+        with precision(_BITS):
+            columns = (
+                [ball(y) for y in x.tolist()] if k in self.arrays else [ball(rational(x))] * count
+                for k, x in self._numbers.items()
+            )
+            for row in zip(*columns, strict=True):
+                values = dict(zip(self._numbers, row, strict=True))
+                found.append(
+                    [number(ball(c)) for c in self.formula.coefficients(values, True) or ()]
+                )
+        return list(np.array(found).T) if self.arrays else list(np.array(found[0]))
 
     def __call__(self, u: Any, rows: Any) -> Any:
         """The values at `u`, of shape (many, len(rows)), each column with its row's parameters."""
@@ -239,7 +262,9 @@ class Field:
         if not model.layered:
             marks = [span[0], *np.clip([float(x) for x in model.cuts], *span), span[1]]
         self.parts = [
-            Sampled(part, self._numbers, rows, model.noise, (float(a), float(b)), long)
+            Sampled(
+                part, self._numbers, rows, model.noise, (float(a), float(b)), long, self.ready_made
+            )
             for part, a, b in zip(model.pieces, marks, marks[1:], strict=False)
             if a < b
         ]

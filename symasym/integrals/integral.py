@@ -12,7 +12,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import accumulate, pairwise
 from typing import Any, ClassVar
 
@@ -27,7 +27,7 @@ from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import Number, Numbers, exact
 from symasym.drift.evaluate import box, profile
 from symasym.drift.expressions import parse
-from symasym.drift.formula import FUNCTIONS, Formula
+from symasym.drift.formula import FUNCTIONS, interned
 from symasym.drift.scenes import Answer, Request
 from symasym.methods import as_digits
 
@@ -160,12 +160,11 @@ def read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, ...]:
 
 # Shells towards an end, and halvings of each.
 _SHELLS, _DEPTH, _NOTHING = 997, 6, arb(2) ** -(10**9)
-_model = lru_cache(maxsize=512)(Formula)
 
 
 def code(e: Expr, x: Symbol) -> Any:
     """The expression as a function of balls, nan across branch cuts and at poles."""
-    return profile(_model(e, x), {})
+    return profile(interned(e, x), {})
 
 
 def number(e: Any) -> Any:

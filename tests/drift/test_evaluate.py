@@ -122,3 +122,13 @@ def test_rows_of_polynomials() -> None:
     for end, side in zip(again.ends, (-1, 1), strict=True):
         wanted = [float(1 - F(z) - (1 + mu) * side + mu * side) for z in z0]
         assert end.tolist() == wanted
+
+
+def test_coefficients_that_cancel() -> None:
+    rng = np.random.default_rng(2)
+    a = 1000 + rng.uniform(0, 1, 9)
+    drift = sa.Drift("1/2 - (a**2 - b)*u").bind(a=a, b=a**2 - rng.uniform(0.5, 2, 9))
+    found = sa.escape_time(drift, 0.5, 3, full=True)
+    for k, (value, error) in enumerate(zip(found.value, found.error, strict=True)):
+        one = drift.bind(**{name: float(x[k]) for name, x in drift.values.items()})
+        assert abs(value - sa.escape_time(one, 0.5, 3, dps=25)) <= error
