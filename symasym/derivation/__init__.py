@@ -1,6 +1,6 @@
-"""Derivations whose every step is checked by machine, for the paper's results or your own.
+"""Derivations of which every step is checked by machine, for the paper's results or your own.
 
-This package loads SymPy; ``import symasym`` does not load it.
+This package loads SymPy, which ``import symasym`` does not.
 """
 
 from symasym.derivation.derivation import Derivation, Step, build, derives

@@ -1,11 +1,11 @@
-r"""Derivations: a step is an equation whose left side SymPy works out; its right side is stated.
+r"""Derivations: a step is an equation whose left side SymPy evaluates and whose right is stated.
 
-``d.eq(name, left, right)`` states ``left = right``. `left` is not evaluated: it is printed as it
-stands, and its value, ``left.doit()``, has to be `right`. Where it is a symbol, a function without
-a value of its own, or LaTeX, `given` are the equations that determine it, or `by` is what is worked
-out. ``d["eq:C"]`` is what another label concluded; what a label rests on is what it took. There are
-three checks: exact equality, which is proved (`eq`), a sign that is seen (`bound`), and of an
-asymptotic statement that |exact - stated|/order settles, by its slope (`order`).
+``d.eq(name, left, right)`` states ``left = right``. `left` is printed unevaluated, and its value
+``left.doit()`` must equal `right`. If `left` is a symbol, an undefined function, or LaTeX, then
+`given` has the equations that determine it, or `by` the expression to evaluate. ``d["eq:C"]`` is
+the conclusion of another label, on which this one then rests. There are three checks: exact
+equality, which is proved (`eq`), a sign (`bound`), and for an asymptotic statement the slope of
+|exact - stated|/order, which must be near 0 (`order`).
 
 >>> from sympy import Integral, Symbol
 >>> x, a = Symbol("x"), Symbol("a")
@@ -32,17 +32,17 @@ from sympy.core.function import AppliedUndef
 
 from symasym.derivation.tex import tex
 
-#: Label -> title, the function that fills its derivation in, the order of a series.
+#: Label -> title, the function that fills in its derivation, the order of a series.
 LABELS: dict[str, tuple[str, Callable[[Derivation], None], int]] = {}
-#: Label -> the module that derives it, imported when the label is first asked for.
+#: Label -> the module that derives it, imported when the label is first used.
 MODULES: dict[str, str] = {}
 BUILT: dict[str, Derivation] = {}
 
 
 def derives(label: str, title: str, n: int = 0) -> Any:
-    """Mark the function that fills in the derivation of `label`; of a series, to the order `n`.
+    """Mark the function that fills in the derivation of `label`, for a series to the order `n`.
 
-    ``build("LABEL-5")`` derives a series, and those it rests on, to order 5, which is ``d.n``.
+    ``build("LABEL-5")`` derives a series, and those that it rests on, to order 5, which is ``d.n``.
     """
     return lambda function: LABELS.setdefault(label, (title, function, n))[1]
 
@@ -54,7 +54,7 @@ def _series(label: str) -> bool:
 
 
 def build(label: str) -> Derivation:
-    """The derivation of a label, its steps stated and not checked; KeyError for no label."""
+    """The derivation of a label with its steps unchecked; KeyError for an unknown label."""
     if label not in BUILT:
         head, _, order = label.rpartition("-")
         known = head if order in tuple("12345678") and _series(head) else label
@@ -69,9 +69,9 @@ def build(label: str) -> Derivation:
 
 @dataclass
 class Step:
-    """left relation right; `check` takes a right side and tells whether it holds.
+    """left relation right; `check` takes a right side and returns whether the relation holds.
 
-    `error` is the order of what is left out, as `variable` goes to its limit; None if exact.
+    `error` is the order of the remainder as `variable` tends to its limit, or None if exact.
     """
 
     name: str
@@ -85,12 +85,12 @@ class Step:
 
     @property
     def check_kind(self) -> str:
-        """How it was checked, in a word or two."""
+        """The kind of check in a few words."""
         exact = "symbolically" if self.relation == "=" else "by a sign that is seen"
         return exact if self.variable is None else "by the slope of the remainder"
 
     def latex(self) -> str:
-        """``left = right + O(error)``, or ``right (1 + O(...))``; of tuples, piece by piece."""
+        """``left = right + O(error)``, or ``right (1 + O(...))``; for tuples, elementwise."""
         if isinstance(self.right, sympy.Tuple):
             pairs = zip(self.left, self.right, strict=True)
             return r" ,\quad ".join(f"{tex(a)} = {tex(b)}" for a, b in pairs)
@@ -119,22 +119,22 @@ def _order(e: Any) -> str:
 
 @dataclass
 class Derivation:
-    """Steps to a conclusion; sentences are TeX."""
+    """The steps to a conclusion; sentences are written in TeX."""
 
     label: str
     title: str
     n: int = 0  # the order of a series
     steps: list[Step] = field(default_factory=list)
-    rests_on: list[str] = field(default_factory=list)  # labels whose conclusions it took
-    # Conditions, what checks each or None, and for one that is false as printed what shows it.
+    rests_on: list[str] = field(default_factory=list)  # labels whose conclusions it uses
+    # Conditions, the check of each or None, and the counterexample to one that is false as printed.
     supposed: list[tuple[str, Callable[[], bool] | None, str]] = field(default_factory=list)
     concluded: tuple[Step, ...] = ()
-    note: str = ""  # what its own symbols mean
-    left_out: str = ""  # where no step's `error` has it
-    cases: tuple[str, ...] = ()  # conditions of the pieces of one function, if it concludes those
+    note: str = ""  # the meaning of its own symbols
+    left_out: str = ""  # the remainder, if no step's `error` states it
+    cases: tuple[str, ...] = ()  # conditions of the pieces of a piecewise conclusion
 
     def __getitem__(self, key: str | tuple[str, str]) -> Any:
-        """What another label concluded, ``d["eq:C"]``, or its step: ``d["eq:C", "name"]``."""
+        """The conclusion of another label, ``d["eq:C"]``, or a step: ``d["eq:C", "name"]``."""
         label, name = key if isinstance(key, tuple) else (key, None)
         return self._take(label).right(name)
 
@@ -146,11 +146,11 @@ class Derivation:
         return build(label)
 
     def error(self, label: str) -> Any:
-        """The order of what another label's conclusion leaves out."""
+        """The order of the remainder of another label's conclusion."""
         return self._take(label).concluded[0].error
 
     def right(self, name: str | None = None) -> Any:
-        """The right side of a step, or of the conclusion: a tuple where that is several."""
+        """The right side of a step or of the conclusion, a tuple if that has several steps."""
         if name is not None:
             return self._steps(name)[0].right
         sides = tuple(s.right for s in self.concluded)
@@ -163,7 +163,7 @@ class Derivation:
     def suppose(
         self, statement: str, check: Callable[[], bool] | None = None, fails: str = ""
     ) -> None:
-        """A condition; with `fails`, one that does not hold as printed, and what shows it."""
+        """State a condition; `fails` is a counterexample if it does not hold as printed."""
         self.supposed.append((statement, check, fails))
 
     def _add(self, step: Step) -> Any:
@@ -174,12 +174,12 @@ class Derivation:
     def eq(
         self, name: str, left: Any, right: Any, why: str = "", given: Any = None, by: Any = None
     ) -> Any:
-        """left = right, by working out `left`, or `by`; or since the equations of `given` hold.
+        """State left = right, checked by evaluating `left` or `by`, or by the equations `given`.
 
-        `given` are pairs in which `left` stands, or a function of a right side that gives such.
+        `given` has pairs that contain `left`, or is a function from a right side to such pairs.
         """
         right = sympy.sympify(right)
-        # What a function takes from other labels, it takes now.
+        # Called now, so that the labels that it uses are recorded.
         rows = list(given(right) if callable(given) else given or ())
         worked = [by] if by is not None else [left] if given is None else []
 
@@ -194,9 +194,9 @@ class Derivation:
         self, name: str, left: Any, relation: str, right: Any, why: str = "",
         certificate: Any = None, on: Any = None,
     ) -> Any:  # fmt: skip
-        """An inequality: the larger side less the smaller, or a `certificate` of it, is >= 0.
+        """State an inequality: the difference of its sides, or its `certificate`, is >= 0.
 
-        `on` puts a range into the assumptions on symbols: ``{mu: 1 + Symbol("m", positive=True)}``.
+        `on` expresses a range by assumptions on symbols: ``{mu: 1 + Symbol("m", positive=True)}``.
         """
 
         def check(stated: Any) -> bool:
@@ -210,10 +210,10 @@ class Derivation:
         self, name: str, left: Any, right: Any, error: Any, exact: Callable[[Any, Any], Any],
         at: Iterable[str], values: Mapping[Any, Any], why: str = "", digits: int = 40,
     ) -> Any:  # fmt: skip
-        """left = right + O(error): |exact - right|/error settles as the variable runs through `at`.
+        """State left = right + O(error): |exact - right|/error converges along the points `at`.
 
-        ``exact(x, ctx)`` is the left side in an mpmath context; `values` are the numbers of the
-        other symbols, or functions that give them.
+        ``exact(x, ctx)`` is the left side in an mpmath context; `values` has the numbers of the
+        other symbols, or functions that return them.
         """
         right, error, at = sympy.sympify(right), sympy.sympify(error), tuple(at)
         free = (right.free_symbols | error.free_symbols) - values.keys()
@@ -227,9 +227,9 @@ class Derivation:
     def conclude(
         self, *names: str, note: str = "", error: Any = "", cases: Iterable[str] = ()
     ) -> None:
-        """State which steps are the conclusion: the last one, if none is named.
+        """State which steps are the conclusion; the last one if none is named.
 
-        `error` is what it leaves out, as TeX or as an order, where no `order` has measured that.
+        `error` is the remainder, as TeX or as an order, if no `order` step has measured it.
         """
         if names:
             self.concluded = self._steps(*names)
@@ -240,13 +240,13 @@ class Derivation:
             self.concluded[0].error = error
 
     def leaves_out(self) -> str:
-        """What the conclusion leaves out, in TeX."""
+        """The remainder of the conclusion, in TeX."""
         orders = [f"${_order(s.error)}$" for s in self.concluded if s.error is not None]
         bounds = {"a bound" for s in self.concluded if s.relation != "="}
         return self.left_out or ", ".join(orders or bounds) or "exact"
 
     def latex(self) -> str:
-        """What it concludes, in LaTeX."""
+        """The conclusion in LaTeX."""
         if not self.cases:
             shown = r" ,\quad ".join(step.latex() for step in self.concluded)
             ordered = re.match(r"(relative |next term )?\$?O\(", self.left_out)
@@ -257,13 +257,13 @@ class Derivation:
         return rf"{tex(self.concluded[0].left)} = \begin{{cases}} {body} \end{{cases}}"
 
     def verify(self) -> list[str]:
-        """The steps and conditions that do not hold."""
+        """The names of the steps and conditions that do not hold."""
         wrong = [s.name for s in self.steps if not s.check(s.right)]
         return wrong + [text for text, check, _ in self.supposed if check and check() is not True]
 
 
 def _putting(left: Any, stated: Any) -> Callable[[Any], Any]:
-    """What puts `stated` in the place of `left`: of a function at every argument, of a symbol."""
+    """A function that substitutes `stated` for `left`, a symbol or a function of any argument."""
     if isinstance(left, AppliedUndef):
         return lambda e: sympy.sympify(e).replace(
             left.func, lambda *at: stated.subs(dict(zip(left.args, at, strict=True)))
@@ -275,7 +275,7 @@ def _putting(left: Any, stated: Any) -> Callable[[Any], Any]:
 
 
 def equal(left: Any, right: Any) -> bool:
-    """True where left.doit() = right is proved; of tuples, piece by piece."""
+    """True if left.doit() = right is proved; for tuples, elementwise."""
     left, right = sympy.sympify(left), sympy.sympify(right)
     if left == right:
         return True
@@ -289,7 +289,7 @@ def equal(left: Any, right: Any) -> bool:
 
 @cache
 def worked(e: Any) -> Any:
-    """The value of `e`: all carried out but integrals over arguments of functions without value."""
+    """The value of `e`; integrals over arguments of undefined functions stay unevaluated."""
 
     def known(x: Any) -> bool:
         if not isinstance(x, Integral):
@@ -308,7 +308,7 @@ def numeric(e: Any, arguments: Iterable[Any]) -> Any:
 
 
 def not_negative(e: Any) -> bool:
-    """A sign that SymPy sees, or of e^x - 1, 1 - e^-x for x > 0, of sums and products of such."""
+    """True if e >= 0 is seen; also for sums and products of e^x - 1 and 1 - e^-x with x > 0."""
     if e.is_nonnegative:
         return True
     for sign in (1, -1):  # e^x - 1, and 1 - e^-x

@@ -1,9 +1,9 @@
-"""A drift in a formula: V, phi and A put in, and T, C, P and the stationary density exactly.
+"""Substitutes a drift into formulas in V, phi and A, and emits T, C, P and p_ss exactly.
 
-The exact quantities are one sweep of the layer in Gauss panels (positive-form, panel-step), in
-logarithms. A panel is as long as lam V varies by 4 in it at most, its Legendre terms fall, and the
-drift cannot turn unseen between its nodes: ``rate`` is the reciprocal of the length over which a
-function in A may turn. Its cost grows with 1/kappa^2, and beyond 20,000 panels there is no value.
+The exact quantities take one sweep of the layer in Gauss panels (positive-form, panel-step), in
+logarithms. A panel is so short that lam V varies by at most 4, its Legendre coefficients decay, and
+the drift cannot turn between its nodes: ``rate`` is the reciprocal of the length over which a
+function in A may turn. The cost grows like 1/kappa^2; beyond 20,000 panels there is no value.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def _density(u: Any, sign: int) -> Expr:
     return sympy.exp(own("log_density")(_KAPPA, u, sign, _P))
 
 
-# Label -> arguments before the drift's, and functions: that of T, C or P, and 1 - C or 1 - P.
+# Label -> arguments in front of the drift's, and functions: T, C or P, and 1 - C or 1 - P.
 _EXACT: dict[str, tuple[tuple[Symbol, ...], dict[str, Expr]]] = {
     "eq:phi": ((_U,), {"phi": own("drift")(_INSIDE["phi"](_U), _P)}),
     "eq:V": ((_U,), {"V": own("potential")(1, _U, _P)}),
@@ -50,7 +50,7 @@ _KNOWN |= dict.fromkeys(("V_1", "V1"), own("potential")(1, 1, _P))
 
 
 def put_in(functions: list[Function], label: str, drift: Drift) -> list[Function]:
-    """The functions for a drift, whose free parameters are their last arguments."""
+    """The functions for a drift, with its free parameters as their last arguments."""
     parameters = tuple(Symbol(n, real=True) for n in drift.free)
     if label in _EXACT:
         first, exact = _EXACT[label]
@@ -82,7 +82,7 @@ _TEXT["mpmath"] = "def {}(u, p):\n    return numpy.frompyfunc(lambda u: {}, 1, 1
 
 
 def helpers_of(drift: Drift, target: str) -> dict[str, str]:
-    """Source of ``drift(u, p)``, of its ends ``end(u, p)``, and of ``rate(u, p)``."""
+    """The source of ``drift(u, p)``, of its outer values ``end(u, p)``, and of ``rate(u, p)``."""
     A = drift.expression()
     p = {Symbol(n, real=True): Symbol(f"p[{k}]", real=True) for k, n in enumerate(drift.free)}
     horner = sympy.horner(A, _U) if A.is_polynomial(_U) else A
@@ -96,7 +96,7 @@ def helpers_of(drift: Drift, target: str) -> dict[str, str]:
 
 
 def rate(A: Expr) -> Expr:
-    """1/length over which a function in A may turn: |g'|/(1 + |g|) of each f(g), g^n and n^g."""
+    """The sum of |g'|/(1 + |g|) over all f(g), g^n and n^g in A, which may turn over 1/rate."""
     if A.is_polynomial(_U) and sympy.degree(A, _U) < 12:
         return S.Zero
     inner = (x.exp if x.is_Pow and x.exp.has(_U) else x.args[0]

@@ -1,4 +1,4 @@
-"""The verb `emit`: a label, a formula or an expression as functions, and these in a language."""
+"""`emit`: a label, a formula or an expression as functions in a programming language."""
 
 from __future__ import annotations
 
@@ -36,20 +36,21 @@ def emit(
     Parameters
     ----------
     what : label, Formula, Expansion, or SymPy expression
-        Or a tuple of expressions, or a list of `Function`, which is one file.
+        Or a tuple of expressions, or a list of `Function`; they form one file.
     target : {"numpy", "mpmath", "c", "javascript", "latex"} or a CodePrinter of SymPy
     parameters : mapping of str to number, optional
-        Put into the formula exactly: ``"-0.4"`` is -2/5.
+        Substituted exactly: ``"-0.4"`` is -2/5.
     drift : Drift, optional
-        Put into a formula of V, phi or A. T (``"eq:Ttilde"``), C (``"eq:C"``), P (``"eq:P"``) and
-        the stationary density (``"eq:pss"``) are exact. Its free parameters are arguments.
+        Substituted into a formula in V, phi or A. T (``"eq:Ttilde"``), C (``"eq:C"``), P
+        (``"eq:P"``) and the stationary density (``"eq:pss"``) are then exact. Its free parameters
+        become arguments.
     name : str
-        The name of the function of an expression.
+        The name of the function for an expression.
 
     Notes
     -----
-    Where an exponential could overflow, the logarithm is a function, too: ``log_NAME``. Where a
-    formula has no value it is nan, or in Python, where none of an array has, a ValueError.
+    If an exponential may overflow, the logarithm is emitted, too, as ``log_NAME``. A value that
+    does not exist is nan; in Python a ValueError is raised if no element of an array has one.
 
     Examples
     --------
@@ -95,7 +96,7 @@ def emit(
 
 
 def _functions(what: Any, name: str) -> tuple[str, list[Function]]:
-    """The label, and the functions of a formula or an expression."""
+    """The label and the functions of a formula or an expression."""
     label, values = getattr(what, "label", ""), ()
     several = list(what) if isinstance(what, (tuple, list)) else [what]
     if several and all(isinstance(f, Function) for f in several):

@@ -1,7 +1,7 @@
-"""An expansion as functions: no exponential overflows, and its logarithm is finite where it is not.
+"""The functions of an expansion, in which no exponential overflows even where its value does.
 
-Each sum of exponentials is scaled by its largest e^(lam h); products and quotients add up and
-subtract these heights, so that log f = lam h + log c. Everything else is given step by step, as in
+Each sum of exponentials is scaled by its largest e^(lam h), and products and quotients add and
+subtract these heights, so that log f = lam h + log c. Everything else follows step by step, as in
 `symasym.Expansion.definitions`.
 """
 
@@ -18,18 +18,18 @@ from symasym.base.errors import InputError
 from symasym.emit.printing import LAM, Function, plain
 
 
-class Scaled:
-    """Expressions as c e^(lam h), with a symbol for the h and the c of each sum.
+class Exponentials:
+    """Expressions as c e^(lam h), with symbols for the h and the c of each sum.
 
-    `known` is what each symbol stands for, also these. Heights that may be large are subtracted
-    from each other where they are equal, and nowhere else.
+    `known` defines every symbol, including these. Heights that may be large are subtracted from
+    each other only where they are equal.
     """
 
     def __init__(self, known: Mapping[Symbol, Expr]) -> None:
         self.known = dict(known)
 
     def named(self, e: Expr, head: str = "h") -> Expr:
-        """A symbol for an expression that is no symbol or number."""
+        """The expression if it is a symbol or a number, otherwise a symbol for it."""
         if e.is_Symbol or e.is_Number:
             return e
         same = (s for s, v in self.known.items() if v == e and s.name.startswith(head))
@@ -38,13 +38,13 @@ class Scaled:
         return symbol
 
     def grows(self, e: Expr) -> bool:
-        """True where an expression has exponentials of lam, perhaps in its symbols."""
+        """True if the expression, or a symbol in it, contains exponentials of lam."""
         return any(x.has(LAM) for x in e.atoms(sympy.exp)) or any(
             self.grows(self.known[s]) for s in e.free_symbols if s in self.known
         )
 
     def of(self, e: Expr) -> tuple[Expr, Expr]:
-        """h and c."""
+        """The height h and the factor c of an expression."""
         if not self.grows(e):
             return S.Zero, e
         if e in self.known:
@@ -63,7 +63,7 @@ class Scaled:
         if below and (sums := [a for a in above if a.is_Add]):
             others = sympy.Mul(*(a for a in e.args if a is not sums[0]))
             return self._sum([self.of(others * a) for a in sums[0].args])
-        # First what the sum below has as a part: they may be as high.
+        # First the factors that are a part of the denominator, as their heights may be equal.
         above.sort(key=lambda a: not (below and a in below[0].base.free_symbols))
         heights, factors = zip(*map(self.of, above), strict=True) if above else ((), ())
         c = rest * sympy.Mul(*factors)
@@ -86,23 +86,23 @@ class Scaled:
 
 
 def expanded(e: Expr) -> Expr:
-    """The expression expanded, r - 1 being left together."""
+    """The expression expanded without separating r - 1."""
     r, beyond = Symbol("r", positive=True), Symbol("r - 1", positive=True)
     return sympy.expand(e.xreplace({r: 1 + beyond})).xreplace({beyond: r - 1})
 
 
 def of_expansion(e: Any, numbers: Mapping[Symbol, Expr], name: str) -> list[Function]:
-    """The function of an expansion, by its logarithm but for uniform noise.
+    """The function of an expansion, through its logarithm except for uniform noise.
 
-    It has no value where a condition ``a > b`` without noise does not hold, as for r < 1.
-    `numbers` are those of a bound drift's symbols.
+    It has no value where a condition ``a > b`` without noise fails, such as r > 1. `numbers` are
+    the values of a bound drift's symbols.
     """
 
     known = {s: plain(v) for s, v in {**e.definitions, **numbers}.items()}
     complement = e.quantity == "P" and e.noise == "weak"
     value = plain(1 - e.formula if complement else e.formula)
     if e.noise != "uniform":
-        scaled = Scaled(known)
+        scaled = Exponentials(known)
         height, c = scaled.of(value)
         value, known = LAM * height + sympy.log(c), scaled.known
     rows: dict[Symbol, Expr] = {}

@@ -1,8 +1,9 @@
-"""Source code of formulas: SymPy's printers and its cse, and what they lack.
+"""Source code of formulas by SymPy's printers and common subexpression elimination.
 
-A `Function` has a name, arguments and values. Where a value has exponentials that may overflow, its
-logarithm is a function, too. What a language lacks stands in ``runtime.c`` and ``runtime.py``, and
-a file has a copy of what it calls; JavaScript is the C without its types.
+A `Function` has a name, arguments and values. If a value contains exponentials that may overflow,
+its logarithm is emitted as a function, too. Functions that a language lacks are defined in
+``runtime.c`` and ``runtime.py``, from which each file receives a copy of those that it calls; the
+JavaScript versions are the C ones without types.
 """
 
 from __future__ import annotations
@@ -35,13 +36,13 @@ LAM = Symbol("lam", positive=True)
 
 
 def own(name: str) -> Any:
-    """A real function of that name, which SymPy leaves as it is."""
+    """A real function of that name, which SymPy leaves unevaluated."""
     return type(name, (sympy.Function,), {"is_real": True})
 
 
 @dataclass(frozen=True)
 class Function:
-    """A function of `arguments`: its values, in the symbols of `shared`, which are named first."""
+    """A function of `arguments`; its values contain the symbols that `shared` defines first."""
 
     name: str
     arguments: tuple[Symbol, ...]
@@ -50,7 +51,7 @@ class Function:
     shared: tuple[tuple[Symbol, Expr], ...] = ()
 
     def each(self, change: Callable[[Expr], Expr]) -> Function:
-        """The function with a change made to each of its expressions."""
+        """The function with `change` applied to each of its expressions."""
         shared = tuple((s, change(v)) for s, v in self.shared)
         return replace(self, values=tuple(map(change, self.values)), shared=shared)
 
@@ -59,7 +60,7 @@ class Function:
 
 
 def _of_two(verb: str) -> Any:
-    """A NumPy function of two arrays, for several."""
+    """A NumPy function of two arrays, applied to any number of them."""
     return lambda self, e: reduce(f"numpy.{verb}({{}}, {{}})".format, map(self._print, e.args))
 
 
@@ -76,7 +77,7 @@ class _NumPy(SciPyPrinter):  # type: ignore[misc]
         return "numpy.pi"
 
     def _print_Function(self, e: Any) -> str:
-        text = str(super()._print_Function(e))  # a sweep is vectorised over kappa alone
+        text = str(super()._print_Function(e))  # a sweep is vectorised over kappa only
         return f"each({text.replace('(', ', ', 1)}" if isinstance(e.args[-1], sympy.Tuple) else text
 
     def _print_hyper(self, e: Any) -> str:
@@ -84,7 +85,7 @@ class _NumPy(SciPyPrinter):  # type: ignore[misc]
 
 
 class _Braces:
-    """Constants as numbers, and x*x for x^2, where a language has no operator for powers."""
+    """For languages without an operator for powers: x*x for x^2, and constants as numbers."""
 
     def _print_NumberSymbol(self, e: Any) -> str:
         return repr(float(e))
@@ -101,7 +102,7 @@ class _Braces:
         return f"({product})" if e.exp > 0 else f"(1.0/({product}))"
 
     def _print_hyper(self, e: Any) -> str:
-        """The two of the uniform formula."""
+        """The two hypergeometric functions of the uniform formula."""
         if (*e.ap, *e.bq) == (S.Half, 1, S.Half * 3):
             return f"artanhc({self._print(e.argument)})"  # type: ignore[attr-defined]
         if {*e.ap} == {S.One / 3, -S.One / 3} and [*e.bq] == [S.Half]:
@@ -140,7 +141,7 @@ _NAMED: dict[str, dict[str, Any]] = {
     "c": {},
     "javascript": {"expm1": "Math.expm1", "log1p": "Math.log1p", "erf": "erf_", "log": "Math.log"},
 }  # fmt: skip
-# Words of the languages.
+# Reserved words of the languages.
 _WORDS = """numpy scipy mpmath Math out y0 y1 j0 j1 jn yn const double exp fabs float fmax fmin int
     log long pow sqrt char void short signed static struct switch typedef union unsigned extern enum
     sin cos tan tanh sinh cosh default case do goto export function let new null this throw var
@@ -148,12 +149,12 @@ _WORDS = """numpy scipy mpmath Math out y0 y1 j0 j1 jn yn const double exp fabs 
 
 
 def reserved(target: str) -> set[str]:
-    """Words of the file that no function has as its name; an argument gets a _ behind it."""
+    """Names that no function may have; arguments with these names get a trailing underscore."""
     return {*_WORDS, *_OWN, *helpers(target), *keyword.kwlist, *vars(builtins)}
 
 
 def printer_of(target: str, functions: Sequence[Function]) -> Any:
-    """The printer, which knows the functions of the file and the helpers."""
+    """The printer, with the functions of the file and the helpers as known functions."""
     names = [*_OWN, *helpers(target), *(f.name for f in functions)]
     settings: dict[str, Any] = {"user_functions": {n: n for n in names} | _NAMED[target]}
     settings |= {"math_macros": {}} if target == "c" else {}
@@ -162,11 +163,11 @@ def printer_of(target: str, functions: Sequence[Function]) -> Any:
     return printer
 
 
-# -- forms that keep digits ------------------------------------------------------------------------
+# -- numerically stable forms ----------------------------------------------------------------------
 
 
 def log_form(e: Expr) -> Expr | None:
-    """log(e) of a positive sum or product with exponentials; None where no sign is seen."""
+    """log(e) of a positive sum or product with exponentials; None if the sign is unknown."""
     if isinstance(e, sympy.exp):
         return e.args[0]
     if not e.has(sympy.exp):
@@ -180,7 +181,7 @@ def log_form(e: Expr) -> Expr | None:
 
 
 def stable(e: Expr) -> Expr:
-    """`e` with expm1, log1p and logaddexp where digits would be lost.
+    """`e` with expm1, log1p and logaddexp in place of expressions that cancel.
 
     SymPy's own rewriting factors the expression, which takes minutes.
     """
@@ -203,9 +204,9 @@ def stable(e: Expr) -> Expr:
 
 
 def plain(e: Expr) -> Expr:
-    """`e` in functions that every target has and that do not overflow, beside exponentials.
+    """`e` in exponentials and functions that every target has and that do not overflow.
 
-    airye(z, k) is Ai, Ai', Bi, Bi' for k = 0 to 3, where z > 0 times e^(+-(2/3) z^(3/2)).
+    airye(z, k) is Ai, Ai', Bi, Bi' for k = 0 to 3, multiplied by e^(+-(2/3) z^(3/2)) for z > 0.
     """
 
     def airy(part: int) -> Any:
@@ -226,7 +227,7 @@ def plain(e: Expr) -> Expr:
 
 
 def _with_logarithm(f: Function) -> Iterator[Function]:
-    """The function, behind its logarithm where that can be finite and the value not."""
+    """The function, preceded by its logarithm if the value itself may overflow."""
     log = log_form(f.values[0]) if len(f.values) == 1 and f.values[0].has(sympy.exp) else None
     if log is not None:
         yield replace(f, name=f"log_{f.name}", values=(log,), doc=f"Logarithm of: {f.doc}")
@@ -236,8 +237,8 @@ def _with_logarithm(f: Function) -> Iterator[Function]:
 
 # -- files -----------------------------------------------------------------------------------------
 
-# Head of the file; head of a function; reading of an argument; an assignment; return of one value,
-# of several; end; between functions.
+# Start of a file, start of a function, conversion of an argument, assignment, return of one value,
+# of several, end of a function, separator of functions.
 _DEF = 'def {0}({1}):\n    {4}"""{3}"""'
 SHAPES = {
     "numpy": ("import numpy\n", f'@numpy.errstate(all="ignore")\n{_DEF}',
@@ -252,14 +253,14 @@ SHAPES = {
 
 
 def written(functions: Sequence[Function], target: str, more: Mapping[str, str]) -> Source:
-    """The file of some functions; `more` helpers beside those of the runtime."""
+    """The file with these functions; `more` has helpers in addition to those of the runtime."""
     functions = [g for f in functions for g in _with_logarithm(f.each(plain))]
     head, *_, gap = SHAPES[target]
     printer = printer_of(target, functions)
     body = gap.join(_function(f, target, printer) for f in functions)
     known, needed, text = {**more, **helpers(target)}, set[str](), body
     while text:
-        text = re.sub(r'(?m)//.*$|/\*[^*]*\*/|"""[^"]*"""', "", text)  # but what is said of them
+        text = re.sub(r'(?m)//.*$|/\*[^*]*\*/|"""[^"]*"""', "", text)  # without comments
         found = {n for n in known if n not in needed and re.search(rf"(?<![.\w]){n}\b", text)}
         needed |= found
         text = "".join(known[n] for n in found)
@@ -272,7 +273,7 @@ def written(functions: Sequence[Function], target: str, more: Mapping[str, str])
 
 
 def _function(f: Function, target: str, printer: Any) -> str:
-    """One function: shared parts, then its values."""
+    """The text of one function: common subexpressions, then its values."""
     _, start, numbers, given, one, several, end, _ = SHAPES[target]
     f = f.each(stable)
     pieces = set().union(*(v.atoms(sympy.Piecewise) for v in f.values))
@@ -300,7 +301,7 @@ def _function(f: Function, target: str, printer: Any) -> str:
         lines += [f"out[{k}] = {text};" for k, text in enumerate(texts)]
     else:
         lines.append((one if len(texts) == 1 else several).format(", ".join(texts)))
-    doc = " ".join((f.doc or f.name).split()).replace('"', "'")  # what cannot end it
+    doc = " ".join((f.doc or f.name).split()).replace('"', "'")  # cannot end the string
     raw = "r" * ("\\" in doc)
     head = start.format(f.name, ", ".join(names), ", ".join(typed) or "void", doc, raw)
     lines = [re.sub(r"\s*\n\s*", " ", line) for line in lines]
@@ -308,7 +309,7 @@ def _function(f: Function, target: str, printer: Any) -> str:
 
 
 def by_printer(functions: Sequence[Function], printer: CodePrinter) -> Source:
-    """Assignments in the language of a printer of one's own."""
+    """Assignments in the language of a printer supplied by the caller."""
     lines = []
     for f in functions:
         shared, values = sympy.cse(f.values, sympy.numbered_symbols("t"), order="none")
@@ -320,7 +321,7 @@ def by_printer(functions: Sequence[Function], printer: CodePrinter) -> Source:
 
 @cache
 def helpers(target: str) -> dict[str, str]:
-    """The functions of the target's runtime by their names."""
+    """The functions of the target's runtime by name."""
     folder = Path(__file__).parent
     if target in ("numpy", "mpmath"):
         text, pattern = (folder / "runtime.py").read_text("utf-8"), r"def (\w+)\(.*?(?=\n\n\n|\Z)"
@@ -348,7 +349,7 @@ def helpers(target: str) -> dict[str, str]:
 
 
 def javascript(c: str) -> str:
-    """JavaScript of the C of runtime.c, which has the same statements."""
+    """The C of runtime.c as JavaScript, which has the same statements."""
     for old, new in (
         (r"static (?:double|void) (\w+)\(", r"function \1("),
         (r"(const )?\b(double|int) (\*?)(\w+)(\[\d+\])?(?=[,)])", r"\4"),

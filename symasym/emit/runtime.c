@@ -6,7 +6,7 @@ static double logaddexp(double x, double y)
     return high + log1p(exp(-fabs(x - y)));
 }
 
-/* erfcx: e^(x^2) erfc(x), x >= 0, by the midpoint rule (Hunter and Regan 1972) */
+/* erfcx: e^(x^2) erfc(x) for x >= 0 by the midpoint rule (Hunter and Regan 1972) */
 static double erfcx(double x)
 {
     double total = 0;
@@ -17,7 +17,7 @@ static double erfcx(double x)
     return x*total/PI + (x < 6 ? 2*exp(x*x)/(exp(4*PI*x) + 1) : 0);
 }
 
-/* erf_: erf(x) where a language has none */
+/* erf_: erf(x) for languages without it */
 static double erf_(double x)
 {
     double total = 0; double term = 2*x*exp(-x*x)/sqrt(PI);
@@ -34,13 +34,13 @@ static double dawsn(double x)
     return total;
 }
 
-/* third: cos(arccos(w)/3), and on beyond w = 1 */
+/* third: cos(arccos(w)/3), continued beyond w = 1 */
 static double third(double w)
 {
     return w < 1 ? cos(acos(w)/3) : cosh(acosh(w)/3);
 }
 
-/* artanhc: artanh(x^(1/2))/x^(1/2), and on below x = 0 */
+/* artanhc: artanh(x^(1/2))/x^(1/2), continued below x = 0 */
 static double artanhc(double x)
 {
     double root = sqrt(fabs(x));
@@ -63,7 +63,7 @@ static double exprel2_(double x)
     return total;
 }
 
-/* airy_steps: y and y' at `to` of a solution of y'' = z y known at `from`, by Taylor series */
+/* airy_steps: y and y' at `to` from those at `from` for y'' = z y, by Taylor series */
 static void airy_steps(double from, double to, double y[4], int k)
 {
     double count = ceil(2*fabs(to - from) + 1); double h = (to - from)/count;
@@ -79,7 +79,7 @@ static void airy_steps(double from, double to, double y[4], int k)
     }
 }
 
-/* airy: Ai, Ai', Bi, Bi' where z < 0, times e^(+-(2/3) z^(3/2)) else (DLMF 9.7 beyond 9) */
+/* airy: Ai, Ai', Bi, Bi', multiplied by e^(+-(2/3) z^(3/2)) for z > 0 (DLMF 9.7 beyond 9) */
 static void airy(double z, double y[4])
 {
     double size = fabs(z); double zeta = 2*size*sqrt(size)/3;
@@ -98,14 +98,14 @@ static void airy(double z, double y[4])
         y[3] = z > 0 ? up*(p[2] + p[3]) : up*(s*p[2] - t*p[3]);
         return;
     }
-    airy(9.5, y); /* each from where it is the smaller one */
+    airy(9.5, y); /* each starts where it is recessive */
     airy(-9.5, p);
     y[0] *= exp(-9.5*sqrt(9.5)/1.5); y[1] *= exp(-9.5*sqrt(9.5)/1.5); y[2] = p[2]; y[3] = p[3];
     airy_steps(9.5, z, y, 0); airy_steps(-9.5, z, y, 2);
     if (z > 0) { y[0] *= exp(zeta); y[1] *= exp(zeta); y[2] *= exp(-zeta); y[3] *= exp(-zeta); }
 }
 
-/* airye: one of the four */
+/* airye: one of the four functions of airy */
 static double airye(double z, int part)
 {
     double y[4] = {0, 0, 0, 0};
@@ -113,8 +113,8 @@ static double airye(double z, int part)
     return y[part];
 }
 
-/* panel: from u over h, lam V's rise; log of int e^x, of int e^-x, and of the nested one.
-   Above 4 is returned where its Gauss points do not tell the drift, or x goes beyond 4. */
+/* panel: from u over h, the rise of lam V; logs of int e^x, int e^-x and the nested integral.
+   A value above 4 is returned if x exceeds 4 or the Gauss points do not resolve the drift. */
 static double panel(double u, double h, double lam, const double *p, double out[4])
 {
     double x[12] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
@@ -143,8 +143,8 @@ static double panel(double u, double h, double lam, const double *p, double out[
     return most;
 }
 
-/* march: from u to `to`, lam V's rise, log sigma and log w (panel-step), log of int e^(-lam V).
-   Beyond 20,000 panels nan: kappa is too small, and sa.expand(drift).emit() has a value. */
+/* march: from u to `to`, the rise of lam V, log sigma, log w (panel-step), log int e^(-lam V).
+   nan beyond 20,000 panels: kappa is too small, and sa.expand(drift).emit() has a value. */
 static void march(double u, double to, double lam, const double *p, double sums[4])
 {
     double here[4] = {0, 0, 0, 0}; double h = (to - u)/4;
@@ -165,7 +165,7 @@ static void march(double u, double to, double lam, const double *p, double sums[
     sums[0] = NAN; sums[1] = NAN; sums[2] = NAN; sums[3] = NAN;
 }
 
-/* side: the same from the end at r sign to 0; beyond the layer lam V changes by x, a line */
+/* side: the same from the end at r sign to 0; beyond the layer lam V changes linearly by x */
 static void side(double kappa, double r, double sign, const double *p, double sums[4])
 {
     double lam = 2/(kappa*kappa); double x = lam*end(sign, p)*sign*(r - 1);
@@ -177,7 +177,7 @@ static void side(double kappa, double r, double sign, const double *p, double su
     march(sign*fmin(r, 1), 0, lam, p, sums);
 }
 
-/* log_exit: log T from 0 (positive-form), or for sign = 1 log C, the exit through -r, for -1 of 1 - C */
+/* log_exit: log T from 0 (positive-form), for sign = 1 log C (exit through -r), for -1 log(1 - C) */
 static double log_exit(double kappa, double r, double sign, const double *p)
 {
     double left[4] = {0, 0, 0, 0}; double right[4] = {0, 0, 0, 0};
@@ -187,7 +187,7 @@ static double log_exit(double kappa, double r, double sign, const double *p)
     return logaddexp(left[2], right[2]) - logaddexp(-left[1], -right[1]);
 }
 
-/* potential: V(u) times lam, by the panels */
+/* potential: lam V(u) by the panels */
 static double potential(double lam, double u, const double *p)
 {
     double sums[4] = {0, -INFINITY, -INFINITY, -INFINITY}; double inside = fmax(fmin(u, 1), -1);
@@ -195,7 +195,7 @@ static double potential(double lam, double u, const double *p)
     return sums[0] - lam*end(u > 0 ? 1 : -1, p)*(u - inside);
 }
 
-/* log_density: log p_ss(u), or for sign = 1 log P, for -1 of 1 - P; heights are above V(u) */
+/* log_density: log p_ss(u), for sign = 1 log P, for -1 log(1 - P); heights relative to V(u) */
 static double log_density(double kappa, double u, double sign, const double *p)
 {
     double left[4] = {0, -INFINITY, -INFINITY, -INFINITY}; double lam = 2/(kappa*kappa);

@@ -1,6 +1,6 @@
-"""What NumPy lacks: an emitted file has a copy of the functions that it calls.
+"""Functions that NumPy lacks; an emitted file contains copies of those that it calls.
 
-In ``emit.MPMATH`` the functions of NumPy and SciPy become those of mpmath, number by number.
+For mpmath the functions of NumPy and SciPy are replaced by elementwise ones (`emit.printing`).
 """
 
 # ruff: noqa: F821
@@ -10,7 +10,7 @@ import numpy
 
 
 def airye(z, part):
-    """Ai, Ai', Bi or Bi', where z > 0 times e^(+-(2/3) z^(3/2))."""
+    """Ai, Ai', Bi or Bi', multiplied by e^(+-(2/3) z^(3/2)) for z > 0."""
     low, high = numpy.minimum(z, 0), numpy.maximum(z, 0)
     y = numpy.where(numpy.less(z, 0), scipy.special.airy(low), scipy.special.airye(high))
     return y[part]
@@ -27,7 +27,7 @@ def exprel2_(x):
 
 
 def each(function, kappa, *others):
-    """The function of numbers or arrays, at once where only kappa is an array."""
+    """The function of numbers or arrays, in a single call if only kappa is an array."""
     (*first, p), n = others, len(others) - 1
     if any(numpy.ndim(x) for x in (*first, *p)):
         one = numpy.vectorize(lambda k, *x: function(k, *x[:n], x[n:]), otypes="d")
@@ -40,7 +40,7 @@ def nodes():
 
 
 def rule():
-    """Nodes, weights on (0, 1); integrals to each node, last Legendre terms."""
+    """Nodes and weights on (0, 1), integrals up to each node, last Legendre coefficients."""
     x, w = nodes()
     P, n = [0 * x - 1, 0 * x + 1, x], len(x)  # P_(-1) for integrals from -1 on
     for k in range(2, n + 1):
@@ -50,7 +50,7 @@ def rule():
 
 
 def march(u, to, lam, p, s=-numpy.inf, w=-numpy.inf):
-    """From u to `to`: lam V's rise, log sigma and log w (panel-step), log of int e^(-lam V)."""
+    """From u to `to`: the rise of lam V, log sigma, log w (panel-step), log int e^(-lam V)."""
     X, W, WITHIN, LAST = rule()
     V, inside, h, add = 0 * lam, 0 * lam - numpy.inf, (to - u) / 4, numpy.logaddexp
     for _ in range(20000):
@@ -83,7 +83,7 @@ def march(u, to, lam, p, s=-numpy.inf, w=-numpy.inf):
 
 
 def sides(kappa, r, p):
-    """Log sigma and log w at 0 from both ends; beyond the layer lam V changes by x, a line."""
+    """Log sigma and log w at 0 from both ends; beyond the layer lam V changes linearly by x."""
     lam, h = 2 / numpy.atleast_1d(kappa) ** 2, max(r - 1, 0)
     for sign in (-1, 1):
         x = lam * end(sign, p) * sign * h
@@ -93,7 +93,7 @@ def sides(kappa, r, p):
 
 
 def log_exit(kappa, r, sign, p):
-    """Log T from 0 (positive-form); for sign = 1 log C, the exit through -r, for -1 of 1 - C."""
+    """Log T from 0 (positive-form), for sign = 1 log C (exit through -r), for -1 log(1 - C)."""
     (s, w), (t, v) = sides(kappa, r, p)
     add = numpy.logaddexp
     value = -add(0, sign * (s - t)) if sign else add(w, v) - add(-s, -t)
@@ -101,14 +101,14 @@ def log_exit(kappa, r, sign, p):
 
 
 def potential(lam, u, p):
-    """V(u) times lam, by the panels."""
+    """lam V(u) by the panels."""
     inside, sign = max(min(u, 1), -1), 1 if u > 0 else -1
     V, *_ = march(-1, inside, numpy.atleast_1d(lam), p)
     return V.reshape(numpy.shape(lam))[()] - lam * end(sign, p) * (u - inside)
 
 
 def log_density(kappa, u, sign, p):
-    """Log p_ss(u); for sign = 1 log P, for -1 of 1 - P. Heights are above V(u)."""
+    """Log p_ss(u), for sign = 1 log P, for -1 log(1 - P). Heights are relative to V(u)."""
     lam, add = 2 / numpy.atleast_1d(kappa) ** 2, numpy.logaddexp
     near, slope = max(min(u, 1), -1), end(1 if u > 0 else -1, p)
     (V, _, _, left), (W, _, _, right) = (march(near, side, lam, p) for side in (-1, 1))

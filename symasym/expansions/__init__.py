@@ -1,1 +1,1 @@
-"""Expansions of T, C and P for weak and strong noise, one text each over any ring."""
+"""Expansions of T, C and P; each formula is coded once, generic over the arithmetic."""

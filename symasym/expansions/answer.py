@@ -53,16 +53,17 @@ _MOST_DIGITS = 300
 
 
 def estimates(sums: Any, count: int) -> list[Any]:
-    """Errors of the first `count` partial sums, balls or arrays; three more sums are needed."""
+    """Estimated errors of the first `count` partial sums, from three more of them than that."""
     gaps = [abs(b - a) for a, b in pairwise(sums)]
     return [3 * sum(gaps[k + 1 : k + _NEXT], gaps[k]) for k in range(count)]
 
 
 class PartialSums(ABC):
-    """Partial sums of an expansion of T, C, 1 - C, P or 1 - P, for one drift, its ends and start.
+    """Partial sums of an expansion of T, C, 1 - C, P or 1 - P for one drift, its ends and start.
 
-    `in_balls(lam, order)` and `in_floats(lams, order)` are the arithmetics in which `quantity` sums
-    what is `known`. Where rounding is not `enclosed` the exact value judges each partial sum.
+    `quantity` evaluates them from the coefficients that are `known`, in one of two arithmetics,
+    `in_balls(lam, order)` or `in_floats(lams, order)`. If rounding is not `enclosed`, each partial
+    sum is compared with the exact value.
     """
 
     terms: str
@@ -72,7 +73,7 @@ class PartialSums(ABC):
     in_floats: Any = None
     enclosed = True
     float_digits = FLOAT_DIGITS
-    #: Whether balls are summed at many lam, too, because float64 loses too much.
+    #: Use balls at many lam, too, because float64 loses too many digits.
     only_balls = False
 
     def __init__(self, drift: Drift, between: Between, name: str, length: int) -> None:
@@ -80,27 +81,28 @@ class PartialSums(ABC):
 
     @classmethod
     def of(cls, scene: Scene, request: Request, order: int) -> Self:
-        """Those of a scene, to an order."""
-        on_line = request.name[-1] == "P"
-        at = LINE if on_line else Between(*scene.ends, scene.start, request.reflecting)
-        return cls(scene.drift, at, request.name, order + 1)
+        """The partial sums for a scene up to an order."""
+        if request.name[-1] == "P":
+            return cls(scene.drift, LINE, request.name, order + 1)
+        between = Between(*scene.ends, scene.start, request.reflecting)
+        return cls(scene.drift, between, request.name, order + 1)
 
     @abstractmethod
     def known(self, bits: int) -> Any:
-        """What does not depend on lam, at flint's precision of so many bits."""
+        """The coefficients, which do not depend on lam, at flint's precision of so many bits."""
 
     @abstractmethod
     def quantity(self, known: Any, arithmetic: Any) -> Any:
         """The quantity in an arithmetic."""
 
     def complement(self) -> PartialSums:
-        """Those of 1 - C for C, and so on."""
+        """The partial sums of the complementary probability."""
         name = self.name.removeprefix("1 - ")
         name = name if name != self.name else f"1 - {name}"
         return type(self)(self.drift, self.between, name, self.length)
 
     def bits(self, lam: Fraction, digits: int) -> int:
-        """The precision to begin with, for so many digits."""
+        """The precision to begin with for that many digits."""
         low, high, start, _ = self.between
         way = exact.bits_of_way(*map(rational, (lam, 1 + max(-low, high))))
         gap = max(int((high - low) / x).bit_length() for x in (start - low, high - start) if x)
@@ -110,7 +112,7 @@ class PartialSums(ABC):
     def balls(
         self, lam: Fraction, orders: Sequence[int], digits: int, log: bool
     ) -> tuple[list[Any], list[Any]]:
-        """The values to each of the orders, good to so many digits, and their logarithms."""
+        """The partial sums to these orders and digits, and their logarithms."""
 
         def sums(bits: int) -> list[Any]:
             known, number = self.known(bits), exact_ball(lam)
@@ -123,7 +125,7 @@ class PartialSums(ABC):
         return found, [y.log() for y in found]
 
     def logs(self, lam: FloatArray, order: int) -> FloatArray:
-        """The logarithms at many lam, in blocks that fit a cache."""
+        """The logarithms at many lam, in blocks that fit into the cache."""
         if self.only_balls:
             return np.array([float(self.balls(Fraction(x), [order], 16, True)[1][0]) for x in lam])
         known = doubled(self.known, _BITS)
@@ -140,7 +142,7 @@ class PartialSums(ABC):
 
 
 def of_scene(kind: type[PartialSums], scene: Scene, request: Request) -> Answer:
-    """The quantity, or its logarithm, to the request's order or the best of its orders."""
+    """The quantity, or its logarithm, to the request's order or to the best of its orders."""
     orders, log = _orders(request), request.log
     digits = kind.float_digits if request.dps is None else request.dps
     judged = request.full or len(orders) > 1 or not kind.enclosed
@@ -174,7 +176,7 @@ def of_scene(kind: type[PartialSums], scene: Scene, request: Request) -> Answer:
 
 
 def _half(log: bool, value: Any, error: Any) -> bool:
-    """True where the error is below half the value; a logarithm of 1e15 may be wrong by 1."""
+    """True if the error is below half the value; the logarithm 1e15 may have the error 1."""
     return bool(error < (arb(2).log().max(abs(value) / 10**11) if log else value / 2))
 
 
@@ -196,7 +198,7 @@ def _refusal(kind: type[PartialSums], kappa: str, orders: Sequence[int]) -> Accu
 
 
 def _orders(request: Request) -> Sequence[int]:
-    """The orders of which the best is taken, ascending."""
+    """The orders to choose from, ascending."""
     return request.order if isinstance(request.order, range) else (request.order,)
 
 
@@ -208,7 +210,7 @@ def _and_next(orders: Sequence[int]) -> Sequence[int]:
 
 
 def of_scenes(kind: type[PartialSums], scenes: Scenes, request: Request) -> Answers:
-    """The logarithms in float64: each drift's coefficients once, then all its kappa."""
+    """The logarithms in float64, with one set of coefficients for all kappa of a drift."""
     logs, errors = (np.full(len(scenes.lam), np.nan) for _ in range(2))
     given = scenes.given.items()
     apart = [scenes.numbers[n] for n, x in given if n != "kappa" and is_array(x)]
@@ -232,7 +234,7 @@ def of_scenes(kind: type[PartialSums], scenes: Scenes, request: Request) -> Answ
 
 
 def _sampled(sums: PartialSums, scenes: Scenes, request: Request) -> tuple[FloatArray, FloatArray]:
-    """The logarithms, and their errors from estimates at some of the lam."""
+    """The logarithms, with errors interpolated from some of the lam."""
     lam, logs = scenes.lam, sums.logs(scenes.lam, request.order)
     rising = np.argsort(lam) if (np.diff(lam) < 0).any() else np.arange(len(lam))
     some = rising[_few(len(lam))]
@@ -241,7 +243,7 @@ def _sampled(sums: PartialSums, scenes: Scenes, request: Request) -> tuple[Float
         sums.only_balls = True
         return _sampled(sums, scenes, request)
     errors = _interpolated(lam, lam[some], at_some)
-    # Where no estimate is accepted the exact value decides; at all lam if errors are asked for.
+    # If no estimate is accepted the exact value decides; at all lam if errors are asked for.
     rows = rising[np.isfinite(logs[rising]) & (errors[rising] == np.inf)]
     if rows.size:
         some = rows if request.full else rows[_few(len(rows))]
@@ -253,8 +255,8 @@ def _sampled(sums: PartialSums, scenes: Scenes, request: Request) -> tuple[Float
 def _estimated(
     sums: PartialSums, scenes: Scenes, logs: FloatArray, request: Request
 ) -> tuple[FloatArray, bool]:
-    """The errors of the logarithms, infinite where none is accepted, and whether float64 loses too
-    much, by balls at three of the lam."""
+    """The errors of the logarithms (infinite if not accepted), and whether float64 loses too many
+    digits, found by balls at three of the lam."""
     lam, order = scenes.lam, request.order
     (errors,) = estimates([logs, *(sums.logs(lam, order + k + 1) for k in range(_NEXT))], 1)
     errors = np.where(_counted(logs, errors), errors, np.inf)
@@ -274,7 +276,7 @@ def _estimated(
 
 
 def _best(sums: PartialSums, scenes: Scenes, request: Request) -> tuple[FloatArray, FloatArray]:
-    """The logarithms to the order that is nearest to the exact value, and their errors."""
+    """The logarithms to the order nearest to the exact value, and their errors."""
     every = np.array([sums.logs(scenes.lam, n) for n in request.order])
     away, missed = _distance(scenes, request, every)
     best = np.argmin(np.nan_to_num(away, nan=np.inf), axis=0)
@@ -282,12 +284,12 @@ def _best(sums: PartialSums, scenes: Scenes, request: Request) -> tuple[FloatArr
 
 
 def _few(count: int) -> IntArray:
-    """Indices of some of so many, the first and the last among them."""
+    """Evenly spaced indices below `count`, including the first and the last."""
     return np.linspace(0, count - 1, min(count, _SAMPLES)).astype(int)
 
 
 def _interpolated(lam: FloatArray, some: FloatArray, errors: FloatArray) -> FloatArray:
-    """Errors at lam from those at `some`, ascending: between two of them twice the larger one."""
+    """Errors at lam from errors at ascending `some`: in between, twice the larger neighbour."""
     after = np.searchsorted(some, lam)
     wide = 2 * np.maximum(errors[after], errors[after - 1])
     found: FloatArray = np.where(lam == some[after], errors[after], wide)
@@ -295,11 +297,11 @@ def _interpolated(lam: FloatArray, some: FloatArray, errors: FloatArray) -> Floa
 
 
 def _distance(scenes: Scenes, request: Request, logs: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The distances of logarithms from the exact ones, and the errors of these."""
+    """The distances of logarithms from the exact ones, and the errors of the latter."""
     true: Any = floats.of_scenes(scenes, request._replace(method="exact", order=None, full=True))
     return np.abs(true.logs - logs), true.errors
 
 
 def _counted(logs: Any, errors: Any) -> Any:
-    """True where a logarithm is known to a factor 2 of the value; one of 1e15 may be wrong by 1."""
+    """True if the value is known to a factor 2; the logarithm 1e15 may have the error 1."""
     return np.isfinite(logs) & (errors < np.maximum(np.log(2), 1e-11 * np.abs(logs)))

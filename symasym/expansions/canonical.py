@@ -1,4 +1,4 @@
-"""The canonical integrals of one, two or no coalescing zeros, and the records of panels from them.
+"""The canonical integrals of up to two coalescing zeros, and from them the records of panels.
 
 With L = eps lam and p_- = sum (-L)^-k p_k, p_+ = sum L^-k p_k for a panel in canonical form
 (`symasym.expansions.coalescence`), its integrals with e^{lam V} and e^{-lam V} reduce to those of

@@ -19,7 +19,7 @@ anywhere near the zeros. The numbers are midpoints of balls: rounding is not enc
 
 from __future__ import annotations
 
-from functools import cached_property, reduce
+from functools import cached_property
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -164,10 +164,7 @@ class Phi:
 
     def taylor(self, u: Any, of: Any = None) -> Any:
         """The power series of phi at u, or of another function."""
-        x = of or self.phi
-        if hasattr(x, "coefficients"):
-            return arb_series(x.taylor(u, 1, 0)[0].coeffs(), ctx.cap)
-        return middle(x(arb_series([u, 1], ctx.cap)))
+        return middle((of or self.phi)(arb_series([u, 1], ctx.cap)))
 
     def mirrored(self) -> Phi:
         """-phi(-u) on the reflected interval."""
@@ -192,9 +189,7 @@ class Phi:
 
     def _vanishes(self, z: complex) -> bool:
         """True if phi vanishes, up to rounding, at a zero of the interpolant."""
-        line, coefficients = acb_series([acb(z), 1], 3), getattr(self.phi, "coefficients", [])
-        x = reduce(lambda x, c: x * line + c, reversed(coefficients), 0 * line)
-        x = x if coefficients else self.phi(line)
+        x = self.phi(acb_series([acb(z), 1], 3))
         value, slope, curve = (abs(complex(x[k])) for k in range(3))
         return value < 1e-3 * slope + 1e-9 * curve + 1e-12
 

@@ -1,4 +1,4 @@
-"""Arrays over lam of sums of exponentials that leave the range of float64."""
+"""Sums of exponentials over arrays of lam, beyond the range of float64."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _LOST = -745.0  # e^x is 0 in float64 below it
 
 
 class Scaled:
-    """m e^(lam h) with an array m and one ball h; a sum has the height h of its highest term."""
+    """m e^(lam h) with an array m and a ball h; a sum takes the largest h of its terms."""
 
-    __array_ufunc__ = None  # an array times this is this class's product
+    __array_ufunc__ = None  # so that array * Scaled calls __rmul__
 
     def __init__(self, m: Any, h: Any, lam: FloatArray) -> None:
         self.m, self.h, self.lam = m, h, lam
@@ -55,6 +55,6 @@ class Scaled:
         return Scaled(self.m / other.m, self.h - other.h, self.lam)
 
     def log(self) -> FloatArray:
-        """The logarithm; nan where the value is not positive."""
+        """The logarithm; nan if the value is not positive."""
         found: FloatArray = np.log(self.m) + self.lam * float(self.h)
         return found

@@ -1,16 +1,16 @@
-"""T, C and P from the two sides of the start, each a row of stretches read outwards from it.
+"""T, C and P from the two sides of the start, which are divided into stretches.
 
-A stretch leads from a, its end nearer to the start, to b, and V(a) = 0 on it. Its record is
+A stretch extends from a, its end nearer to the start, to b. With V(a) = 0 its record is
 
     scale = int e^{lam V},    speed = e^{lam V(b)} int e^{-lam V},    climb = e^{lam V(b)},
-    nested = int int e^{lam (V(u) - V(v))} over v before u.
+    nested = int int e^{lam (V(u) - V(v))} over v between a and u.
 
-With scale and nested of all that lies left (L) and right (R) of the start,
+With the records of everything left (L) and right (R) of the start,
 
     T = lam (scale_L nested_R + scale_R nested_L)/(scale_L + scale_R),
     C = scale_R/(scale_L + scale_R),
 
-and P is the share that the layer, one stretch from 1 to -1, has in e^{-lam V} beside both tails.
+and P is the share of the layer, one stretch from 1 to -1, in the integral of e^{-lam V}.
 
 An arithmetic gives `number(x)`, `lam`, `exp(g)` = e^{lam g}, and `exprel(g, n)`, which is
 (e^y - 1)/y for n = 1 and (e^y - 1 - y)/y^2 for n = 2 at y = lam g.
@@ -34,7 +34,7 @@ _ONE = Fraction(1)
 
 
 class Stretch(NamedTuple):
-    """The record of a stretch."""
+    """The record of a stretch, or of several in a row."""
 
     scale: Any
     speed: Any
@@ -42,7 +42,7 @@ class Stretch(NamedTuple):
     climb: Any
 
     def then(self, other: Stretch) -> Stretch:
-        """This stretch and the next one, farther from the start."""
+        """The record of this stretch followed by another, farther from the start."""
         return Stretch(
             self.scale + self.climb * other.scale,
             self.speed * other.climb + other.speed,
@@ -55,7 +55,7 @@ Record = Callable[[Any], Stretch]
 
 
 def straight(slope: Any, length: Any, arithmetic: Any) -> Stretch:
-    """A stretch on which the drift is constant, `slope` towards the start."""
+    """The record for a constant drift, which is `slope` towards the start."""
     rise, length = slope * length, arithmetic.number(length)
     whole = arithmetic.exprel(rise, 1) * length
     nested = arithmetic.exprel(rise, 2) * length * length
@@ -63,7 +63,7 @@ def straight(slope: Any, length: Any, arithmetic: Any) -> Stretch:
 
 
 def quantity(name: str, sides: Sequence[Stretch], slopes: tuple[Any, Any], lam: Any) -> Any:
-    """T, C, 1 - C, P or 1 - P; `slopes` are a- and a+, and the side of P is the layer."""
+    """T, C or 1 - C from both sides, or P or 1 - P from the layer; `slopes` are a- and a+."""
     if name[-1] == "P":
         inside = sides[0]
         outside = 1 / (slopes[0] * lam) + inside.climb / (-slopes[1] * lam)
@@ -76,7 +76,7 @@ def quantity(name: str, sides: Sequence[Stretch], slopes: tuple[Any, Any], lam: 
 
 
 class Sides(NamedTuple):
-    """Both sides as rows of functions, which give records in an arithmetic; and a-, a+."""
+    """Rows of functions that evaluate the records of each side in an arithmetic; a- and a+."""
 
     rows: list[list[Record]]
     slopes: tuple[Any, Any]
@@ -94,7 +94,7 @@ def sides_of(
     name: str,
     layer: Callable[[bool, Fraction, Fraction], list[Record]],
 ) -> Sides:
-    """The sides of the start; for P one side, the layer.
+    """The sides of the start; for P a single one, the layer.
 
     ``layer(mirrored, low, high)`` covers [low, high] in the layer for the drift phi(u), or in its
     mirror image for -phi(-u).

@@ -1,9 +1,9 @@
 """Strong noise: T, C and P in powers of lam = 2/kappa^2, uniformly in r/kappa^2.
 
-Where the drift is constant the record of a stretch (`symasym.expansions.sides`) is closed form. In
-the layer each of its integrals is a power series in lam: with f_0 = 1, or u - a, and
-f_(k+1) = -int_a^u phi f_k, these f_k are (V - V(a))^k/k! and its integral int_a^u (V(u) - V)^k/k!
-(Cauchy's formula for repeated integration, in V). The series converges for every lam.
+Where the drift is constant the record of a stretch (`symasym.expansions.sides`) has closed form. In
+the layer each of its integrals is a power series in lam, which converges for every lam. Its
+coefficients follow from f_(k+1) = -int_a^u phi f_k: with f_0 = 1 these are (V(u) - V(a))^k/k!, with
+f_0 = u - a they are int_a^u (V(u) - V(v))^k/k! dv (Cauchy's formula for repeated integration).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _MOST_PANELS = 2000
 
 
 class Moments(NamedTuple):
-    """Of a stretch of the layer: V(b) - V(a), and its three integrals' coefficients of lam^k."""
+    """V(b) - V(a) on a stretch of the layer, and the coefficients of lam^k in its integrals."""
 
     rise: Any
     scale: list[Any]
@@ -45,7 +45,7 @@ def layer(known: Moments, arithmetic: Any) -> Stretch:
 
 @lru_cache(maxsize=32)
 def moments(drift: Drift, count: int, bits: int, mirrored: bool, a: Fraction, b: Fraction) -> Any:
-    """Those of [a, b] to `count` terms, of the drift or its mirror image, at flint's `bits`."""
+    """The moments of [a, b] to `count` terms, of the drift or its mirror image."""
     inside = pieces(drift, fmpq(-1), fmpq(1))[0]
     panels = _panels((inside.mirrored() if mirrored else inside).phi, a, b)
     most = 2 * ctx.prec
@@ -74,7 +74,7 @@ def moments(drift: Drift, count: int, bits: int, mirrored: bool, a: Fraction, b:
 
 
 def _panels(phi: Any, a: Fraction, b: Fraction) -> list[tuple[Any, Any]]:
-    """Half the widths of parts of [a, b], and phi's Taylor polynomials on them."""
+    """Half-widths of the panels that cover [a, b], and the Taylor polynomials of phi on them."""
     found, waiting, bits = list[tuple[Any, Any]](), [(a, b)], ctx.prec
     for _ in range(_MOST_PANELS):
         if not waiting:
@@ -93,7 +93,7 @@ def _panels(phi: Any, a: Fraction, b: Fraction) -> list[tuple[Any, Any]]:
 
 
 class Balls:
-    """Sums at one lam, to an order."""
+    """Balls at one lam, with power series to an order."""
 
     number = staticmethod(lambda x: x)
 
@@ -105,7 +105,7 @@ class Balls:
         return (self.lam * rise).exp()
 
     def exprel(self, rise: Any, n: int) -> Any:
-        """By Kummer's function (DLMF 13.6.2)."""
+        """exprel by Kummer's function (DLMF 13.6.2)."""
         return (self.lam * rise).hypgeom_1f1(1, n + 1) / n
 
     def total(self, row: list[Any]) -> Any:
@@ -114,7 +114,7 @@ class Balls:
 
 
 class Floats:
-    """Sums at many lam, to an order."""
+    """Floats at many lam, with power series to an order."""
 
     number = staticmethod(float)
 
@@ -126,7 +126,7 @@ class Floats:
         return Scaled(np.ones_like(self.lam), rise, self.lam)
 
     def exprel(self, rise: Any, n: int) -> Scaled:
-        """By Kummer's function, for rise > 0 transformed (DLMF 13.2.39)."""
+        """exprel by Kummer's function, transformed if rise > 0 (DLMF 13.2.39)."""
         from scipy.special import hyp1f1
 
         up, fall = float(rise) > 0, -self.lam * abs(float(rise))

@@ -1,7 +1,7 @@
 """T, C and P for weak noise, uniform as wells, barriers, the start and the ends of the layer meet.
 
 The layer on each side of the start (`symasym.expansions.sides`) is a row of panels in canonical
-form, whose records are expansions in powers of kappa^2 (`symasym.expansions.canonical`). A
+form, whose records are expansions in powers of kappa^2 (`symasym.expansions.canonical`). Each
 partial sum is compared with the exact value in a ball, which costs less than the expansion.
 """
 
@@ -48,7 +48,7 @@ class Uniform(answer.PartialSums):
     in_balls, enclosed, float_digits = Balls, False, 10
 
     def bits(self, lam: Fraction, digits: int) -> int:
-        """Half as many again as the nats that count, in steps, so that noises share an analysis."""
+        """1.5 bits for each nat needed, in steps, so that similar noises share their panels."""
         return 12 * math.ceil((math.log(10) * digits + math.log(2 + lam)) / 8) + 40
 
     def known(self, bits: int) -> Sides:

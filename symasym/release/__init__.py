@@ -1,4 +1,4 @@
-"""The release of a block that sticks while a slow variable moves: the whole system."""
+"""The release of a sticking block while a slow variable of the system moves."""
 
 from symasym.release.answer import Release, release
 from symasym.release.system import System, oscillator

@@ -1,9 +1,9 @@
-"""`release`: when and where a block that sticks comes free while its slow variable moves.
+"""`release`: the time and place at which a sticking block comes free as its slow variable moves.
 
-The march (`symasym.release.march`), or Monte Carlo: Euler and Maruyama's method. What its paths
-miss between two looks, every h, is undone to first order in sqrt(h) by a boundary that is nearer by
+Either the march (`symasym.release.march`) or Monte Carlo by the Euler-Maruyama method. Crossings
+missed within a step h are compensated to first order in sqrt(h) by a boundary that is nearer by
 -zeta(1/2)/sqrt(2 pi) kappa sqrt(h) (Broadie, Glasserman and Kou, Math. Finance 7 (1997) 325; Gobet,
-Stochastic Process. Appl. 87 (2000) 167). What is left is of order h, seen at twice the step.
+Stochastic Process. Appl. 87 (2000) 167). The remaining error, of order h, is estimated by step 2h.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ _MOST = 2 * 10**9  # random numbers and, at a hundred each, steps of a simulatio
 
 
 class Law:
-    """A law on a line: `mean`, `std`, distribution function with its `error`, quantiles."""
+    """A law on the real line: `mean`, `std`, distribution function, its `error`, quantiles."""
 
     def __init__(self, of: Function, ends: Any, mean: float, std: float, error: float) -> None:
         self._of, self._ends, self.mean, self.std, self.error = of, ends, mean, std, error
 
     def cdf(self, x: Numbers) -> Any:
-        """The chance to be at most x."""
+        """The probability of values up to x."""
         return np.clip(self._of(inputs.floats("x", x)), 0.0, 1.0)[()]
 
     def quantile(self, p: Numbers) -> Any:
@@ -140,7 +140,7 @@ def release(
             x = law.quantile(np.linspace(0.0, 1.0, 402)[1:-1])
             law.error = float(np.abs(law.cdf(x) - other.cdf(x)).max())
         return Release(fine.mean, error, fine.std, (left, 1.0 - left), method, (), time, place)
-    # A path in coloured noise needs steps far shorter than its memory.
+    # A path in coloured noise needs steps far shorter than its correlation time.
     most = colour / 4 or 1e300
     h = _step(scene, colour) if step is None else float(inputs.within("step", step, 1e-300, most))
     number, seed = inputs.count("paths", paths, 10, 10**7), inputs.count("seed", seed, 0, 2**62)
@@ -156,7 +156,7 @@ def release(
 
 
 def _laws(found: March) -> tuple[Law, Law]:
-    """Of the time and of z.
+    """The laws of the time and of z.
 
     At each z the time is taken as normal, of the mean and the variance that left there; the law of
     the time is their mixture, by Gauss and Hermite's rule.
@@ -191,20 +191,20 @@ def _laws(found: March) -> tuple[Law, Law]:
 
 
 def _of_sample(values: FloatArray) -> Law:
-    """The law of a sample."""
+    """The empirical law of a sample."""
     order, n = np.sort(values), len(values)
     mean, std, error = float(order.mean()), float(order.std()), 1.36 / n**0.5
     return Law(lambda x: order.searchsorted(x, "right") / n, order[[0, -1]], mean, std, error)
 
 
 def _simulated(scene: Scene, paths: int, h: float, seed: int, tau: float) -> FloatArray:
-    """Rows of times, z and sides (-1 or 1) at release of independent paths by steps of h.
+    """Times, z and sides (-1 or 1) at the release of independent paths with steps of h, as rows.
 
     With `tau` > 0 the noise is Ornstein and Uhlenbeck's of that correlation time, which tends to
     the white one: kappa x dt in place of kappa dW, dx = (-x dt + dW)/tau; h must be far below it.
     """
     normal = np.random.default_rng(seed).standard_normal
-    # Paths in coloured noise are smooth, and are not missed between two looks.
+    # Paths in coloured noise are smooth, so that no crossing within a step is missed.
     shift = 0.0 if tau else _SHIFT * np.sqrt(h) * float(scene.noise(np.array(scene.r)))
     fresh = np.sqrt(-np.expm1(-2.0 * h / tau) / (2.0 * tau)) if tau else 1.0
     colour = normal(paths) / np.sqrt(2.0 * tau) if tau else np.zeros(paths)
@@ -228,7 +228,7 @@ def _simulated(scene: Scene, paths: int, h: float, seed: int, tau: float) -> Flo
 
 
 def _step(scene: Scene, tau: float) -> float:
-    """A step that follows phi, the noise and its correlation."""
+    """A step that resolves phi, the noise and its correlation time."""
     across = np.linspace(-1.0, 1.0, 201)
     bend = np.abs(np.gradient(scene.phi(across, scene.z), across)).max()
     flight = 0.002 * (scene.r / scene.kappa) ** 2

@@ -1,27 +1,27 @@
-"""The release of a system whose slow variable is a clock, marched in it.
+"""The release of a system whose slow variable z is monotonic, by a march in z.
 
-With s, the way that z has gone, as time, the state u is a diffusion on a line,
+Let s be the distance that z has moved. With s as time the state u is a diffusion on a line,
 
     du = phi/(eps |g|) ds + kappa sigma/sqrt(eps |g|) dW_s.
 
-With p the chance to be at a node, t the time, C(s) that of a block which stays at the start's u,
-and p1, p2 the chance times the first and the second power of t - C,
+Let p be the probabilities of the nodes, t the time, C(s) the time of a block that stays at the
+start's u, and p1, p2 the probabilities times the first and second moments of t - C there. Then
 
     p' = A p,    p1' = A p1 + c p,    p2' = A p2 + 2 c p1,    c = 1/(eps |g|) - C',
 
-where A = K^T/(eps |g| W) (Gardiner, Handbook of Stochastic Methods, section 3.6), with the nodes'
-weights W and K: W times phi d/du + (kappa sigma)^2/2 d^2/du^2, Galerkin's on Gauss-Lobatto elements
-(Karniadakis and Sherwin, Spectral/hp Element Methods, chapter 2). Its rows add to 0, so that
-probability is kept; -r and r absorb: p there is the chance to have left. What p, p1 and p2 lose
-there is the law of z at release and the first two moments of t - C at each z: hence the mean, the
-variance and the sides. Given z, the time is taken as normal; where g does not depend on u it is C,
-and the law of the time exact.
+where A = K^T/(eps |g| W) (Gardiner, Handbook of Stochastic Methods, section 3.6). W has the nodes'
+weights, and K is W times phi d/du + (kappa sigma)^2/2 d^2/du^2 by Galerkin's method on
+Gauss-Lobatto elements (Karniadakis and Sherwin, Spectral/hp Element Methods, chapter 2). The rows
+of K add up to 0, which conserves probability; -r and r absorb, and p there is the probability of
+having left. The flux of p, p1 and p2 into -r and r gives the law of z at release and the first two
+moments of t - C at each z, hence mean, variance and sides. Given z, the time is taken as normal; if
+g does not depend on u it equals C, and the law of the time is exact.
 
-A slab is one step of Radau's method IIA (Hairer and Wanner, Solving ODEs II, section IV.5):
-collocation at the zeros of P_n - P_(n-1), of order 2n - 1 and stiffly accurate. Its stages are one
-sparse system, factorised once for p, p1 and p2. Steps follow what a slab's highest degree adds to
-p. A second march has every slab halved and elements of two degrees more; its difference from the
-first is the error that is stated.
+A slab is one step of the Radau IIA method (Hairer and Wanner, Solving ODEs II, section IV.5):
+collocation at the zeros of P_n - P_(n-1), of order 2n - 1 and stiffly accurate. Its stages form one
+sparse system, factorised once for p, p1 and p2. The contribution of the highest degree to p
+controls the steps. A second march halves every slab and raises the elements' degree by two; its
+difference from the first is the stated error.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _MOST_ELEMENTS, _MOST_SLABS, _FINEST = 1500, 3000, 6
 
 
 class Scene(NamedTuple):
-    """One question, in float64 and scaled variables; phi and velocity at scaled positions."""
+    """The numbers of one release, in float64 and scaled variables."""
 
     system: System
     kappa: float
@@ -61,19 +61,19 @@ class Scene(NamedTuple):
 
     @property
     def sign(self) -> float:
-        """The direction in which z goes."""
+        """The direction in which z moves."""
         return float(np.sign(self.velocity(np.array(self.u), self.z)))
 
 
 def mesh(scene: Scene, way: float, coarse: float) -> FloatArray:
-    """Breakpoints of the elements: fine where the answer bends, times `coarse`.
+    """Breakpoints of the elements, fine where the solution bends, with sizes scaled by `coarse`.
 
     Boundary layers at the ends have the width kappa^2/(2 |phi|), the transition over a barrier
     kappa/sqrt(2 |phi_u|), and outside the layer paths that z sends apart, d = eps t^2/2, are
     blurred by kappa sqrt(t), as are packets in flight to r.
     """
     r, across = scene.r, np.linspace(-1.0, 1.0, 201)
-    # The least noise makes the finest layers, outside the layer and in it.
+    # The least noise makes the thinnest boundary layers.
     kappa = float(scene.noise(across).min())
     z = np.linspace(scene.z, scene.z + scene.sign * way, 9)[:, None]
     ends = np.abs(scene.phi(np.array([-r, r]), z)).max()
@@ -112,9 +112,9 @@ def _slopes(x: FloatArray, degree: int) -> FloatArray:
 
 @cache
 def radau(n: int) -> tuple[Any, ...]:
-    """Radau's rule on [0, 1]: its n stages, of which the last is 1; integrals from 0 to them, from
-    values there; and from values at 0 and there the derivatives, and the Legendre coefficient of
-    the highest degree."""
+    """Radau's rule on [0, 1]: its n stages, the last of which is 1; the matrix of integrals from 0
+    to the stages; and, from values at 0 and the stages, the matrix of derivatives and the Legendre
+    coefficient of the highest degree."""
     at = np.sort((Legendre.basis(n) - Legendre.basis(n - 1)).roots().real)
     at[-1] = 1.0
     inverse = np.linalg.inv(legendre.legvander(np.append(-1.0, at), n))
@@ -142,7 +142,7 @@ class March:
         u[index] = ends[:-1, None] + self._half[:, 0] * (x + 1.0)
         u[::degree] = ends  # two elements share them
         np.add.at(weights, index, self._half[:, 0] * self._w)
-        # Unknowns in the order of u, the stages of a node together.
+        # The unknowns are ordered by u, with the stages of a node together.
         place = np.broadcast_to(
             (stages * index + np.arange(stages)[:, None, None])[..., None],
             (stages, m, degree + 1, degree + 1),
@@ -156,7 +156,7 @@ class March:
         self.rows: list[tuple[FloatArray, ...]] = []
 
     def _rates(self, z: FloatArray) -> FloatArray:
-        """1/(eps |g|) at all u for each z, refused where z is no clock."""
+        """1/(eps |g|) at all u for each z; an InputError if z is not monotonic."""
         g = self.scene.velocity(self.u, z[:, None]) * self._sign
         if not (g > 0).all():
             row, column = np.unravel_index(np.argmin(g), g.shape)
@@ -168,7 +168,7 @@ class March:
         return np.asarray(1.0 / (self.scene.eps * g))
 
     def _generators(self, z: FloatArray) -> FloatArray:
-        """K of each element for each z; integrating D T'' by parts leaves -D' T' beside phi."""
+        """K of each element for each z; partial integration of D T'' adds -D' T' to phi T'."""
         D = self.scene.noise(self.u)[self._index] ** 2 / 2
         moved = (
             self.scene.phi(self.u, z[:, None])[..., self._index]
@@ -178,7 +178,7 @@ class March:
         return np.asarray((moved * self._w)[..., None] * self._slope - stretch)
 
     def advance(self, step: float, most: float = np.inf) -> float:
-        """What a slab's highest degree adds to p; the slab is done unless that is over `most`."""
+        """The contribution of the highest degree to p; above `most` the slab is not completed."""
         from scipy.sparse import csc_array
         from scipy.sparse.linalg import splu
 
@@ -208,12 +208,12 @@ class March:
         time, density = self.time + step * integral @ clock[:, 0], slopes @ lost / step
         self.rows.append((way, time, lost[1:, 0], density, step * integral[-1]))
         self.p, self.gone, self.time = [one[-1] for one in new], float(way[-1]), float(time[-1])
-        # Absolute values: where a packet is not resolved, waves of both signs go before it.
+        # Absolute values, as unresolved packets emit waves of both signs.
         self.held = float(np.abs(self.p[0][1:-1]).sum())
         return error
 
     def finish(self) -> None:
-        """Tables and moments of what left."""
+        """Tables and moments of the release."""
         tables = (np.concatenate(row) for row in zip(*self.rows, strict=True))
         self.way, self.clock, self.left, densities, weights = tables
         self.density, self.share = densities[:, 0], densities * weights[:, None]
@@ -224,7 +224,7 @@ class March:
 
 
 def march(scene: Scene, rtol: float) -> tuple[March, March, float]:
-    """Two marches and the error of the second one's mean, at most `rtol` times it."""
+    """Two marches, and the error of the mean by the second one, at most `rtol` times the mean."""
     stages, degree = (4, 6) if rtol > 1e-7 else (5, 8)
     coarse, tol, way, last = 1.5, min(1e-3, 30.0 * rtol**0.6), 0.0, np.nan
     for _ in range(_FINEST):
@@ -244,9 +244,9 @@ def march(scene: Scene, rtol: float) -> tuple[March, March, float]:
             step *= min(3.0, max(0.1, 0.8 * (tol / max(error, 1e-300)) ** (1.0 / stages)))
         rough.finish()
         fine.finish()
-        # The two may agree by chance; each round divides its errors by some 30.
+        # The two may agree by chance; each round reduces the errors by a factor of about 30.
         apart = np.fmax(abs(fine.mean - rough.mean), abs(fine.mean - last) / 30.0)
-        # What is left to wait at the end is of the order of the time before.
+        # The remaining time at the end is of the order of the elapsed time.
         missing = 3.0 * fine.held * (fine.mean + fine.time)
         error = float(apart + missing + 4e-14 * len(rough.rows) ** 0.5 * fine.mean)
         if fine.mean > 0 and error <= rtol * fine.mean:

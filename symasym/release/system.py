@@ -1,4 +1,4 @@
-"""A switch whose state moves while it sticks: the scaled equations of u and of a slow variable z.
+"""A switch with a slow variable z that moves during sticking: the scaled equations of u and z.
 
 In units of eps (lengths across the switch, and times) the whole system of eq:genPerturbed with one
 slow variable is
@@ -25,7 +25,7 @@ from symasym.drift.formula import compiled
 
 @dataclass(frozen=True)
 class System:
-    """A smoothed switch with one slow variable z, a clock where its velocity keeps its sign.
+    """A smoothed switch with one slow variable z, a clock if its velocity keeps its sign.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class System:
             raise InputError(f"noise is {self.noise}, down to {least:.3g}; give one above 0.")
 
     def drag_time(self, z: Number, eps: Number) -> float:
-        """Scaled time in which the motion of z changes a well at z by its depth.
+        """The scaled time in which the motion of z changes the depth of a well by that depth.
 
         To first order: the depth of the drift between a well and its barrier, over the rate at
         which the motion of z changes it, up or down. A time T of the scalar equation at z describes
@@ -80,7 +80,7 @@ class System:
         rate, times = self.phi.diff("z") * self.velocity, [np.inf]
         for one, other in pairwise(self.frozen(z).critical_points()):
             low, high = float(one.u), float(other.u)
-            # The depth is stationary at its place: three grids in turn have it to rounding.
+            # The depth is stationary there, so that three successive grids give it to rounding.
             for _ in range(3):
                 u = np.linspace(low, high, 2001)
                 depth = values(self.phi, u, at)
@@ -98,7 +98,7 @@ class System:
 
 
 def values(expression: Any, u: FloatArray, z: Any = 0.0, eps: float = 0.0) -> FloatArray:
-    """An expression's values in float64 at scaled u and at z, of the shape of both together."""
+    """The values of an expression in float64 at scaled u and z, broadcast together."""
     import sympy
 
     with np.errstate(all="ignore"):

@@ -1,1 +1,1 @@
-"""Checks, measurements and figures of symasym; only the commands import them."""
+"""Checks, measurements and figures; only the commands import this package."""

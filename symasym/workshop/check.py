@@ -1,4 +1,4 @@
-"""Every method on every scene: its value, its stated error, the true error and its seconds.
+"""Runs every method on every scene and records value, stated error, true error and run time.
 
 `verify` judges the records: none may be farther from the truth than it says. `report` shows them,
 beside other programs (`symasym.workshop.peers`): error against run time. The truth is plain
@@ -49,7 +49,7 @@ _SCENES = [
 
 
 class Record(NamedTuple):
-    """One value beside the truth; errors are relative, None where nothing is stated."""
+    """One value compared with the truth; errors are relative, None if none is stated."""
 
     scene: str
     quantity: str
@@ -63,12 +63,12 @@ class Record(NamedTuple):
 
     @property
     def holds(self) -> bool:
-        """False for an error above the stated one."""
+        """False if the true error exceeds the stated one."""
         return self.stated is None or self.error <= self.stated
 
 
 def truth(problem: Problem, quantity: str) -> tuple[Any, float]:
-    """The value, known independently where the scene allows it, and its own relative error."""
+    """The reference value, independent if the scene allows it, and its relative error."""
     if quantity in problem.closed:
         return problem.known(quantity, _TRUTH), 10.0**-_TRUTH
     if "quadrature" in problem.tags and quantity != "1 - C":
@@ -81,7 +81,7 @@ def records(
     quantities: Iterable[str] = (),
     peers: Iterable[tuple[str, Callable[[], Any]]] = (),
 ) -> Iterator[Record]:
-    """Every method's answers for a scene, and the peers'; one that refuses it gives none."""
+    """The answers of every method and peer for a scene; a method that refuses it has none."""
     for quantity in quantities or problem.quantities:
         try:
             true, known_to = truth(problem, quantity)
@@ -101,7 +101,7 @@ def records(
             value, stated = getattr(found, "value", found), getattr(found, "error", None)
             with mp.workdps(2 * _TRUTH):
                 size = abs(mpf(true))
-                # What the truth may miss counts for the value.
+                # The error of the truth counts in favour of the value.
                 error = _small(max(abs(mpf(value) - true) / size - known_to, 0))
                 stated = None if stated is None else _small(mpf(stated) / size)
             kind = getattr(found, "error_kind", "none")
@@ -114,7 +114,7 @@ def _asked(problem: Problem, quantity: str, method: str, order: Any, dps: Any) -
 
 
 def _small(x: Any) -> float:
-    """A float, rounded up from what is below its range."""
+    """The number as a float, rounded up if it underflows."""
     return max(float(x), 5e-324) if x else 0.0
 
 
@@ -122,7 +122,7 @@ def _small(x: Any) -> float:
 
 
 def verify(level: str = "quick", seed: int = 1) -> tuple[list[Record], str]:
-    """The records of the problem table, at level ``"full"`` of the slow scenes and random ones too.
+    """The records of the problem table; level ``"full"`` adds the slow scenes and random ones.
 
     Returns
     -------
@@ -153,7 +153,7 @@ def verify(level: str = "quick", seed: int = 1) -> tuple[list[Record], str]:
 
 
 def random_scene(seed: int, index: int) -> Problem:
-    """A scene of a random drift; a third of them is smooth enough for plain quadrature."""
+    """A scene with a random drift; a third of them are smooth enough for plain quadrature."""
     draw = random.Random(f"symasym {seed} {index}")
 
     def number(low: float, high: float) -> Fraction:
@@ -183,7 +183,7 @@ def random_scene(seed: int, index: int) -> Problem:
 def report(
     folder: str | Path, names: list[str] | None = None, quick: bool = False
 ) -> tuple[list[Record], list[Path]]:
-    """Error against run time of T: all methods and the peers, as a table, a CSV and a picture.
+    """Error against run time for T, all methods and peers, as a table, a CSV file and a figure.
 
     Raises
     ------
@@ -210,7 +210,7 @@ def report(
 
 
 def _markdown(found: list[Record]) -> str:
-    """A table a scene; seconds as multiples of the proved float64 value's, in the same run."""
+    """One table per scene; times are multiples of that of the proved float64 value."""
     lines = []
     for scene in dict.fromkeys(r.scene for r in found):
         some = [r for r in found if r.scene == scene]

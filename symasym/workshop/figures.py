@@ -36,7 +36,7 @@ _PAPER: dict[str, Any] = {"linewidth": 1.4, "linestyle": (0, (1.0, 1.5))}
 
 
 class _Curve(NamedTuple):
-    """log T against z0: exact, and the paper's formula in pieces between its jumps."""
+    """log T against z0, exact and by the paper's formula, in pieces between its jumps."""
 
     label: str
     hue: str
@@ -46,7 +46,7 @@ class _Curve(NamedTuple):
 
 
 def _curve(mu: str, kappa: str, label: str, hue: str) -> _Curve:
-    """Of the paper's oscillator."""
+    """The curve of the paper's oscillator."""
     scales, family = sa.rescale(EPS, kappa, R), sa.friction(mu, 1)
     fold = float(family.folds().z0[0])
     z0 = -2.0 * np.linspace(1.0, 0.05, 120) ** 2
@@ -65,7 +65,7 @@ def _curve(mu: str, kappa: str, label: str, hue: str) -> _Curve:
 
 
 def _draw(axes: Axes, curves: list[_Curve]) -> None:
-    """Each of one hue, the formula darker, so that it shows where both are."""
+    """Draw each curve in one hue, with the formula darker so that it shows on top."""
     for c in curves:
         axes.plot(*c.exact, color=shade(c.hue, 1.45), **_EXACT)
         for piece in c.pieces:
@@ -73,7 +73,7 @@ def _draw(axes: Axes, curves: list[_Curve]) -> None:
 
 
 def _panel(axes: Axes, title: str, curves: list[_Curve]) -> None:
-    """All curves, each with its name beside its right end, pushed apart where two would overlap."""
+    """Draw all curves with their names at the right end, moved apart so that none overlap."""
     curves = sorted(curves, key=lambda c: c.exact[1][-1])
     _draw(axes, curves)
     logs = np.concatenate([c.exact[1] for c in curves])
@@ -91,7 +91,7 @@ def _panel(axes: Axes, title: str, curves: list[_Curve]) -> None:
 
 
 def _inset(axes: Axes, curves: list[_Curve], width: float, ticks: Any) -> None:
-    """A window over the left of the folds, where the curves are low; and the figure's legend."""
+    """Draw an inset of the region left of the folds, where the curves are low, and the legend."""
     folds, levels = zip(
         *((c.fold, c.pieces[0][1][-1]) for c in curves if len(c.pieces) > 1), strict=True
     )
@@ -189,7 +189,7 @@ def stokes(figure: Figure) -> None:
         errors.semilogy(z, error(logs, log_time("exact", z=z)), dashes, color=color, label=name)
     errors.set_ylim(top=3e4)
     errors.legend(fontsize=7.2, ncols=2, loc="upper left", columnspacing=3.0, **plain)
-    # The noise varies fastest, as it shares the analysis of a drift.
+    # The noise varies fastest, as all noises share the analysis of a drift.
     scenes = {"z": coarse[:, None], "kappa": noises}
     worst = np.log10(error(log_time("uniform", 0, **scenes), log_time("exact", **scenes)))
     shown = plane.pcolormesh(coarse, noises, worst.T, shading="nearest", cmap="cividis")
@@ -212,7 +212,7 @@ def _released(kappa: float, eps: float = _EPS) -> Any:
 
 
 def _paths() -> Any:
-    """Of each noise three simulated paths, by steps of 0.01: z and u."""
+    """z and u on three simulated paths for each noise, with steps of 0.01."""
     normal, step = np.random.default_rng(5).standard_normal, 0.01
     u, z, rows = np.zeros((3, 3)), np.full((3, 3), _Z0), []
     while (stays := np.abs(u) < _R).any():
@@ -300,7 +300,7 @@ def regimes(figure: Figure) -> None:
     ends = []
     for e, k in scenes:
         found = _released(float(k), float(e))
-        # Past the fold it still takes its way to r.
+        # Past the fold it still takes time to reach r.
         stuck = found.z.cdf(_FOLD - e * _R / -_FOLD) > 0.5
         ends.append(0 if found.mean < 2.0 * flight else 2 if stuck else 1)
     for number, (name, marker, color, x, y, turned) in enumerate((

@@ -67,7 +67,7 @@ def friction_osc(figure: Figure) -> None:
     straight(axes, (0, 1.8), (z, 1.8), INK, 1.0)
     faint([z, z], [high, 2.1])
     axes.text(z / 2, 2.2, f"$z = {z}$", ha="center")
-    # On the belt z' = -1 and y = 0: spring -z, damper -z' = 1, and friction against their sum.
+    # On the belt z' = -1 and y = 0: spring -z, damper -z' = 1, friction opposes their sum.
     faint([4.1, 4.1], [0.75, 2.15])
     forces = (("spring", -z, BLUE), ("damper", 1.0, RED), ("friction", z - 1, TEAL))
     for height, (name, size, color) in zip((1.95, 1.45, 0.95), forces, strict=True):
@@ -124,7 +124,7 @@ def potential_sketch(figure: Figure) -> None:
         axes.axvspan(-1, 1, **_BAND)
         axes.plot(u, height, color=BLUE)
         axes.set(title=title, xlabel="$u$", xlim=(-2.5, 2.5), xticks=[-2, -1, 0, 1, 2])
-        # Room for the well's name below it.
+        # Space for the well's name below it.
         axes.set_ylim(bottom=height.min() - 0.14 * np.ptp(height))
         for number, point in enumerate(drift.critical_points(), 1):
             at = float(point.u), float(drift.potential_at(float(point.u)))
@@ -164,14 +164,14 @@ def filippov(z: float, y: float, duration: float) -> Iterator[Any]:
 
 
 def _orbits(axes: Axes, starts: Any, duration: float, color: str = "") -> None:
-    """Orbits by Filippov's convention, with an arrow on each piece, in the colour of its side."""
+    """Draw orbits by Filippov's convention, with an arrow on each piece and one colour a side."""
     for z, y in starts:
         for path in filippov(z, y, duration):
             along(axes, path, color or (BLUE if path[:, 1].sum() > 0 else RED), width=1.1)
 
 
 def _surface(axes: Axes) -> None:
-    """The surface y = 0: solid where it slides, dashed where it is crossed."""
+    """Draw the surface y = 0, solid where orbits slide and dashed where they cross it."""
     axes.plot([0, 2], [0, 0], **_SURFACE)
     axes.plot([-4, 0, np.nan, 2, 4], np.zeros(5), **_CROSSED)
     axes.set(xlabel="$z$", ylabel="$y$")
@@ -220,7 +220,7 @@ def phase(figure: Figure) -> None:
     _surface(axes)
     _orbits(axes, [(z, -2.2) for z in np.linspace(-2.2, 3.4, 6)], 25.0)
     _orbits(axes, [(z, 3.0) for z in np.linspace(-3.4, 1.6, 5)], 25.0)
-    # The orbit that leaves the end of the sliding stretch, which all that stick share.
+    # The orbit from the end of the sliding region, which all sticking orbits share.
     _orbits(axes, [(0.0, 0.0)], 25.0, INK)
     for z in (0.44, 1.0, 1.56):
         straight(axes, (z + 0.12, 0), (z - 0.12, 0), INK, 1.8)
@@ -234,7 +234,7 @@ def phase(figure: Figure) -> None:
 
 
 def _smoothed(drift: Any, z: float, u: float, time: float, way: int = 1) -> Any:
-    """The orbit of (z, u) in the smoothed oscillator, or back; `drift` is that at z0 = 0."""
+    """The orbit of (z, u) in the smoothed oscillator, or backwards; `drift` is that at z0 = 0."""
 
     def field(t: float, x: Any) -> tuple[float, float]:
         return way * (_EPS * x[1] - 1), way * ((drift(x[1]) - x[0]) / _EPS - x[1])

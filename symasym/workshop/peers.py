@@ -1,4 +1,4 @@
-"""The same escape times by the tools that people have, for polynomial drifts started at 0.
+"""The same escape times by widely used tools, for polynomial drifts and the start 0.
 
 Each peer is given what helps it: V in closed form, integrals split at the kinks -1 and 1 and at 0,
 the largest exponent taken out.
@@ -21,7 +21,7 @@ _NODES = 32
 
 
 def of(problem: Problem, quick: bool) -> Iterator[tuple[str, Callable[[], Any]]]:
-    """The peers that have this scene, by name."""
+    """The peers that apply to this scene, by name."""
     kappa, r = Fraction(problem.kappa), Fraction(problem.r)
     c = problem.make().exact_coefficients()
     if problem.start != "0" or r <= 1 or c is None:
@@ -37,7 +37,7 @@ def of(problem: Problem, quick: bool) -> Iterator[tuple[str, Callable[[], Any]]]
 
 
 def _potentials(c: list[Any]) -> list[Callable[[Any], Any]]:
-    """V left of -1, on [-1, 1] and right of 1, each analytic everywhere, with V(-1) = 0; and V."""
+    """V on the left of -1, on [-1, 1] and on the right of 1 as entire functions; and V itself."""
 
     def value(c: list[Any], u: Any) -> Any:
         total = c[-1]
@@ -59,7 +59,7 @@ def _time(lam: Any, single: Any, double: Any) -> Any:
 
 
 def by_mpmath(c: list[Fraction], kappa: Fraction, r: Fraction, dps: int) -> Any:
-    """By nested `mpmath.quad`."""
+    """T by nested `mpmath.quad`."""
     from mpmath import mp
 
     with mp.workdps(dps + 5):
@@ -76,7 +76,7 @@ def by_mpmath(c: list[Fraction], kappa: Fraction, r: Fraction, dps: int) -> Any:
 
 
 def by_scipy(c: list[Fraction], kappa: Fraction, r: Fraction) -> float:
-    """By `scipy.integrate.dblquad`."""
+    """T by `scipy.integrate.dblquad`."""
     from scipy.integrate import dblquad, quad
 
     (*_, V), lam, R = _potentials([float(x) for x in c]), 2 / float(kappa) ** 2, float(r)
@@ -97,7 +97,7 @@ def by_scipy(c: list[Fraction], kappa: Fraction, r: Fraction) -> float:
 
 
 def by_arb(c: list[Fraction], kappa: Fraction, r: Fraction, dps: int) -> Any:
-    """By nested `acb.integral`, which is rigorous."""
+    """T by nested `acb.integral`, which is rigorous."""
     from flint import acb, arb
 
     from symasym.base.balls import exact_ball, precision, to_mpf
@@ -126,7 +126,7 @@ def by_arb(c: list[Fraction], kappa: Fraction, r: Fraction, dps: int) -> Any:
 
 @np.errstate(all="ignore")  # what overflows is nan
 def by_numpy(c: list[Fraction], kappa: Fraction, r: Fraction, panels: int) -> float:
-    """Gauss panels by hand in float64: running integrals by one matrix, no logarithms."""
+    """T by Gauss panels in float64, with running integrals by one matrix and no logarithms."""
     x, w = np.polynomial.legendre.leggauss(_NODES)
     k = np.arange(_NODES)
     p = np.polynomial.legendre.legvander(x, _NODES)

@@ -1,4 +1,4 @@
-"""The one table of scenes: what verification, reports, tests and docs take their problems from.
+"""The table of scenes from which verification, reports, tests and docs take their problems.
 
 `problems.csv` has a drift (of `symasym`, with its numbers, or an expression), noise, radius and
 start, all exact, and as tags what cannot be read off the numbers:
@@ -48,7 +48,7 @@ def constant_drift(a: str) -> dict[str, ClosedForm]:
         return (mp.exp(-q * x) - mp.exp(-q * r)) / (mp.exp(q * r) - mp.exp(-q * r))
 
     def time(kappa: Any, r: Any, x: Any) -> Any:
-        """By Wald's identity for the martingale u - a t, or u^2 - kappa^2 t."""
+        """The mean time by Wald's identity for the martingale u - a t, or u^2 - kappa^2 t."""
         if not slope:
             return (r * r - x * x) / kappa**2
         return (r - 2 * r * leaves(slope, kappa, r, x) - x) / mp.convert(slope)
@@ -61,12 +61,12 @@ def constant_drift(a: str) -> dict[str, ClosedForm]:
 
 
 def _masses(kappa: Any) -> tuple[Any, Any]:
-    """For A = -u, a parabola between lines: e^{-lam V} over the layer and over the tails."""
+    """The integrals of e^{-lam V} over the layer and over the tails for A = -u."""
     return mp.sqrt(mp.pi) * kappa * mp.erf(1 / kappa), kappa**2 * mp.exp(-1 / kappa**2)
 
 
 def _density(rise: str) -> ClosedForm:
-    """For A = -u, the stationary density where V is higher by so much than at 0."""
+    """The stationary density for A = -u where V exceeds V(0) by `rise`."""
     return lambda kappa, r, x: mp.exp(-2 * mp.convert(rise) / kappa**2) / sum(_masses(kappa))
 
 
@@ -83,7 +83,7 @@ LINEAR = HALF | {
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A scene; `closed` has what is known of a quantity in closed form."""
+    """A scene; `closed` has the quantities that are known in closed form."""
 
     name: str
     drift: str
@@ -104,7 +104,7 @@ class Problem:
 
     @property
     def closed(self) -> dict[str, ClosedForm]:
-        """The closed forms."""
+        """The closed forms by quantity."""
         kind, *given = self.drift.split()
         if kind in ("polynomial", "linear") and len(set(given)) == 1:
             return constant_drift(given[0])
@@ -114,12 +114,12 @@ class Problem:
 
     @property
     def slides(self) -> bool:
-        """True where a stationary state exists."""
+        """True if a stationary state exists."""
         return "sliding" in self.tags
 
     @property
     def quantities(self) -> list[str]:
-        """Those that exist here."""
+        """The quantities that exist for this scene."""
         return [name for name, known in QUANTITIES.items() if self.slides or not known.sliding]
 
     def ask(self, quantity: str, **options: Any) -> Any:
@@ -155,5 +155,5 @@ FOLD = Fraction(-7, 9)  # z0 of friction(3, 1)
 
 
 def tagged(tag: str) -> list[Problem]:
-    """Scenes with this tag."""
+    """The scenes with this tag."""
     return [p for p in PROBLEMS if tag in p.tags]

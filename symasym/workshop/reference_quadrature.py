@@ -1,4 +1,4 @@
-"""T, C, P and p_ss by plain quadrature of the printed integrals: the independent truth.
+"""T, C, P and p_ss by plain quadrature of the printed integrals, as independent references.
 
 Composite quadrature of eq:Ttilde, eq:C, eq:P and eq:pss at Chebyshev points in mpmath. The drift is
 only ever evaluated, as SymPy prints it; V and the inner integrals are running integrals of the
@@ -60,7 +60,7 @@ def stationary_density(drift: Drift, kappa: Fraction, y: Fraction, dps: int) -> 
 
 
 class _Swept(NamedTuple):
-    """Integrals between marks, V counted from the first of them."""
+    """Integrals between marks, with V = 0 at the first of them."""
 
     lam: Any
     exponents: list[Any]  # lam V at each mark
@@ -80,7 +80,7 @@ def _agreed(
     """The sum of terms on which two successive resolutions agree."""
     lost, previous = 0, mp.inf
     for level in range(_LEVELS):
-        # No two levels round alike; what cancels in one is added in the next.
+        # Rounding differs between levels; digits lost to cancellation are added at the next.
         work = dps + 12 + 8 * level + lost
         with mp.workdps(work):
             terms = of(_swept(drift, kappa, marks, level))

@@ -1,4 +1,4 @@
-"""The main job: figures, reference tables, derivations; what is missing or stale is made.
+"""Makes the figures, reference tables and derivations that are missing or out of date.
 
 The reference table has the escape times and exit probabilities of the paper's oscillator; the
 standard problems are du = phi dt + kappa sigma dW until u leaves the ends, in terms that any
@@ -39,7 +39,7 @@ def reproduce(
     force: bool = False,
     executor: Executor | None = None,
 ) -> Iterator[tuple[str, list[str], float | None]]:
-    """Each stage when it is done, its files and seconds; None where it was up to date.
+    """Yields each finished stage with its files and seconds, None if it was up to date.
 
     A stage is stale when the package, a library, the digits or one of its files has changed since
     it was made; with `force` each is. `only` names stages, all of them when left out. The executor
@@ -52,7 +52,7 @@ def reproduce(
     stamps = read_json(folder / _STAMPS) or {}
 
     def stamp(name: str) -> str:
-        """The inputs of a stage and the content of its files, as they are now."""
+        """The current inputs of a stage and contents of its files."""
         files = (folder / file for file in stages[name][0])
         made = [p.read_bytes() if p.exists() else b"" for p in files]
         return _hash([repr(inputs).encode(), *made])
@@ -77,7 +77,7 @@ def _seconds(make: Callable[[Path, int], None], folder: Path, dps: int) -> float
 
 
 def _source() -> str:
-    """A hash over everything that the packages are made of."""
+    """A hash of all files of the packages."""
     folders = [Path(str(package.__file__)).parent for package in (sa, derivations)]
     files = sorted(p for folder in folders for p in folder.rglob("*") if p.suffix != ".pyc")
     return _hash(p.read_bytes() for p in files if p.is_file())
@@ -91,7 +91,7 @@ def _hash(parts: Iterable[bytes]) -> str:
 
 
 def _stages() -> dict[str, tuple[list[str], Callable[[Path, int], None]]]:
-    """The files of every stage, and what writes them."""
+    """The files of every stage, and the functions that write them."""
     kinds, pages = ("png", "svg"), names(labels())
     drawn = {x: ([f"{x}.{k}" for k in kinds], partial(_draw, x)) for x in figures.FIGURES}
     return {
@@ -138,7 +138,7 @@ def _reference(folder: Path, dps: int) -> None:
 
 
 class Standard(NamedTuple):
-    """phi by pieces, each with its right end, and what else makes a scene."""
+    """A scene: phi in pieces, each with its right end, noise, ends and start."""
 
     name: str
     phi: tuple[tuple[str, str | None], ...]
@@ -157,7 +157,7 @@ class Standard(NamedTuple):
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """What the functions take beside kappa."""
+        """The arguments of the functions apart from kappa."""
         return {"ends": self.ends, "start": self.start, "reflecting": self.reflecting}
 
 

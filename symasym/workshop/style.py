@@ -1,4 +1,4 @@
-"""Shared by the figures: the style, captions and files, arrows along curves."""
+"""Style, captions and files of the figures, and arrows along curves."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ INK, FAINT = "0.1", "0.55"
 BLUE, RED, TEAL, OCHRE = "#20409A", "#BC3638", "#2E90A8", "#D29400"
 
 
-#: Every figure by its name; its caption is its label, ``figure.get_label()``.
+#: Every figure by name; its caption is its label, ``figure.get_label()``.
 FIGURES: dict[str, Callable[[], Figure]] = {}
 
 
 def figure(name: str, width: float, height: float) -> Callable[[Callable[[Figure], None]], None]:
-    """Make of a function that draws on an empty figure one that gives the figure, in our style.
+    """Turn a function that draws on an empty figure into one that returns the styled figure.
 
     The caption is the second paragraph of its docstring.
     """
@@ -46,7 +46,7 @@ def figure(name: str, width: float, height: float) -> Callable[[Callable[[Figure
 
 
 def encode(figure: Figure, kind: str) -> bytes:
-    """The figure as the bytes of a file, the same in every run, its label as a description."""
+    """The figure as the bytes of a file, identical in every run, with its label as description."""
     caption = str(figure.get_label()) or None
     undated: dict[str, dict[str, str | None]] = {
         "png": {"Software": None, "Description": caption},
@@ -60,13 +60,13 @@ def encode(figure: Figure, kind: str) -> bytes:
 
 
 def style() -> Any:
-    """Our style over matplotlib's defaults, so that the user's own settings do not enter."""
+    """The style on top of matplotlib's defaults, independent of the user's own settings."""
     with resources.as_file(resources.files("symasym") / "symasym.mplstyle") as path:
         return matplotlib.style.context(["default", path])
 
 
 def shade(color: str, share: float) -> Any:
-    """A colour with this share of its light (below 1), or with white mixed in (above)."""
+    """A colour darkened by this factor below 1, or mixed with white above 1."""
     if share <= 1:
         return tuple(share * part for part in to_rgb(color))
     return tuple(part + (share - 1) * (1 - part) for part in to_rgb(color))
@@ -82,7 +82,7 @@ def straight(
 
 
 def along(axes: Axes, path: Any, color: Any, share: float = 0.5, width: float = 1.0) -> None:
-    """A path of shape (n, 2) with an arrowhead at this share of its length as it is seen."""
+    """A path of shape (n, 2) with an arrowhead at this fraction of its length on the page."""
     axes.plot(*path.T, color=color, linewidth=width)
     low, high = np.array([axes.get_xlim(), axes.get_ylim()]).T
     seen = (path - low) / (high - low)
@@ -92,6 +92,6 @@ def along(axes: Axes, path: Any, color: Any, share: float = 0.5, width: float = 
     path, seen = path[kept], seen[kept]
     length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(seen, axis=0).T))])
     at = share * length[-1]
-    # The head points along a short chord, which is longer than a pixel on every figure.
+    # The head follows a short chord, which exceeds a pixel on every figure.
     begin, end = ([np.interp(s, length, path[:, k]) for k in (0, 1)] for s in (at - 0.01, at))
     straight(axes, begin, end, color, 0.8, "0.42,head_width=0.2")
