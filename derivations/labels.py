@@ -16,7 +16,7 @@ C-bound laplace-substitution
 #: Label -> number of the equation in the paper (arXiv:1310.8328), counted through.
 NUMBERS = {label: n for n, label in enumerate(_ORDER.split(), 1) if label != "-"}
 
-#: Those that the paper has not, with the entry of docs/paper.bib that has the method, if any.
+#: Labels beyond the paper, with the entry of docs/paper.bib for the method, if any.
 BEYOND = {
     **dict.fromkeys(
         ("positive-form", "positive-density", "constant-panel", "panel-step", "saddle-series",
@@ -32,11 +32,11 @@ _SMOOTHED = (
     r"\begin{cases} f^-(x) , & y \le -\varepsilon \\ " + _LAYER
     + r" f^+(x) , & y \ge \varepsilon \end{cases}"
 )  # fmt: skip
-#: Labels with nothing to derive: what they define, and what is derived from it.
+#: Labels that need no derivation: what they define, and what is derived from it.
 DEFINITIONS = {
     "eq:genFilippov": (
         r"\dot x = \begin{cases} f^-(x) , & y < 0 \\ f^+(x) , & y > 0 \end{cases}",
-        "the discontinuous system; what follows from it at the surface is derived as 'filippov'",
+        "the discontinuous system; its consequences at the surface are derived as 'filippov'",
     ),
     "eq:genPerturbed": (
         rf"\dot x = {_SMOOTHED}", "the smoothed system; its one condition is eq:cont",
@@ -58,6 +58,6 @@ DEFINITIONS = {
         "the start at 0 and absorption at both ends; used in eq:odeR, 'density-R' and eq:C",
     ),
     "eq:osc1": (
-        r"\ddot z + \dot z + z + F(\dot z + 1) = 0", "the model; eq:osc2 is derived from it",
+        r"\ddot z + \dot z + z + F(\dot z + 1) = 0", "the oscillator; eq:osc2 is derived from it",
     ),
 }  # fmt: skip

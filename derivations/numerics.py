@@ -48,7 +48,7 @@ class Scene:
 
 @cache
 def _coefficients(scene: Scene, derivative: int, ctx: Any, precision: int) -> list[Any]:
-    """Of a derivative of A, of V for -1, the highest power first."""
+    """Coefficients of a derivative of A (of V for -1), highest power first."""
     found = list(scene.coefficients)
     for _ in range(derivative):
         found = [k * c for k, c in enumerate(found)][1:]
@@ -97,13 +97,13 @@ def around(ctx: Any, centre: Any, width: Any, a: Any, b: Any, reach: int = 16) -
 
 
 def integral(ctx: Any, f: Any, points: list[Any]) -> Any:
-    """Over consecutive panels."""
+    """The integral of f over consecutive panels."""
     panels = (_panel(ctx, a, b) for a, b in pairwise(points) if b > a)
     return ctx.fsum(w * f(x) for rule in panels for x, w in rule)
 
 
 def nested(ctx: Any, outer: Any, inner: Any, points: list[Any], start: Any) -> tuple[Any, Any]:
-    """The integral of outer(v) (start + that of inner up to v), and the inner one at the end."""
+    """The integral of outer(v) (start + that of inner up to v), and the inner one up to the end."""
     total, running = ctx.zero, start
     for a, b in pairwise(points):
         at, base = a, running

@@ -65,11 +65,15 @@ def display(latex: str) -> list[str]:
 
 
 def statement(d: Derivation, mark: str) -> list[str]:
-    """Lines of Markdown: the formula, what it leaves out, its symbols, its conditions."""
+    """Lines of Markdown: the formula, its error, its symbols, its conditions."""
     lines = [*display(d.latex()), f"**Error**: {words(d.leaves_out())}.", ""]
     lines += [f"**Here** {words(d.note)}.", ""] if d.note else []
     held = [f"- {words(x)}{' (checked)' * bool(check)}" for x, check, f in d.supposed if not f]
-    false = [f"- It is false that {words(x)}: {words(f)}." for x, _, f in d.supposed if f]
+    false = [
+        f"- It is not always true that {words(x)}. A counterexample is {words(f)}."
+        for x, _, f in d.supposed
+        if f
+    ]
     for title, rows in (("Conditions", held), ("Counterexamples", false)):
         lines += [f"{mark} {title}", "", *rows, ""] if rows else []
     return lines

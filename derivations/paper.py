@@ -2,8 +2,8 @@ r"""The paper's symbols: how they are printed, what they mean, in what units.
 
 `TABLE` has a row for each name: LaTeX where SymPy would print another one, meaning, unit. Scaled
 variables are those of symasym: ``u`` for the paper's :math:`\tilde y`, ``kappa`` for its
-:math:`\tilde\kappa`. A symbol means the same in every formula; what a formula has of its own is
-explained in its note.
+:math:`\tilde\kappa`. A symbol has the same meaning in every formula; symbols of a
+single formula are explained in its note.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ phi | \phi | drift | velocity, the same scaled and unscaled
 A | | drift inside the layer | velocity, the same scaled and unscaled
 a_minus | a^- | drift for $u \le -1$ | velocity, the same scaled and unscaled
 a_plus | a^+ | drift for $u \ge 1$ | velocity, the same scaled and unscaled
-a | | a drift that is constant | velocity, the same scaled and unscaled
+a | | constant drift | velocity, the same scaled and unscaled
 A_1 | A'(u_1) | slope of the drift at the well $u_1$, negative | 1/scaled time
 A_2 | A'(u_2) | slope of the drift at the barrier $u_2$, positive | 1/scaled time
 A'_1 | A'(u_1) | slope of the drift at the well $u_1$ | 1/scaled time
@@ -40,7 +40,7 @@ F | | friction force | unscaled
 mu | | shape of the friction force | a number
 alpha | | friction force at the layer's edges | unscaled
 beta | | breakaway force | unscaled
-z0 | z_0 | where on the surface: the spring's extension | unscaled
+z0 | z_0 | position on the surface: the spring's extension | unscaled
 z_1 | | lower edge of the sliding region | unscaled
 z_2 | | upper edge of the sliding region | unscaled
 z_plus | z_0^{(+)} | fold of well and barrier on $u > 0$, $1 - \beta$ | unscaled
@@ -61,7 +61,7 @@ D | | height of the barrier, $V(u_2) - V(u_1)$ | scaled position times velocity
 u1 | u_1 | the well, a zero of the drift | scaled: $y/\varepsilon$
 u2 | u_2 | the barrier, a zero of the drift | scaled: $y/\varepsilon$
 u3 | u_3 | the third zero of the cubic | scaled: $y/\varepsilon$
-T | | mean escape time from $\lvert u\rvert < r$, from 0 or a named start | scaled: $t/\varepsilon$
+T | | mean escape time from $\lvert u\rvert < r$, from 0 unless stated | scaled: $t/\varepsilon$
 T_phys | T_p | mean escape time from $\lvert y\rvert < r_p$ | unscaled
 T_0 | | mean escape time without the terms of $C$ | scaled: $t/\varepsilon$
 T_1 | | piece of $T_0$: $-r < u < -1$, $0 < v < 1$ | scaled: $t/\varepsilon$
@@ -69,7 +69,7 @@ T_2 | | piece of $T_0$: $-1 < u < v$, $0 < v < 1$ | scaled: $t/\varepsilon$
 T_3 | | piece of $T_0$: $-r < u < 1$, $1 < v < r$ | scaled: $t/\varepsilon$
 T_4 | | piece of $T_0$: $1 < u < v < r$ | scaled: $t/\varepsilon$
 S | | Stokes multiplier of the well's term | a number
-p | | density of the position at a time | per scaled length
+p | | density of the position at time $t$ | per scaled length
 R | | density integrated over all time | scaled time per scaled length
 C | | probability of leaving through $-r$ | a number
 J | | flux of $R$ to the left | a number
@@ -89,16 +89,16 @@ sigma_left | | $\Sigma/s$ on the left of the start, $s = e^{\lambda V}$ | scaled
 sigma_right | | $\Sigma/s$ on the right of the start, $s = e^{\lambda V}$ | scaled length
 I0 | | integral of $e^{\lambda V}$ over $(0, r)$ | scaled length
 I1 | | integral of $e^{\lambda V}$ over $(-r, 0)$ | scaled length
-J0 | | $e^{\lambda V(v)}$ times $\int_{-r}^v e^{-\lambda V}$, over $(0, r)$ | scaled length squared
-J1 | | $e^{\lambda V(v)}$ times $\int_{-r}^v e^{-\lambda V}$, over $(-r, 0)$ | scaled length squared
+J0 | | integral of $e^{\lambda V(v)} \int_{-r}^v e^{-\lambda V} \text{ over } (0, r)$ | scaled length squared
+J1 | | integral of $e^{\lambda V(v)} \int_{-r}^v e^{-\lambda V} \text{ over } (-r, 0)$ | scaled length squared
 \eta^- | | $y/e$ for $\mathcal{L} y = s y$ from $-r$, $e = e^{\lambda V}$ | scaled length
 \eta^+ | | $y/e$ for $\mathcal{L} y = s y$ from $r$, $e = e^{\lambda V}$ | scaled length
 \zeta^- | | $y'/e$ of $\eta^-$ | a number
 \zeta^+ | | $-y'/e$ of $\eta^+$ | a number
-W | | Wronskian of both over $e$ | scaled length
+W | | Wronskian of the two solutions, divided by $e$ | scaled length
 \lambda_1 | | principal eigenvalue of the exit problem | 1/scaled time
-\alpha | | where in a step the noise is taken: 0 Ito, 1/2 Stratonovich | a number
-V_\sigma | | potential for this noise, $V_\sigma' = -\phi/\sigma^2$ | scaled position times velocity
+\alpha | | point of a step where the noise is taken: Ito 0, Stratonovich 1/2 | a number
+V_\sigma | | potential for state noise, $V_\sigma' = -\phi/\sigma^2$ | scaled position times velocity
 Sigma | | scale function, 0 at $-r$ | scaled length
 """
 

@@ -15,23 +15,23 @@ PIECES = r"u \le -1", r"-1 \le u \le 1", r"u \ge 1"
 NOISES = "the $W_j$ are independent Brownian motions"
 
 
-@derives("eq:scaledSDE", "Coefficients frozen at the origin, and the remainder")
+@derives("eq:scaledSDE", "The coefficients frozen at the origin, and the remainder")
 def frozen(d):
     rho, h = symbols("rho h", positive=True)
     c, s, f_0, f_x, f_y, f_xx = symbols("c s f(0) f_x f_y f_xx", real=True)
     near = lambda x, y: f_0 + f_x * x + f_y * y + f_xx * x**2
-    d.suppose("$f^-$, $f^+$, $F$ and $D$ are smooth near the origin, with slopes of at most $M$ there")
+    d.suppose("$f^-$, $f^+$, $F$ and $D$ are smooth near the origin, and their slopes there are at most $M$")
     at_a, at_b = symbols("a b", real=True)
     slope = d.eq("slope along a ray", Derivative(f(c * h, s * h), h),
                  c * sympy.Subs(Derivative(f(at_a, s * h), at_a), at_a, c * h)
-                 + s * sympy.Subs(Derivative(f(c * h, at_b), at_b), at_b, s * h), "the chain rule")
+                 + s * sympy.Subs(Derivative(f(c * h, at_b), at_b), at_b, s * h), "by the chain rule")
     value = near(c * rho, s * rho)
-    d.eq("frozen at the origin", "f(x)", f_0, r"at $x = \rho\, (c, s)$; the remainder is at most $M \rho$, "
-         r"by the mean value theorem, and no less than $O(\rho)$ unless the slope is 0",
+    d.eq("frozen at the origin", "f(x)", f_0, r"at $x = \rho\, (c, s)$ the remainder is at most $M \rho$ by the "
+         r"mean value theorem, and it is of order $\rho$ unless the slope is 0",
          lambda origin: [(Limit(value, rho, 0), origin),
                          (Limit((value - origin) / rho, rho, 0), slope.replace(f, near).doit().subs(h, 0))])
-    d.conclude(error=rho, note=r"$f$ is any of the coefficients $f^-, f^+, F, D$ of eq:genSDE, $\rho = |x|$ the "
-               "distance from the origin, at most $O(r_p)$")
+    d.conclude(error=rho, note=r"$f$ is any of the coefficients $f^-, f^+, F, D$ of eq:genSDE, and $\rho = |x|$ "
+                               "is the distance from the origin, at most $O(r_p)$")
 
 
 @derives("eq:scaledSDEx", "The component across the surface")
@@ -39,21 +39,22 @@ def component(d):
     field = Matrix([Function("F_1")(u), A(u), Function("F_3")(u)])
     D = Matrix(3, 3, symbols("d_1:4(1:4)", real=True))
     d.eq("project", "dy", field[1] * dt + k_p * (D[1, 0] * dW_j[0] + D[1, 1] * dW_j[1] + D[1, 2] * dW_j[2]),
-         "$e_2$, the second of three coordinates, is across the surface",
+         "the second of three coordinates, with the unit vector $e_2$, points across the surface",
          by=(Matrix([[0, 1, 0]]) * (field * dt + k_p * D * Matrix(dW_j)))[0])
     d.conclude(error=r_physical, note=r"$u = y/\varepsilon$; the second component of the drift, $A(u)$ inside "
                "the layer, and the entries $d_{ij}$ of $D$ are taken at the origin (eq:scaledSDE); " + NOISES)
 
 
-@derives("noise-amplitude", "Independent noises through $B$ add up to one of amplitude $|B|$")
+@derives("noise-amplitude", "Independent noises through $B$ add up to one noise of amplitude $|B|$")
 def amplitude(d):
     theta = Symbol("theta", real=True)
     square = b[0]**2 + b[1]**2 + b[2]**2
     of_sum = d.eq("characteristic function", r"\langle e^{i \theta (b_1 W_1 + b_2 W_2 + b_3 W_3)} \rangle",
-                  exp(-theta**2 * t * square / 2), "independent: the product of three Gaussian ones",
+                  exp(-theta**2 * t * square / 2), "the noises are independent, so it is the product of three "
+                  "Gaussian characteristic functions",
                   by=sympy.prod(exp(-(theta * x)**2 * t / 2) for x in b))
     d.eq("standard deviation per root of time", Symbol("sigma"), sqrt(square),
-         "minus the second derivative at $\\theta = 0$ is the variance",
+         r"the variance is minus the second derivative at $\theta = 0$",
          by=sqrt(sympy.expand(-of_sum.diff(theta, 2).subs(theta, 0) / t)))
     d.conclude(note="the $b_j$ are the strengths of the noises; " + NOISES)
 
@@ -64,10 +65,11 @@ def scaled_drift(d):
     of_u = lambda e: e.replace(F, lambda x, *_: A(x))
     (left, right) = (edge.subs({eps: 0, z: 0}) for edge in d["eq:cont"])
     solve = sympy.solve
-    d.eq("left", phi(u), A(-1), "the field at the origin, that of the layer's edge",
+    d.eq("left", phi(u), A(-1), "this is the field at the origin, equal to that at the layer's edge",
          by=of_u(solve(left - F(-1, 0, 0), f_minus(0, 0))[0]))
-    d.eq("inside", phi(u), A(u), r"$y = \varepsilon u$, all else at the origin", by=of_u(inside.subs(y, eps * u)))
-    d.eq("right", phi(u), A(1), "as on the left", by=of_u(solve(right - F(1, 0, 0), f_plus(0, 0))[0]))
+    d.eq("inside", phi(u), A(u), r"$y = \varepsilon u$, and all other coordinates "
+                                 "are at the origin", by=of_u(inside.subs(y, eps * u)))
+    d.eq("right", phi(u), A(1), "this follows as on the left", by=of_u(solve(right - F(1, 0, 0), f_plus(0, 0))[0]))
     d.conclude("left", "inside", "right", cases=PIECES,
                note="$A(u) = F(u, 0, 0)$; the drifts outside are $a^- = A(-1)$ and $a^+ = A(1)$")
 
@@ -77,7 +79,7 @@ def moments(e):
     return e.coeff(dt), sum(e.coeff(x)**2 for x in (dW, *dW_j))
 
 
-@derives("eq:reducedSDE", "One dimension, one noise")
+@derives("eq:reducedSDE", "Reduction to one dimension and one noise")
 def reduced(d):
     three = sympy.expand(d["eq:scaledSDEx"].replace(A, phi).subs(
         dict(zip(symbols("d_21:24", real=True), b, strict=True))))
@@ -86,11 +88,12 @@ def reduced(d):
     sigma = k_p * d["noise-amplitude"]
     generator = d.eq("Ito's generator", r"\mathcal{L} f", phi(u) * Derivative(f(y), y)
                      + sigma**2 / 2 * Derivative(f(y), (y, 2)),
-                     r"the mean of $y$ changes at the rate $\phi$, that of $y^2$ at $2 y \phi$ plus the variances "
-                     "of three independent noises",
+                     r"the mean of $y$ changes at the rate $\phi$, and that of $y^2$ at the rate $2 y \phi$ plus "
+                     "the variances of three independent noises",
                      lambda L: [(mean(L, y), drift), (mean(L, y**2), 2 * y * drift + variance)])
     first, second = mean(generator, y), mean(generator, y**2) - 2 * y * mean(generator, y)
-    d.eq("one noise", "dy", phi(u) * dt + k_p * sqrt(b[0]**2 + b[1]**2 + b[2]**2) * dW, "of the same generator",
+    d.eq("one noise", "dy", phi(u) * dt + k_p * sqrt(b[0]**2 + b[1]**2 + b[2]**2) * dW,
+         "it has the same generator",
          lambda e: [*zip(moments(e), (first, second), strict=True), (e.coeff(dW), sqrt(moments(e)[1]))])
     d.conclude(error=r_physical, note=r"$u = y/\varepsilon$; the $b_j$ are the entries of $D(0)$ that act on $y$; "
                "$W$ is a Brownian motion")
@@ -99,11 +102,12 @@ def reduced(d):
 @derives("eq:tildexykappa", "The scaling that makes the layer of unit size")
 def scaling(d):
     t_s = Symbol("t_s", positive=True)
-    X = d.eq("u", u, y / eps, "the edge of the layer at 1",
+    X = d.eq("u", u, y / eps, "this puts the edge of the layer at 1",
              lambda X: [(X.subs(y, eps), 1), (Derivative(X, (y, 2)), 0)])
-    time = d.eq("t_s", t_s, t / eps, "the drift stays $\\phi$", lambda s: [
+    time = d.eq("t_s", t_s, t / eps, r"with this time the drift remains $\phi$", lambda s: [
         (Derivative(X, y) * phi(u) / Derivative(s, t), phi(u)), (s.subs(t, 0), 0)])
-    d.eq("kappa", kappa, k_p / sqrt(eps), "$dW^2$ is $dt$", by=k_p * Derivative(X, y) / sqrt(Derivative(time, t)))
+    d.eq("kappa", kappa, k_p / sqrt(eps), "because "
+                                          "$dW^2 = dt$", by=k_p * Derivative(X, y) / sqrt(Derivative(time, t)))
     d.conclude("u", "t_s", "kappa")
 
 
@@ -113,19 +117,19 @@ def reduced_scaled(d):
     unscaled = kappa * k_p / K
     one = d["eq:reducedSDE"].subs(dict(zip(b, (1, 0, 0), strict=True)))
     d.eq("in scaled variables", "du", phi(u) * dt + kappa * dW,
-         r"the paper's $\kappa_p$ has $|B|$ in it from here on",
+         r"from here on the paper's $\kappa_p$ includes the factor $|B|$",
          by=(one * X.diff(y)).subs({dt: dt / time.diff(t), dW: dW / sqrt(time.diff(t)), k_p: unscaled}))
-    d.conclude(note="$t$ is the scaled time from here on, and $W$ a Brownian motion in it")
+    d.conclude(note="and from here on $t$ is the scaled time, and $W$ is a Brownian motion in this time")
 
 
-@derives("regions", "Sliding, crossing, repelling: the signs of $a^-$ and $a^+$")
+@derives("regions", "Sliding, crossing and repelling regions by the signs of $a^-$ and $a^+$")
 def regions(d):
     speeds, x = symbols("a_minus a_plus", real=True), Function("u")
     rates = [Derivative(x(t)**2, t).doit().subs(Derivative(x(t), t), speed).subs(x(t), end)
              for end, speed in zip((-1, 1), speeds, strict=True)]
     d.eq("sides from which the field points at the surface", Symbol("N"),
          1 + (sign(speeds[0]) - sign(speeds[1])) / 2,
-         r"where $d u^2/dt$ is negative, $-2 a^-$ at $u = -1$ and $2 a^+$ at $u = 1$",
+         "these are the sides where $d u^2/dt$ is negative; it is $-2 a^-$ at $u = -1$ and $2 a^+$ at $u = 1$",
          by=sum((1 - sign(rate)) / 2 for rate in rates))
-    d.conclude(note="2 is attracting sliding ($a^- > 0 > a^+$), 1 crossing, 0 repelling sliding; between these "
-               "regions $a^-$ or $a^+$ is 0, a tangency")
+    d.conclude(note="2 means attracting sliding ($a^- > 0 > a^+$), 1 crossing, and 0 repelling sliding; between "
+                    "these regions there is a tangency, where $a^-$ or $a^+$ is 0")

@@ -67,7 +67,7 @@ def page(label: str) -> str:
         *made.statement(d, "##"),
         *_errata(label),
         *("## Symbols", "", "| symbol | meaning | measured in |", "|---|---|---|", *rows),
-        *("", "Other symbols are explained with the statement.", ""),
+        *("", "The text below the formula explains other symbols.", ""),
         *_evaluation(label),
         *("## Derivation", "", f"Starts from: {_links(d.rests_on) or 'definitions only'}.", ""),
         *made.steps(d, "###"),
@@ -78,7 +78,7 @@ def page(label: str) -> str:
 
 
 def heading(title: str) -> str:
-    """A title as plain text, which the sidebar and the browser's tab show as well."""
+    """A title as plain text, because the sidebar and the browser's tab show it as well."""
     signs = {r"\kappa": "κ", r"\sigma": "σ", r"\varepsilon": "ε", r"\phi": "ϕ", r"\lambda": "λ"}
     signs |= {"^2": "²", "^-": "⁻", "^+": "⁺", "$": "", r"\to": "→", r"\le": "≤", r"\infty": "∞"}
     title = re.sub(r"\beq:\w+|\bfr[12]\b", lambda m: f"equation ({NUMBERS[m[0]]})", title)
@@ -88,7 +88,7 @@ def heading(title: str) -> str:
 
 
 def _place(label: str) -> str:
-    """A label, and the number of its equation in the paper, or that the paper has it not."""
+    """A label with the number of its equation in the paper, or a note that it is not there."""
     number = f", equation ({NUMBERS[label]}) of [the paper]({_ARXIV})" if label in NUMBERS else ""
     beyond = f", not in [the paper]({_ARXIV})" if label in BEYOND else ""
     return f"`{label}`{number}{beyond}"
@@ -160,7 +160,7 @@ def _cite(label: str) -> list[str]:
 
 
 def folded(summary: str, lines: Iterable[str]) -> list[str]:
-    """Lines that are shown when their summary is chosen."""
+    """Lines that are shown when their summary is clicked."""
     return [f"<details><summary>{summary}</summary>", "", *lines, "</details>", ""]
 
 
@@ -193,7 +193,7 @@ def _errata(label: str) -> list[str]:
 
 
 def _evaluation(label: str) -> list[str]:
-    """What evaluates the formula, and its code, with the friction drift where it needs a drift."""
+    """Calls that evaluate the formula, and its code, for friction where it needs a drift."""
     session = calls.session(label)
     lines = ["## Evaluate it", "", "```pycon", session, "```", ""] if session else []
     code: list[str] = []
@@ -224,7 +224,7 @@ def section(number: str) -> str:
 
 
 def _of_section(number: str) -> list[str]:
-    """The labels of a section in the paper's order, what it has not last."""
+    """The labels of a section in the paper's order; those beyond the paper come last."""
     chosen = [x for x in LABELS if _module(x).startswith(f"derivations.sections.section{number}")]
     return sorted(chosen, key=lambda x: NUMBERS.get(x, len(NUMBERS) * 2))
 
@@ -237,20 +237,21 @@ def index() -> str:
     """The sections with the titles of their formulas, and the definitions."""
     lines = [
         *("# Formulas", ""),
-        f"{len(LABELS)} results, derived in {sum(len(build(x).steps) for x in LABELS)} checked "
-        "steps, by section of the paper, and as [a graph](graph.md) of which rests on which. After "
-        "a title stand its label and, in brackets, the number of its equation in the paper.",
+        f"{len(LABELS)} results are derived in {sum(len(build(x).steps) for x in LABELS)} checked "
+        "steps. They are listed by section of the paper; [a graph](graph.md) shows which result "
+        "rests on which. Each title is followed by its label and, in brackets, the number of its "
+        "equation in the paper.",
         "",
     ]
     for number, title in SECTIONS.items():
         lines += [
             f"## {title}",
             "",
-            f"[{title.partition(':')[0]} with its formulas](section-{number}.md).",
+            f"[{title.partition(':')[0]}, with the formulas in full](section-{number}.md).",
             "",
         ]
         lines += [*(f"- {_link(label)}, {_named(label)}" for label in _of_section(number)), ""]
-    lines += ["## Definitions, with nothing to derive", ""]
+    lines += ["## Definitions, which need no derivation", ""]
     for label, (shown, text) in DEFINITIONS.items():
         lines += [f"**{label}** defines {words(text)}.", "", f"$$ {shown} $$", ""]
     return "\n".join([*lines, *_toctree(["graph", *(f"section-{n}" for n in SECTIONS)])])
@@ -265,8 +266,8 @@ def graph_page() -> str:
     )
     lines = [
         *("---", "hide-toc: true", "---", "# Which formula rests on which", ""),
-        "An arrow leads down from a result to one that uses it. A box that no arrow enters rests "
-        "on definitions only. Each label leads to the page of its formula.",
+        "An arrow leads down from a result to another that uses it. A box without an incoming "
+        "arrow rests on definitions only. Each label is a link to the page of its formula.",
         *("", "```{raw} html", graph.svg(rests, titles), "```", "", "## As a list", "", *listed),
     ]
     return "\n".join([*lines, ""])

@@ -20,23 +20,24 @@ def positive_form(d):
     before, behind, ahead = Integral(f(u), (u, -r, x)), Integral(g(v), (v, -r, x)), Integral(g(v), (v, x, r))
     left = interchange(
         d, "left of the start", over((u, -r, v), (v, -r, x)), before * behind - over((v, -r, u), (u, -r, x)),
-        r"$f = e^{-\lambda V}$, $g = e^{\lambda V}$, $x$ the start: $J_1 = m I_1 - K_l$, a square less a triangle")
+        r"with $f = e^{-\lambda V}$, $g = e^{\lambda V}$ and the start $x$ this says $J_1 = m I_1 - K_l$, a "
+        "square minus a triangle")
     right = interchange(
         d, "right of the start", over((u, -r, v), (v, x, r)), before * ahead + over((v, u, r), (u, x, r)),
-        "$J_0 = m I_0 + K_r$, a rectangle and a triangle")
+        "this says $J_0 = m I_0 + K_r$, a rectangle plus a triangle")
     named = {over((v, -r, u), (u, -r, x)): K_left, over((v, u, r), (u, x, r)): K_right}
     named |= {behind: I1, ahead: I0, before: m}
     positive = d.eq("nothing cancels", T, lam * (I0 * K_left + I1 * K_right) / (I0 + I1), "the mass $m$ drops out",
                     by=d["backward"].subs({J0: right.subs(named), J1: left.subs(named)}))
     carried = {sigma_left: I1 / s, sigma_right: I0 / s, w: lam * s * (K_left / I1 + K_right / I0)}
-    d.eq("from both sweeps", T, w / (1 / sigma_left + 1 / sigma_right), "$w = w_l + w_r$",
+    d.eq("from both sweeps", T, w / (1 / sigma_left + 1 / sigma_right), "here $w = w_l + w_r$",
          lambda T: [(T.subs(carried), positive)])
-    d.eq("chance of leaving on the left", C, 1 / (1 + sigma_left / sigma_right), "eq:C",
+    d.eq("chance of leaving on the left", C, 1 / (1 + sigma_left / sigma_right), "this agrees with eq:C",
          lambda C: [(C.subs(carried), by_sides(d["eq:C"]))])
     d.conclude("from both sweeps", "chance of leaving on the left", note=(
-        r"on either side of the start, $\sigma = \Sigma/s$ (a scaled length), where $s = e^{2 V/\kappa^2}$ and "
-        r"$\Sigma$ is its integral from the end; $w$ is $2 s/(\kappa^2 \Sigma)$ times the integral of $\Sigma/s$ "
-        "from there (scaled time over length), both sides added"))
+        r"$\sigma = \Sigma/s$ on either side of the start (a scaled length), where $s = e^{2 V/\kappa^2}$ and "
+        r"$\Sigma$ is the integral of $s$ from the end; $w$ is $2 s/(\kappa^2 \Sigma)$ times the integral of "
+        r"$\Sigma/s$ from the end (scaled time over length), with both sides added"))
 
 
 @derives("positive-density", "The stationary density and the occupation, in positive terms")
@@ -44,15 +45,18 @@ def positive_density(d):
     M, M_left, M_right, K = symbols("M M_left M_right K", positive=True)
     steady = d["eq:pss"].subs(exp(lam * V(u)), s)
     constant = d.eq("mass 1", K, 1 / (M_left + M_right),
-                    r"$M_l$, $M_r$: integrals of $e^{-\lambda V}$ over both sides of $u$; $s = e^{\lambda V(u)}$",
+                    r"$M_l$ and $M_r$ are the integrals of $e^{-\lambda V}$ to the left and to the right of $u$; "
+                    r"$s = e^{\lambda V(u)}$",
                     [(steady * s * (M_left + M_right), 1)])
     normal = d.eq("density of mass 1", p_ss(u), 1 / (s * (M_left + M_right)), by=steady.subs(K, constant))
-    d.eq("density", p_ss(u), rate / w, r"$w = \lambda s (M_l + M_r)$; at an edge, a tail adds $1/|a^\pm|$",
+    d.eq("density", p_ss(u), rate / w, r"here $w = \lambda s (M_l + M_r)$; at an edge of the layer the tail "
+                                       r"contributes $1/|a^\pm|$",
          lambda p: [(p.subs(w, rate * s * (M_left + M_right)), normal)])
     d.eq("occupation", Symbol("P"), 1 / (1 + M / N), by=d["eq:P"])
     d.conclude("density", "occupation", note=(
-        r"$w = \lambda e^{\lambda V(u)}$ times the integral of $e^{-\lambda V}$ over all positions (scaled time "
-        r"over length), $\lambda = 2/\kappa^2$; $N$, $M$: those of $e^{-\lambda V}$ inside and outside the layer"))
+        r"$w$ is $\lambda e^{\lambda V(u)}$ times the integral of $e^{-\lambda V}$ over all positions (scaled "
+        r"time over length), with $\lambda = 2/\kappa^2$; $N$ and $M$ are the integrals of $e^{-\lambda V}$ "
+        "inside and outside the layer"))
 
 
 @derives("constant-panel", "Integrals over a panel of constant drift")
@@ -60,39 +64,44 @@ def constant_panel(d):
     size = Symbol("x", positive=True)
     e = lambda drift, at: exp(expand(d["eq:V"].replace(phi, lambda _: drift).doit().subs(u, at - 1)))
     down, up = Integral(e(size, t), (t, 0, 1)), Integral(e(-size, t), (t, 0, 1)) / e(-size, 1)
-    single = d.eq("single", E_s, (1 - exp(-size)) / size, "the same where $V$ falls and where it rises",
+    single = d.eq("single", E_s, (1 - exp(-size)) / size, "the integral is the same where $V$ falls and where "
+                  "it rises",
                   [(E_s, down), (E_s, up)])
     double = lambda drift: Integral(e(drift, v) / e(drift, t), (v, 0, t), (t, 0, 1))
-    why = "by the single one: no $x^2$, which may be as large as float64 allows"
+    why = "written with $E_s$ it contains no $x^2$, which could overflow float64"
     d.eq("double, V falls", Symbol("D_-"), (E_s - exp(-size)) / size, why,
          lambda D: [(e(size, 1) * double(size), D.subs(E_s, single))])
     d.eq("double, V rises", Symbol("D_+"), (1 - E_s) / size, why, lambda D: [(double(-size), D.subs(E_s, single))])
     d.conclude("single", "double, V falls", "double, V rises", note=(
-        r"$x = \lambda |a| h$ for a panel of width $h$ and drift $a$; $E_s$, in units of $h$, is the integral of "
-        r"$e^{\lambda V}$; $D_-$ and $D_+$, of $h^2$, those of $e^{\lambda (V(v) - V(u))}$ over $v < u$ where $V$ "
-        "falls and rises; each integrand over its largest value"))
+        r"$x = \lambda |a| h$ for a panel of width $h$ and drift $a$; $E_s$ is the integral of $e^{\lambda V}$, "
+        r"in units of $h$; $D_-$ and $D_+$ are the integrals of $e^{\lambda (V(v) - V(u))}$ over $v < u$ where "
+        "$V$ falls and rises, in units of $h^2$; each integrand is divided by its largest value"))
 
 
 @derives("panel-step", "One step of the sweep: $\\sigma$ and $w$ across a panel")
 def panel_step(d):
     E, F, D, end, Sigma = symbols("E F D e Sigma", positive=True)
-    after = d.eq("sigma", r"\sigma_b", (sigma + E) / end, r"$\Sigma$ grows by $s E$, $s$ by the factor $e$",
+    after = d.eq("sigma", r"\sigma_b", (sigma + E) / end, r"$\Sigma$ grows by $s E$, and $s$ grows by the factor "
+                 "$e$",
                  by=((Sigma + s * E) / (s * end)).subs(Sigma, sigma * s))
     later = d.eq("w", "w_b", end * (sigma * (w + rate * F) + rate * D) / (sigma + E),
-                 "$F$, $D$: integrals of $1/e$ and of $e(v)/e(u)$ over $v < u$",
+                 "$F$ and $D$ are the integrals of $1/e$ and, over $v < u$, of $e(v)/e(u)$",
                  by=(end * (w * Sigma + rate * (Sigma * F + s * D)) / (Sigma + s * E)).subs(Sigma, sigma * s))
     scaled, grown = {E: E_s / climb, F: F_s / fall, D: D_s / fall, end: fall / climb}, E_s + climb * sigma
-    first = d.eq("sigma, scaled", r"\sigma_b", grown / fall, "$e(b) = f/c$, $E_s = c E$, $F_s = f F$, $D_s = f D$",
+    first = d.eq("sigma, scaled", r"\sigma_b", grown / fall, "with $e(b) = f/c$, $E_s = c E$, $F_s = f F$ and "
+                 "$D_s = f D$",
                  by=after.subs(scaled))
     second = d.eq("w, scaled", "w_b", (fall * w + rate * F_s) / (climb + E_s / sigma) + rate * D_s / grown,
-                  r"no number grows with $\lambda$", by=later.subs(scaled))
+                  r"in this form no number grows with $\lambda$", by=later.subs(scaled))
     begun = d.eq("sigma from an absorbing end", r"\lim_{\sigma \to 0} \sigma_b", E_s / fall,
                  by=Limit(first, sigma, 0))
     d.eq("w from an absorbing end", r"\lim_{\sigma \to 0} w_b", rate * D_s / E_s,
-         r"the same panel on either side of the start: $T = \lambda D$ by positive-form, with $K_l = K_r = D$",
+         r"if the same panel lies on either side of the start, then $K_l = K_r = D$ and $T = \lambda D$ by "
+         "'positive-form'",
          lambda e: [(Limit(second, sigma, 0), e), (d["positive-form", "from both sweeps"].subs(
              {sigma_left: begun, sigma_right: begun, w: 2 * e}), rate * D_s / fall)])
     d.conclude("sigma, scaled", "w, scaled", "sigma from an absorbing end", "w from an absorbing end", note=(
-        r"from $u = a$ to $u = b$; $f$ where $V$ falls, $c$ where it rises, is $e^{-\lambda |V(b) - V(a)|}$, the "
-        r"other 1; $E_s$, $F_s$, $D_s$ are the integrals of $e = e^{\lambda (V - V(a))}$, of $1/e$ and of "
-        r"$e(v)/e(u)$, $v < u$, each integrand over its largest value; $\sigma$ and $w$ as in positive-form"))
+        r"the panel goes from $u = a$ to $u = b$; $e^{-\lambda |V(b) - V(a)|}$ is $f$ where $V$ falls and $c$ "
+        "where it rises, and the other of the two is 1; $E_s$, $F_s$ and $D_s$ are the integrals of $e = "
+        r"e^{\lambda (V - V(a))}$, of $1/e$ and, over $v < u$, of $e(v)/e(u)$, with each integrand divided by "
+        r"its largest value; $\sigma$ and $w$ are those of 'positive-form'"))

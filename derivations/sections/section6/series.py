@@ -85,7 +85,7 @@ def beyond_gaussian(d, c):
     local = sum(x * h**j / factorial(j) for j, x in enumerate(c, 2))
     return d.eq("beyond the Gaussian", r"\lambda (V(u) - V(u_1)) - c_2 s^2/2 \sim",
                 sum(x * s**j * e ** (j - 2) / factorial(j) for j, x in enumerate(c[1:], 3)),
-                r"$u = u_1 + \delta s$ with $\delta = \lambda^{-1/2}$",
+                r"substitute $u = u_1 + \delta s$ with $\delta = \lambda^{-1/2}$",
                 by=expand(local.subs(h, e * s) / e**2 - c2 * s**2 / 2))
 
 
@@ -109,38 +109,40 @@ def phi(c, barrier=False):
 
 @derives("saddle-series", "Corrections to Laplace's method at a well or a barrier", n=2)
 def saddle_series(d):
-    d.suppose("$V' = 0$ and $V'' > 0$ at the well; at a barrier $-V$ takes the place of $V$")
+    d.suppose("$V' = 0$ and $V'' > 0$ at the well; at a barrier $V$ is replaced by $-V$")
     c = derivatives(2 * d.n + 2)
     even = powers(beyond_gaussian(d, c), 2 * d.n)
     whole = d.eq("Gaussian", Integral(exp(-c2 * s**2 / 2), (s, -oo, oo)), sqrt(2 * pi / c2),
-                 r"that of gaussian-step with $\kappa = \sqrt{2} \delta$",
+                 r"this is the integral of 'gaussian-step' with $\kappa = \sqrt{2} \delta$",
                  by=d["gaussian-step", "one Gaussian"].subs({kappa: sqrt(2) * e, S1: c2}) / e)
     moment = d.eq("Gaussian moments", Integral(s ** (2 * n) * exp(-c2 * s**2 / 2), (s, -oo, oo)) / whole,
-                  2**n * gamma(n + Rational(1, 2)) / (sqrt(pi) * c2**n), r"odd powers of $s$, so of $\delta$: 0")
+                  2**n * gamma(n + Rational(1, 2)) / (sqrt(pi) * c2**n), "odd powers of $s$, and hence of "
+                  r"$\delta$, give 0")
     peak, series = gaussian(phi(c), d.n + 1, RING), S.One
     for k in range(1, d.n + 1):
         series += d.eq(f"{TIMES[k - 1]} correction", f"Q_{k} =", TEXTBOOK.get(k) or expand(peak[k] / peak[0]),
-                       rf"the mean of $[\delta^{{{2 * k}}}]$ of the exponential, and Perron's formula",
+                       rf"the mean of the term in $\delta^{{{2 * k}}}$ agrees with Perron's formula",
                        lambda stated, k=k: [(mean(even[2 * k], lambda m: moment.subs(n, m // 2)), stated),
                                             (peak[k] / peak[0], stated)]) / lam**k
     scene, values = scene_of(d.n)
-    d.order("remainder", Q, series, lam ** -(d.n + 1), share(scene, -1, 1), LARGE, values, r"$\lambda \to \infty$",
+    d.order("remainder", Q, series, lam ** -(d.n + 1), share(scene, -1, 1), LARGE, values,
+            r"measured as $\lambda \to \infty$",
             40 + 10 * d.n)
     d.conclude(note=r"$Q$ is $\int e^{-\lambda V}$ about the well over its Gaussian; " + OF_V)
 
 
 @derives("saddle-start", "Laplace's method from a start on a well or a barrier", n=1)
 def saddle_start(d):
-    d.suppose("$V' = 0$ and $V'' > 0$ at the start; at a barrier $-V$ takes the place of $V$")
+    d.suppose("$V' = 0$ and $V'' > 0$ at the start; at a barrier $V$ is replaced by $-V$")
     c, top = derivatives(2 * d.n + 3), 2 * d.n + 1
     rest = beyond_gaussian(d, c)
     odd = powers(rest, top)
     moment = d.eq("moments of half a Gaussian", Integral(s ** (2 * n + 1) * exp(-c2 * s**2 / 2), (s, 0, oo)),
-                  2**n * factorial(n) / c2 ** (n + 1), "over $s > 0$ odd powers do not vanish")
+                  2**n * factorial(n) / c2 ** (n + 1), "over $s > 0$ the odd powers do not vanish")
     peak, beside = gaussian(phi(c), d.n + 1, RING, step=1)[1::2], S.Zero
     for k in range(d.n + 1):
         beside += d.eq(f"{TIMES[k]} odd term", f"P_{k} =", expand(peak[k]) if k else -c3 / (3 * c2**2),
-                       rf"the integral of $[\delta^{{{2 * k + 1}}}]$, and Perron's formula",
+                       rf"the integral of the term in $\delta^{{{2 * k + 1}}}$ agrees with Perron's formula",
                        lambda stated, k=k: [(mean(odd[2 * k + 1], lambda m: moment.subs(n, m // 2)), stated),
                                             (peak[k], stated)]) / lam**k
     half = 2 ** (z / 2) * gamma(1 + z / 2)
@@ -149,21 +151,23 @@ def saddle_start(d):
     finite = [sympy.simplify(sympy.series(x, z, 0, 1).removeO().coeff(z, 0)) for x in mellin]
     first = [d.eq(f"first double integral beside a {name}",
                   rf"\mathrm{{f.p.}} \int_0^\infty ds \int_{ends} {power} \, dt =", (log(2) + EulerGamma) / 2,
-                  "in units of $c_2 = 1$: Mellin's transform at its pole", by=value)
+                  "in units with $c_2 = 1$ it is the finite part of a Mellin transform at its pole", by=value)
              for name, ends, power, value in (("well", r"s^\infty", "e^{(s^2 - t^2)/2}", finite[0]),
                                               ("barrier", "0^s", "e^{(t^2 - s^2)/2}", finite[1]))]
     for barrier, name in enumerate(("well", "barrier")):
         worked = double(rest, c, top, barrier, first[barrier] + log(c2 * lam) / 2)
         terms = Tuple(*(Symbol(rf"[\delta^{{{k + 2}}}] N") for k in range(top + 1)))
         d.eq(f"double integral beside a {name}", terms, Tuple(*evaluated(c, d.n, barrier)),
-             "what the start adds to the finite part of the regular part, as evaluated; by parts from the first",
+             "this is the contribution of the start to the finite part of the regular part; it follows from the "
+             "first one by parts",
              by=Tuple(*worked))
     even = 1 + sum(d["saddle-series", f"{TIMES[k]} correction"] / lam ** (k + 1) for k in range(d.n))
     scene, values = scene_of(d.n + 1)
     for side, name, left in ((1, "right", "H_+"), (-1, "left", "H_-")):
         whole = even / 2 + side * sqrt(c2 / (2 * pi * lam)) * beside
         d.order(f"to the {name}", left, whole, lam ** -(d.n + 1), share(scene, side), LARGE, values,
-                "half of the corrections, and the odd terms, whose signs change with the side", 40 + 10 * d.n)
+                "each side has half of the corrections and the odd terms, whose "
+                "signs depend on the side", 40 + 10 * d.n)
     d.conclude("to the right", "to the left", "double integral beside a well", "double integral beside a barrier",
                note=r"$H_+$ is $\int e^{-\lambda V}$ to the right of the start over the well's Gaussian; " + OF_V +
                     ". $N$ is what the start adds to the double integral on its right")

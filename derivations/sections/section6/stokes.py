@@ -29,49 +29,54 @@ def exact_behind(k, ctx):
 
 @derives("eq:S", "The Stokes multiplier of a well, and how it changes as the barrier passes 0 or a well is born")
 def stokes(d):
-    d.suppose("for $u_2 < 0$ no term of $T$ is exponentially large", fails="$A = 4 (u + 4/5)(u + 1/10)$, "
-              r"$\kappa = 1/20$, start at 0")
+    d.suppose("for $u_2 < 0$ no term of $T$ is exponentially large",
+              fails=r"$A = 4 (u + 4/5)(u + 1/10)$ with $\kappa = 1/20$ and start 0")
     whole = d["eq:Ttildesmall"]
     well = whole.subs(r, 0)
     d.order("no well", r"T|_{A > 0} =",
             sympy.expand(whole - well) + log(a_plus / phi_0) / (a_plus - phi_0) - 1 / a_plus, kappa**2,
             lambda k, ctx: sum(split_pieces(ctx, SMOOTH, k, ctx.mpf(10))), ("1e-1", "5e-2"),
-            {a_plus: "7/6", phi_0: "2/3", r: "10"}, "for the linear $A = 2/3 + u/2$; the $O(1)$ is the integral "
-            "of $1/A$ over $(0, 1)$ less $1/a^+$", digits=30)
+            {a_plus: "7/6", phi_0: "2/3", r: "10"}, "measured for the linear drift $A = 2/3 + u/2$; the $O(1)$ "
+            "term is the integral of $1/A$ over $(0, 1)$ minus $1/a^+$", digits=30)
     behind = kappa * sqrt(-pi / A1) / phi_0 * exp(2 * (V_0 - V_1) / kappa**2)
     start = {phi_0: lambda k, ctx: BEHIND.phi(ctx, ctx.zero), V_0: lambda k, ctx: BEHIND.V(ctx, ctx.zero)}
     d.order("start behind the barrier", r"T|_{u_2 < 0} =", behind, behind * kappa**2, exact_behind,
-            ("1e-2", "1e-3"), at_scene(BEHIND) | start, "a well exists, $S = 0$ by the paper's condition, and yet "
-            "$T$ is exponentially large if $V(0) > V(u_1)$")
+            ("1e-2", "1e-3"), at_scene(BEHIND) | start, "a well exists and $S = 0$ by the paper's condition, "
+            "but $T$ is exponentially large if $V(0) > V(u_1)$")
     on_top = d.order("start on the barrier", T, well / 2, well * kappa,
                      lambda k, ctx: well_integral(ctx, AT_TOP, k), ("1e-3", "1e-4"), at_scene(AT_TOP),
-                     r"half the well's term, now with an $O(\kappa)$ correction: no jump")
+                     r"it is half of the well's term, now with an $O(\kappa)$ correction, so there is no jump")
     begin, weight = d["laplace-substitution", "v at its lower limit"], exp(-A2 * a**2)
     beyond = Integral(weight, (a, begin, oo)) / Integral(weight, (a, -oo, oo))
-    share = d.eq("barrier near the start", S, (1 + erf(sqrt(A2) * u2 / kappa)) / 2, "the share of the barrier's "
-                 r"Gaussian beyond the start, $-u_2/\kappa$; $u_2 = O(\kappa)$", by=beyond.doit().rewrite(erf))
+    share = d.eq("barrier near the start", S, (1 + erf(sqrt(A2) * u2 / kappa)) / 2,
+                 r"for $u_2 = O(\kappa)$ it is the share of the barrier's Gaussian that lies beyond the start, "
+                 r"$-u_2/\kappa$", by=beyond.doit().rewrite(erf))
     for name, sign, place, value in (("barrier ahead", ">", s, 1), ("barrier at the start", "=", 0, on_top / well),
                                      ("barrier behind", "<", -s, 0)):
-        d.eq(name, f"S|_{{u_2 {sign} 0}} =", value, r"$\kappa \to 0$", by=Limit(share.subs(u2, place), kappa, 0))
+        d.eq(name, f"S|_{{u_2 {sign} 0}} =", value, r"measured as $\kappa "
+             r"\to 0$", by=Limit(share.subs(u2, place), kappa, 0))
     J = d["airy-form", "J"]
     G = lambda z: airyai(z)**2 + airybi(z)**2
-    d.eq("near the fold", "S(Z) =", G(Z) / (G(Z) + G(-Z)), "$J(Z)$ of airy-form over $J(Z) + J(-Z)$, even in "
-         r"$Z$; $T$ has $p^2 \lambda^{1/3} J(Z)$, finite on the fold, where $S = 1/2$; $S \to 1$ for $Z \gg 1$",
+    d.eq("near the fold", "S(Z) =", G(Z) / (G(Z) + G(-Z)), "it is $J(Z)$ of 'airy-form' divided by $J(Z) + "
+         r"J(-Z)$, which is even in $Z$; $T$ contains $p^2 \lambda^{1/3} J(Z)$, which is finite at the fold, "
+         r"where $S = 1/2$; $S \to 1$ for $Z \gg 1$",
          by=J / (J + J.subs(Z, -Z)))
     d.conclude("barrier ahead", "barrier at the start", "barrier behind", "barrier near the start",
                "near the fold", "no well", "start behind the barrier", error=r"leading order in $\kappa$", note=(
-        "$S$ of $u_2$ is uniform through $u_2 = 0$ and multiplies the well's term of eq:Ttildesmall, as the "
-        "barrier passes the start; for $u_2 < 0$ another term may be large. Without a well, $A > 0$, "
-        "$S = 0$. $S(Z)$ is another multiplier, uniform through the fold of well and barrier, where that term "
-        r"diverges; it multiplies $\pi^2 p^2 \lambda^{1/3} (G(Z) + G(-Z))$, $G = \mathrm{Ai}^2 + \mathrm{Bi}^2$, "
-        r"finite there, and for $Z \gg 1$ that term to leading order in $\zeta$. Here $p = du/ds$ half-way "
-        r"between the zeros, $\phi\,du = (s^2 - \zeta)\,ds$ and $Z = \lambda^{2/3} \zeta$, as in airy-form"))
+        "$S$ as a function of $u_2$ multiplies the well's term of eq:Ttildesmall, and is uniform as the barrier "
+        "passes the start, $u_2 = 0$; for $u_2 < 0$ another term may be large. Without a well, $A > 0$ and $S = "
+        "0$. $S(Z)$ is another multiplier, uniform through the fold of well and barrier, where the well's term "
+        r"diverges. It multiplies $\pi^2 p^2 \lambda^{1/3} (G(Z) + G(-Z))$ with $G = \mathrm{Ai}^2 + "
+        r"\mathrm{Bi}^2$, which is finite at the fold and, for $Z \gg 1$, equals the well's term to leading "
+        r"order in $\zeta$. In it $p = du/ds$ at the midpoint of the zeros, $\phi\,du = (s^2 - \zeta)\,ds$ and "
+        r"$Z = \lambda^{2/3} \zeta$, as in 'airy-form'"))
 
 
-@derives("eq:TtildetoT", "Back to unscaled time")
+@derives("eq:TtildetoT", "The escape time in unscaled time")
 def unscaled(d):
-    d.suppose(r"$\kappa$ bounded from below: in weak noise an $O(r_p)$ error of $V$ is divided by $\kappa^2$ in "
-              "an exponent")
-    d.eq("time", Symbol("T_phys", positive=True), eps * t_s, r"$T_p = \langle t \rangle$, $\varepsilon$ times the "
-         "mean scaled time", lambda real: [(d["eq:tildexykappa", "t_s"].subs(t, real), t_s)])
-    d.conclude(error="relative $O(r_p)$, as of $a^+$", note=r"$\tilde t$ is the mean escape time, scaled")
+    d.suppose(r"$\kappa$ is bounded from below; in weak noise an $O(r_p)$ error of $V$ is divided by $\kappa^2$ "
+              "in an exponent")
+    d.eq("time", Symbol("T_phys", positive=True), eps * t_s, r"$T_p = \langle t \rangle$ is $\varepsilon$ times "
+         "the mean scaled time", lambda real: [(d["eq:tildexykappa", "t_s"].subs(t, real), t_s)])
+    d.conclude(error="relative $O(r_p)$, like the "
+                     "error of $a^+$", note=r"$\tilde t$ is the scaled mean escape time")

@@ -71,22 +71,23 @@ def substitution(d):
          why=r"the other limits of eq:fourPieces are $(1 - u_2)/\kappa$, $(-1 - u_1)/\kappa$ and "
              r"$\hat v + (u_2 - u_1)/\kappa$")
     local = V_1 + c2 * h**2 / 2 + c3 * h**3 / 6 + c4 * h**4 / 24
-    d.eq("V at the saddle", r"V(u) \sim", V_1 + c2 * kappa**2 * a**2 / 2, "$V'(u_1) = 0$; the rest is odd "
-         r"at $O(\kappa^3)$", by=sympy.series(local.subs(h, kappa * a), kappa, 0, 3).removeO())
+    d.eq("V at the saddle", r"V(u) \sim", V_1 + c2 * kappa**2 * a**2 / 2, "because $V'(u_1) = 0$; the next "
+         r"term, $O(\kappa^3)$, is odd", by=sympy.series(local.subs(h, kappa * a), kappa, 0, 3).removeO())
     d.conclude(error=r"$O(\kappa^3)$",
-               note=r"$u = u_1 + \kappa \hat u$ and $v = u_2 + \kappa \hat v$, where $\hat u$ is in roots "
-               "of scaled time; $c_2 = V''(u_1)$, 1/scaled time")
+               note=r"$u = u_1 + \kappa \hat u$ and $v = u_2 + \kappa \hat v$, where the unit of $\hat u$ is the "
+                    "square root of scaled time; $c_2 = V''(u_1)$ (1/scaled time)")
 
 
 @derives("gaussian-step", "Both Gaussian integrals over the whole line")
 def gaussian(d):
     bend = (d["laplace-substitution"] - V_1).subs(c2, S1)
     one = d.eq("one Gaussian", kappa * Integral(exp(-lam * bend), (a, -oo, oo)), kappa * sqrt(pi / S1),
-               "$s_1 = V''(u_1)$")
+               "here $s_1 = V''(u_1)$")
     whole = lam * d["laplace-substitution", "Jacobian"] * Integral(
         exp(-S1 * a**2) * exp(-S2 * b**2), (a, -oo, oo), (b, -oo, oo))
     both = d.eq("Gaussians", whole, 2 * pi / sqrt(S1 * S2),
-                "$s_2 = -V''(u_2)$; what the finite limits cut off is exponentially small; a product of two",
+                "here $s_2 = -V''(u_2)$; it is the product of two Gaussian integrals, and what the finite "
+                "limits cut off is exponentially small",
                 lambda product: [(lam * one * one.subs(S1, S2), product)], whole)
     bend = d.eq("V'' = -A'", Derivative(V(u), (u, 2)), -Derivative(phi(u), u), by=Derivative(d["eq:V"], (u, 2)))
     d.eq("in terms of A'", G, 2 * pi / sqrt(-A1 * A2), by=both.subs(
@@ -97,30 +98,32 @@ def gaussian(d):
 
 @derives("eq:secondTerm", "The second piece: Kramers' time and its first correction")
 def second(d):
-    d.suppose("two simple roots $-1 < u_1 < u_2 < 1$ of $A$, and $u_2 > 0$")
+    d.suppose("$A$ has two simple roots $-1 < u_1 < u_2 < 1$, and $u_2 > 0$")
     lead = d.eq("leading term", r"T_2 \sim", 2 * pi / sqrt(-A1 * A2) * exp(2 * D / kappa**2),
                 by=d["gaussian-step"] * exp(lam * D))
     c, q = (c2, c3, c4), sympy.symbols("q_2:5", real=True)
     well = d.eq("correction of one saddle", r"Q_1/\lambda =",
                 kappa**2 / 2 * (5 * c3**2 / (24 * c2**3) - c4 / (8 * c2**2)),
-                "$c_j = V^{(j)}(u_1)$, and $q_j = -V^{(j)}(u_2)$ at the barrier",
+                "$c_j = V^{(j)}(u_1)$ at the well, and $q_j = -V^{(j)}(u_2)$ at the barrier",
                 by=d["saddle-series", "first correction"] / lam)
     bends = {x: lambda k, ctx, j=j, n=n: (-1, 1)[n] * SCENE.phi(ctx, SCENE.roots(ctx)[n], j)
              for n, row in enumerate((c, q)) for j, x in enumerate(row, 1)}
     both = d.order("next order", T2, lead * (1 + well + well.subs(dict(zip(c, q, strict=True)))), lead * kappa**4,
                    exact_well, WEAK, AT | bends)
-    d.eq("sharp order", T2, 2 * pi / sqrt(-A1 * A2) * exp(2 * D / kappa**2), "the odd order cancels: relative "
-         r"$O(\kappa^2)$, where the paper has $O(\kappa)$", by=both.subs(dict.fromkeys((c3, c4, *q[1:]), 0)))
+    d.eq("sharp order", T2, 2 * pi / sqrt(-A1 * A2) * exp(2 * D / kappa**2), "the odd order cancels, so the "
+         r"relative error is $O(\kappa^2)$, where the "
+         r"paper has $O(\kappa)$", by=both.subs(dict.fromkeys((c3, c4, *q[1:]), 0)))
     d.conclude(error=lead * kappa**2,
-               note=r"$D$ is the barrier's height. With its correction, the step 'next order', the error is "
-                    r"relative $O(\kappa^4)$; $c_j = V^{(j)}(u_1)$ and $q_j = -V^{(j)}(u_2)$ (saddle-series)")
+               note="$D$ is the height of the barrier. With the correction in the step 'next order' the "
+                    r"relative error is $O(\kappa^4)$; $c_j = V^{(j)}(u_1)$ and $q_j = -V^{(j)}(u_2)$ "
+                    "('saddle-series')")
 
 
 @derives("eq:fourthTerm2", "The fourth piece in weak noise")
 def fourth_weak(d):
     beyond = d["eq:fourthTerm", "closed form"].subs(r, 1 + height)
-    d.eq("as kappa -> 0", r"T_4 \sim", r / a_plus - 1 / a_plus, "the exponential in the closed form is "
-         r"below any power of $\kappa$", by=Limit(beyond, kappa, 0).doit().subs(height, r - 1))
+    d.eq("as kappa -> 0", r"T_4 \sim", r / a_plus - 1 / a_plus, "the exponential in the closed form is smaller "
+         r"than any power of $\kappa$", by=Limit(beyond, kappa, 0).doit().subs(height, r - 1))
     d.conclude(error=r"$O(\kappa^2)$")
 
 
@@ -132,25 +135,30 @@ def others(d):
     for name, side, leading, by, exact, why in (
         ("first", T1, kappa * sqrt(pi / A2) / a_minus * exp(2 * V_2 / kappa**2),
          lam * beside(d, -1, -1, *left) * gauss.subs(S1, A2) * exp(lam * V_2), exact_first,
-         r"the integral of $e^{-\lambda V}$ over $(-r, -1)$, times a Gaussian at the barrier"),
+         r"it is the integral of $e^{-\lambda V}$ over $(-r, -1)$ times a Gaussian at the barrier"),
         ("third", T3, kappa * sqrt(-pi / A1) / a_plus * exp(2 * (V_top - V_1) / kappa**2),
          lam * gauss.subs(S1, -A1) * beside(d, 1, 1, *right) * exp(lam * (V_top - V_1)), exact_third,
-         r"a Gaussian at the well, times the integral of $e^{\lambda V}$ over $(1, r)$"),
+         r"it is a Gaussian at the well times the integral of $e^{\lambda V}$ over $(1, r)$"),
     ):
         found = d.eq(f"leading part of the {name}", side, leading, why, by=by)
         d.order(f"{name} piece", side, found, leading * kappa**2, exact, WEAK, AT)
     low, high, edge = (lambda x=x: AT[x](0, mpmath.mp) for x in (V_1, V_2, V_top))
-    d.suppose("$V(u_1) < V(-1) = 0$ and $V(1) < V(u_2)$: $\\phi > 0$ left of $u_1$ and right of $u_2$; so both "
-              "are exponentially smaller than $T_2$", lambda: bool(low() < 0 and edge() < high()))
-    d.suppose(r"$V(u_1) < V(1)$ (the third piece; else what $u = 1$ contributes, $O(\kappa^2)$, is larger)")
+    d.suppose(r"$V(u_1) < V(-1) = 0$ and $V(1) < V(u_2)$, since $\phi > 0$ left of $u_1$ and right of $u_2$; "
+              "therefore both pieces are exponentially "
+              "smaller than $T_2$", lambda: bool(low() < 0 and edge() < high()))
+    d.suppose("$V(u_1) < V(1)$ for the third piece; otherwise the contribution of $u = 1$, which is "
+              r"$O(\kappa^2)$, is larger")
     d.conclude("first piece", "third piece", note="both are exponentially smaller than $T_2$ of eq:secondTerm")
 
 
 @derives("eq:Ttildesmall", "The mean escape time in weak noise")
 def small(d):
-    d.suppose(r"$u_1$ and $u_2$ are simple zeros; $u_1$, $u_2$, 0 and 1 are several $\kappa$ apart")
-    d.suppose("the formula holds up to the fold", fails=r"friction, $\mu = 3$, $z_0 = -777/1000$, $\kappa = 1/10$")
-    d.suppose("the formula holds up to $u_2 = 1$", fails=r"friction, $\mu = 3$, $z_0 = -1/10000$, $\kappa = 1/10$")
+    d.suppose("$u_1$ and $u_2$ are simple zeros, and the distances between $u_1$, $u_2$, 0 and 1 are several "
+              r"$\kappa$")
+    d.suppose("the formula holds up to the fold",
+              fails=r"friction with $\mu = 3$, $z_0 = -777/1000$ and $\kappa = 1/10$")
+    d.suppose("the formula holds up to $u_2 = 1$",
+              fails=r"friction with $\mu = 3$, $z_0 = -1/10000$ and $\kappa = 1/10$")
     second = d["eq:secondTerm"]
     first, third = (x / second.subs(D, V_2 - V_1) for x in d["other-pieces"])
     adds = [d.eq(f"what {name} adds", Limit(sympy.powsimp(sympy.expand(e)) / kappa**8, kappa, 0), 0,
@@ -158,10 +166,11 @@ def small(d):
         ("the first piece", "T_1/T_2", first.subs(V_1, -depth)), ("C", "C", d["C-bound"]),
         ("the third piece", "T_3/T_2", third.subs(V_2, V_top + height)))]
     formula = d.eq("sum", r"T \sim", 2 * pi / sqrt(-A1 * A2) * exp(2 * D / kappa**2) + r / a_plus,
-                   "the second and the fourth piece, the latter for large $r$",
+                   "it is the sum of the second piece and of the fourth piece for large $r$",
                    by=second * (1 + sum(adds)) + sympy.expand(d["eq:fourthTerm2"]).coeff(r) * r)
     d.order("order, where both terms are of one size", T, formula, kappa**2 * exp(2 * D / kappa**2), exact_time,
             ("1e-2", "3e-3"), AT | {r: one_size},
-            r"$r = e^{2 D/\kappa^2}$; relative $O(\kappa^2)$ for the exponential term, $O(1)$ for the other")
-    d.conclude(note="$D$ is the height of the barrier, $0 < u_2 < 1$; the paper has $S$ of eq:S before the "
-                    "exponential term, 0 without such a well")
+            r"measured at $r = e^{2 D/\kappa^2}$; the error of the exponential term is relative $O(\kappa^2)$, "
+            "and that of the other term is $O(1)$")
+    d.conclude(note="$D$ is the height of the barrier and $0 < u_2 < 1$; the paper multiplies the exponential "
+                    "term by $S$ of eq:S, which is 0 without such a well")
