@@ -89,8 +89,8 @@ sigma_left | | $\Sigma/s$ on the left of the start, $s = e^{\lambda V}$ | scaled
 sigma_right | | $\Sigma/s$ on the right of the start, $s = e^{\lambda V}$ | scaled length
 I0 | | integral of $e^{\lambda V}$ over $(0, r)$ | scaled length
 I1 | | integral of $e^{\lambda V}$ over $(-r, 0)$ | scaled length
-J0 | | integral of $e^{\lambda V(v)} \int_{-r}^v e^{-\lambda V} \text{ over } (0, r)$ | scaled length squared
-J1 | | integral of $e^{\lambda V(v)} \int_{-r}^v e^{-\lambda V} \text{ over } (-r, 0)$ | scaled length squared
+J0 | | $\int_0^r e^{\lambda V(v)} \int_{-r}^v e^{-\lambda V}$ | scaled length squared
+J1 | | $\int_{-r}^0 e^{\lambda V(v)} \int_{-r}^v e^{-\lambda V}$ | scaled length squared
 \eta^- | | $y/e$ for $\mathcal{L} y = s y$ from $-r$, $e = e^{\lambda V}$ | scaled length
 \eta^+ | | $y/e$ for $\mathcal{L} y = s y$ from $r$, $e = e^{\lambda V}$ | scaled length
 \zeta^- | | $y'/e$ of $\eta^-$ | a number
@@ -98,7 +98,7 @@ J1 | | integral of $e^{\lambda V(v)} \int_{-r}^v e^{-\lambda V} \text{ over } (-
 W | | Wronskian of the two solutions, divided by $e$ | scaled length
 \lambda_1 | | principal eigenvalue of the exit problem | 1/scaled time
 \alpha | | point of a step where the noise is taken: Ito 0, Stratonovich 1/2 | a number
-V_\sigma | | potential for state noise, $V_\sigma' = -\phi/\sigma^2$ | scaled position times velocity
+V_\sigma | | potential, $V_\sigma' = -\phi/\sigma^2$ | scaled position times velocity
 Sigma | | scale function, 0 at $-r$ | scaled length
 """
 
