@@ -68,12 +68,13 @@ def statement(d: Derivation, mark: str) -> list[str]:
     """Lines of Markdown: the formula, its error, its symbols, its conditions."""
     lines = [*display(d.latex()), f"**Error**: {words(d.leaves_out())}.", ""]
     lines += [f"**Here** {words(d.note)}.", ""] if d.note else []
-    held = [f"- {words(x)}{' (checked)' * bool(check)}" for x, check, f in d.supposed if not f]
-    false = [
-        f"- It is not always true that {words(x)}. A counterexample is {words(f)}."
-        for x, _, f in d.supposed
-        if f
-    ]
+    held, false = [], []
+    for x, check, fails in d.supposed:
+        if fails:
+            example = f"A counterexample is {words(fails)}."
+            false.append(f"- It is not always true that {words(x)}. {example}")
+        else:
+            held.append(f"- {words(x[:1].upper() + x[1:])}{' (checked)' * bool(check)}.")
     for title, rows in (("Conditions", held), ("Counterexamples", false)):
         lines += [f"{mark} {title}", "", *rows, ""] if rows else []
     return lines
