@@ -33,8 +33,6 @@ Expanded = Literal["T", "C", "1 - C", "P", "1 - P"]
 Noise = Literal["weak", "strong", "uniform"]
 _METHODS = {"weak": "laplace", "strong": "strong_noise", "uniform": "uniform"}
 _MOST = 8
-# Operations worth reducing.
-_FEW = 40
 _KNOWN = {"lam": r"\lambda", "phi(-1)": "a^-", "phi(1)": "a^+"}
 
 
@@ -200,15 +198,7 @@ def _name_of(name: str) -> str:
 
 
 def _latex(e: Expr) -> str:
-    """The expression, a polynomial or a small rational function in the fewest operations."""
-    forms = [e]
-    if e.is_polynomial() and not e.has(sympy.Integral):
-        forms.append(sympy.expand(e))
-        if not (short := sympy.factor_terms(forms[1])).as_coeff_Mul()[1].is_Add:
-            forms.append(short)
-    elif e.is_rational_function() and e.count_ops() < _FEW:
-        forms.append(sympy.cancel(e))
-    return tex(min(forms, key=sympy.count_ops), {s: _name_of(s.name) for s in e.free_symbols})
+    return tex(e, {s: _name_of(s.name) for s in e.free_symbols})
 
 
 def expand(

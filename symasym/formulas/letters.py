@@ -125,7 +125,7 @@ class Field:
                 root = sign * sympy.sqrt(c[1] ** 2 - 4 * c[0] * c[2])
                 self.values[u] = (-c[1] + root) / (2 * c[2])
         elif poly.degree() == 1:
-            self.values[every[0]] = -c[0] / c[1]
+            self.values[every[0]] = sympy.cancel(-c[0] / c[1])
         else:
             self.equations = {u: self.A.subs(U, u) for u in every}
 
@@ -134,7 +134,7 @@ class Field:
         symbol = Symbol(name, **(signs or {"real": True}))
         if symbol not in self.values and not value.has(AppliedUndef):  # A(u) of no drift
             if value.is_polynomial() and not value.has(sympy.Integral):
-                value = sympy.expand(value)
+                value = sympy.factor_terms(sympy.expand(value))
             if value.is_Rational or not signs and (value.is_Symbol or (-value).is_Symbol):
                 return value
             self.values[symbol] = value

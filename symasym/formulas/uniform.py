@@ -44,7 +44,7 @@ def of_cubic(A: Expr, start: Expr) -> tuple[dict[Any, Expr], list[Any]]:
         third = sympy.hyper([_THIRD, -_THIRD], [S.Half], (1 - side * W) / 2)
         known = {
             K: sympy.sqrt(sympy.factor(b**2 - c1 / (3 * c3))),
-            W: sympy.factor(A.subs(U, b) / c3) / (2 * K**3),
+            W: sympy.cancel(A.subs(U, b) / c3) / (2 * K**3),
             M: b + side * K * third, D: 3 * (K**2 - (M - b) ** 2),
             PSI0: 3 * c3 * (M - b), PSI1: c3,
         }  # fmt: skip
