@@ -19,7 +19,7 @@ from flint import arb, arb_series, ctx, fmpq, fmpq_poly
 
 from symasym.base.balls import precision, to_mpf
 from symasym.base.errors import AccuracyError, RegionError
-from symasym.drift.evaluate import Polynomial, halved, profile
+from symasym.drift.evaluate import halved, profile
 from symasym.drift.formula import Formula, rational, vanishes
 from symasym.drift.model import Parametrized
 
@@ -132,10 +132,7 @@ class _Function:
     def series(self, x: Any, count: int) -> list[Any]:
         """Balls of the first Taylor coefficients of A at all points of x."""
         ctx.cap = count
-        if isinstance(self.phi, Polynomial):
-            series = list(self.phi.taylor(x, 1, 0)[0])
-        else:
-            series = list(self.phi(arb_series([x, 1], count)))
+        series = list(self.phi(arb_series([x, 1], count)))
         return (series + [arb(0)] * count)[:count]
 
     def may_vanish(self, a: fmpq, b: fmpq) -> bool:

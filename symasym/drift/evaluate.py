@@ -47,13 +47,7 @@ class Polynomial:
 
 
 class Analytic:
-    """A function of arb, acb and their power series that is not finite on boxes with singularities.
-
-    Parameters
-    ----------
-    of : callable
-        From balls and power series to the same.
-    """
+    """A function of arb, acb and their power series, not finite on boxes with singularities."""
 
     def __init__(self, of: Callable[[Any], Any]) -> None:
         self.of = of

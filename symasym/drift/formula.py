@@ -137,8 +137,8 @@ def vanishes(
 
 
 def rational(x: Any) -> Any:
-    """A number as flint's rational; None stays."""
-    return None if x is None else fmpq(*x.as_integer_ratio())
+    """A number as flint's rational."""
+    return fmpq(*x.as_integer_ratio())
 
 
 def _exactly(x: Any) -> Fraction | None:
