@@ -1,6 +1,6 @@
-"""The sections of the paper as equations, one module a section and topic.
+"""The sections of the paper as equations, with a module for each section and topic.
 
-A module is imported when one of its labels is asked for: `MODULES` has where each is derived.
+A module is imported when one of its labels is used; `MODULES` maps each label to its module.
 """
 
 import re

@@ -1,4 +1,4 @@
-"""Section 3: the paper's summary, each statement taken back to the result it abridges."""
+"""Section 3: the paper's summary, each statement derived from the full result."""
 
 from sympy import Symbol, exp, log, pi, solve, sqrt, symbols
 

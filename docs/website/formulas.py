@@ -104,9 +104,8 @@ def _module(label: str) -> str:
 
 def _section(label: str) -> str:
     """Where in the paper the formula is, the first words of its module's docstring."""
-    return " ".join(
-        (import_module(_module(label)).__doc__ or "").partition(".\n")[0].partition(":")[0].split()
-    )
+    text = (import_module(_module(label)).__doc__ or "").partition(".\n")[0].partition(":")[0]
+    return " ".join(text.split()).rstrip(".")
 
 
 def _link(label: str) -> str:

@@ -1,4 +1,4 @@
-"""Section 6, weak noise: repeated integration by parts, what `symasym.series.local` evaluates."""
+"""Section 6, weak noise: integration by parts, repeated as in `symasym.series.local`."""
 
 from sympy import Derivative, Function, Symbol, exp, symbols
 

@@ -1,6 +1,6 @@
-"""Section 6.2, weak noise: a well and a barrier that may coalesce, in Airy functions, and of a cubic drift.
+"""Section 6.2, weak noise: Airy functions for a well and a barrier that may coalesce, and for a cubic.
 
-Order 0 of canonical-form with two zeros, over all s; what `symasym.formulas.uniform` writes out.
+This is order 0 of canonical-form with two zeros, over all s; `symasym.formulas.uniform` writes it out.
 """
 
 from fractions import Fraction

@@ -1,8 +1,8 @@
 r"""Section 6.2, weak noise: the corrections of a well or a barrier to eq:Ttildesmall, to any order.
 
-The first two are stated as textbooks have them, the others as Perron's formula gives them, which the library
-evaluates. From a start on the well or the barrier half of it counts, odd powers enter, and the double integral
-beside the start.
+The first two corrections are stated as in textbooks, the others by Perron's formula, which the library
+evaluates. For a start on the well or the barrier half of each correction counts, and odd powers and a double
+integral beside the start are added.
 """
 
 from fractions import Fraction

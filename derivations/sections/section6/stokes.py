@@ -68,8 +68,8 @@ def stokes(d):
         "0$. $S(Z)$ is another multiplier, uniform through the fold of well and barrier, where the well's term "
         r"diverges. It multiplies $\pi^2 p^2 \lambda^{1/3} (G(Z) + G(-Z))$ with $G = \mathrm{Ai}^2 + "
         r"\mathrm{Bi}^2$, which is finite at the fold and, for $Z \gg 1$, equals the well's term to leading "
-        r"order in $\zeta$. In it $p = du/ds$ at the midpoint of the zeros, $\phi\,du = (s^2 - \zeta)\,ds$ and "
-        r"$Z = \lambda^{2/3} \zeta$, as in 'airy-form'"))
+        r"order in $\zeta$. In this factor $p = du/ds$ at the midpoint of the zeros, "
+        r"$\phi\,du = (s^2 - \zeta)\,ds$ and $Z = \lambda^{2/3} \zeta$, as in 'airy-form'"))
 
 
 @derives("eq:TtildetoT", "The escape time in unscaled time")

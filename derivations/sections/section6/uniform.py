@@ -1,4 +1,4 @@
-"""Section 6, weak noise: a cluster of zeros of phi in canonical form, to any order, and beside an end.
+"""Section 6, weak noise: zeros of phi in canonical form, to any order, and a barrier before an end.
 
 The theorem of `symasym.expansions.coalescence`: C. Chester, B. Friedman, F. Ursell, Proc. Camb. Phil.
 Soc. 53 (1957) 599; N. Bleistein, Comm. Pure Appl. Math. 19 (1966) 353.
