@@ -22,8 +22,9 @@ from symasym.drift.drift import Drift
 from symasym.drift.formula import rational
 from symasym.exact.balls import bits_of_way
 from symasym.expansions import weak
+from symasym.expansions.arithmetic import InBalls
 from symasym.expansions.ball_drift import Between, doubled
-from symasym.expansions.weak import AtLam, local
+from symasym.expansions.weak import local
 from symasym.methods import answer, as_floats, is_usual, of_scenes
 
 # The order for many kappa of one drift, how many these are at least, and which of them are tried.
@@ -90,7 +91,7 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
     def parts(order: int, bits: int) -> list[tuple[str, Any]]:
         """T to an order in weak noise as named parts, largest first."""
         known = local(drift, Between(*scene.ends, scene.start), "T", order + 1, bits)
-        at, rows = AtLam(exact_ball(scene.lam), order), []
+        at, rows = InBalls(exact_ball(scene.lam), order), []
         for side, pair, value in weak.parts(known.points, known.regular, at):
             name = " with ".join(map(str, pair)) if side else "the start's own share"
             rows.append((name or f"the regular part, {'left' if side < 0 else 'right'}", value))

@@ -42,6 +42,7 @@ from symasym.drift.scenes import (
 )
 from symasym.exact import balls as exact
 from symasym.exact import floats
+from symasym.expansions.arithmetic import InBalls, InFloats
 from symasym.expansions.ball_drift import LINE, Between, doubled
 
 _BITS = 192  # of the coefficients and heights behind an array
@@ -61,16 +62,13 @@ def estimates(sums: Any, count: int) -> list[Any]:
 class PartialSums(ABC):
     """Partial sums of an expansion of T, C, 1 - C, P or 1 - P for one drift, its ends and start.
 
-    `quantity` evaluates them from the coefficients that are `known`, in one of two arithmetics,
-    `in_balls(lam, order)` or `in_floats(lams, order)`. If rounding is not `enclosed`, each partial
-    sum is compared with the exact value.
+    `quantity` evaluates them from the coefficients that are `known`. If rounding is not `enclosed`,
+    each partial sum is compared with the exact value.
     """
 
     terms: str
     dropped: str
     reason: str
-    in_balls: Any
-    in_floats: Any = None
     enclosed = True
     float_digits = FLOAT_DIGITS
     #: Use balls at many lam, too, because float64 loses too many digits.
@@ -116,7 +114,7 @@ class PartialSums(ABC):
 
         def sums(bits: int) -> list[Any]:
             known, number = self.known(bits), exact_ball(lam)
-            return [self.quantity(known, self.in_balls(number, n)) for n in orders]
+            return [self.quantity(known, InBalls(number, n)) for n in orders]
 
         found = doubled(sums, self.bits(lam, digits), digits if self.enclosed else 0)
         if log and self.name != "T" and found[0] > 0.5:
@@ -131,7 +129,7 @@ class PartialSums(ABC):
         known = doubled(self.known, _BITS)
         with precision(_BITS):
             blocks = (lam[k : k + _AT_ONCE] for k in range(0, len(lam), _AT_ONCE))
-            sums = (self.quantity(known, self.in_floats(block, order)) for block in blocks)
+            sums = (self.quantity(known, InFloats(block, order)) for block in blocks)
             found = np.concatenate([y.log() for y in sums])
         if self.name != "T" and (near := np.flatnonzero(found > -0.5)).size:
             found[near] = np.log1p(-np.exp(self.complement().logs(lam[near], order)))

@@ -17,7 +17,7 @@ import numpy as np
 from flint import arb, arb_poly, arb_series, ctx
 
 from symasym.exact.panels import slow_solver, slow_terms
-from symasym.expansions.coalescence import Panel
+from symasym.expansions.coalescence import CanonicalForm
 from symasym.expansions.sides import Stretch
 
 # The variation of lam V on a step of the sweep, and the bits that series of e^{lam V} lose there.
@@ -100,7 +100,7 @@ def _record(B: list[Any], n: list[Any], J: list[list[Any]], e: Any) -> Stretch:
     return Stretch(np.array(B), np.array(n)[:, None], np.array(J), e)
 
 
-def ways(one: Panel, lam: Any, nats: float) -> list[Stretch]:
+def ways(one: CanonicalForm, lam: Any, nats: float) -> list[Stretch]:
     """The record of the panel at one lam, to the orders 0, 1, ..., N."""
     L, found = one.eps * lam, []
     if one.degree:

@@ -232,7 +232,7 @@ class Phi:
         rest = Factor(2, arb(square)).over(self.taylor(arb(centre)))
         return bool(SHARE * radius(rest) > abs(square) ** 0.5)
 
-    def panels(self, lo: Any, hi: Any, order: int, weight: Any = None) -> list[Panel]:
+    def panels(self, lo: Any, hi: Any, order: int, weight: Any = None) -> list[CanonicalForm]:
         """[lo, hi] divided half-way between clusters, one panel for each cluster."""
         near = [c for c in self.clusters() if c.reaches(float(lo), float(hi))]
         cuts = [
@@ -260,7 +260,7 @@ def three_together(u: Any) -> AccuracyError:
 # -- panels ----------------------------------------------------------------------------------------
 
 
-class Panel(NamedTuple):
+class CanonicalForm(NamedTuple):
     """The coefficients of a panel for k = 0, 1, ..., N, independent of lam."""
 
     eps: int
@@ -308,7 +308,7 @@ def integrated_by_parts(
 
 def panel(
     field: Phi, centre: Any, pi: Factor, lo: Any, hi: Any, order: int, weight: Any = None
-) -> Panel:
+) -> CanonicalForm:
     """The panel [lo, hi] with the zeros of pi about `centre` and the weight g (None: 1)."""
     weight = weight or (lambda u: 0 * u + 1)
     of, g, d = central_map(field.taylor(centre), pi), field.taylor(centre, weight), pi.degree
@@ -334,7 +334,7 @@ def panel(
     low, high = discs[0], discs[-1]
     ends = at(low.s, low.y0), at(high.s, high.y1)
     at_ends = [(at(x, low.y0), at(y, high.y1)) for x, y in zip(low.c, high.c, strict=True)]
-    return Panel(of.eps, d, of.zeta, ends, p, at_ends, own, mixed)
+    return CanonicalForm(of.eps, d, of.zeta, ends, p, at_ends, own, mixed)
 
 
 def _next(

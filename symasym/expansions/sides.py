@@ -12,8 +12,7 @@ With the records of everything left (L) and right (R) of the start,
 
 and P is the share of the layer, one stretch from 1 to -1, in the integral of e^{-lam V}.
 
-An arithmetic gives `number(x)`, `lam`, `exp(g)` = e^{lam g}, and `exprel(g, n)`, which is
-(e^y - 1)/y for n = 1 and (e^y - 1 - y)/y^2 for n = 2 at y = lam g.
+The arithmetics are those of `symasym.expansions.arithmetic`, or SymPy's.
 """
 
 from __future__ import annotations
@@ -51,7 +50,7 @@ class Stretch(NamedTuple):
         )
 
 
-Record = Callable[[Any], Stretch]
+StretchAt = Callable[[Any], Stretch]
 
 
 def straight(slope: Any, length: Any, arithmetic: Any) -> Stretch:
@@ -78,7 +77,7 @@ def quantity(name: str, sides: Sequence[Stretch], slopes: tuple[Any, Any], lam: 
 class Sides(NamedTuple):
     """Rows of functions that evaluate the records of each side in an arithmetic; a- and a+."""
 
-    rows: list[list[Record]]
+    rows: list[list[StretchAt]]
     slopes: tuple[Any, Any]
 
     def sum(self, name: str, arithmetic: Any) -> Any:
@@ -92,7 +91,7 @@ def sides_of(
     drift: Drift,
     between: Between,
     name: str,
-    layer: Callable[[bool, Fraction, Fraction], list[Record]],
+    layer: Callable[[bool, Fraction, Fraction], list[StretchAt]],
 ) -> Sides:
     """The sides of the start; for P a single one, the layer.
 
@@ -108,7 +107,7 @@ def sides_of(
         sign = -1 if mirrored else 1
         x, end = sign * between.start, sign * (between.left if mirrored else between.right)
         near, far = (-sign * a for a in slopes[::sign])
-        row: list[Record] = []
+        row: list[StretchAt] = []
         if x < -1:
             row.append(partial(straight, near, exact_ball(min(-_ONE, end) - x)))
         if max(x, -_ONE) < min(end, _ONE):

@@ -12,17 +12,14 @@ from fractions import Fraction
 from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
-import numpy as np
 from flint import arb, arb_poly, ctx, fmpq
 
 from symasym.base.balls import exact_ball
-from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
 from symasym.drift.formula import rational
 from symasym.expansions import answer
 from symasym.expansions.ball_drift import Unresolved
-from symasym.expansions.scaled import Scaled
 from symasym.expansions.sides import Sides, Stretch, sides_of
 
 _MOST_PANELS = 2000
@@ -89,63 +86,12 @@ def _panels(phi: Any, a: Fraction, b: Fraction) -> list[tuple[Any, Any]]:
     raise Unresolved
 
 
-# -- at one lam in balls, at many in floats --------------------------------------------------------
-
-
-class Balls:
-    """Balls at one lam, with power series to an order."""
-
-    number = staticmethod(lambda x: x)
-
-    def __init__(self, lam: Any, order: int) -> None:
-        self.lam, self.order = lam, order
-
-    def exp(self, rise: Any) -> Any:
-        """e^(lam rise)."""
-        return (self.lam * rise).exp()
-
-    def exprel(self, rise: Any, n: int) -> Any:
-        """exprel by Kummer's function (DLMF 13.6.2)."""
-        return (self.lam * rise).hypgeom_1f1(1, n + 1) / n
-
-    def total(self, row: list[Any]) -> Any:
-        """The polynomial in lam."""
-        return arb_poly(row[: self.order + 1])(self.lam)
-
-
-class Floats:
-    """Floats at many lam, with power series to an order."""
-
-    number = staticmethod(float)
-
-    def __init__(self, lam: FloatArray, order: int) -> None:
-        self.lam, self.order = lam, order
-
-    def exp(self, rise: Any) -> Scaled:
-        """e^(lam rise)."""
-        return Scaled(np.ones_like(self.lam), rise, self.lam)
-
-    def exprel(self, rise: Any, n: int) -> Scaled:
-        """exprel by Kummer's function, transformed if rise > 0 (DLMF 13.2.39)."""
-        from scipy.special import hyp1f1
-
-        up, fall = float(rise) > 0, -self.lam * abs(float(rise))
-        m = hyp1f1(n if up else 1, n + 1, fall) / n
-        return Scaled(m, rise if up else arb(0), self.lam)
-
-    def total(self, row: list[Any]) -> Scaled:
-        """The polynomial in lam."""
-        c = [float(y) for y in row[: self.order + 1]]
-        return Scaled(np.polynomial.polynomial.polyval(self.lam, c), arb(0), self.lam)
-
-
 class StrongNoise(answer.PartialSums):
     """The expansion in powers of lam."""
 
     terms = "powers of lam in the layer"
     dropped = "higher powers of lam in the layer, in the error"
     reason = "where the noise is too weak for powers of 2/kappa^2"
-    in_balls, in_floats = Balls, Floats
 
     def known(self, bits: int) -> Sides:
         """The moments of the layer on both sides of the start."""

@@ -18,10 +18,10 @@ from symasym.base.balls import exact_ball
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
 from symasym.expansions import answer
+from symasym.expansions.arithmetic import InBalls
 from symasym.expansions.canonical import ways
-from symasym.expansions.coalescence import SHARE, Panel, Phi
-from symasym.expansions.sides import Record, Sides, Stretch, sides_of
-from symasym.expansions.strong_noise import Balls
+from symasym.expansions.coalescence import SHARE, CanonicalForm, Phi
+from symasym.expansions.sides import Sides, Stretch, StretchAt, sides_of
 
 
 @lru_cache(maxsize=16)
@@ -32,7 +32,7 @@ def _field(drift: Drift, bits: int) -> Phi:
 @lru_cache(maxsize=32)
 def _panels(
     drift: Drift, order: int, bits: int, mirrored: bool, low: Fraction, high: Fraction
-) -> list[Panel]:
+) -> list[CanonicalForm]:
     """The panels of [low, high], of the drift or its mirror image."""
     field = _field(drift, bits)
     field = field.mirrored() if mirrored else field
@@ -45,7 +45,7 @@ class Uniform(answer.PartialSums):
     terms = "wells, barriers, the start and the ends of the layer, all that meet taken together"
     dropped = "higher powers of kappa^2"
     reason = "where the noise is too strong for the uniform expansion"
-    in_balls, enclosed, float_digits = Balls, False, 10
+    enclosed, float_digits = False, 10
 
     def bits(self, lam: Fraction, digits: int) -> int:
         """1.5 bits for each nat needed, in steps, so that similar noises share their panels."""
@@ -56,7 +56,7 @@ class Uniform(answer.PartialSums):
         ctx.cap = math.ceil(-_nats(bits) / math.log(SHARE))
         return sides_of(self.drift, self.between, self.name, self._layer)
 
-    def _layer(self, *interval: Any) -> list[Record]:
+    def _layer(self, *interval: Any) -> list[StretchAt]:
         panels = _panels(self.drift, self.length - 1, ctx.prec, *interval)
         return [partial(_record, panel) for panel in panels]
 
@@ -65,7 +65,7 @@ class Uniform(answer.PartialSums):
         return known.sum(self.name, arithmetic).mid()
 
 
-def _record(panel: Panel, at: Balls) -> Stretch:
+def _record(panel: CanonicalForm, at: InBalls) -> Stretch:
     return ways(panel, at.lam, _nats(ctx.prec))[at.order]
 
 

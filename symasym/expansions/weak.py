@@ -17,9 +17,9 @@ with Hadamard's finite parts from the start to either end (Green's function of t
 Gardiner, Stochastic Methods, 5.5; G(x) cancels between the two sides). At a reflecting end ("wall")
 let L = S -> oo, so that L(p)/S -> 1; a wall contributes a term m_p, an absorbing end does not.
 
-An arithmetic gives `term(letter, point, height, halves, row)`, which is lam^(-halves/2)
-e^(lam height) sum row_n lam^-n to its order, for a symbol with that letter; `lam` and `log_lam`;
-and `named(name, value)`, which may put a symbol in place of a value.
+An arithmetic (`symasym.expansions.arithmetic`, or SymPy's) gives `lam`, `log_lam` and
+`term(letter, point, height, halves, row)`; over SymPy terms become symbols with that letter, and
+`named(name, value)` replaces a value by a symbol.
 """
 
 from __future__ import annotations
@@ -28,14 +28,9 @@ from collections.abc import Iterator
 from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
-import numpy as np
-from flint import arb
-
-from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.expansions import answer
 from symasym.expansions.ball_drift import RING, BallDrift, Between
-from symasym.expansions.scaled import Scaled
 from symasym.series.local import corner, gaussian, slow
 
 _LETTERS = {"peak": "BW", "edge": "EG", "jump": "EF", "odd": "OU", "other": "QZ"}
@@ -248,10 +243,10 @@ def start_of(points: list[Point]) -> int:
     return next(i for i, p in enumerate(points) if p.kind[:5] == "start")
 
 
-# -- in balls at one lam, in floats at many --------------------------------------------------------
+# -- in balls and floats ---------------------------------------------------------------------------
 
 
-class Local(NamedTuple):
+class Coefficients(NamedTuple):
     """The coefficients: critical points, finite parts, and phi at both ends."""
 
     points: list[Point]
@@ -260,47 +255,14 @@ class Local(NamedTuple):
 
 
 @lru_cache(maxsize=16)
-def local(drift: Drift, between: Between, name: str, count: int, bits: int) -> Local:
+def local(drift: Drift, between: Between, name: str, count: int, bits: int) -> Coefficients:
     """The coefficients of the quantity `name` to `count` terms, at flint's `bits`."""
     bound = BallDrift(drift, between, name == "T")
     points = points_of(bound, count, RING)
     regular = bound.regular(count) if name == "T" else []
     if name[-1] == "P":
         points = [p for p in points if p.kind != "end"]
-    return Local(points, regular, (bound.ends[-1], bound.ends[1]))
-
-
-class AtLam:
-    """Sums at one lam in balls, to an order."""
-
-    named = staticmethod(lambda name, value: value)
-
-    def __init__(self, lam: Any, order: int) -> None:
-        self.lam, self.order, self.log_lam = lam, order, lam.log()
-
-    def term(self, letter: str, point: Point, height: Any, halves: int, row: list[Any]) -> Any:
-        """The term by Horner's rule."""
-        total = arb(0)
-        for c in row[self.order :: -1]:
-            total = total / self.lam + c
-        return total * RING.root(self.lam, -halves) * (self.lam * height).exp()
-
-
-class AtLams:
-    """Sums at many lam in floats, to an order."""
-
-    named = staticmethod(lambda name, value: value)
-
-    def __init__(self, lam: FloatArray, order: int) -> None:
-        self.lam, self.order, self.x, self.log_lam = lam, order, 1 / lam, np.log(lam)
-        self.fronts = {1: np.sqrt(self.x), 2: self.x}
-
-    def term(self, letter: str, point: Point, height: Any, halves: int, row: list[Any]) -> Scaled:
-        """The term by Horner's rule."""
-        total: Any = 0.0
-        for c in row[self.order :: -1]:
-            total = total * self.x + float(c)
-        return Scaled(total * self.fronts[halves], height, self.lam)
+    return Coefficients(points, regular, (bound.ends[-1], bound.ends[1]))
 
 
 class WeakNoise(answer.PartialSums):
@@ -312,13 +274,12 @@ class WeakNoise(answer.PartialSums):
         "where the noise is too strong, or a well, a barrier or the start too close to another or "
         "to an end, for Laplace's method"
     )
-    in_balls, in_floats = AtLam, AtLams
 
-    def known(self, bits: int) -> Local:
+    def known(self, bits: int) -> Coefficients:
         """The critical points with their series."""
         return local(self.drift, self.between, self.name, self.length, bits)
 
-    def quantity(self, known: Local, arithmetic: Any) -> Any:
+    def quantity(self, known: Coefficients, arithmetic: Any) -> Any:
         """The sum over the critical points."""
         if self.name == "T":
             return escape_time(known.points, known.regular, arithmetic)

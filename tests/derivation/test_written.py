@@ -19,8 +19,8 @@ import symasym as sa
 from derivations.sections.section5.positive import E_s
 from symasym.derivation.derivation import build, numeric
 from symasym.exact import balls, float_panels, floats
+from symasym.expansions.arithmetic import InBalls
 from symasym.expansions.sides import straight
-from symasym.expansions.strong_noise import Balls
 
 
 def by_paper(verb: Any) -> Callable[..., float]:
@@ -51,7 +51,7 @@ def panel(k: int, sign: int = 1) -> Callable[..., float]:
 def way(of: str, sign: int = 1) -> Callable[..., float]:
     """The same of an expansion's side, over the largest value of its integrand."""
     return lambda x: float(
-        getattr(straight(arb(-sign * x), arb(1), Balls(arb(1), 0)), of)
+        getattr(straight(arb(-sign * x), arb(1), InBalls(arb(1), 0)), of)
         * arb(min(0, sign * x)).exp()
     )
 
