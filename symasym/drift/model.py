@@ -137,7 +137,11 @@ class Parametrized:
         return self._values
 
     def require_bound(self) -> None:
-        """Raise unless every parameter has a value."""
+        """Raise unless every parameter has a value, and A is known."""
+        if self.model.name == "Drift.general":
+            raise InputError(
+                f"{self!r} names no drift and has no numbers; give one such as sa.friction()."
+            )
         if self.free:
             raise InputError(
                 f"the drift's parameters {', '.join(self.free)} have no value; set them with "

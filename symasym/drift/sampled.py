@@ -104,18 +104,15 @@ class Sampled:
         turned = any(map(np.iscomplexobj, self.arrays.values()))
         ball: Any = acb if turned else arb
         number: Any = complex if turned else float
-        count, found = self._rows if self.arrays else 1, []
+        found = []
         with precision(_BITS):
-            columns = (
-                [ball(y) for y in x.tolist()] if k in self.arrays else [ball(rational(x))] * count
-                for k, x in self._numbers.items()
-            )
-            for row in zip(*columns, strict=True):
-                values = dict(zip(self._numbers, row, strict=True))
-                found.append(
-                    [number(ball(c)) for c in self.formula.coefficients(values, True) or ()]
-                )
-        return list(np.array(found).T) if self.arrays else list(np.array(found[0]))
+            columns = {k: [ball(y) for y in x.tolist()] for k, x in self.arrays.items()}
+            shared = {k: rational(x) for k, x in self._numbers.items() if k not in columns}
+            for row in range(self._rows if columns else 1):
+                values = {**shared, **{k: x[row] for k, x in columns.items()}}
+                c = self.formula.coefficients(values, balls=True) or ()
+                found.append([number(ball(x)) for x in c])
+        return list(np.array(found).T) if columns else list(np.array(found[0]))
 
     def __call__(self, u: Any, rows: Any) -> Any:
         """The values at `u`, of shape (many, len(rows)), each column with its row's parameters."""
@@ -257,7 +254,9 @@ class Field:
         self._numbers = {**drift.values, **values}
         self.layered, self.ready_made = model.layered, bool(model.name)
         # Of any formula's coefficients the rounding is not known.
-        long &= self.ready_made or not any(isinstance(x, np.ndarray) for x in values.values())
+        long &= self.ready_made or not any(
+            isinstance(x, np.ndarray) for x in self._numbers.values()
+        )
         marks = [-1.0, 1.0]
         if not model.layered:
             marks = [span[0], *np.clip([float(x) for x in model.cuts], *span), span[1]]

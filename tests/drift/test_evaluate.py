@@ -132,3 +132,5 @@ def test_coefficients_that_cancel() -> None:
     for k, (value, error) in enumerate(zip(found.value, found.error, strict=True)):
         one = drift.bind(**{name: float(x[k]) for name, x in drift.values.items()})
         assert abs(value - sa.escape_time(one, 0.5, 3, dps=25)) <= error
+    plain = sa.Drift("pi*u - 1/2")
+    assert sa.escape_time(plain, [0.5], 2)[0] == sa.escape_time(plain, 0.5, 2)
