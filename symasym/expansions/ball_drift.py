@@ -24,14 +24,13 @@ from symasym.drift.critical_points import Values, formula_of, known
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import Piece, pieces
 from symasym.drift.formula import Formula, rational, vanishes
-from symasym.series.local import by_parts, finite_parts_in_s, pole_sums, slow
-from symasym.series.power_series import Series
+from symasym.series import Series, by_parts, finite_parts_in_s, pole_sums, slow
 
 _DOUBLINGS = 6  # of the bits, at most
 
 
 class _BallRing:
-    """The functions of balls that `symasym.series.local` calls."""
+    """The functions of balls that `symasym.series` calls."""
 
     two = 2
     euler = property(lambda self: arb.const_euler())

@@ -31,7 +31,7 @@ from typing import Any, NamedTuple
 from symasym.drift.drift import Drift
 from symasym.expansions import answer
 from symasym.expansions.ball_drift import RING, BallDrift, Between
-from symasym.series.local import corner, gaussian, slow
+from symasym.series import corner, gaussian, slow
 
 _LETTERS = {"peak": "BW", "edge": "EG", "jump": "EF", "odd": "OU", "other": "QZ"}
 

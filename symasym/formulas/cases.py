@@ -26,7 +26,7 @@ from symasym.base.errors import InputError, SymasymError
 from symasym.base.inputs import shown
 from symasym.drift.drift import Drift
 from symasym.expansions.ball_drift import LINE, RING, BallDrift, Unresolved, doubled
-from symasym.series.local import finite_parts_in_s
+from symasym.series import finite_parts_in_s
 
 U = Symbol("u", real=True)
 # Parameters whose signs are looked at, at so many points in u, and those of equal signs looked

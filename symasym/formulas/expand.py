@@ -25,8 +25,7 @@ from symasym.emit import emit
 from symasym.emit.expansions import of_expansion
 from symasym.formulas.cases import Case, U, case_for, cases_of, numbers_of
 from symasym.formulas.letters import KAPPA, FinitePart, R, put_in
-from symasym.formulas.series import Contribution, strong, weak, written_out
-from symasym.formulas.uniform import uniform
+from symasym.formulas.series import Contribution, strong, uniform, weak, written_out
 from symasym.quantities import escape_time, exit_probability, occupation
 
 Expanded = Literal["T", "C", "1 - C", "P", "1 - P"]

@@ -1,6 +1,6 @@
 """The ring of SymPy: a drift's local expansions, and T, C, P with a symbol for each series.
 
-`Letters` are the functions that `symasym.series.local` asks for, `Field` is a drift in one case,
+`Letters` are the functions that `symasym.series` asks for, `Field` is a drift in one case,
 `Terms` runs `symasym.expansions.weak`. Critical points are u1, u2, ..., left to right, heights
 V(u1), V(-1), V(1) above V(start). What the symbols stand for is a chain of definitions: sums,
 series in V's derivatives, these in the parameters and u_k, and u_k by A(u_k) = 0, or solved for
@@ -23,8 +23,7 @@ from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.emit.expansions import expanded
 from symasym.formulas.cases import Case, U
-from symasym.series.local import by_parts, finite_parts_in_s, pole_sums, slow
-from symasym.series.power_series import Series
+from symasym.series import Series, by_parts, finite_parts_in_s, pole_sums, slow
 
 _Known = dict[Symbol, Expr]
 KAPPA, R, LAM, X = sympy.symbols("kappa r lam x", positive=True)
@@ -43,7 +42,7 @@ class FinitePart(sympy.Function):  # type: ignore[misc]
 
 
 class Letters:
-    """Functions of SymPy's expressions (`symasym.series.local`)."""
+    """Functions of SymPy's expressions (`symasym.series`)."""
 
     two, euler, log = S(2), sympy.EulerGamma, staticmethod(sympy.log)
     ratio = staticmethod(Rational)

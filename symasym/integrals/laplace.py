@@ -7,7 +7,7 @@ largest, inside and at ends. With f = f(p) - a t^mu (1 + ...) and g = t^(beta - 
     e^(lam f(p)) sum over k of c_k lam^(-(k + beta)/mu)
 
 (Watson's lemma after Lagrange's reversion: DLMF 2.3(ii), 2.3(iii); A. Erdelyi, Asymptotic
-Expansions, 2.4; `symasym.series.local.watson`). On both sides of a smooth maximum the terms with
+Expansions, 2.4; `symasym.series.watson`). On both sides of a smooth maximum the terms with
 k + beta - 1 odd cancel.
 
 The error at a given lam is the distance to the integral, enclosed: a bound on a finite interval
@@ -48,8 +48,7 @@ from symasym.derivation.tex import tex
 from symasym.integrals import maxima
 from symasym.integrals.integral import IntegralExpansion, Zero, integral, number, read
 from symasym.integrals.local import Balls, NotAnalytic, Point, exactly, exponent, sign_of
-from symasym.series.local import watson
-from symasym.series.power_series import Series
+from symasym.series import Series, watson
 
 __all__ = ["Contribution", "LaplaceExpansion", "laplace_integral"]
 

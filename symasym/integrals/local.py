@@ -20,7 +20,7 @@ from sympy import Expr, Rational, S, Symbol
 from symasym.base.balls import precision
 from symasym.base.errors import AccuracyError
 from symasym.integrals.integral import code, number
-from symasym.series.power_series import Series
+from symasym.series import Series
 
 #: An exponent and the series behind it, whose first coefficient is not 0.
 Term = tuple[Expr, Series]

@@ -14,8 +14,7 @@ import sympy
 from mpmath import mp, mpf
 
 import symasym as sa
-from symasym.series.local import watson
-from symasym.series.power_series import Series
+from symasym.series import Series, watson
 from tests.integrals.table import DIGITS, INTEGRALS, NAMED, scaled, truth
 from tests.moments import moment_coefficients
 

@@ -1,4 +1,4 @@
-"""Section 6, weak noise: integration by parts, repeated as in `symasym.series.local`."""
+"""Section 6, weak noise: integration by parts, repeated as in `symasym.series`."""
 
 from sympy import Derivative, Function, Symbol, exp, symbols
 

@@ -1,6 +1,6 @@
 """Section 6.2, weak noise: Airy functions for a well and a barrier that may coalesce, and for a cubic.
 
-This is order 0 of canonical-form with two zeros, over all s; `symasym.formulas.uniform` writes it out.
+This is order 0 of canonical-form with two zeros, over all s; `symasym.formulas.series` writes it out.
 """
 
 from fractions import Fraction

@@ -32,8 +32,7 @@ from derivations.numerics import Scene, around, integral
 from derivations.paper import kappa
 from derivations.sections.section6.well import S1, c2, c3, c4
 from symasym.derivation.derivation import derives
-from symasym.series.local import corner, finite_parts_in_s, gaussian
-from symasym.series.power_series import Series
+from symasym.series import Series, corner, finite_parts_in_s, gaussian
 
 c5, c6, h, s, t = sympy.symbols("c_5 c_6 h s t", real=True)
 lam, e, Q = sympy.symbols(r"lam \delta Q", positive=True)

@@ -1,1 +1,0 @@
-"""Truncated power series, and local expansions of Laplace-type integrals, over any ring."""
