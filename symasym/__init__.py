@@ -1,7 +1,9 @@
 """symasym: escape times and Laplace-type integrals, derived, evaluated, with their errors."""
 
+import ast
 import importlib
 import sys
+from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -52,31 +54,12 @@ __all__ = [
     "sine", "stationary_density", "stokes_multiplier", "tanh", "uniform_integral",
 ]  # fmt: skip
 
-#: Where each public name lives; it is loaded when first asked for.
+#: The module of each public name, as the imports above have it; it is loaded when first asked for.
 _HOMES = {
-    name: f"symasym.{home}"
-    for home, names in {
-        "base.errors": "AccuracyError InputError OutputError RangeError RegionError SymasymError",
-        "drift.drift": "Drift",
-        "drift.critical_points": "CriticalPoint",
-        "base.estimate": "Estimate",
-        "formulas.expand": "Expansion expand",
-        "formula": "Formula formula labels",
-        "base.scales": "Scales rescale",
-        "sensitivity": "Sensitivity sensitivity",
-        "release": "Release System oscillator release",
-        "emit": "emit",
-        "quantities": "escape_time exit_probability occupation stationary_density",
-        "drift.ready_made": "Folds Friction friction hill linear polynomial sine tanh",
-        "integrals.laplace": "LaplaceExpansion laplace_integral",
-        "law": "ExitLaw exit_law",
-        "plan": "Plan plan",
-        "plot": "plot",
-        "drift.reduction": "Reduction reduce",
-        "stokes": "stokes_multiplier",
-        "integrals.uniform": "UniformExpansion uniform_integral",
-    }.items()
-    for name in names.split()
+    alias.name: str(node.module)
+    for node in ast.walk(ast.parse(Path(__file__).read_bytes()))
+    if isinstance(node, ast.ImportFrom) and str(node.module).startswith("symasym.")
+    for alias in node.names
 }
 
 

@@ -24,17 +24,14 @@ With eta and zeta from the left end (-) and the right one (+) to the start (`sym
 from __future__ import annotations
 
 from collections.abc import Callable
-from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-import mpmath
 import numpy as np
 from flint import acb, arb
-from mpmath import libmp
 
-from symasym.base.balls import exact_ball, to_mpf
-from symasym.base.errors import InputError, RangeError, RegionError
+from symasym.base.balls import exact_ball, rounded
+from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import (
     choice,
@@ -53,13 +50,12 @@ from symasym.drift.scenes import (
     Request,
     Scene,
     between,
-    one_scene,
-    read_scene,
+    read,
     require_drift,
 )
 from symasym.exact.exit_time import ORDER, Exit
 from symasym.exact.spectral import Series
-from symasym.methods import as_digits
+from symasym.methods import in_digits
 
 if TYPE_CHECKING:
     from symasym.base.inputs import Number, Numbers
@@ -68,7 +64,6 @@ if TYPE_CHECKING:
 
 __all__ = ["ExitLaw", "exit_law"]
 
-_SIDES = ("left", "right")
 _TINY = 1e-300
 
 
@@ -124,13 +119,9 @@ def exit_law(
     """
     require_drift(drift, plain=False)
     numbers = between(kappa, r, ends, start)
-    if reflecting is not None:
-        choice("reflecting", reflecting, _SIDES)
-    if not one_scene(drift, numbers):
-        raise InputError("the law is that of one scene; give numbers in place of arrays.")
-    if dps is not None:
-        digits(dps, 1_000)
-    return ExitLaw(read_scene(drift, numbers, reflecting), reflecting, dps, flag("full", full))
+    choice("reflecting", reflecting, [None, "left", "right"])
+    scene = read(drift, numbers, reflecting).one()
+    return ExitLaw(scene, reflecting, digits(dps, 1_000), flag("full", full))
 
 
 class ExitLaw:
@@ -147,8 +138,6 @@ class ExitLaw:
     def __repr__(self) -> str:
         given = ", ".join(f"{name}={float_text(x)}" for name, x in self._exit.scene.numbers.items())
         return f"<law of the exit time of {self._exit.scene.drift!r}, {given}>"
-
-    # -- moments -------------------------------------------------------------------------------
 
     @property
     def mean(self) -> Any:
@@ -185,8 +174,6 @@ class ExitLaw:
             raise InputError(f"the {side} end reflects, so that u does not leave there.")
         return Side(self, side)
 
-    # -- transform -----------------------------------------------------------------------------
-
     def laplace(self, s: Number | complex) -> Any:
         """E[e^{-s tau}] at a real or complex s.
 
@@ -198,8 +185,8 @@ class ExitLaw:
         return self._laplace(s, None)
 
     def _laplace(self, s: Any, side: str | None) -> Any:
-        complex_one = isinstance(s, complex) or hasattr(s, "_mpc_")
-        re, im = (exact("s", x) for x in ((s.real, s.imag) if complex_one else (s, 0)))
+        parts = (s.real, s.imag) if isinstance(s, complex) or hasattr(s, "_mpc_") else (s,)
+        re, *im = (exact("s", x) for x in parts)
         if re < 0 and not exact_ball(re) > -self._exit.rate:
             raise RegionError(
                 f"s is {shown(s)}, at or beyond the first pole -{float(self.rate):.6g} of the "
@@ -207,33 +194,26 @@ class ExitLaw:
             )
 
         def found(f: Series) -> Any:
-            number = acb(exact_ball(re), exact_ball(im)) if complex_one else exact_ball(re)
-            value = f.transform(number, side)
+            number = [exact_ball(x) for x in (re, *im)]
+            value = f.transform(acb(*number) if im else number[0], side)
             return value / f.moments(0, side)[0] if side else value
 
-        return self._number(found, ORDER, abs(complex(re, im)))
-
-    # -- rates ---------------------------------------------------------------------------------
+        return self._number(found, ORDER, abs(complex(re, *im)))
 
     @cached_property
     def rate(self) -> Estimate:
         """The principal eigenvalue lambda_1: P(tau > t) decays like e^{-lambda_1 t}."""
-        found: Estimate = self._estimate(self._exit.rate, "bound", full=True)
+        found: Estimate = self._as_asked(self._exit.rate, "bound", full=True)
         return found
 
     def rates(self, many: int) -> list[Any]:
         """The first eigenvalues, 1 to 12 of them, ascending."""
-        count("many", many, 1, 12)
-
-        def found(k: int) -> Callable[[Series], Any]:
-            return lambda f: f.rates(k)[0][-1]
-
         size = float(self.rate)
-        return [
-            self._number(found(k), ORDER + 8 * (k - 1), k * k * size) for k in range(1, many + 1)
-        ]
 
-    # -- times ---------------------------------------------------------------------------------
+        def eigenvalue(k: int) -> Any:
+            return self._number(lambda f: f.rates(k)[0][-1], ORDER + 8 * (k - 1), k * k * size)
+
+        return [eigenvalue(k) for k in range(1, count("many", many, 1, 12) + 1)]
 
     def survival(self, t: Numbers) -> Any:
         """P(tau > t), t >= 0, a number or an array."""
@@ -248,17 +228,16 @@ class ExitLaw:
         return self._of_times(t, "pdf")
 
     def _of_times(self, t: Any, name: str) -> Any:
-        if not is_array(t):
-            return self._estimate(*self._exit.at_time(_time(t), name))
-        times = floats("t", t)
-        each = [self._exit.at_time(_time(x), name) for x in times.ravel().tolist()]
-        parts = [self._estimate(*x, full=True, dps=None) for x in each]
-        value, error = (
-            np.array([getattr(p, key) for p in parts]).reshape(times.shape)
-            for key in ("value", "error")
-        )
-        proved = all(p.error_kind == "bound" for p in parts)
-        kind: ErrorKind = "bound" if proved else "estimate"
+        times = floats("t", t) if is_array(t) else None
+        given = [exact("t", x) for x in ([t] if times is None else times.flat)]
+        if (first := min(given)) < 0:
+            raise InputError(f"t is {float_text(first)}; give a time of at least 0.")
+        found = [self._exit.at_time(x, name) for x in given]
+        if times is None:
+            return self._as_asked(*found[0])
+        near = zip(*(rounded(ball, None) for ball, _ in found), strict=True)
+        value, error = (np.reshape(x, times.shape) for x in near)
+        kind = max(kind for _, kind in found)  # an estimate, if one of them is
         return Estimate(value, error, kind, "exact") if self._full else value
 
     def quantile(self, p: Number) -> Any:
@@ -266,43 +245,16 @@ class ExitLaw:
         wanted = exact("p", p)
         if not 0 < wanted < 1:
             raise InputError(f"p is {shown(p)}; give a probability between 0 and 1.")
-        return self._estimate(self._exit.quantile(wanted), "estimate")
-
-    # -- answers -------------------------------------------------------------------------------
+        return self._as_asked(self._exit.quantile(wanted), "estimate")
 
     def _number(self, of: Callable[[Series], Any], order: int, size: float = 0.0) -> Any:
-        return self._estimate(self._exit.ball(of, order, size), "bound")
+        return self._as_asked(self._exit.ball(of, order, size), "bound")
 
-    def _estimate(self, ball: Any, kind: ErrorKind, full: bool | None = None, dps: Any = 0) -> Any:
-        """A ball as what was asked for."""
-        dps = self._dps if dps == 0 else dps
-        asked = Request("the law", "exact", None, dps, False, self._full if full is None else full)
-        if isinstance(ball, acb):
-            re, im = (self._estimate(x, kind, True) for x in (ball.real, ball.imag))
-            if dps is None:
-                value, error = complex(re.value, im.value), re.error + im.error
-            else:  # mpmath's own sums round to its global precision
-                value = mpmath.mp.make_mpc((re.value._mpf_, im.value._mpf_))
-                whole = libmp.mpf_add(re.error._mpf_, im.error._mpf_, 53, "u")
-                error = mpmath.mp.make_mpf(whole)
-            return Estimate(value, error, kind, "exact") if asked.full else value
-        if dps is None and abs(ball) < _TINY:
-            ball = arb(0, abs(ball).upper())
-        try:
-            return as_digits(asked, Answer(*to_mpf(ball, self._exit.digits), kind))
-        except RangeError:
-            size = float(abs(ball).log())
-            raise RangeError(
-                f"it is e^{size:.6g}, beyond float64; pass dps=… to exit_law."
-            ) from None
-
-
-def _time(t: Any) -> Fraction:
-    """A time as it is given."""
-    number = exact("t", t)
-    if number < 0:
-        raise InputError(f"t is {float_text(number)}; give a time of at least 0.")
-    return number
+    def _as_asked(self, ball: Any, kind: ErrorKind, full: bool = False) -> Any:
+        if self._dps is None and abs(ball) < _TINY:
+            ball = type(ball)(arb(0, abs(ball).upper()))
+        asked = Request("the law", "exact", None, self._dps, False, full or self._full)
+        return in_digits(asked, Answer(ball, kind))
 
 
 class Side(NamedTuple):

@@ -20,7 +20,7 @@ from typing import Any
 
 from flint import arb, fmpq
 
-from symasym.base.balls import exact_ball, precision, to_mpf
+from symasym.base.balls import exact_ball, precision
 from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import float_text
@@ -29,8 +29,6 @@ from symasym.drift.formula import rational
 from symasym.drift.scenes import Answer, Request, Scene
 from symasym.exact.balls import bits_of_way
 from symasym.expansions.ball_drift import LINE, BallDrift, doubled
-
-_EXIT = ("eq:C, C-bound",), ("C lies between 0 and the value",)
 
 
 def of_scene(scene: Scene, request: Request) -> Answer:
@@ -56,9 +54,9 @@ def of_scene(scene: Scene, request: Request) -> Answer:
         if request.log:
             value, error = value.log(), -value.log()
             kind = "none" if name == "C" or request.complement else kind
-        error += abs(value) / arb(10) ** (digits + 5) + arb(10) ** -(digits + 5)
-        shown, error = (to_mpf(x, digits + 10)[0] for x in (value, error.upper()))
-    return Answer(shown, None if kind == "none" else error, kind, *(_EXIT if name == "C" else ()))
+        error += (1 + abs(value)) / arb(10) ** (digits + 5)
+        value += arb(0, error.upper())
+    return Answer(value, kind)
 
 
 @lru_cache(maxsize=64)
@@ -87,7 +85,7 @@ def _escape_time(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorK
             f"A has {len(wells + barriers)} zeros in (-1, 1), but the paper's formula is for none, "
             "or for one well followed by one barrier; use method='exact'."
         )
-    total = exact_ball(scene.r) / ahead
+    total = exact_ball(scene.ends[1]) / ahead
     for (u, low), (v, high) in zip(wells, barriers, strict=True):
         if v > 0:
             rise = exact_ball(scene.lam) * (V(v) - V(u))
@@ -100,7 +98,7 @@ def _exit_bound(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKi
 
     What C-bound needs is checked: r >= 4, V <= a- r/4 on [0, 1] and e^{3 a- r/(2 kappa^2)} >= 4.
     """
-    r, lam = exact_ball(scene.r), exact_ball(scene.lam)
+    r, lam = exact_ball(scene.ends[1]), exact_ball(scene.lam)
     if not all(a < 0 if request.complement else a > 0 for a in scene.drift.ends):
         name, sign = ("1 - C", "negative") if request.complement else ("C", "positive")
         low, high = (float_text(Fraction(a)) for a in scene.drift.ends)
@@ -114,7 +112,7 @@ def _exit_bound(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKi
     top = max((V(u) for u in places), key=float) - V(arb(-1))
     if not (r >= 4 and top <= low * r / 4 and (3 * low * r * lam / 4).exp() >= 4):
         raise InputError(
-            f"r is {float_text(scene.r)} and kappa is {scene.noise}; the paper's bound needs r of "
+            f"r is {float(r):.6g} and kappa is {scene.noise}; the paper's bound needs r of "
             f"at least 4, V <= a- r/4 on [0, 1], where it reaches {float(top):.6g}, and "
             "exp(3 a- r/(2 kappa^2)) of at least 4; use method='bound' or 'exact'."
         )

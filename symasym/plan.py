@@ -12,20 +12,19 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from flint import arb
 from mpmath import mpf, nstr
 
-from symasym.base.balls import exact_ball, precision, to_mpf
-from symasym.base.inputs import Number, is_array, within
-from symasym.drift import scenes
+from symasym.base.balls import exact_ball, precision, rounded
+from symasym.base.inputs import Number, within
 from symasym.drift.drift import Drift
 from symasym.drift.formula import rational
-from symasym.exact.balls import bits_of_way
+from symasym.drift.scenes import Answer, Request, Scene, Scenes, read, require_drift
+from symasym.exact import balls, floats
 from symasym.expansions import weak
 from symasym.expansions.arithmetic import InBalls
 from symasym.expansions.ball_drift import Between, doubled
 from symasym.expansions.weak import local
-from symasym.methods import answer, as_floats, is_usual, of_scenes
+from symasym.methods import is_usual
 
 # The order for many kappa of one drift, how many these are at least, and which of them are tried.
 _ORDER, _MANY, _STRIDE = 5, 5_000, 100
@@ -80,13 +79,13 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
     >>> print(chosen.order, [t.name for t in chosen.terms if t.kept])
     1 ['well at 0.3969 with barrier at 0.9039']
     """
-    scenes.require_drift(drift)
-    numbers = {"kappa": kappa, "r": r, "start": start}
+    require_drift(drift)
     allowed = within("rtol", rtol, 1e-300, 0.5)
     digits = max(20, len(str(int(1 / allowed))) + 8)
-    scene = scenes.read_scene(drift, numbers)
-    true = answer(drift, numbers, scenes.Request("T", "exact", None, digits, False, True))
-    more = int(3.4 * digits) + 100 + bits_of_way(rational(scene.lam), rational(1 + scene.r)) + 16
+    scene = read(drift, {"kappa": kappa, "r": r, "start": start}).one()
+    true = balls.of_scene(scene, Request("T", "exact", None, digits, False, True)).value
+    way = balls.bits_of_way(rational(scene.lam), rational(1 + scene.ends[1]))
+    more = int(3.4 * digits) + 116 + way
 
     def parts(order: int, bits: int) -> list[tuple[str, Any]]:
         """T to an order in weak noise as named parts, largest first."""
@@ -98,47 +97,50 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
         return sorted(rows, key=lambda row: -abs(row[1]).mid())
 
     with precision(int(3.4 * digits) + 64):
-        known, room, plans = arb(true.value), exact_ball(allowed), list[Plan]()
+        room, plans = exact_ball(allowed), list[Plan]()
         for order in range(9):
             rows = doubled(partial(parts, order), more)
             total, kept = sum(x for _, x in rows), len(rows)
-            while kept and abs(total - rows[kept - 1][1] - known) <= room * known:
+            while kept and abs(total - rows[kept - 1][1] - true) <= room * true:
                 kept -= 1
                 total -= rows[kept][1]
-            error = (abs(total - known) + arb(true.error)) / known
-            sizes = ((name, to_mpf(x / known, digits)[0]) for name, x in rows)
+            error = abs(total - true) / true
+            sizes = ((name, rounded(x / true, digits)[0]) for name, x in rows)
             terms = tuple(Term(name, k < kept, x) for k, (name, x) in enumerate(sizes))
-            value, enough = to_mpf(total, digits)[0], bool(error <= room)
+            value, enough = rounded(total, digits)[0], bool(error <= room)
             plans.append(Plan(order, terms, value, float(error.upper()), enough))
             if enough or plans[-1].error > 2 * min(p.error for p in plans):
                 break
     return min(plans, key=lambda p: (not p.suffices, p.error))
 
 
-def automatic(drift: Drift, numbers: Any, rtol: Number | None, request: scenes.Request) -> Any:
-    """The quantity of `request` with a relative error of at most `rtol`."""
-    digits = (request.order, request.dps) != (None, None)  # which the exact value has or refuses
-    allowed = within("rtol", rtol, 1e-300 if digits else 1e-12, 0.5)
-    shared = not drift.shape and not any(is_array(x) for n, x in numbers.items() if n != "kappa")
-    usual = is_usual(drift, numbers, request)
-    if digits or not (shared and usual) or np.size(numbers["kappa"]) < _MANY:
-        return answer(drift, numbers, request._replace(method="exact"))
-    every, most = scenes.float_scenes(drift, numbers), np.log1p(float(allowed))
-    rising = np.argsort(-every.lam)
+def of_scene(scene: Scene, request: Request) -> Answer:
+    """The exact value."""
+    return balls.of_scene(scene, request)._replace(method="exact")
 
-    def found(rows: Any, method: str, order: int | None = None) -> scenes.Answers:
-        asked = request._replace(method=method, order=order, full=method == "exact", log=True)
-        return of_scenes(scenes.rows_of(every, rows), asked)
+
+def of_scenes(scenes: Scenes, request: Request) -> Answer:
+    """Exact values, or of many kappa of one drift those of an expansion where it is good enough."""
+    alike = not scenes.drift.shape and scenes.numbers.keys() - scenes.exactly.keys() == {"kappa"}
+    usual = is_usual(scenes.drift, scenes.numbers, request)
+    if not (alike and usual) or len(scenes.lam) < _MANY:
+        return floats.of_scenes(scenes, request)._replace(method="exact")
+    rising, most = np.argsort(-scenes.lam), np.log1p(float(request.rtol))
+
+    def expanded(rows: Any) -> Any:
+        asked = request._replace(order=_ORDER, full=False, log=True)
+        return weak.of_scenes(scenes.some(rows), asked).value
 
     some = rising[::_STRIDE]
-    apart = np.abs(found(some, "laplace", _ORDER).logs - found(some, "exact").logs)
+    apart = np.abs(expanded(some) - floats.of_scenes(scenes.some(some), request).value)
     # The expansion up to the last of those before the first that is too far off.
     known = int(np.argmin(np.append(apart <= most / 2, False)))
     below, above = np.split(rising, [max(0, _STRIDE * (known - 1) + 1)])
     logs, errors = np.empty(len(rising)), np.full(len(rising), most * (1 - 1e-12))
     if below.size:
-        logs[below] = found(below, "laplace", _ORDER).logs
+        logs[below] = expanded(below)
     if above.size:
-        logs[above], errors[above] = found(above, "exact")[:2]
+        exact = floats.of_scenes(scenes.some(above), request)
+        logs[above], errors[above] = exact.value, exact.error
     used = (f"laplace, order {_ORDER}",) * bool(below.size) + ("exact",) * bool(above.size)
-    return as_floats(request, every.shape, scenes.Answers(logs, errors, "estimate", used))
+    return Answer(logs, "estimate", error=errors, notes=used)

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import Numbers, axes, choice, floats, is_array, taken
+from symasym.base.inputs import Numbers, axes, choice, floats, is_array
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import quantity_of, require_drift
-from symasym.quantities import call_named, stationary_density
+from symasym.drift.scenes import QUANTITIES, require_drift, taken
+from symasym.methods import ask
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -84,35 +84,30 @@ def plot(
     """
     choice("quantity", quantity, _LABELS)
     require_drift(drift)
-    given = {"kappa": kappa, "r": r, "start": start, "y": y}
-    numbers = taken(quantity, quantity_of(quantity).numbers, given)
-    arrays = {name: x for name, x in (drift.values | numbers).items() if is_array(x)}
-    x = floats(*next(iter(arrays.items()))) if len(arrays) == 1 else np.empty(0)
-    if x.ndim != 1 or not x.size:
+    needed = QUANTITIES.get(quantity, ("kappa", "y"))
+    numbers = taken(quantity, needed, kappa=kappa, r=r, start=start, y=y)
+    arrays = {n: floats(n, x) for n, x in (drift.values | numbers).items() if is_array(x)}
+    if [x.ndim for x in arrays.values()] != [1]:
         raise InputError(
             f"{', '.join(arrays) or 'none'} are arrays; give one argument or parameter, what to "
             "plot against, as an array of one axis."
         )
-    if quantity == "p_ss":
-        found = stationary_density(drift, **numbers, full=True, **options)
-    else:
-        found = call_named(quantity, drift, numbers, full=True, **options)
+    ((name, x),) = arrays.items()
+    found = ask(quantity, drift, numbers, full=True, **options)
+    value, log = found.value, options.get("log")
     if ax is None:
         from matplotlib import pyplot
 
         ax = pyplot.subplots(layout="constrained")[1]
     (ax,) = axes("ax", ax)
-    (line,) = ax.plot(x, found.value, label=label or found.method.replace("_", " "))
+    (line,) = ax.plot(x, value, label=label or found.method.replace("_", " "))
     if found.error is not None:
-        band = found.value - found.error, found.value + found.error
+        band = value - found.error, value + found.error
         ax.fill_between(x, *band, color=line.get_color(), alpha=0.25, linewidth=0)
-    log, name = options.get("log"), next(iter(arrays))
-    if not log and np.nanmax(found.value, initial=0) > _MANY * np.nanmin(
-        found.value, initial=np.inf
-    ):
+    if not log and np.nanmax(value, initial=0) > _MANY * np.nanmin(value, initial=np.inf):
         ax.set_yscale("log")
-    ratios = x[1:] / x[:-1] if x.min() > 0 and len(x) > 2 else np.empty(0)
-    if ratios.size and np.ptp(ratios) < 0.01 * abs(ratios[0] - 1):
+    steps = np.diff(np.log(x)) if x.min() > 0 else np.empty(0)
+    if steps.size > 1 and np.ptp(steps) < 0.01 * abs(steps[0]):
         ax.set_xscale("log")
     ax.set(xlabel=_NUMBERS.get(name, name), ylabel="log of " * bool(log) + _LABELS[quantity])
     ax.legend()

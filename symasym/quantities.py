@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-
-from symasym.base.errors import AccuracyError, InputError, SymasymError
-from symasym.base.inputs import choice, count, digits, flag, shown
-from symasym.drift.scenes import QUANTITIES, Request, between, pair, require_drift
-from symasym.methods import METHODS, answer
+from symasym.base.inputs import flag
+from symasym.drift.scenes import between, pair
+from symasym.methods import ask
 
 if TYPE_CHECKING:
     from symasym.base.inputs import Number, Numbers
@@ -112,10 +108,7 @@ def escape_time(
     '239803837121.0377700112780486795091847626'
     """
     numbers = between(kappa, r, ends, start)
-    if reflecting is not None:
-        choice("reflecting", reflecting, ["left", "right"])
-    count("moment", moment, 1, 20)
-    return _asked("T", drift, numbers, method, order, rtol, dps, log, full, moment, reflecting)
+    return ask("T", drift, numbers, method, order, rtol, dps, log, full, moment, reflecting)
 
 
 def exit_probability(
@@ -153,8 +146,9 @@ def exit_probability(
     >>> sa.exit_probability(sa.linear(1, 1), "1e-4", 5, log=True)
     -1000000000.0
     """
-    name, numbers = _named("C", complement), between(kappa, r, ends, start)
-    return _asked(name, drift, numbers, method, order, rtol, dps, log, full)
+    numbers = between(kappa, r, ends, start)
+    name = "1 - C" if flag("complement", complement) else "C"
+    return ask(name, drift, numbers, method, order, rtol, dps, log, full)
 
 
 def occupation(
@@ -204,12 +198,13 @@ def occupation(
     >>> print(f"{sa.occupation(sa.linear(1, -1), '0.01', complement=True, log=True):.12g}")
     -10005.1775351
     """
-    name, numbers = _named("P", complement), {"kappa": kappa}
+    numbers: dict[str, Any] = {"kappa": kappa}
     if interval is not None:
-        numbers |= dict(zip(("low", "high"), pair("interval", interval), strict=True))
+        numbers["low"], numbers["high"] = pair("interval", interval)
     if ends is not None:
-        numbers |= dict(zip(("left", "right"), pair("ends", ends), strict=True))
-    return _asked(name, drift, numbers, method, order, rtol, dps, log, full)
+        numbers["left"], numbers["right"] = pair("ends", ends)
+    name = "1 - P" if flag("complement", complement) else "P"
+    return ask(name, drift, numbers, method, order, rtol, dps, log, full)
 
 
 def stationary_density(
@@ -246,60 +241,4 @@ def stationary_density(
     >>> sa.stationary_density(sa.linear(1, -1), 1, [-0.5, 0.0, 0.5]).round(8)
     array([0.41836647, 0.53719319, 0.41836647])
     """
-    numbers = {"kappa": kappa, "y": y}
-    return _asked("p_ss", drift, numbers, "exact", None, None, dps, log, full)
-
-
-def call_named(name: str, drift: Drift, numbers: Mapping[str, Any], **options: Any) -> Any:
-    """The quantity of that name, asked with those of `numbers` that it takes.
-
-    `options` are the verb's own.
-    """
-    quantity = QUANTITIES[name]
-    taken = {key: numbers[key] for key in quantity.numbers if key in numbers}
-    if quantity.complement:
-        options["complement"] = True
-    return globals()[quantity.verb](drift, **taken, **options)
-
-
-def _named(probability: str, complement: bool) -> str:
-    """The name of a probability or of its complement."""
-    return f"1 - {probability}" if flag("complement", complement) else probability
-
-
-def _asked(
-    name: str,
-    drift: Drift,
-    numbers: dict[str, Any],
-    method: str,
-    order: Any,
-    rtol: Number | None,
-    dps: int | None,
-    log: bool,
-    full: bool,
-    moment: int = 1,
-    reflecting: str | None = None,
-) -> Any:
-    """The quantity called `name`, as the verb was asked for it."""
-    require_drift(drift, plain=False)
-    known = [other for other, x in METHODS.items() if name in x.quantities]
-    choice("method", method, [*known, "auto"])
-    if rtol is not None and method != "auto":
-        raise InputError(f"rtol is {shown(rtol)}, which is for method='auto'; leave it out.")
-    if dps is not None:
-        digits(dps)
-    asked = flag("log", log), flag("full", full), moment, reflecting
-    request = Request(name, method, order, dps, *asked)
-    try:
-        if method == "auto":
-            from symasym.plan import automatic
-
-            return automatic(drift, numbers, rtol, request)
-        return answer(drift, numbers, request)
-    except SymasymError:
-        raise
-    except (ArithmeticError, np.linalg.LinAlgError) as error:
-        raise AccuracyError(
-            f"the numbers are too extreme for method {method!r}, or cancel; rescale the problem, "
-            "or use another method."
-        ) from error
+    return ask("p_ss", drift, {"kappa": kappa, "y": y}, dps=dps, log=log, full=full)

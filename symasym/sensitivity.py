@@ -8,17 +8,17 @@ the radius r the derivatives are closed forms of the sweeps (eq:Ttilde, eq:C; do
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 from flint import acb, arb, fmpq
 
-from symasym.base.balls import precision, to_mpf
+from symasym.base.balls import precision, rounded
 from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.estimate import IN_WORDS, ErrorKind, with_error
-from symasym.base.inputs import FloatArray, Numbers, choice, digits, taken
+from symasym.base.inputs import FloatArray, Numbers, choice, digits
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import Piece, pieces
 from symasym.drift.formula import rational
@@ -27,14 +27,13 @@ from symasym.drift.scenes import (
     QUANTITIES,
     Scene,
     Scenes,
-    float_scenes,
-    read_scene,
+    read,
     require_drift,
-    scene_at,
+    require_sliding,
+    taken,
 )
 from symasym.exact import balls, floats
-from symasym.exact.float_panels import ULP, Logs
-from symasym.methods import require_sliding
+from symasym.exact.float_panels import ULP
 
 __all__ = ["Sensitivity", "sensitivity"]
 
@@ -125,33 +124,42 @@ def sensitivity(
     """
     quantity = choice("quantity", quantity, QUANTITIES)
     require_drift(drift)
-    given = {"kappa": kappa, "r": r, "start": start}
-    numbers = taken(quantity, QUANTITIES[quantity].numbers, given)
-    if QUANTITIES[quantity].sliding:
+    numbers = taken(quantity, QUANTITIES[quantity], kappa=kappa, r=r, start=start)
+    if quantity[-1] == "P":
         require_sliding(drift)
-    if dps is not None:
-        dps = digits(dps, _MOST_DIGITS)
-        return _in_digits(quantity, read_scene(drift, numbers), dps)
-    return _in_floats(quantity, float_scenes(drift, numbers))
+    scenes, dps = read(drift, numbers), digits(dps, _MOST_DIGITS)
+    if dps is None:
+        return _in_floats(quantity, scenes)
+    scene = scenes.one()
+    found, at = _proved(quantity, scene, dps), {**scene.drift.scalars(), **scene.numbers}
+    with precision(balls.bits(dps + 10)):
+        sizes = (rounded(abs(found[n] * arb(rational(x))), dps)[0] for n, x in at.items())
+        columns = *zip(*(rounded(found[n], dps) for n in at), strict=True), sizes
+        return _named(quantity, at, columns, "bound")
 
 
-def _of_ends(quantity: str, near: Any, far: Any, whole: Any) -> list[Any]:
-    """The terms of d log(quantity)/dr and d log(quantity)/d(start): a sign, factors, divisors.
+def _named(quantity: str, at: Mapping[str, Any], columns: Any, kind: ErrorKind) -> Sensitivity:
+    """Derivatives, errors and condition numbers by the names of the parameters."""
+    slopes, errors, conditions = (dict(zip(at, x, strict=True)) for x in columns)
+    return Sensitivity(quantity, slopes, errors, conditions, kind)
 
-    They are y = 1/sigma and w = lam Q/sigma of both sides, at the start and at the other end.
+
+def _by_ends(
+    quantity: str, near: Any, far: Any, whole: Any, product: Callable[..., Any]
+) -> dict[str, tuple[Any, Any]]:
+    """What adds to d log(quantity)/dr and d log(quantity)/d(start), and what is taken off.
+
+    Of y = 1/sigma and w = lam Q/sigma of both sides, at the start and at the other end, and the
+    sum of the w at the start; `product` is that of numbers over another one.
     """
     (y, w), (far_y, far_w) = near, far
     if quantity == "T":
-        above = (y[1], far_w[0]), (y[0], far_w[1]), (y[0], w[1]), (y[1], w[0])
-        return [
-            *zip(("r", "r", "start", "start"), (1, 1, 1, -1), above, [[whole]] * 4, strict=True)
-        ]
-    a, b, sign = (0, 1, -1) if quantity == "C" else (1, 0, 1)
-    return [
-        ("r", 1, (y[b], far_y[a]), [y[a]]),
-        ("r", -1, [far_y[b]], []),
-        ("start", sign, [y[b]], []),
-    ]
+        rises = product(y[1], far_w[0], over=whole) + product(y[0], far_w[1], over=whole)
+        start = product(y[0], w[1], over=whole), product(y[1], w[0], over=whole)
+        return {"r": (rises, 0), "start": start}
+    a, b = (0, 1) if quantity == "C" else (1, 0)
+    start = (0, product(y[b])) if quantity == "C" else (product(y[b]), 0)
+    return {"r": (product(y[b], far_y[a], over=y[a]), product(far_y[b])), "start": start}
 
 
 # -- in balls --------------------------------------------------------------------------------------
@@ -212,29 +220,17 @@ def _ends_in_balls(
 ) -> dict[str, Any]:
     """d log(quantity)/dr and d log(quantity)/d(start)."""
     r, start, lam = numbers["r"], numbers["start"], arb(2 / numbers["kappa"] ** 2)
-    near: Any = balls.sides(drift, lam, (-r, r), start, digits)
-    ways = zip((drift, balls.mirrored(drift)), (start, -start), near, strict=True)
-    far: Any = [balls.swept(way, lam, at, r, digits, state) for way, at, state in ways]
-    near, far = (
+    near = balls.sides(drift, lam, (-r, r), start, digits)
+    far = [balls.sides(drift, lam, (-r, r), end, digits)[k] for k, end in enumerate((r, -r))]
+    near_end, far_end = (
         [[1 / x.eta for x in two], [x.zeta[1] / x.eta for x in two]] for two in (near, far)
     )
-    found = {"r": arb(0), "start": arb(0)}
-    for name, sign, above, below in _of_ends(quantity, near, far, sum(near[1], arb(0))):
-        found[name] += sign * math.prod(above) / math.prod(below)
-    return found
 
+    def product(*factors: Any, over: Any = 1) -> Any:
+        return math.prod(factors) / over
 
-def _in_digits(quantity: str, scene: Scene, dps: int) -> Sensitivity:
-    """Derivatives of one scene to so many digits, proved."""
-    slopes, rows = _proved(quantity, scene, dps), {}
-    with precision(balls.bits(dps + 10)):
-        for name, x in {**scene.drift.scalars(), **scene.numbers}.items():
-            condition = abs(slopes[name] * arb(rational(x)))
-            rows[name] = *to_mpf(slopes[name], dps), to_mpf(condition, dps)[0]
-    slope, error, condition = (
-        dict(zip(rows, x, strict=True)) for x in zip(*rows.values(), strict=True)
-    )
-    return Sensitivity(quantity, slope, error, condition, "bound")
+    found = _by_ends(quantity, near_end, far_end, sum(near_end[1], arb(0)), product)
+    return {name: more - less for name, (more, less) in found.items()}
 
 
 # -- in float64 ------------------------------------------------------------------------------------
@@ -243,67 +239,70 @@ def _in_digits(quantity: str, scene: Scene, dps: int) -> Sensitivity:
 @np.errstate(all="ignore")
 def _in_floats(quantity: str, scenes: Scenes) -> Sensitivity:
     """Derivatives of many scenes in float64; in balls where these say little."""
-    names, count, model = [*scenes.parameters, *scenes.numbers], len(scenes.lam), scenes.drift.model
-    at = {n: np.broadcast_to(np.float64(x), count) for n, x in scenes.parameters.items()}
-    at |= scenes.numbers
-    values = np.array([at[n] for n in names])
+    count, model = len(scenes.lam), scenes.drift.model
+    parameters = scenes.drift.values.items()
+    at = {n: np.broadcast_to(np.asarray(x, float), count) for n, x in parameters} | scenes.numbers
+    values = np.array([*at.values()])
     slopes, errors = _by_floats(quantity, scenes, at)
     unit = np.where(values == 0, 1.0, np.abs(values))
     size = np.maximum(1.0, np.abs(slopes * unit).max(axis=0))
     # A needle of dA/dp may lie between the nodes that suffice for A; and beside an end a start that
     # is no float is another one.
-    given = (scenes.given.get(n, 0.0) for n in ("r", "start"))
     closer = not model.name and model.pieces[0].powers is None
-    closer |= any(not isinstance(x, (int, float, np.ndarray, list, tuple)) for x in given)
+    closer |= any(x != float(x) for n, x in scenes.exactly.items() if n != "kappa")
     for k in np.flatnonzero(closer | ~(errors * unit <= _ENOUGH * size).all(axis=0)):
-        found = _proved(quantity, scene_at(scenes, k), _FLOAT_DIGITS)
-        for j, name in enumerate(names):
-            slopes[j, k] = float(found[name].mid())
-            errors[j, k] = 2e-16 * abs(slopes[j, k]) + float(found[name].rad())
-    if not np.isfinite(slopes).all():
-        name = names[np.argwhere(~np.isfinite(slopes))[0][0]]
+        found = _proved(quantity, scenes.at(k), _FLOAT_DIGITS)
+        for j, name in enumerate(at):
+            slopes[j, k], errors[j, k] = rounded(found[name], None)
+    if (lost := ~np.isfinite(slopes).all(axis=1)).any():
         raise RangeError(
-            f"d log({quantity})/d({name}) is outside the range of float64; pass dps=…."
+            f"d log({quantity})/d({[*at][np.argmax(lost)]}) is outside the range of float64; pass "
+            "dps=…."
         )
-
-    def shaped(rows: FloatArray) -> dict[str, Any]:
-        """By the name of the parameter, floats or arrays of the answer's shape."""
-        each = (x.reshape(scenes.shape) if scenes.shape else x.item() for x in rows)
-        return dict(zip(names, each, strict=True))
-
     errors = np.maximum(errors, 5e-324)  # what float64 takes for 0 is none
-    slope, error, condition = map(shaped, (slopes, errors, np.abs(slopes * values)))
-    return Sensitivity(quantity, slope, error, condition, "estimate")
+    shape = scenes.shape
+    rows = (slopes, errors, np.abs(slopes * values))
+    columns = ([x.reshape(shape) if shape else x.item() for x in column] for column in rows)
+    return _named(quantity, at, columns, "estimate")
 
 
 def _by_floats(
     quantity: str, scenes: Scenes, at: Mapping[str, FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
     """The derivatives by every parameter, and their estimated errors."""
-    count, stepped = len(scenes.lam), [*scenes.parameters, "kappa"]
-    unit = np.array([np.where(np.abs(at[n]) < 1e-200, 1.0, np.abs(at[n])) for n in stepped])
-    moved = {n: np.tile(x, len(stepped)).astype(complex) for n, x in at.items() if n in stepped}
-    for k, name in enumerate(stepped):
-        moved[name][k * count : (k + 1) * count] += 1j * _STEP * unit[k]
-    of = Field(scenes.drift, {n: moved[n] for n in scenes.parameters}, count * len(stepped))
-    others = {n: np.tile(x, len(stepped)) for n, x in scenes.numbers.items() if n != "kappa"}
-    logs, errors = floats.logs_of(quantity, of, {"kappa": moved["kappa"], **others})
+    stepped, count = [*scenes.drift.values, "kappa"], len(scenes.lam)
+    known, each = np.array([at[n] for n in stepped]), np.arange(len(stepped))
+    unit = np.where(np.abs(known) < 1e-200, 1.0, np.abs(known))
+    moved = np.repeat(known[:, None], len(stepped), axis=1).astype(complex)
+    moved[each, each] += 1j * _STEP * unit
+    parameters = dict(zip(stepped, moved.reshape(len(stepped), -1), strict=True))
+    numbers = {n: np.tile(x, len(stepped)) for n, x in scenes.numbers.items()}
+    numbers["kappa"] = parameters.pop("kappa")
+    of = Field(scenes.drift, parameters, moved[0].size)
+    logs, errors = floats.logs_of(quantity, of, numbers)
     slopes, errors = logs.imag.reshape(-1, count) / (_STEP * unit), errors.reshape(-1, count)
     # An exponent that is off moves all derivatives like the value, at most as the largest of them.
     largest = np.abs(slopes * unit).max(axis=0)
     errors = _FACTOR * (errors.max(axis=0) + 1e-15) * (np.abs(slopes) + (1.0 + largest) / unit)
-    if "r" not in scenes.numbers:
+    if "r" not in numbers:
         return slopes, errors
-    rows, r, start = np.arange(count), at["r"], at["start"]
-    of = Field(scenes.drift, {n: at[n] for n in scenes.parameters}, count)
-    until = (start, start), (r, -r)
-    near, far = (floats.sides(of, scenes.lam, (-r, r), x, rows) for x in until)
-    wa, wb = near[1]
-    whole = Logs(np.logaddexp(wa.log, wb.log), np.maximum(wa.error, wb.error) + 4e-16)
-    found = {"r": np.zeros((2, count)), "start": np.zeros((2, count))}
-    for name, sign, above, below in _of_ends(quantity, near, far, whole):
-        value = np.exp(sum(x.log for x in above) - sum(x.log for x in below))
-        lost = sum(x.error + ULP * np.abs(x.log) for x in (*above, *below))
-        found[name] += value * sign, value * (1e-15 + lost)
-    more = np.stack([*found.values()], axis=1)
-    return np.vstack((slopes, more[0])), np.vstack((errors, more[1]))
+    r, start = at["r"], at["start"]
+    of = Field(scenes.drift, {}, count)
+    sides = [
+        floats.sides(of, scenes.lam, (-r, r), until, np.arange(count))
+        for until in ((start, start), (r, -r))
+    ]
+    near, far = ([[x.log for x in two] for two in side] for side in sides)
+
+    def product(*factors: Any, over: Any = 0.0) -> Any:
+        return np.exp(sum(factors) - over)
+
+    more, less = np.array(
+        [
+            np.broadcast_arrays(*pair, r)[:2]
+            for pair in _by_ends(quantity, near, far, np.logaddexp(*near[1]), product).values()
+        ]
+    ).swapaxes(0, 1)
+    lost = [x.error + ULP * np.abs(x.log) for side in sides for two in side for x in two]
+    off = (more + less) * (2e-15 + 3 * np.max(lost, axis=0))
+    return np.vstack((slopes, more - less)), np.vstack((errors, off))

@@ -8,29 +8,18 @@ Ai^2 + Bi^2 of Z = lam^(2/3) zeta.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from flint import arb, ctx, fmpq
 
-from symasym.base.balls import exact_ball, precision, to_mpf
+from symasym.base.balls import exact_ball, precision, rounded
 from symasym.base.errors import InputError
-from symasym.base.inputs import Floats, Numbers, choice, digits
+from symasym.base.inputs import Numbers, choice, digits
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
-from symasym.drift.scenes import (
-    FLOAT_DIGITS,
-    Scene,
-    float_scenes,
-    one_scene,
-    read_scene,
-    require_drift,
-    scene_at,
-)
+from symasym.drift.scenes import FLOAT_DIGITS, Scene, read, require_drift
 from symasym.expansions.coalescence import Phi, central_map
-
-if TYPE_CHECKING:
-    from mpmath import mpf
 
 __all__ = ["stokes_multiplier"]
 
@@ -41,7 +30,7 @@ def stokes_multiplier(
     *,
     method: Literal["step", "uniform"] = "uniform",
     dps: int | None = None,
-) -> Floats | mpf:
+) -> Any:
     """Share of a well's exponential in T, from 0 before the fold to 1 beyond it (eq:Ttildesmall).
 
     With phi du = (s^2 - zeta) ds for the well and the barrier next to each other,
@@ -85,18 +74,15 @@ def stokes_multiplier(
     """
     require_drift(drift)
     choice("method", method, ("step", "uniform"))
-    numbers = {"kappa": kappa}
-    if dps is None and not one_scene(drift, numbers):
-        scenes = float_scenes(drift, numbers)
-        each = (scene_at(scenes, row) for row in range(len(scenes.lam)))
-        values = np.array([float(_multiplier(s, method, FLOAT_DIGITS).mid()) for s in each])
-        return values.reshape(scenes.shape)
-    places = FLOAT_DIGITS if dps is None else digits(dps)
-    value = _multiplier(read_scene(drift, numbers), method, places)
-    return float(value.mid()) if dps is None else to_mpf(value, places)[0]
+    scenes = read(drift, {"kappa": kappa})
+    if digits(dps) is not None:
+        return rounded(_multiplier(scenes.one(), method, dps), dps)[0]
+    balls = (_multiplier(scenes.at(row), method, FLOAT_DIGITS) for row in range(len(scenes.lam)))
+    values = [rounded(ball, None)[0] for ball in balls]
+    return np.reshape(values, scenes.shape) if scenes.shape else values[0]
 
 
-def _multiplier(scene: Scene, method: str, places: int) -> Any:
+def _multiplier(scene: Scene, method: str, places: Any) -> Any:
     """G(Z)/(G(Z) + G(-Z)) of the pair that is nearest to its fold."""
     bits = 4 * places + 60 + int(math.log2(2 + scene.lam))
     with precision(bits):

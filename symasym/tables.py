@@ -14,21 +14,19 @@ import json
 import math
 import os
 import tomllib
-from collections.abc import Mapping
 from concurrent.futures import Executor
 from decimal import Decimal
 from fractions import Fraction
-from functools import partial
 from pathlib import Path
 from typing import IO, Any, NamedTuple
 
 from symasym.base.errors import InputError, OutputError, SymasymError
 from symasym.base.estimate import number_text
 from symasym.base.files import progress, reference_value, write_bytes
-from symasym.base.inputs import choice, count, digits, exact, positive, sequence, taken
+from symasym.base.inputs import choice, count, digits, exact, positive, sequence
 from symasym.drift.ready_made import named_drift
-from symasym.drift.scenes import QUANTITIES
-from symasym.quantities import call_named
+from symasym.drift.scenes import QUANTITIES, taken
+from symasym.methods import ask
 
 _NUMBERS = ("kappa", "r", "start")
 _KEYS = (*_NUMBERS, "drift", "expr", "quantities", "dps", "parameters")
@@ -40,24 +38,13 @@ _AT_ONCE = 256  # values that are asked for before the first of them is written
 class Spec(NamedTuple):
     """The contents of a table.
 
-    `of` is {"drift": the name of a ready-made one} or {"expr": a formula}; `axes` are the numbers
-    and parameters, each with its values as exact texts, the last one varying fastest.
+    `axes` are the numbers and parameters, each with its values as exact texts, the last one varying
+    fastest; `heads` what each line says of its value beforehand.
     """
 
-    of: dict[str, str]
-    quantities: tuple[str, ...]
-    dps: int
     axes: dict[str, list[str]]
-
-    def points(self) -> list[dict[str, str]]:
-        """The points of the grid, in order."""
-        each = itertools.product(*self.axes.values())
-        return [dict(zip(self.axes, values, strict=True)) for values in each]
-
-    def drift_at(self, x: Mapping[str, str]) -> Any:
-        """The drift at a point."""
-        values = {name: text for name, text in x.items() if name not in _NUMBERS}
-        return named_drift(self.of.get("drift"), self.of.get("expr"), values)
+    quantities: tuple[str, ...]
+    heads: list[dict[str, Any]]
 
 
 def read_spec(path: str | os.PathLike[str]) -> Spec:
@@ -72,7 +59,7 @@ def read_spec(path: str | os.PathLike[str]) -> Spec:
 
 def _spec(given: dict[str, Any]) -> Spec:
     """The spec of what a file says."""
-    of: dict[str, str] = {n: given[n] for n in ("drift", "expr") if n in given}
+    of: dict[str, Any] = {n: given[n] for n in ("drift", "expr") if n in given}
     own = given.get("parameters", {})
     unknown = given.keys() - set(_KEYS)
     if len(of) != 1 or unknown or not isinstance(own, dict):
@@ -81,18 +68,20 @@ def _spec(given: dict[str, Any]) -> Spec:
             f"give either drift or expr, parameters as a table, and of the rest {', '.join(_KEYS)}."
         )
     numbers = {name: given[name] for name in _NUMBERS if name in given}
-    axes = {
-        name: [number_text(value) for value in _axis(name, x)]
-        for name, x in (numbers | own).items()
-    }
+    axes = {n: [number_text(value) for value in _axis(n, x)] for n, x in (numbers | own).items()}
     wanted = sequence("quantities", given.get("quantities", ["T"]))
     names = tuple(choice("quantities", q, QUANTITIES) for q in wanted)
     for name in names:
-        taken(name, QUANTITIES[name].numbers, {n: axes.get(n) for n in QUANTITIES[name].numbers})
+        taken(name, QUANTITIES[name], **{n: axes.get(n) for n in QUANTITIES[name]})
     count("the number of values", math.prod(map(len, axes.values())) * len(names), 1, _MOST)
-    spec = Spec(of, names, digits(given.get("dps", 50), 10_000 - _GUARD), axes)
-    spec.drift_at({name: values[0] for name, values in axes.items()}).scalars()
-    return spec
+    dps = digits(given.get("dps", 50), 10_000 - _GUARD)
+    heads: list[dict[str, Any]] = []
+    for point, name in itertools.product(itertools.product(*axes.values()), names):
+        x = dict(zip(axes, point, strict=True))
+        used = {n: x[n] for n in axes if n not in _NUMBERS or n in QUANTITIES[name]}
+        heads.append({**of, "quantity": name, "x": used, "dps": dps})
+    _drift(heads[0]).scalars()
+    return Spec(axes, names, heads)
 
 
 def _axis(name: str, given: Any) -> list[Fraction]:
@@ -108,21 +97,21 @@ def _axis(name: str, given: Any) -> list[Fraction]:
     return [low, *(Fraction(f"{float(low) * ratio ** float(x):.6g}") for x in parts[1:-1]), high]
 
 
-def line_of(spec: Spec, quantity: str, x: Mapping[str, str]) -> bytes:
+def _drift(head: dict[str, Any]) -> Any:
+    values = {n: text for n, text in head["x"].items() if n not in _NUMBERS}
+    return named_drift(head.get("drift"), head.get("expr"), values)
+
+
+def line_of(head: dict[str, Any]) -> bytes:
     """The line of one value, with its error; with a reason where there is none."""
-    record = _head(spec, quantity, x)
+    name, dps = head["quantity"], head["dps"]
+    numbers = {n: head["x"].get(n, 0) for n in QUANTITIES[name]}
     try:
-        found = call_named(quantity, spec.drift_at(x), x, dps=spec.dps + _GUARD, full=True)
-        record |= reference_value(record["x"], found, spec.dps)
+        found = ask(name, _drift(head), numbers, dps=dps + _GUARD, full=True)
+        record = head | reference_value(head["x"], found, dps)
     except SymasymError as error:
-        record |= {"mid": None, "rad": None, "refused": str(error)}
+        record = head | {"mid": None, "rad": None, "refused": str(error)}
     return _sealed(json.dumps(record)[:-1].encode())
-
-
-def _head(spec: Spec, quantity: str, x: Mapping[str, str]) -> dict[str, Any]:
-    """What a line says of its value beforehand."""
-    used = {n: t for n, t in x.items() if n not in _NUMBERS or n in QUANTITIES[quantity].numbers}
-    return {**spec.of, "quantity": quantity, "x": used, "dps": spec.dps}
 
 
 def _sealed(text: bytes) -> bytes:
@@ -139,20 +128,18 @@ def write_table(
     and how many of them were there before. An OutputError says that the file is no beginning of
     this table, that a line of it was changed, or that it can't be written.
     """
-    target = Path(path)
-    asked = [(q, x) for x in spec.points() for q in spec.quantities]
+    target, heads = Path(path), spec.heads
     run = map if executor is None else executor.map
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with open(target, "a+b") as file:
             fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            records = _known(target, file, spec, asked)
+            records = _known(target, file, heads)
             file.truncate()
             done = len(records)
-            with progress(target.name, len(asked), done) as bar:
-                for low in range(done, len(asked), _AT_ONCE):
-                    some = zip(*asked[low : low + _AT_ONCE], strict=True)
-                    for line in run(partial(line_of, spec), *some):
+            with progress(target.name, len(heads), done) as bar:
+                for low in range(done, len(heads), _AT_ONCE):
+                    for line in run(line_of, heads[low : low + _AT_ONCE]):
                         file.write(line)
                         file.flush()
                         records.append(json.loads(line))
@@ -171,17 +158,16 @@ def write_table(
     return records, done
 
 
-def _known(target: Path, file: IO[bytes], spec: Spec, asked: list[Any]) -> list[dict[str, Any]]:
+def _known(target: Path, file: IO[bytes], heads: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """The records of the whole lines of a file, which is left behind the last of them."""
     file.seek(0)
     found, end = [], 0
     for number, line in enumerate(file):
         if not line.endswith(b"\n"):
             break
-        text = line.rpartition(b', "sum": "')[0]
-        record: Any = json.loads(line) if line == _sealed(text) else {}
-        head = _head(spec, *asked[number]) if number < len(asked) else None
-        if head is None or not head.items() <= record.items():
+        whole = number < len(heads) and line == _sealed(line.rpartition(b', "sum": "')[0])
+        record: Any = json.loads(line) if whole else {}
+        if not whole or not heads[number].items() <= record.items():
             raise OutputError(
                 f"{target}, line {number + 1}, was changed or belongs to another table; it is left "
                 "as it is: choose another file, or remove this one."
@@ -196,8 +182,8 @@ def _rows(spec: Spec, records: list[dict[str, Any]]) -> list[list[str]]:
     """A head, and a row for each point: the inputs, then value, error and decimal logarithm."""
     head = [name for q in spec.quantities for name in (q, f"{q}_error", f"log10_{q}")]
     rows, each = [[*spec.axes, *head]], iter(records)
-    for x in spec.points():
-        row = [*x.values()]
+    for point in itertools.product(*spec.axes.values()):
+        row = [*point]
         for record in itertools.islice(each, len(spec.quantities)):
             mid, rad = record["mid"], record["rad"]
             row += ["", "", ""] if mid is None else [mid, rad, f"{Decimal(mid).log10():.16g}"]

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import flint
-from flint import arb
+from flint import acb, arb
+from mpmath import libmp, mp, mpf
 
 from symasym.base.errors import AccuracyError
-
-if TYPE_CHECKING:
-    from mpmath import mpf
 
 _lock = threading.RLock()
 
@@ -37,28 +36,26 @@ def exact_ball(value: Fraction) -> Any:
     return flint.arb(flint.fmpq(value.numerator, value.denominator))
 
 
-def rounded(value: mpf, error: mpf, dps: int) -> tuple[mpf, mpf]:
-    """A number to `dps` digits, and its error, which the rounding adds to.
+def rounded(ball: arb | acb, dps: int | None) -> tuple[Any, Any]:
+    """The middle of a finite ball in float64, or an mpf of `dps` digits, and a radius for it all.
 
     The precision of mpmath's global context is neither used nor changed.
     """
-    import mpmath
-    from mpmath import libmp
-
-    near = libmp.mpf_pos(value._mpf_, libmp.dps_to_prec(dps), "n")
-    # Differences without a precision are exact in libmp; only the sum of the two errors rounds.
-    shift = libmp.mpf_abs(libmp.mpf_sub(value._mpf_, near))
-    radius = libmp.mpf_add(error._mpf_, shift, 53, "u")
-    return mpmath.mp.make_mpf(near), mpmath.mp.make_mpf(radius)
-
-
-def to_mpf(ball: arb, dps: int) -> tuple[mpf, mpf]:
-    """Midpoint of a finite ball, `rounded` to `dps` digits, and a radius that covers it all."""
-    import mpmath
-    from mpmath import libmp
-
     if not ball.is_finite():
         raise AccuracyError("the ball is not finite and has no midpoint; enclose the value first.")
-    parts = ([int(x) for x in part.man_exp()] for part in (ball.mid(), ball.rad()))
-    middle, radius = (mpmath.mp.make_mpf(libmp.from_man_exp(*part)) for part in parts)
-    return rounded(middle, radius, dps)
+    parts = [x.mid() for x in ((ball.real, ball.imag) if isinstance(ball, acb) else (ball,))]
+    near: list[Any] = [float(x) if dps is None else _mpf(x, dps) for x in parts]
+    with precision(64):
+        radius = abs(ball - acb(*near)).upper()
+    # What is below the range of float64 is flushed to 0.
+    error = math.nextafter(float(radius), math.inf) if dps is None else _mpf(radius)
+    if len(near) == 1:
+        return near[0], error
+    return complex(*near) if dps is None else mp.make_mpc(tuple(x._mpf_ for x in near)), error
+
+
+def _mpf(point: arb, dps: int | None = None) -> mpf:
+    """A ball without a radius, to `dps` digits if not as it is."""
+    exactly = libmp.from_man_exp(*(int(x) for x in point.man_exp()))
+    near = exactly if dps is None else libmp.mpf_pos(exactly, libmp.dps_to_prec(dps), "n")
+    return mp.make_mpf(near)

@@ -3,36 +3,21 @@
 from __future__ import annotations
 
 import math
-import operator
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Literal
-
-if TYPE_CHECKING:
-    from mpmath import mpf
+from typing import Any, Literal
 
 ErrorKind = Literal["bound", "estimate", "none"]
 IN_WORDS = {"bound": "proved bound", "estimate": "estimate", "none": "no error claimed"}
-
-
-def _compared(name: str) -> Callable[[Any, Any], Any]:
-    """The comparison of that name, of values."""
-    compare = getattr(operator, name)
-
-    def method(self: Estimate, other: object) -> Any:
-        return compare(self.value, other.value if isinstance(other, Estimate) else other)
-
-    return method
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Estimate:
     """The result of a function with ``full=True``.
 
-    It stands for its value where a number is expected: in ``float()``, ``mpmath.mpf()``,
-    comparisons and formats such as ``f"{estimate:.6g}"``. ``value, error = estimate`` unpacks it.
+    ``value, error = estimate`` unpacks it, and ``float(estimate)`` is its value.
 
     Attributes
     ----------
@@ -45,10 +30,6 @@ class Estimate:
     method : str
     order : int or None
         Order of the expansion, where there is one.
-    terms : tuple of str
-        What was added up.
-    dropped : tuple of str
-        What was left out, and why that is allowed.
     notes : tuple of str
         What else a reader should know; the text ends with them.
 
@@ -65,8 +46,8 @@ class Estimate:
     >>> print(estimate)
     5.110421915 ± 2.75e-7 (proved bound, laplace)
     >>> value, error = estimate
-    >>> estimate < 6, f"{estimate:.4f}"
-    (True, '5.1104')
+    >>> value
+    5.110421915253166
     """
 
     value: Any
@@ -74,8 +55,6 @@ class Estimate:
     error_kind: ErrorKind
     method: str
     order: int | None = None
-    terms: tuple[str, ...] = ()
-    dropped: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
     def __str__(self) -> str:
@@ -91,29 +70,6 @@ class Estimate:
     def __float__(self) -> float:
         return float(self.value)
 
-    def _mpmath_(self, prec: int, rounding: str) -> mpf:
-        """The value as mpmath's number, for ``mpmath.mpf(estimate)``."""
-        import mpmath
-
-        return mpmath.mp.convert(self.value)
-
-    def __format__(self, spec: str) -> str:
-        if not spec or not hasattr(self.value, "_mpf_"):
-            return format(self.value, spec) if spec else str(self)
-        from mpmath import libmp
-
-        return format(Decimal(libmp.to_str(self.value._mpf_, 10_000)), spec)
-
-    __eq__ = _compared("eq")
-    __ne__ = _compared("ne")
-    __lt__ = _compared("lt")
-    __le__ = _compared("le")
-    __gt__ = _compared("gt")
-    __ge__ = _compared("ge")
-
-    def __hash__(self) -> int:
-        return hash(self.value)
-
 
 def with_error(value: Any, error: Any) -> str:
     """``value ± error``, true as it stands; of an array each element, as NumPy lays them out.
@@ -125,40 +81,32 @@ def with_error(value: Any, error: Any) -> str:
     """
     import numpy as np
 
-    if not hasattr(value, "shape"):
+    if not np.ndim(value):
         return _element(value, error)
-    pairs = np.arange(value.size).reshape(value.shape)
-    errors = None if error is None else error.ravel()
-    each: Any = {"int": lambda i: _element(value.flat[i], None if errors is None else errors[i])}
-    text: Any = np.array2string(pairs, separator=", ", formatter=each)
-    return str(text)
+    pairs = zip(value.flat, np.broadcast_to(np.asarray(error), value.shape).flat, strict=True)
+    texts = np.array([_element(*pair) for pair in pairs], object).reshape(value.shape)
+    return np.array2string(texts, separator=", ", formatter={"object": str})
 
 
 def _element(value: Any, error: Any) -> str:
     """A value to the third digit of its error."""
     if isinstance(value, complex) or hasattr(value, "_mpc_"):
-        re, im = (_element(part, error) for part in (value.real, value.imag))
-        return f"({re}) + ({im})i"
-    plain = not hasattr(value, "_mpf_")
+        return "({}) + ({})i".format(*(_element(x, error) for x in (value.real, value.imag)))
     if not error or value != value:
-        shown = f"{float(value):.15g}" if plain else _digits(value)
-        return shown if error is None or value != value else f"{shown} ± 0"
-    middle, radius = (x if hasattr(x, "_mpf_") else float(x) for x in (value, error))
+        from mpmath import libmp
+
+        mpf = getattr(value, "_mpf_", None)
+        shown = libmp.to_str(mpf, libmp.prec_to_dps(max(mpf[3], 53))) if mpf else f"{value:.15g}"
+        return str(shown) if error is None or value != value else f"{shown} ± 0"
     from flint import arb
 
     from symasym.base.balls import precision
 
     with precision(120):
-        ratio = float((abs(arb(middle)) / arb(radius)).log()) / math.log(10)
-    digits = min(max(3 + int(ratio), 1), 50 if plain else 10_000) if math.isfinite(ratio) else 1
-    return " ± ".join(interval_text(middle, radius, digits, more=True))
-
-
-def _digits(value: Any) -> str:
-    """An mpf with the digits that it has."""
-    from mpmath import libmp
-
-    return str(libmp.to_str(value._mpf_, libmp.prec_to_dps(max(value._mpf_[3], 53))))
+        ratio = float((abs(arb(value)) / arb(error)).log()) / math.log(10)
+    most = 10_000 if hasattr(value, "_mpf_") else 50
+    digits = min(max(3 + int(ratio), 1), most) if math.isfinite(ratio) else 1
+    return " ± ".join(interval_text(value, error, digits, more=True))
 
 
 def number_text(x: Fraction) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any, TypeVar
@@ -27,7 +27,7 @@ Floats = float | FloatArray
 Number = int | float | str | Fraction | Decimal
 Numbers = ArrayLike | Fraction | Decimal
 
-_Word = TypeVar("_Word", bound=str)
+_Word = TypeVar("_Word", bound=str | None)
 #: The declared domain: every number but 0 is between these in size, 1e300 as a float among them.
 MOST = Fraction(10**300) + 10**285
 LEAST = 1 / MOST
@@ -51,10 +51,10 @@ def flag(name: str, value: object) -> bool:
     raise InputError(f"{name} is {shown(value)}; give True or False.")
 
 
-def choice(name: str, value: _Word, known: Iterable[str]) -> _Word:
-    """The one of the `known` words that `value` is."""
+def choice(name: str, value: _Word, known: Iterable[str | None]) -> _Word:
+    """The one of the `known` words that `value` is, where None is one."""
     words = list(known)
-    if isinstance(value, str) and value in words:
+    if (value is None or isinstance(value, str)) and value in words:
         return value
     raise InputError(f"{name} is {shown(value)}; give one of {', '.join(map(repr, words))}.")
 
@@ -73,9 +73,9 @@ def count(name: str, value: object, low: int, high: int, of: str = "", also: str
     return number
 
 
-def digits(dps: object, most: int = 10_000) -> int:
-    """A number of decimal digits, 1 to `most`."""
-    return count("dps", dps, 1, most, " of digits")
+def digits(dps: object, most: int = 10_000) -> Any:
+    """A number of decimal digits, 1 to `most`, or None."""
+    return None if dps is None else count("dps", dps, 1, most, " of digits")
 
 
 def is_name(value: object) -> bool:
@@ -110,15 +110,6 @@ def sequence(name: str, value: object) -> list[Any]:
     return found
 
 
-def taken(of: str, names: Collection[str], given: Mapping[str, Any]) -> dict[str, Any]:
-    """Those of the arguments that `of` depends on; the others must be None, but for a start."""
-    for name, value in given.items():
-        if name != "start" and (name in names) != (value is not None):
-            way = "give" if value is None else "leave out"
-            raise InputError(f"{of} depends on {', '.join(names)}; {way} {name}.")
-    return {name: given[name] for name in names}
-
-
 def axes(name: str, value: Any, many: int = 1) -> list[Any]:
     """Matplotlib's axes, one or so many; InputError for anything else."""
     from matplotlib.axes import Axes
@@ -141,21 +132,18 @@ def exact(name: str, value: object) -> Fraction:
     """
     try:
         number = _rational(value)
+        if number and not LEAST <= abs(number) <= MOST:
+            raise ValueError
     except (ValueError, TypeError, ArithmeticError):
         raise InputError(
-            f"{name} is {shown(value)}; give a finite real rational number, such as 3, 0.5, "
-            '"-0.4", "1/3" or "1e-8".'
+            f"{name} is {shown(value)}; give a real rational number within 1e±300, of at most "
+            f'{_LONGEST:,} digits, such as 3, 0.5, "-0.4", "1/3" or "1e-8".'
         ) from None
-    if number is None or (number and not LEAST <= abs(number) <= MOST):
-        raise InputError(
-            f"{name} is {shown(value)}, which is beyond 1e±300 or has more than "
-            f"{_LONGEST:,} digits; rescale the problem."
-        )
     return number
 
 
-def _rational(value: Any) -> Fraction | None:
-    """The rational that a value stands for; None for one far out of the domain."""
+def _rational(value: Any) -> Fraction:
+    """The rational that a value stands for; an error for what is none, or far out of the domain."""
     if isinstance(value, (np.generic, np.ndarray)):
         value = value.item() if value.ndim == 0 else None
     if isinstance(value, (bool, complex)) or hasattr(value, "_mpc_"):
@@ -164,31 +152,24 @@ def _rational(value: Any) -> Fraction | None:
         text = str(value).strip().replace("\N{MINUS SIGN}", "-")
         power = text.lower().partition("e")[2] or "0"
         if len(text) > _LONGEST or abs(int(power[:10])) > _LONGEST:
-            return None
+            raise OverflowError
         # Decimal reads any number of digits; int and with it Fraction stop at 4300.
         return Fraction(text) if "/" in text else Fraction(Decimal(text))
     if hasattr(value, "_mpf_"):
         sign, mantissa, power, _ = value._mpf_
-        if not mantissa and power:
-            raise ValueError
-        if abs(power) > 4 * _LONGEST:
-            return None
+        if (not mantissa and power) or abs(power) > 4 * _LONGEST:
+            raise OverflowError
         return Fraction(int(mantissa)) * Fraction(2) ** int(power) * (-1 if sign else 1)
     if getattr(value, "is_Rational", False):
         value = Fraction(int(value.p), int(value.q))
     number = Fraction(value)
-    long = max(abs(number.numerator), number.denominator).bit_length() > 4 * _LONGEST
-    return None if long else number
+    if max(abs(number.numerator), number.denominator).bit_length() > 4 * _LONGEST:
+        raise OverflowError
+    return number
 
 
-def floats(name: str, value: Numbers, copy: bool = True) -> FloatArray:
-    """`value` as a float64 array (0-dimensional for a scalar), finite and not empty.
-
-    Without `copy` it is read only, as it may be the caller's own.
-    """
-    # Of other whole numbers not all are floats.
-    if (isinstance(value, float) or type(value) is int) and abs(value) < 1e300:
-        return np.asarray(float(value))
+def floats(name: str, value: Numbers) -> FloatArray:
+    """`value` as a float64 array (0-dimensional for a scalar), finite and not empty."""
     if not is_array(value):
         return np.asarray(float(exact(name, value)))
     try:
@@ -200,13 +181,10 @@ def floats(name: str, value: Numbers, copy: bool = True) -> FloatArray:
     masked = isinstance(value, np.ma.MaskedArray)
     if masked or array.dtype.kind not in "iuf" or not array.size or not np.isfinite(array).all():
         raise InputError(f"{name} is {shown(value)}; give an array of finite real numbers.")
-    array = array.astype(np.float64, copy=copy)
+    array = array.astype(np.float64)
     sizes = np.abs(array)
     if (beyond := (sizes > 1e300) | ((sizes < 1e-300) & (sizes > 0))).any():
         exact(name, array[beyond].flat[0].item())
-    if not copy:
-        array = array.view()
-        array.flags.writeable = False
     return array
 
 
@@ -226,7 +204,6 @@ def within(name: str, value: object, low: float, high: float) -> Fraction:
     return number
 
 
-def float_text(value: Fraction) -> str:
-    """A short text of an exact number within the domain, for messages."""
-    whole = value.denominator == 1 and abs(value.numerator) < 10**15
-    return str(value.numerator) if whole else f"{float(value):.6g}"
+def float_text(value: Any) -> str:
+    """A short text of a number within the domain, for messages."""
+    return f"{float(value):.6g}"

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from symasym.base.estimate import number_text
+from symasym.base.balls import exact_ball, precision, rounded
 from symasym.base.inputs import Numbers, common_shape, floats, is_array, positive
 
 __all__ = ["Scales", "rescale"]
@@ -35,15 +35,8 @@ class Scales:
     time: Any
 
     def __repr__(self) -> str:
-        return f"Scales({', '.join(f'{name}={_shown(x)}' for name, x in vars(self).items())})"
-
-
-def _shown(x: Any) -> str:
-    """A number as a short decimal, or to 15 digits."""
-    if not isinstance(x, Fraction):
-        return str(x)
-    exactly = number_text(x)
-    return exactly if len(exactly) < 20 and "/" not in exactly else f"{float(x):.15g}"
+        given = {n: x if np.ndim(x) else f"{float(x):.15g}" for n, x in vars(self).items()}
+        return f"Scales({', '.join(f'{name}={x}' for name, x in given.items())})"
 
 
 def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
@@ -93,10 +86,8 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
             return Scales(noises / np.sqrt(widths), radii / widths, widths.copy())
     e, k, radius = (positive(name, x) for name, x in given.items())
     root = Fraction(isqrt(e.numerator), isqrt(e.denominator))
-    if root * root == e:
-        return Scales(k / root, radius / e, e)
-    from symasym.base.balls import exact_ball, precision, to_mpf
-
-    with precision(4 * _DIGITS):
-        noise, _ = to_mpf(exact_ball(k) / exact_ball(e).sqrt(), _DIGITS)
+    noise: Any = k / root
+    if root * root != e:
+        with precision(4 * _DIGITS):
+            noise = rounded(exact_ball(k) / exact_ball(e).sqrt(), _DIGITS)[0]
     return Scales(noise, radius / e, e)

@@ -68,7 +68,7 @@ OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "--interval": ("whose occupation is asked for, in place of the layer", {"nargs": 2, **_X}),
     "--reflecting": ("the end that reflects: left or right", _NAME),
     "--moment": ("k from 1 to 20: the mean of the time to the power k", _N),
-    "value --method": (f"{', '.join(METHODS)} or auto (exact)", _NAME),
+    "value --method": (f"{', '.join(METHODS)} (exact)", _NAME),
     "release --method": ("march or simulate (%(default)s)", _NAME),
     "value --order": ('of an expansion, or "optimal"', {"type": order, "metavar": "N"}),
     "--order": ("of an expansion", _N),

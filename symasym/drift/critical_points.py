@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from flint import arb, arb_series, ctx, fmpq, fmpq_poly
 
-from symasym.base.balls import precision, to_mpf
+from symasym.base.balls import precision, rounded
 from symasym.base.errors import AccuracyError, RegionError
 from symasym.drift.evaluate import halved, profile
 from symasym.drift.formula import Formula, rational, vanishes
@@ -87,7 +87,7 @@ def known(formula: Formula, values: Values, low: Any, high: Any) -> tuple[Critic
 
 def _point(u: arb, multiplicity: int, rising: bool) -> CriticalPoint:
     kind = "inflection" if multiplicity % 2 == 0 else "barrier" if rising else "well"
-    return CriticalPoint(to_mpf(u, _DIGITS)[0], multiplicity, kind)
+    return CriticalPoint(rounded(u, _DIGITS)[0], multiplicity, kind)
 
 
 def _of_polynomial(p: Any, low: Any, high: Any) -> list[CriticalPoint]:

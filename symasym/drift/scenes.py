@@ -8,18 +8,17 @@ has exact rationals; scenes that broadcast have float64.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
+from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from flint import fmpq
 
 from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import (
-    FloatArray,
     IntArray,
     Numbers,
     common_shape,
@@ -27,88 +26,46 @@ from symasym.base.inputs import (
     float_text,
     floats,
     is_array,
-    positive,
     sequence,
     shown,
 )
 from symasym.drift.drift import Drift
-from symasym.drift.sampled import flat_values
+from symasym.drift.formula import rational
 
 #: Digits behind a float64 value whose error is part of it.
 FLOAT_DIGITS = 20
-_ULP = 2.0**-52
-# Of float64: squares of kappa and ways of lam stay numbers.
-_RANGES = {"kappa": (1e-145, 1e145), "r": (1e-150, 1e152)}
-
-
 #: Two ends, the left one first.
 Ends = tuple[Numbers, Numbers] | list[Numbers]
-
-
-class Quantity(NamedTuple):
-    """A quantity: the verb that asks for it, whether its complement is meant, its numbers."""
-
-    verb: str
-    complement: bool
-    numbers: tuple[str, ...]
-
-    @property
-    def has_complement(self) -> bool:
-        """True for the probabilities."""
-        return self.verb in ("exit_probability", "occupation")
-
-    @property
-    def sliding(self) -> bool:
-        """True where it exists in a sliding region alone: without a radius nothing is left."""
-        return "r" not in self.numbers
-
-
-_ESCAPE = ("kappa", "r", "start")
-_PAIRS = (("left", "right"), ("low", "high"))
-_PLACES = ("left", "low", "start", "high", "right")
-
-#: By their names.
+#: The quantities, each with the numbers that it depends on.
 QUANTITIES = {
-    "T": Quantity("escape_time", False, _ESCAPE),
-    "C": Quantity("exit_probability", False, _ESCAPE),
-    "1 - C": Quantity("exit_probability", True, _ESCAPE),
-    "P": Quantity("occupation", False, ("kappa",)),
-    "1 - P": Quantity("occupation", True, ("kappa",)),
+    **dict.fromkeys(("T", "C", "1 - C"), ("kappa", "r", "start")),
+    **dict.fromkeys(("P", "1 - P"), ("kappa",)),
 }
-_DENSITY = Quantity("stationary_density", False, ("kappa", "y"))
+# Of kappa in float64, so that lam is a number.
+_LEAST, _MOST = 1e-145, 1e145
 
 
-def quantity_of(name: str) -> Quantity:
-    """The quantity of that name, the stationary density ``"p_ss"`` among them."""
-    return QUANTITIES.get(name, _DENSITY)
-
-
-def ends_of(numbers: Mapping[str, Any]) -> tuple[Any, Any]:
-    """Of the interval that is left: -r and r, or as given."""
-    if "r" in numbers:
-        return -numbers["r"], numbers["r"]
-    return numbers["left"], numbers["right"]
-
-
-class Scene(NamedTuple):
+@dataclass(frozen=True)
+class Scene:
     """One scene in exact numbers; `numbers` are the verb's own, in its order."""
 
     drift: Drift
-    lam: Fraction
-    numbers: dict[str, Fraction]
+    numbers: dict[str, Any]
+
+    @cached_property
+    def lam(self) -> Any:
+        """2/kappa^2."""
+        return 2 / self.numbers["kappa"] ** 2
 
     @property
-    def r(self) -> Fraction:
-        """The escape radius."""
-        return self.numbers["r"]
+    def ends(self) -> tuple[Any, Any]:
+        """Of the interval that is left: -r and r, or as given."""
+        if "r" in self.numbers:
+            return -self.numbers["r"], self.numbers["r"]
+        return self.numbers["left"], self.numbers["right"]
 
     @property
-    def ends(self) -> tuple[Fraction, Fraction]:
-        """Of the interval that is left."""
-        return ends_of(self.numbers)
-
-    @property
-    def start(self) -> Fraction:
+    def start(self) -> Any:
         """The starting point."""
         return self.numbers["start"]
 
@@ -118,25 +75,63 @@ class Scene(NamedTuple):
         return float_text(self.numbers["kappa"])
 
 
-class Scenes(NamedTuple):
-    """Scenes in float64, flattened; `shape` is that of the answer."""
+@dataclass(frozen=True)
+class Scenes(Scene):
+    """Scenes in float64: numbers and the drift's parameters are arrays of an element a scene.
+
+    `shape` is that of the answer. Parameters that are no arrays are shared by the scenes, as are
+    the numbers in `exactly`, which are floats in `numbers`.
+    """
 
     shape: tuple[int, ...]
-    lam: FloatArray
-    numbers: dict[str, FloatArray]
-    parameters: dict[str, Any]
-    drift: Drift
-    #: The numbers as the caller wrote them.
-    given: dict[str, Any]
+    exactly: dict[str, Fraction]
 
-    @property
-    def ends(self) -> tuple[Any, Any]:
-        """Of the intervals that are left."""
-        return ends_of(self.numbers)
+    @cached_property
+    def lam(self) -> Any:
+        """2/kappa^2."""
+        kappa = self.numbers["kappa"]
+        _require(
+            (kappa >= _LEAST) & (kappa <= _MOST),
+            "kappa is {kappa}, so that its square is near the end of the range of float64; pass "
+            "dps=… for it.",
+            kappa=kappa,
+        )
+        return 2 / kappa**2
 
-    def noise(self, row: int | np.intp) -> str:
-        """kappa of one scene, for messages."""
-        return f"{self.numbers['kappa'][row]:.6g}"
+    def one(self) -> Scene:
+        """The only scene."""
+        if self.shape:
+            raise InputError(
+                f"arrays of shape {self.shape} were given where one scene is taken; give numbers, "
+                "or leave dps out where it is given, as arrays are float64."
+            )
+        return self.at(0)
+
+    def at(self, row: int | np.intp) -> Scene:
+        """One of the scenes in exact numbers."""
+        found = {n: Fraction(float(x[row])) for n, x in self.numbers.items()}
+        return Scene(self._drift(row), found | self.exactly)
+
+    def some(self, rows: Any, alike: bool = False) -> Scenes:
+        """Some of the scenes, perhaps with one drift."""
+        numbers = {n: x[rows] for n, x in self.numbers.items()}
+        return Scenes(self._drift(rows[0] if alike else rows), numbers, self.shape, self.exactly)
+
+    def _drift(self, rows: Any) -> Drift:
+        arrays = {n: x[rows] for n, x in self.drift.values.items() if is_array(x)}
+        return self.drift.bind(**arrays) if arrays else self.drift
+
+    def alike(self) -> Iterator[tuple[IntArray, Scenes]]:
+        """The rows of scenes that differ in kappa alone, and these with one drift."""
+        own = [x for n, x in self.numbers.items() if n not in ("kappa", *self.exactly)]
+        own += [x for x in self.drift.values.values() if is_array(x)]
+        if not own:
+            yield np.arange(len(self.lam)), self
+            return
+        index = np.unique(np.array(own).T, axis=0, return_inverse=True)[1].ravel()
+        order = np.argsort(index, kind="stable")
+        for rows in np.split(order, np.flatnonzero(np.diff(index[order])) + 1):
+            yield rows, self.some(rows, alike=True)
 
 
 class Request(NamedTuple):
@@ -144,7 +139,7 @@ class Request(NamedTuple):
 
     `order` is a range where the best of an expansion's orders is asked for; `dps` is None for
     float64. `moment` k asks for E[tau^k] in place of T = E[tau]; `reflecting` is the end that
-    reflects, "left" or "right".
+    reflects, "left" or "right"; `rtol` is the relative error that "auto" may have.
     """
 
     name: str
@@ -155,6 +150,7 @@ class Request(NamedTuple):
     full: bool
     moment: int = 1
     reflecting: str | None = None
+    rtol: Any = None
 
     @property
     def digits(self) -> int:
@@ -168,31 +164,21 @@ class Request(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """The answer of a method for one scene: the value, or its logarithm where that was asked.
+    """The answer of a method.
 
-    `order` is that of the expansion where it is not the request's own.
+    For one scene `value` is a ball with the value, or its logarithm where that was asked, whose
+    radius is the error. For many, `value` are logarithms and `error` their absolute errors; a scene
+    without an answer has nan, and `why` is what the first of them is refused with. `order` is that
+    of the expansion where the best one was asked for, `method` one that was taken for another.
     """
 
     value: Any
-    error: Any
     kind: ErrorKind
-    terms: tuple[str, ...] = ()
-    dropped: tuple[str, ...] = ()
     order: int | None = None
-
-
-class Answers(NamedTuple):
-    """The answer of a method for many scenes: logarithms and their absolute errors.
-
-    A scene without an answer has nan; `why` is what the first of them is refused with.
-    """
-
-    logs: FloatArray
-    errors: FloatArray | None
-    kind: ErrorKind
-    terms: tuple[str, ...] = ()
-    dropped: tuple[str, ...] = ()
+    error: Any = None
     why: str = ""
+    method: str = ""
+    notes: tuple[str, ...] = ()
 
 
 # -- reading ---------------------------------------------------------------------------------------
@@ -212,39 +198,15 @@ def require_drift(drift: object, bound: bool = True, plain: bool = True) -> None
         )
 
 
-def one_scene(drift: Drift, numbers: dict[str, Any]) -> bool:
-    """True where nothing is an array."""
-    return not drift.shape and not any(is_array(x) for x in numbers.values())
-
-
-def read_scene(drift: Drift, numbers: dict[str, Any], reflecting: str | None = None) -> Scene:
-    """The scene of these numbers, exact and in their ranges."""
-    values = {
-        name: positive(name, x) if name in _RANGES else exact(name, x)
-        for name, x in numbers.items()
-    }
-    drift.scalars()
-    for low, high in _PAIRS:
-        if low in values and not values[low] < values[high]:
-            raise _reversed(low, high, *map(float_text, (values[low], values[high])))
-    scene = Scene(drift, 2 / values["kappa"] ** 2, values)
-    if "start" in values:
-        left, right = scene.ends
-        allowed = {"left": left, "right": right}.get(reflecting or "")
-        if not left < scene.start < right and scene.start != allowed:
-            raise _outside(*map(float_text, (scene.start, left, right)))
-        require_noise(drift, left, right)
-    return scene
-
-
-def require_noise(drift: Drift, low: Any, high: Any) -> None:
-    """Raise InputError unless sigma > 0 from `low` to `high`, where no layer has shown it."""
-    if drift.model.noise and not drift.model.layered:
-        from symasym.drift.expressions import check_noise
-
-        check_noise(
-            drift.model.noise, drift.scalars(), *(fmpq(*x.as_integer_ratio()) for x in (low, high))
-        )
+def require_sliding(drift: Drift) -> None:
+    """Raise unless there is a stationary density."""
+    left, right = np.broadcast_arrays(*map(np.asarray, drift.ends))
+    _require(
+        (left > 0) & (right < 0),
+        "a- = {left} and a+ = {right} make no sliding region (a- > 0 > a+), so there is no "
+        "stationary density; ask for escape_time instead.",
+        RegionError, left=left, right=right,
+    )  # fmt: skip
 
 
 def pair(name: str, value: Any) -> list[Any]:
@@ -267,100 +229,60 @@ def between(kappa: Any, r: Any, ends: Any, start: Any) -> dict[str, Any]:
     return {"kappa": kappa, "left": left, "right": right, "start": start}
 
 
-def float_scenes(drift: Drift, numbers: dict[str, Any], reflecting: str | None = None) -> Scenes:
+def taken(of: str, names: tuple[str, ...], **given: Any) -> dict[str, Any]:
+    """Those of the arguments that `of` depends on; the others must be None, but for a start."""
+    for name, value in given.items():
+        if name != "start" and (name in names) != (value is not None):
+            way = "give" if value is None else "leave out"
+            raise InputError(f"{of} depends on {', '.join(names)}; {way} {name}.")
+    return {name: given[name] for name in names}
+
+
+def read(drift: Drift, numbers: dict[str, Any], reflecting: str | None = None) -> Scenes:
     """The numbers and the drift's parameters broadcast together, in their ranges."""
-    arrays = {name: floats(name, value, copy=False) for name, value in numbers.items()}
-    shapes = {name: x.shape for name, x in arrays.items() if x.ndim}
-    shape = common_shape({"drift": drift.shape, **shapes}) if shapes else drift.shape
-    # A number that all scenes share is not copied for each of them.
-    size = math.prod(shape)
-    flat: dict[str, FloatArray] = {
-        name: np.broadcast_to(x, shape).reshape(-1)
-        if x.ndim
-        else np.ndarray(size, float, x, strides=(0,))
-        for name, x in arrays.items()
-    }
-    for name, (low, high) in _RANGES.items():
-        if name in arrays:
-            least, most = arrays[name].min(), arrays[name].max()
-            if not least > 0:
-                raise InputError(f"{name} is {least:.6g}; it must be greater than 0.")
-            if least < low or most > high:
-                raise InputError(
-                    f"{name} is {least if least < low else most:.6g}, so that its square is near "
-                    "the end of the range of float64; pass dps=… for it."
-                )
-    for pair in _PAIRS:
-        if pair[0] in flat and (wrong := np.flatnonzero(~(flat[pair[0]] < flat[pair[1]]))).size:
-            raise _reversed(*pair, *(f"{flat[name][wrong[0]]:.6g}" for name in pair))
-    lam = flat["kappa"] ** 2
-    np.divide(2.0, lam, out=lam)
-    scenes = Scenes(shape, lam, flat, flat_values(drift, shape), drift, numbers)
-    if "start" in flat:
-        ends = scenes.ends
-        below, above = flat["start"] - ends[0], ends[1] - flat["start"]
-        inside = (below > 0) & (above > 0) | (
-            {"left": below, "right": above}[reflecting] == 0 if reflecting else False
-        )
-        if (wrong := np.flatnonzero(~inside)).size:
-            raise _outside(*(f"{x[wrong[0]]:.6g}" for x in (flat["start"], *ends)))
-        if not drift.shape:
-            require_noise(drift, ends[0].min(), ends[1].max())
+    exactly = {n: exact(n, x) for n, x in numbers.items() if not is_array(x)}
+    arrays = {n: floats(n, x) for n, x in numbers.items() if is_array(x)}
+    shape = common_shape({"drift": drift.shape} | {n: x.shape for n, x in arrays.items()})
+
+    def flat(x: Any) -> Any:
+        """An element for each scene; a number that all share is not copied."""
+        return np.broadcast_to(np.asarray(x, float), shape).reshape(-1)
+
+    bound = {n: flat(x) for n, x in drift.values.items() if is_array(x)}
+    given = {n: flat(exactly[n] if n in exactly else arrays[n]) for n in numbers}
+    scenes = Scenes(drift.bind(**bound) if bound else drift, given, shape, exactly)
+    _check(scenes if shape else scenes.one(), reflecting)
     return scenes
 
 
-def _outside(start: str, left: str, right: str) -> InputError:
-    return InputError(f"start is {start}; it must lie inside ({left}, {right}).")
+def _check(scene: Scene, reflecting: str | None) -> None:
+    """Raise unless the numbers of a scene, or of scenes, are in their ranges."""
+    numbers, drift = scene.numbers, scene.drift
+    for name in ("kappa", "r"):
+        if name in numbers:
+            x = numbers[name]
+            _require(x > 0, f"{name} is {{x}}; it must be greater than 0.", x=x)
+    for low, high in (("left", "right"), ("low", "high")):
+        if low in numbers:
+            words = f"{low} is {{a}} and {high} is {{b}}; give the left end first, then the right."
+            _require(numbers[low] < numbers[high], words, a=numbers[low], b=numbers[high])
+    if "start" in numbers:
+        left, right = scene.ends
+        inside = (left < scene.start) & (scene.start < right)
+        if reflecting is not None:
+            inside |= scene.start == (left if reflecting == "left" else right)
+        words = "start is {start}; it must lie inside ({left}, {right})."
+        _require(inside, words, start=scene.start, left=left, right=right)
+        # Where a layer has not shown it already.
+        if drift.model.noise and not drift.model.layered and not drift.shape:
+            from symasym.drift.expressions import check_noise
+
+            span = rational(np.min(left)), rational(np.max(right))
+            check_noise(drift.model.noise, drift.scalars(), *span)
 
 
-def _reversed(low: str, high: str, *values: str) -> InputError:
-    return InputError(
-        f"{low} is {values[0]} and {high} is {values[1]}; give the left end first, then the right."
-    )
-
-
-# -- some of many ----------------------------------------------------------------------------------
-
-
-def scene_at(scenes: Scenes, row: int | np.intp) -> Scene:
-    """One of the scenes in exact numbers: those of its floats, and what is no array as given."""
-    numbers = {
-        name: Fraction(float(x[row])) if is_array(scenes.given[name]) else exact(name, given)
-        for (name, x), given in zip(scenes.numbers.items(), scenes.given.values(), strict=True)
-    }
-    return Scene(drift_at(scenes, row), 2 / numbers["kappa"] ** 2, numbers)
-
-
-def drift_at(scenes: Scenes, row: int | np.intp) -> Drift:
-    """The drift of one of the scenes, its parameters scalars."""
-    arrays = {name: float(x[row]) for name, x in scenes.parameters.items() if is_array(x)}
-    return scenes.drift.bind(**arrays) if arrays else scenes.drift
-
-
-def by_drift(scenes: Scenes, *others: FloatArray) -> Iterator[tuple[Drift, IntArray]]:
-    """Each drift with the rows of its scenes; where `others` are given, these are equal as well."""
-    arrays = [x for x in scenes.parameters.values() if is_array(x)]
-    keys = np.array([*arrays, *others, np.zeros(len(scenes.lam))]).T
-    index = np.unique(keys, axis=0, return_inverse=True)[1].ravel()
-    order = np.argsort(index, kind="stable")
-    for rows in np.split(order, np.flatnonzero(np.diff(index[order])) + 1):
-        yield drift_at(scenes, rows[0]), rows
-
-
-def rows_of(scenes: Scenes, rows: slice | IntArray | tuple[slice | IntArray, ...]) -> Scenes:
-    """Some of the scenes; the shape and the parameters stay those of all."""
-    numbers = {name: x[rows] for name, x in scenes.numbers.items()}
-    return scenes._replace(lam=scenes.lam[rows], numbers=numbers)
-
-
-def moved_places(scenes: Scenes) -> tuple[float, FloatArray | float]:
-    """How far places move, all together, that are read as floats, and the least way between two."""
-    given = (x for name, x in scenes.given.items() if name != "kappa" and not is_array(x))
-    places = [exact("a place", x) for x in given if not isinstance(x, (float, int))]
-    places += [x for x in scenes.drift.model.cuts if Fraction(float(x)) != x]
-    known = [scenes.numbers[name] for name in _PLACES if name in scenes.numbers]
-    if "r" in scenes.numbers:
-        known += scenes.ends
-    gaps = np.diff(np.sort(known, axis=0), axis=0)
-    room = np.where(gaps > 0, gaps, np.inf).min(axis=0, initial=np.inf)
-    return sum(abs(float(x)) for x in places) * _ULP, room
+def _require(holds: Any, words: str, error: type[InputError] = InputError, **numbers: Any) -> None:
+    """Raise with the first numbers for which it does not hold, put into the words."""
+    if not np.all(holds):
+        row = int(np.argmin(np.ravel(holds)))
+        raise error(words.format(**{n: float_text(np.ravel(x)[row]) for n, x in numbers.items()}))

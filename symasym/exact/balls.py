@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 
 from flint import arb, fmpq
 
-from symasym.base.balls import precision, to_mpf
+from symasym.base.balls import precision
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import float_text
 from symasym.drift.evaluate import Piece, pieces
@@ -166,7 +166,7 @@ def enclosure(
     Parameters
     ----------
     name : str
-        As in `symasym.drift.scenes.quantity_of`.
+        One of `symasym.drift.scenes.QUANTITIES`, or "p_ss".
     drift : sequence of Piece
         As far as `span` says; coefficients may be complex balls where sigma is 1.
     lam : arb or acb
@@ -285,7 +285,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
             )  # fmt: skip
             right = ball.rel_accuracy_bits() > digits * 3.322 + 1
             if right or (request.log and ball.rad() < arb(10) ** (-2 * digits)):
-                return Answer(*to_mpf(ball, request.digits), "bound", (name,))
+                return Answer(ball, "bound")
         more = 2 * more + 60
     given = ", ".join(f"{name} = {float_text(x)}" for name, x in scene.numbers.items())
     raise AccuracyError(

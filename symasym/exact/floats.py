@@ -29,17 +29,9 @@ from typing import Any
 import numpy as np
 
 from symasym.base.errors import AccuracyError
-from symasym.base.inputs import is_array
+from symasym.base.inputs import FloatArray, is_array
 from symasym.drift.sampled import Field
-from symasym.drift.scenes import (
-    Answers,
-    Request,
-    Scenes,
-    ends_of,
-    moved_places,
-    quantity_of,
-    scene_at,
-)
+from symasym.drift.scenes import Answer, Request, Scenes
 from symasym.exact.balls import of_scene
 from symasym.exact.float_panels import OF_A, ULP, Logs, Side, constant, panels, seen
 
@@ -52,27 +44,27 @@ _COEFFICIENTS = 16384  # of all scenes at once, whose panels stay in memory
 _WEIGHTS = np.array([[1, 0], [0, 1], [1, 1], [2, 1], [1, 1], [2, 1], [1, 2], [2, 2]])
 
 
-def of_scenes(scenes: Scenes, request: Request) -> Answers:
+def of_scenes(scenes: Scenes, request: Request) -> Answer:
     """Logarithms right to `TOLERANCE`, and their estimated errors; in doubt by balls."""
     logs, errors = found = float_logs(scenes, request)
     closer = request._replace(dps=17, log=True, full=False)
     why = ""
     for row in _in_doubt(found):
         try:
-            logs[row] = float(of_scene(scene_at(scenes, row), closer).value)
+            logs[row] = float(of_scene(scenes.at(row), closer).value.mid())
         except AccuracyError as error:
             logs[row], why = np.nan, why or str(error)
         errors[row] = ROUNDING * abs(logs[row]) + 5e-324
-    return Answers(logs, errors, "estimate", (request.name,), why=why)
+    return Answer(logs, "estimate", error=errors, why=why)
 
 
 def float_logs(scenes: Scenes, request: Request) -> Logs:
     """Logarithms in float64 and their errors, however large these are, in two rounds."""
     name, moment, reflecting = request.name, request.moment, request.reflecting
     numbers, model = scenes.numbers, scenes.drift.model
-    if "start" not in quantity_of(name).numbers:
+    if name[-1] not in "TC":
         numbers = {n: x for n, x in numbers.items() if n not in ("r", "start")}
-    values, count, span = scenes.parameters, len(scenes.lam), (-1.0, 1.0)
+    values, count, span = scenes.drift.values, len(scenes.lam), (-1.0, 1.0)
     if moment > 2 or not (model.layered or numbers.keys() & {"r", "left"}):
         return Logs(np.zeros(count), np.full(count, np.inf))
     if not model.layered:
@@ -85,12 +77,23 @@ def float_logs(scenes: Scenes, request: Request) -> Logs:
         longer = Field(scenes.drift, values, len(some), span, long=True)
         fewer = {n: x[some] for n, x in numbers.items()}
         found.log[some], found.error[some] = logs_of(name, longer, fewer, moment, reflecting)
-    moved, room = moved_places(scenes)
+    moved, room = _moved(scenes)
     if moved:  # no faster than lam |phi|, or as two places come close to each other
         far = np.full(count, max(map(abs, span)))
         size = np.max([side.off for side in seen(of, np.arange(count), far)], axis=0) / OF_A
         found.error[:] += moved * (scenes.lam * size + 2 / room)
     return found
+
+
+def _moved(scenes: Scenes) -> tuple[float, FloatArray | float]:
+    """How far places move, all together, that are read as floats, and the least way between two."""
+    places = [x for name, x in scenes.exactly.items() if name != "kappa"]
+    moved = sum(abs(float(x)) for x in (*places, *scenes.drift.model.cuts) if x != float(x))
+    known = [x for name, x in scenes.numbers.items() if name not in ("kappa", "r", "y")]
+    if scenes.numbers.keys() & {"r", "left"}:
+        known += scenes.ends
+    gaps = np.diff(np.sort(known, axis=0), axis=0)
+    return moved * ULP, np.where(gaps > 0, gaps, np.inf).min(axis=0, initial=np.inf)
 
 
 def _in_doubt(found: Logs) -> Any:
@@ -116,12 +119,19 @@ def logs_of(
         some = {n: x[rows] for n, x in numbers.items()}
         if name in ("T", "C", "1 - C"):
             until = some["start"], some["start"]
-            both = sides(of, lam[rows], ends_of(some), until, rows, moment, reflecting)
+            both = sides(of, lam[rows], _ends(some), until, rows, moment, reflecting)
             found.append(_of_exit(name, *both))
         else:
             found.append(_of_stay(name, of, lam[rows], some, rows))
     logs, errors = map(np.concatenate, zip(*found, strict=True))
     return Logs(logs, np.where(np.isnan(logs + errors), np.inf, errors))
+
+
+def _ends(numbers: Mapping[str, Any]) -> tuple[Any, Any]:
+    """Of the intervals that are left."""
+    if "r" in numbers:
+        return -numbers["r"], numbers["r"]
+    return numbers["left"], numbers["right"]
 
 
 def _of_exit(name: str, rate: list[Logs], w: list[Logs], *more: list[Logs]) -> Logs:
@@ -142,7 +152,7 @@ def _of_stay(name: str, of: Field, lam: Any, numbers: Mapping[str, Any], rows: A
     low, high = numbers.get("low", -one), numbers.get("high", one)
     if name == "p_ss":
         low = high = numbers["y"]
-    ends = (np.minimum(low, -1.0), np.maximum(high, 1.0)) if layer else ends_of(numbers)
+    ends = (np.minimum(low, -1.0), np.maximum(high, 1.0)) if layer else _ends(numbers)
     low, high = np.clip(low, *ends), np.clip(high, *ends)
     far = np.maximum(np.abs(ends[0]), np.abs(ends[1]))
     phi, two = seen(of, rows, far, -1.0, True), np.tile(lam, 2)

@@ -23,23 +23,13 @@ from typing import Any, Self
 import numpy as np
 from flint import arb
 
-from symasym.base.balls import exact_ball, precision, to_mpf
+from symasym.base.balls import exact_ball, precision
 from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
-from symasym.base.inputs import FloatArray, IntArray, is_array
+from symasym.base.inputs import FloatArray, IntArray
 from symasym.drift.drift import Drift
 from symasym.drift.formula import rational
-from symasym.drift.scenes import (
-    FLOAT_DIGITS,
-    Answer,
-    Answers,
-    Request,
-    Scene,
-    Scenes,
-    by_drift,
-    rows_of,
-    scene_at,
-)
+from symasym.drift.scenes import FLOAT_DIGITS, Answer, Request, Scene, Scenes
 from symasym.exact import balls as exact
 from symasym.exact import floats
 from symasym.expansions.arithmetic import InBalls, InFloats
@@ -66,8 +56,6 @@ class PartialSums(ABC):
     each partial sum is compared with the exact value.
     """
 
-    terms: str
-    dropped: str
     reason: str
     enclosed = True
     float_digits = FLOAT_DIGITS
@@ -158,7 +146,7 @@ def of_scene(kind: type[PartialSums], scene: Scene, request: Request) -> Answer:
             if not judged and not _half(log, results[0], errors[0]):
                 proved = _exact(scene, request)
         if proved is not None:
-            errors = [abs(y - arb(proved.value)) + arb(proved.error) for y in results]
+            errors = [abs(y - proved.value) for y in results]
         rows = [
             (error.upper(), value, order)
             for error, value, order in zip(errors, results, orders, strict=False)
@@ -167,10 +155,9 @@ def of_scene(kind: type[PartialSums], scene: Scene, request: Request) -> Answer:
         if not rows:
             raise _refusal(kind, scene.noise, orders)
         error, value, order = min(rows, key=lambda row: row[0])
-        error = (error + abs(value) / 10 ** (digits + 5)).upper()
-        value, error = (to_mpf(x, digits + 10)[0] for x in (value, error))
+        value += arb(0, (error + abs(value) / 10 ** (digits + 5)).upper())
     error_kind: ErrorKind = proved.kind if proved else "estimate"
-    return Answer(value, error, error_kind, (kind.terms,), (kind.dropped,), order)
+    return Answer(value, error_kind, order)
 
 
 def _half(log: bool, value: Any, error: Any) -> bool:
@@ -207,17 +194,12 @@ def _and_next(orders: Sequence[int]) -> Sequence[int]:
 # -- many scenes -----------------------------------------------------------------------------------
 
 
-def of_scenes(kind: type[PartialSums], scenes: Scenes, request: Request) -> Answers:
+def of_scenes(kind: type[PartialSums], scenes: Scenes, request: Request) -> Answer:
     """The logarithms in float64, with one set of coefficients for all kappa of a drift."""
     logs, errors = (np.full(len(scenes.lam), np.nan) for _ in range(2))
-    given = scenes.given.items()
-    apart = [scenes.numbers[n] for n, x in given if n != "kappa" and is_array(x)]
-    many = apart or any(map(is_array, scenes.parameters.values()))
-    groups = by_drift(scenes, *apart) if many else [(scenes.drift, np.arange(len(logs)))]
     orders, why = _orders(request), ""
-    for drift, rows in groups:
-        some = rows_of(scenes, rows)._replace(drift=drift, parameters=dict(drift.values))
-        sums = kind.of(scene_at(some, 0), request, orders[-1] + _NEXT)
+    for rows, some in scenes.alike():
+        sums = kind.of(some.at(0), request, orders[-1] + _NEXT)
         found = _best if len(orders) > 1 else _sampled
         try:
             with np.errstate(all="ignore"):
@@ -226,9 +208,9 @@ def of_scenes(kind: type[PartialSums], scenes: Scenes, request: Request) -> Answ
             why = why or str(error)
     lost = ~_counted(logs, errors)
     if lost.any():
-        why = why or str(_refusal(kind, scenes.noise(np.argmax(lost)), orders))
+        why = why or str(_refusal(kind, scenes.at(np.argmax(lost)).noise, orders))
     logs[lost] = np.nan
-    return Answers(logs, errors, "estimate", (kind.terms,), (kind.dropped,), why)
+    return Answer(logs, "estimate", error=errors, why=why)
 
 
 def _sampled(sums: PartialSums, scenes: Scenes, request: Request) -> tuple[FloatArray, FloatArray]:
@@ -236,7 +218,7 @@ def _sampled(sums: PartialSums, scenes: Scenes, request: Request) -> tuple[Float
     lam, logs = scenes.lam, sums.logs(scenes.lam, request.order)
     rising = np.argsort(lam) if (np.diff(lam) < 0).any() else np.arange(len(lam))
     some = rising[_few(len(lam))]
-    at_some, lost = _estimated(sums, rows_of(scenes, some), logs[some], request)
+    at_some, lost = _estimated(sums, scenes.some(some), logs[some], request)
     if lost and not sums.only_balls:
         sums.only_balls = True
         return _sampled(sums, scenes, request)
@@ -245,7 +227,7 @@ def _sampled(sums: PartialSums, scenes: Scenes, request: Request) -> tuple[Float
     rows = rising[np.isfinite(logs[rising]) & (errors[rising] == np.inf)]
     if rows.size:
         some = rows if request.full else rows[_few(len(rows))]
-        away, missed = _distance(rows_of(scenes, some), request, logs[some])
+        away, missed = _distance(scenes.some(some), request, logs[some])
         errors[rows] = _interpolated(lam[rows], lam[some], away + missed)
     return logs, errors
 
@@ -267,7 +249,7 @@ def _estimated(
         off = max(off, abs(float(ball) - logs[k]))
     errors = errors + 4 * off + 1e-15 * (1 + np.abs(logs))
     if request.full:
-        away, missed = _distance(rows_of(scenes, sure), request, logs[sure])
+        away, missed = _distance(scenes.some(sure), request, logs[sure])
         worst = np.nan_to_num((away - missed) / errors[sure]).max()
         errors *= 3 * worst if worst > 0.5 else 1
     return errors, off > 1e-13 + 1e-15 * np.abs(logs[few]).max()
@@ -296,8 +278,8 @@ def _interpolated(lam: FloatArray, some: FloatArray, errors: FloatArray) -> Floa
 
 def _distance(scenes: Scenes, request: Request, logs: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The distances of logarithms from the exact ones, and the errors of the latter."""
-    true: Any = floats.of_scenes(scenes, request._replace(method="exact", order=None, full=True))
-    return np.abs(true.logs - logs), true.errors
+    true = floats.of_scenes(scenes, request._replace(method="exact", order=None, full=True))
+    return np.abs(true.value - logs), true.error
 
 
 def _counted(logs: Any, errors: Any) -> Any:

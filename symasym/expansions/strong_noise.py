@@ -89,8 +89,6 @@ def _panels(phi: Any, a: Fraction, b: Fraction) -> list[tuple[Any, Any]]:
 class StrongNoise(answer.PartialSums):
     """The expansion in powers of lam."""
 
-    terms = "powers of lam in the layer"
-    dropped = "higher powers of lam in the layer, in the error"
     reason = "where the noise is too weak for powers of 2/kappa^2"
 
     def known(self, bits: int) -> Sides:

@@ -42,8 +42,6 @@ def _panels(
 class Uniform(answer.PartialSums):
     """The expansion in powers of kappa^2, with coalescing critical points taken together."""
 
-    terms = "wells, barriers, the start and the ends of the layer, all that meet taken together"
-    dropped = "higher powers of kappa^2"
     reason = "where the noise is too strong for the uniform expansion"
     enclosed, float_digits = False, 10
 

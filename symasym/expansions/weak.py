@@ -268,8 +268,6 @@ def local(drift: Drift, between: Between, name: str, count: int, bits: int) -> C
 class WeakNoise(answer.PartialSums):
     """The expansion in powers of 1/lam."""
 
-    terms = "wells, barriers, start, ends, kinks and the regular part"
-    dropped = "higher orders of every series, in the error"
     reason = (
         "where the noise is too strong, or a well, a barrier or the start too close to another or "
         "to an end, for Laplace's method"

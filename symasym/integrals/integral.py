@@ -22,14 +22,14 @@ from flint import acb, arb, ctx
 from sympy import Expr, S, Symbol
 
 from symasym.base import inputs
-from symasym.base.balls import precision, to_mpf
+from symasym.base.balls import precision
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import Number, Numbers, exact
 from symasym.drift.evaluate import box, profile
 from symasym.drift.expressions import parse
 from symasym.drift.formula import FUNCTIONS, interned
 from symasym.drift.scenes import Answer, Request
-from symasym.methods import as_digits
+from symasym.methods import in_digits
 
 # What is worked out within seconds.
 _OPERATIONS, _CALLS = 250, 12
@@ -92,7 +92,7 @@ class IntegralExpansion(ABC):
             names = ", ".join(map(str, self.parameters))
             raise InputError(f"parameters have no value: {names}; call bind(…) first.")
         log, full = inputs.flag("log", log), inputs.flag("full", full)
-        dps = None if dps is None else inputs.digits(dps)
+        dps = inputs.digits(dps)
         request = Request("the integral", self.method, None, dps, log, full)
         if not inputs.is_array(lam):
             return self._one(exact("lam", lam), request)
@@ -127,10 +127,7 @@ class IntegralExpansion(ABC):
                 value, error = level + total.log(), -(-error / total).log1p()
             else:
                 value, error = level.exp() * total, level.exp() * error
-            near, radius = to_mpf(value, request.digits)
-            # The last rounding is within the factor.
-            whole = ((error + arb(radius)) * (1 + arb(2) ** -30)).upper()
-            return as_digits(request, Answer(near, to_mpf(whole, 15)[0], *said))
+            return in_digits(request, Answer(value + arb(0, error.upper()), *said))
 
 
 def read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, ...]:

@@ -193,8 +193,7 @@ class LaplaceExpansion(IntegralExpansion):
                 whole, proved = integral(f, self.g, x, marks, large, top, bits)
                 error = abs(total - whole)
             kind = "bound" if proved else "estimate"
-            shares = tuple(f"{self.x} = {short(m.point)}: {used} terms" for m in self._tops)
-            return large * top, total, error, kind, shares, (), used
+            return large * top, total, error, kind, used
 
     def _sum(self, lam: Any, bits: int) -> tuple[Any, Any, int]:
         """The sum over e^(lam top), top the largest f; the most terms of a contribution."""

@@ -21,9 +21,9 @@ from typing import Any
 import sympy
 from flint import acb, arb, ctx
 
-from symasym.base.balls import exact_ball, precision, to_mpf
+from symasym.base.balls import exact_ball, precision, rounded
 from symasym.base.errors import AccuracyError, InputError
-from symasym.base.inputs import count, digits, exact
+from symasym.base.inputs import count, exact
 from symasym.expansions import canonical, coalescence
 from symasym.expansions.coalescence import Factor, Phi
 from symasym.expansions.sides import Stretch
@@ -62,11 +62,13 @@ class UniformExpansion(IntegralExpansion):
 
     def coefficients(self, dps: int = 15) -> tuple[Any, list[tuple[Any, Any]]]:
         """zeta and the pairs (p_k, q_k) that stand with Ai and Ai'."""
-        with precision(4 * digits(dps) + 120):
+        with precision(4 * count("dps", dps, 1, 10_000) + 120):
             ctx.cap = 4 * dps + 60
             _, zeta, pairs, _ = self._pair(self.order)
             zeta = zeta if abs(zeta) > arb(10) ** (-2 * dps) else arb(0)
-            return to_mpf(zeta, dps)[0], [(to_mpf(p, dps)[0], to_mpf(q, dps)[0]) for p, q in pairs]
+            return rounded(zeta, dps)[0], [
+                (rounded(p, dps)[0], rounded(q, dps)[0]) for p, q in pairs
+            ]
 
     def _at(self, lam: Fraction, dps: int | None, full: bool) -> tuple[Any, ...]:
         """0, the sum, and its error.
@@ -95,7 +97,7 @@ class UniformExpansion(IntegralExpansion):
                 bits, top = int(nats / math.log(2)) + 60, size.log() / large
                 true, proved = integral(self.f, self.g, self.x, marks, large, top, bits)
                 error, kind = abs(found.mid() - size * true), "bound" if proved else "estimate"
-            return arb(0), found.mid(), error.upper(), kind, (), (), self.order
+            return arb(0), found.mid(), error.upper(), kind, self.order
 
     def _weight(self) -> tuple[Any, Any]:
         """The constant factor of g, on a path of I g, and the rest as a function; None for 1."""

@@ -100,7 +100,7 @@ def by_arb(c: list[Fraction], kappa: Fraction, r: Fraction, dps: int) -> Any:
     """T by nested `acb.integral`, which is rigorous."""
     from flint import acb, arb
 
-    from symasym.base.balls import exact_ball, precision, to_mpf
+    from symasym.base.balls import exact_ball, precision, rounded
 
     with precision(int(3.4 * dps) + 40):
         parts = _potentials([exact_ball(x) for x in c])
@@ -121,7 +121,7 @@ def by_arb(c: list[Fraction], kappa: Fraction, r: Fraction, dps: int) -> Any:
         sides = [(0, -R, -one), (1, -one, zero)], [(1, zero, one), (2, one, R)]
         single = [sum((integral(1, *x) for x in side), acb(0)) for side in sides]
         double = [sum((nested(*x) for x in side), acb(0)) for side in sides]
-        return to_mpf(_time(lam, single, double).real, dps)[0]
+        return rounded(_time(lam, single, double).real, dps)[0]
 
 
 @np.errstate(all="ignore")  # what overflows is nan

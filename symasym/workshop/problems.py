@@ -29,7 +29,7 @@ from mpmath import mp
 
 import symasym as sa
 from symasym.drift.scenes import QUANTITIES
-from symasym.quantities import call_named
+from symasym.methods import ask
 from symasym.workshop import reference_quadrature
 
 #: A function of kappa, r and the start, in mpmath's precision.
@@ -120,20 +120,22 @@ class Problem:
     @property
     def quantities(self) -> list[str]:
         """The quantities that exist for this scene."""
-        return [name for name, known in QUANTITIES.items() if self.slides or not known.sliding]
+        return [name for name in QUANTITIES if self.slides or "P" not in name]
 
     def ask(self, quantity: str, **options: Any) -> Any:
         """The public function's answer."""
         numbers = {"kappa": self.kappa, "r": self.r, "start": self.start}
-        return call_named(quantity, self.make(), numbers, **options)
+        taken = {name: numbers[name] for name in QUANTITIES[quantity]}
+        return ask(quantity, self.make(), taken, **options)
 
     def by_quadrature(self, quantity: str, dps: int) -> Any:
         """T, C, P or 1 - P by plain quadrature of the printed integrals."""
         drift, kappa = self.make(), Fraction(self.kappa)
         if "P" in quantity:
             return reference_quadrature.occupation(drift, kappa, dps, quantity == "1 - P")
-        verb = getattr(reference_quadrature, QUANTITIES[quantity].verb)
-        return verb(drift, kappa, Fraction(self.r), Fraction(self.start), dps)
+        verb = "escape_time" if quantity == "T" else "exit_probability"
+        scene = drift, kappa, Fraction(self.r), Fraction(self.start), dps
+        return getattr(reference_quadrature, verb)(*scene)
 
     def known(self, quantity: str, dps: int) -> Any:
         """The closed form, right to `dps` digits."""

@@ -67,24 +67,11 @@ def test_an_array_has_each_element_with_its_error() -> None:
     assert "±" not in str(Estimate(0.25, None, "none", "laplace"))
 
 
-def test_it_stands_for_its_value() -> None:
-    drift = sa.friction(3, 1, "-0.4")
-    estimate = sa.escape_time(drift, "0.1", 10, full=True)
+def test_it_unpacks_and_is_a_float() -> None:
+    estimate = sa.escape_time(sa.friction(3, 1, "-0.4"), "0.1", 10, full=True)
     value, error = estimate
     assert (value, error) == (estimate.value, estimate.error)
-    assert float(estimate) == value == mpmath.mpf(estimate)
-    assert mpmath.sqrt(estimate) == mpmath.sqrt(value)
-    assert f"{estimate:.3g}" == f"{value:.3g}"
-    assert 2e11 < estimate <= value == estimate != 0
-    assert hash(estimate) == hash(value)
-    digits = sa.escape_time(drift, "0.1", 10, dps=30, full=True)
-    with mpmath.workdps(40):
-        assert mpmath.mpf(digits) == digits.value == digits
-    # T is 239803837121.03777001127804867950918...
-    for spec, text in ((".10f", "239803837121.0377700113"), (".25g", "239803837121.0377700112780")):
-        assert format(digits, spec) == text
-    many = sa.escape_time(drift, [0.1, 0.2], 10, full=True)
-    assert (many > [1e11, 1e11]).tolist() == [True, False]
+    assert float(estimate) == value
 
 
 @SAMPLE

@@ -14,7 +14,7 @@ import sympy
 from flint import acb, arb, fmpq
 
 import symasym as sa
-from symasym.base.balls import precision, to_mpf
+from symasym.base.balls import precision, rounded
 from symasym.drift.evaluate import box, pieces
 from symasym.drift.sampled import Field
 
@@ -48,7 +48,7 @@ def test_balls_and_taylor_polynomials_hold_the_function(text: str) -> None:
                 wanted = true(drift, sign * (middle + half * t))
                 balls = [phi(arb(middle + half * t)), series(arb(t)) + arb(0, missed)]
                 told += bool(missed < 1e-20)
-                for mid, rad in (to_mpf(ball, 65) for ball in balls if ball.is_finite()):
+                for mid, rad in (rounded(ball, 65) for ball in balls if ball.is_finite()):
                     assert abs(mid - wanted) <= rad + mpmath.mpf(10) ** -60
     assert told > 10
 

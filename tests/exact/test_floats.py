@@ -9,7 +9,8 @@ import pytest
 from mpmath import mp, mpf
 
 import symasym as sa
-from symasym.drift.scenes import Request, Scenes, float_scenes, scene_at
+from symasym.base.balls import rounded
+from symasym.drift.scenes import Request, Scenes, read
 from symasym.exact import balls, floats
 from tests.law.scenes import TABLE
 
@@ -19,7 +20,8 @@ NAMES = ("T", "C", "1 - C", "P", "1 - P", "p_ss")
 
 def true_log(scenes: Scenes, request: Request, row: int) -> mpf:
     """The logarithm that the proved engine gives."""
-    return balls.of_scene(scene_at(scenes, row), request._replace(dps=DIGITS)).value
+    ball = balls.of_scene(scenes.at(row), request._replace(dps=DIGITS)).value
+    return rounded(ball, DIGITS)[0]
 
 
 def numbers_of(name: str, kappa: Any, r: Any, start: Any) -> dict[str, Any]:
@@ -34,14 +36,14 @@ def require_honest(drift: sa.Drift, name: str, kappa: Any, r: Any = 1.0, start: 
 
 
 def require_claims(drift: sa.Drift, numbers: dict[str, Any], request: Request) -> Any:
-    scenes = float_scenes(drift, numbers, request.reflecting)
+    scenes = read(drift, numbers, request.reflecting)
     found, answers = floats.float_logs(scenes, request), floats.of_scenes(scenes, request)
     with mp.workdps(DIGITS + 20):
         for row in range(len(scenes.lam)):
             true = true_log(scenes, request, row)
-            for logs, errors in (found, answers[:2]):
+            for logs, errors in (found, (answers.value, answers.error)):
                 assert abs(mpf(float(logs[row])) - true) <= errors[row], (request, row, drift)
-    assert (answers.errors <= floats.TOLERANCE * np.maximum(1.0, np.abs(answers.logs))).all()
+    assert (answers.error <= floats.TOLERANCE * np.maximum(1.0, np.abs(answers.value))).all()
     return answers
 
 
@@ -103,12 +105,12 @@ def test_many_like_rows(kappa: float, name: str) -> None:
     """Each is what it is alone, and every fortieth what the proved engine says."""
     z0 = np.linspace(0.01, 0.9, 400) if "P" in name else np.linspace(-2.0, -0.01, 400)
     found = floats.of_scenes(
-        float_scenes(sa.friction(3, 1, z0), numbers_of(name, kappa, 10.0, 0.1)), asked(name)
+        read(sa.friction(3, 1, z0), numbers_of(name, kappa, 10.0, 0.1)), asked(name)
     )
     alone = require_honest(sa.friction(3, 1, z0[::40]), name, kappa, 10.0, 0.1)
-    room = found.errors[::40] + alone.errors
-    assert (np.abs(found.logs[::40] - alone.logs) <= room).all()
-    assert (found.errors <= floats.TOLERANCE * np.maximum(1.0, np.abs(found.logs))).all()
+    room = found.error[::40] + alone.error
+    assert (np.abs(found.value[::40] - alone.value) <= room).all()
+    assert (found.error <= floats.TOLERANCE * np.maximum(1.0, np.abs(found.value))).all()
 
 
 # -- traps -----------------------------------------------------------------------------------------
@@ -161,7 +163,7 @@ def test_a_spike_between_the_nodes_is_found(place: str) -> None:
     kappa = np.array([1.0, 0.3])
     found = require_honest(drift, "T", kappa, 2.0)
     without = sa.escape_time(sa.polynomial("1/2", -1), kappa, 2, log=True)
-    assert (np.abs(found.logs - without) > 1e5 * found.errors).all()
+    assert (np.abs(found.value - without) > 1e5 * found.error).all()
 
 
 # -- pieces, noise, ends, second moments -----------------------------------------------------------

@@ -13,7 +13,7 @@ from flint import acb, arb, arb_poly, fmpq
 import symasym as sa
 from symasym.base.balls import precision
 from symasym.drift.evaluate import pieces
-from symasym.drift.scenes import read_scene
+from symasym.drift.scenes import read
 from symasym.exact import spectral, transform
 from symasym.exact.balls import bits
 from tests.law.scenes import TABLE
@@ -101,7 +101,7 @@ def test_what_a_series_misses_is_in_its_balls(name: str) -> None:
 def test_modes_left_out_are_in_the_ball(name: str) -> None:
     """One mode of Brownian motion, at times where the next ones are a hundredth of it."""
     numbers = {"kappa": 1, "r": 1, "start": "1/4"}
-    scene = read_scene(sa.Drift("0", layer=None), numbers)
+    scene = read(sa.Drift("0", layer=None), numbers).one()
     with precision(bits(30)):
         series = spectral.Series(scene, None, 44, 64.0, 30)
         series.modes(1), series.modes(4)

@@ -73,7 +73,7 @@ def test_auto_of_many_kappa(drift: sa.Drift, rtol: float) -> None:
     exact = sa.escape_time(drift, kappa, 10, log=True)
     assert (np.abs(found.value - exact) <= found.error + 1e-12 * np.maximum(1, np.abs(exact))).all()
     assert (np.expm1(found.error) <= rtol).all()
-    assert {"laplace, order 5", "exact"} <= set(found.terms)
+    assert {"laplace, order 5", "exact"} <= set(found.notes)
 
 
 def test_auto_of_arrays_of_drifts_is_exact() -> None:

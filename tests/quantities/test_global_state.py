@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from symasym.quantities import call_named
+from symasym.methods import ask
 
 FRICTION, SLIDING, ANALYTIC = sa.friction(3, 1, "-0.3"), sa.linear(1, -1), sa.tanh(1, "-1/2", 3)
 
@@ -24,15 +24,15 @@ FRICTION, SLIDING, ANALYTIC = sa.friction(3, 1, "-0.3"), sa.linear(1, -1), sa.ta
 def _scene(name: str, drift: sa.Drift, kappa: str, **more: Any) -> Callable[[], list[Any]]:
     """An array, a float, digits; the logarithm."""
 
-    def ask() -> list[Any]:
-        numbers = {"kappa": kappa, "r": 3, "start": 0}
+    def asked() -> list[Any]:
+        numbers = {"kappa": kappa, **({"r": 3, "start": 0} if name[-1] in "TC" else {})}
         array = {**numbers, "kappa": [float(kappa)]}
-        found = [call_named(name, drift, array, full=True, **more)]
+        found = [ask(name, drift, array, full=True, **more)]
         for options in ({}, {"dps": 22}, {"log": True}):
-            found.append(call_named(name, drift, numbers, full=True, **options, **more))
+            found.append(ask(name, drift, numbers, full=True, **options, **more))
         return [*found, *map(str, found)]
 
-    return ask
+    return asked
 
 
 CALLS: dict[str, Callable[[], Any]] = {
