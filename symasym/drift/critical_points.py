@@ -135,13 +135,6 @@ class _Function:
         series = list(self.phi(arb_series([x, 1], count)))
         return (series + [arb(0)] * count)[:count]
 
-    def may_vanish(self, a: fmpq, b: fmpq) -> bool:
-        """False where A has no zero in [a, b], by the mean value theorem as well."""
-        x, m = _between(a, b), arb((a + b) / 2)
-        if not self.phi(x).contains(0):
-            return False
-        return bool((self.phi(m) + self.series(x, 2)[1] * (x - m)).contains(0))
-
     def sign(self, u: Any) -> int | None:
         """The sign of A at a point, where balls tell it; 0 where it is 0 exactly."""
         value = self.phi(arb(u))
@@ -158,9 +151,13 @@ class _Function:
 
     def zeros(self, a: Any, b: Any) -> list[_Zero] | None:
         """The zeros of A in [a, b), but for `low`, at most one; None where that is not told."""
-        if not self.may_vanish(a, b):
+        x, m = _between(a, b), arb((a + b) / 2)
+        # By the mean value theorem as well.
+        if not self.phi(x).contains(0) or not (
+            (self.phi(m) + self.series(x, 2)[1] * (x - m)).contains(0)
+        ):
             return []
-        terms = self.series(_between(a, b), _HIGHEST + 1)
+        terms = self.series(x, _HIGHEST + 1)
         u, rising = _simplest(a, b), bool(terms[1] > 0)
         if not terms[1].contains(0):
             left, right = self.sign(a), self.sign(b)

@@ -35,28 +35,20 @@ class Reduction:
         The scaled scalar drift phi(u) at the chosen point of the surface.
     amplitude : SymPy expression
         |B|: the factor by which the noise across the surface multiplies kappa.
-    coordinates : tuple of Symbol
     normal_minus, normal_plus : SymPy expression
         Components of f- and f+ along grad h on the surface, before `at` is put in.
     sliding : tuple of SymPy expression
         Filippov's sliding vector field, the dynamics where the region is sliding alone.
     normal_inside : SymPy expression
         The component of F along grad h, before `at` is put in.
-    inside : tuple of SymPy expression
-        F itself.
-    layer : Symbol
-        h/eps in them.
     """
 
     drift: Drift
     amplitude: Any
-    coordinates: tuple[Any, ...]
     normal_minus: Any
     normal_plus: Any
     sliding: tuple[Any, ...]
     normal_inside: Any
-    inside: tuple[Any, ...]
-    layer: Any
 
     def __iter__(self) -> Iterator[Any]:
         yield self.drift
@@ -215,13 +207,10 @@ def reduce(
     return Reduction(
         drift=Drift(frozen.subs(plain, simultaneous=True), "u"),
         amplitude=sympy.simplify(sympy.sqrt(row.dot(row))),
-        coordinates=tuple(x),
         normal_minus=to,
         normal_plus=back,
         sliding=tuple(sympy.simplify(along)),
         normal_inside=across,
-        inside=tuple(middle),
-        layer=inside,
     )
 
 
