@@ -66,17 +66,17 @@ def critical_points(d):
     pair = []
     for name, x, other in (("well", u1, u2), ("barrier", u2, u1)):
         pair.append(d.eq(f"slope at the {name}", Symbol(f"A'(u_{1 if x == u1 else 2})"),
-                         alpha * mu * (x - other) * (x - u3), r"from $A = \alpha\mu (u - u_1)(u - u_2)(u - "
-                         "u_3)$; the same follows from fr1 if the coefficient of $u$ is written in terms of the "
-                         "roots", lambda e, x=x: [
+                         alpha * mu * (x - other) * (x - u3), "from "
+                         r"$A = \alpha\mu (u - u_1)(u - u_2)(u - u_3)$; the same follows from fr1 if the "
+                         "coefficient of $u$ is written in terms of the roots", lambda e, x=x: [
                              (product.diff(u).subs(u, x), e), (slope.subs(u, 0), linear),
                              (slope.subs(u, x) - slope.subs(u, 0) + by_roots, e.subs(u3, lowest))]))
     put = {u1: u3 + p, u2: u3 + p + h}
     d.bound("well", pair[0], "<", 0, "because $u_3 < u_1 < u_2$; the inequality is "
                                      "strict except at folds", alpha * mu * h * p, on=put)
     d.bound("barrier", pair[1], ">", 0, "because $u_3 < u_1 < u_2$", alpha * mu * h * (p + h), on=put)
-    d.bound("no root in u < 0 when crossing", d["cubic"].subs(u, -c), ">", 0, "for $0 < c < 1$ and $z_0 < 1 - "
-            r"\alpha$; therefore $0 < u_1 < u_2$, and the start is to the left of the well",
+    d.bound("no root in u < 0 when crossing", d["cubic"].subs(u, -c), ">", 0, "for $0 < c < 1$ and "
+            r"$z_0 < 1 - \alpha$; therefore $0 < u_1 < u_2$, and the start is to the left of the well",
             alpha + p + alpha / (1 + q) + alpha * mu * q * (q + 2) / (1 + q)**3,
             on={c: 1 / (1 + q), z0: 1 - alpha - p})
     d.conclude("slope at the well", "slope at the barrier", note="$u_3 = -(u_1 + u_2)$ is the third root")
@@ -84,8 +84,8 @@ def critical_points(d):
 
 @derives("friction-well", "Well and barrier of the friction drift in closed form")
 def closed_form(d):
-    d.suppose(r"$z_0 < 1$, and there are a well and a barrier in the layer, that is, $\mu > 1/2$ and $\alpha < 1 "
-              r"- z_0 < \beta$")
+    d.suppose(r"$z_0 < 1$, and there are a well and a barrier in the layer, that is, $\mu > 1/2$ and "
+              r"$\alpha < 1 - z_0 < \beta$")
     thirds, root, beta, u_s = Rational(3, 2), sqrt(3), d["beta"], d["turning-points"]
     cubic, V, zero = d["cubic"], d["eq:Vfric", "inside"], d["fr2", "no root in u < 0 when crossing"]
     d.eq("angle", omega, Rational(2, 3) * asin(sqrt((1 - (1 - z0) / BETA) / 2)),
@@ -103,8 +103,8 @@ def closed_form(d):
     put = {u1: well, u2: top}
     for name, sign in (("well", -1), ("barrier", 1)):
         d.eq(f"slope at the {name}", Symbol(f"A'(u_{1 if sign < 0 else 2})"),
-             2 * sign * alpha * (1 + mu) * S1 * (root * C1 + sign * S1), r"it is 0 at the fold, where $\omega = "
-             "0$",
+             2 * sign * alpha * (1 + mu) * S1 * (root * C1 + sign * S1), "it is 0 at the fold, where "
+             r"$\omega = 0$",
              lambda e, flat=d["fr2", name]: [(e.subs(omega, 0), flat)],
              by=d["fr2", f"slope at the {name}"].subs(u3, d["fr2", "sum of the roots"]).subs(
                  put, simultaneous=True))
@@ -129,6 +129,6 @@ def threshold(d):
          "grows, so large times need noise below the threshold; the paper's rule is the case $2 D = 1$, which "
          r"gives 0.0466 for $\varepsilon = 0.01$, rounded to 0.05", lambda k: [
              (sympy.expand_log(log(whole)).subs({log(eps): -ell, kappa_physical: k}), 0), (sqrt(k**2), k)])
-    d.conclude("threshold", note=r"$D = V(u_2) - V(u_1)$ is the height of the barrier, $\ell = "
-                                 r"-\log\varepsilon$, and the threshold is unscaled",
+    d.conclude("threshold", note="$D = V(u_2) - V(u_1)$ is the height of the barrier, "
+                                 r"$\ell = -\log\varepsilon$, and the threshold is unscaled",
                error="only the leading exponential is kept; prefactors are left out")

@@ -59,8 +59,8 @@ def smoothed(d):
     d.eq("shape of the force", F(u), force, r"here $\mu = -c_3/\alpha$, which is 0 if the force is linear in the "
                                             "layer",
          by=every.subs(c_3, -alpha * mu))
-    d.conclude(note=r"$|u| \le 1$; outside the layer the force is $-\alpha$ for $u \le -1$ and $\alpha$ for $u "
-                    r"\ge 1$")
+    d.conclude(note=r"$|u| \le 1$; outside the layer the force is $-\alpha$ for $u \le -1$ and $\alpha$ for "
+                    r"$u \ge 1$")
 
 
 @derives("turning-points", "Turning points of the friction force")

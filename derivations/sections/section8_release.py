@@ -118,12 +118,12 @@ def frozen(d):
 @derives("fold-delay", "The delay after the fold of a block without noise")
 def fold_delay(d):
     d.suppose("$w$ is small, that is, $u$ is close to the fold, where well and barrier coalesce")
-    d.suppose(r"the units of $u$ and $z$ are such that $\frac{1}{2} \partial^2\phi/\partial u^2$ and $g \, "
-              r"\partial\phi/\partial z$ are 1 at the fold")
+    d.suppose(r"the units of $u$ and $z$ are such that $\frac{1}{2} \partial^2\phi/\partial u^2$ and "
+              r"$g \, \partial\phi/\partial z$ are 1 at the fold")
     w1, s = Function("w_1"), Symbol("s", real=True)
     time = d.eq("time", "t =", s * eps**-Rational(1, 3), "with $t = b s$ and $w = w_1/b$ the equation becomes "
-                r"$w_1' = w_1^2 + s$, in which both terms of $w^2 + \varepsilon "
-                "t$ have the same size", lambda t: [((t / s)**-2, eps * t / s)])
+                r"$w_1' = w_1^2 + s$, in which both terms of $w^2 + \varepsilon t$ "
+                "have the same size", lambda t: [((t / s)**-2, eps * t / s)])
     d.eq("distance", "w =", w1(s) * eps**Rational(1, 3), "the rate of $w$ has the size of $w^2$",
          lambda w: [(w / w1(s) / (time / s), (w / w1(s))**2)])
     d.eq("Airy's equation", w1(s), sympy.airyaiprime(-s) / sympy.airyai(-s),

@@ -86,9 +86,9 @@ def moments(d):
     poly = lambda f: sympy.expand(f * w_0**3).subs(put)
     left = lambda k, f: poly(sympy.expand(gone - (w_0 + w_1 * s) * f).coeff(s, k))
     alone = {E0_l: sigma_left, E0_r: sigma_right, Z_l: 1, Z_r: 1}
-    mean = d.eq("mean", T, (E0_l * F1_r + E0_r * F1_l) / w_0, r"from $1 - \mathbb{E}[e^{-s \tau}] = s T - "
-                r"\dots$; if both ends absorb, the result agrees "
-                "with 'positive-form'", lambda f: [(left(1, s * f), 0), (
+    mean = d.eq("mean", T, (E0_l * F1_r + E0_r * F1_l) / w_0, "from "
+                r"$1 - \mathbb{E}[e^{-s \tau}] = s T - \dots$; if both ends absorb, the result agrees with "
+                "'positive-form'", lambda f: [(left(1, s * f), 0), (
                     f.subs(put).subs(alone), d["positive-form", "from both sweeps"].subs(
                         w, F1_l / sigma_left + F1_r / sigma_right))])
     second = E0_l * F2_r + E1_l * F1_r + E0_r * F2_l + E1_r * F1_l
@@ -104,9 +104,9 @@ def moments(d):
 
 @derives("exit-eigenvalue", "Two-sided bounds of the principal eigenvalue of the exit problem")
 def eigenvalue(d):
-    d.suppose(r"$W$ is an entire function of $s$ of order 1/2 with the zeros $-\lambda_k$, $0 < \lambda_1 < "
-              r"\lambda_2 < \dots$ (Sturm and Liouville), so $W(s)/W(0)$ is the product of all $1 + s/\lambda_k$ "
-              "(Hadamard)")
+    d.suppose(r"$W$ is an entire function of $s$ of order 1/2 with the zeros $-\lambda_k$, "
+              r"$0 < \lambda_1 < \lambda_2 < \dots$ (Sturm and Liouville), so $W(s)/W(0)$ is the product of all "
+              r"$1 + s/\lambda_k$ (Hadamard)")
     whole = sympy.expand(d["exit-transform", "Wronskian"].subs(SERIES))
     x_k, beyond, T_n, T_m = symbols(r"\lambda_k m S_n S_{n+1}", positive=True)
     c, sums = symbols("c_1:4", real=True), symbols("S_1:4", positive=True)

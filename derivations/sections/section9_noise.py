@@ -40,11 +40,11 @@ def state_noise(d):
     d.eq("Ito", r"\mathcal{L} f|_{\alpha = 0} =", phi(u) * f(u).diff(u) + half * sigma**2 * f(u).diff(u, u),
          by=whole.subs(alpha, 0))
     d.eq("Stratonovich", r"\mathcal{L} f|_{\alpha = 1/2} =", (phi(u) + half * sigma * slope) * f(u).diff(u) + half
-         * sigma**2 * f(u).diff(u, u), r"the drift has the additional term $\kappa^2 "
-                                       r"\sigma \sigma'/2$", by=whole.subs(alpha, S.Half))
+         * sigma**2 * f(u).diff(u, u),
+         r"the drift has the additional term $\kappa^2 \sigma \sigma'/2$", by=whole.subs(alpha, S.Half))
     scale = d.eq("scale density", Sigma(u).diff(u), exp(lam * V(u)) * sigma**(-2 * alpha),
-                 r"from $\mathcal{L} \Sigma = 0$, with the value $\sigma^{-2 "
-                 r"\alpha}$ where $V_\sigma = 0$", lambda e: [
+                 r"from $\mathcal{L} \Sigma = 0$, with the value $\sigma^{-2 \alpha}$ "
+                 r"where $V_\sigma = 0$", lambda e: [
                      (whole.subs(f(u).diff(u), e).doit().subs(FORCE), 0), (e.subs(V(u), 0), sigma**(-2 * alpha))])
     d.eq("speed density", m(u), lam * exp(-lam * V(u)) * sigma**(2 * alpha - 2),
          r"from $m \, \mathcal{L} f = (f'/\Sigma')'$ for all $f$",
@@ -57,12 +57,12 @@ def exit_time(d):
     whole, density = d["state-noise", "generator"].doit(), lambda name: d["state-noise", f"{name} density"]
     bend = lambda y, value: sympy.solve(whole.replace(f, y).doit() - value, y(u).diff(u, u))[0]
     source = d.eq("over the square of sigma", r"\frac{\kappa^2}{2} \left( T'' - T' \Sigma''/\Sigma' \right) =",
-                  -m(u) * Sigma(u).diff(u) / lam, r"from $\mathcal{L} T = -1$ and $\mathcal{L} "
-                  r"\Sigma = 0$", lambda e: [
+                  -m(u) * Sigma(u).diff(u) / lam,
+                  r"from $\mathcal{L} T = -1$ and $\mathcal{L} \Sigma = 0$", lambda e: [
                       (half * (bend(T, -1) - bend(Sigma, 0) / Sigma(u).diff(u) * T(u).diff(u)), e.subs(
                           {m(u): density("speed"), Sigma(u).diff(u): density("scale")}))])
-    left = d.eq("leaving on the left", C(x), (Sigma(r) - Sigma(x)) / Sigma(r), r"from $\mathcal{L} "
-                "C = 0$", lambda e: [
+    left = d.eq("leaving on the left", C(x), (Sigma(r) - Sigma(x)) / Sigma(r),
+                r"from $\mathcal{L} C = 0$", lambda e: [
         (whole.replace(f, lambda at: e.subs(x, at)).doit().subs(Sigma(u).diff(u, u), bend(Sigma, 0)), 0),
         (e.subs(x, r), 0), (e.subs(x, -r).subs(Sigma(-r), 0), 1)])
     force = lambda at: -(lam * source).subs(u, at)
@@ -85,8 +85,8 @@ def exact(k, ctx):
 
 @derives("state-noise-rate", "Kramers' time and the principal eigenvalue with noise that depends on the state")
 def kramers(d):
-    d.suppose(r"$\phi$ has two simple zeros: the well $u_1$, where $V_\sigma$ is lowest, and the barrier $u_2 > "
-              r"u_1$, where $V_\sigma$ is highest up to $r$; the start is on the well's side of $u_2$")
+    d.suppose(r"$\phi$ has two simple zeros: the well $u_1$, where $V_\sigma$ is lowest, and the barrier "
+              r"$u_2 > u_1$, where $V_\sigma$ is highest up to $r$; the start is on the well's side of $u_2$")
     d.suppose(r"either $V_\sigma(-r) > V_\sigma(u_2)$, so that $C$ is exponentially small, or the end $-r$ "
               "reflects")
     gauss, density = d["gaussian-step", "one Gaussian"], lambda name: d["state-noise", f"{name} density"]

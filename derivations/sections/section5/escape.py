@@ -12,8 +12,8 @@ m, s, k, a, I0, I1, J0, J1 = symbols("m s k a I0 I1 J0 J1", positive=True)
 c = Symbol("c", real=True)
 up, mode = exp(lam * V(v)), exp(-m * t)
 ONE_SIDED = (r"$I_0$ and $I_1$ are the integrals of $e^{2 V/\kappa^2}$ over $(0, r)$ and $(-r, 0)$ (scaled "
-             r"lengths); in $J_0$ and $J_1$ the integrand has the additional factor $\int_{-r}^v e^{-2 "
-             r"V/\kappa^2}$ (squares of scaled lengths)")
+             "lengths); in $J_0$ and $J_1$ the integrand has the additional factor "
+             r"$\int_{-r}^v e^{-2 V/\kappa^2}$ (squares of scaled lengths)")
 
 RESIDENCE = "$R(u)$ is $p(u, t)$ integrated over all time (scaled time over length)"
 
@@ -91,8 +91,8 @@ def density(d):
     (slope,) = sympy.solve(flux - d["first-integral"], Derivative(R(u), u))
     product = Derivative(e * R(u), u)
     rate = d.eq("integrating factor", product, lam * e * (C - Heaviside(u)),
-                r"since $\phi = -V'$, this derivative is $\lambda e^{\lambda V}$ times the flux, where $\lambda "
-                r"= 2/\kappa^2$",
+                r"since $\phi = -V'$, this derivative is $\lambda e^{\lambda V}$ times the flux, where "
+                r"$\lambda = 2/\kappa^2$",
                 by=product.doit().subs(Derivative(R(u), u), slope))
     d.eq("integrate again", R(u), lam * exp(-lam * V(u)) * Integral((Heaviside(v) - C) * up, (v, u, r)),
          "the integral runs from $u$ to $r$, where $R = 0$", [(product, rate), (R(r), 0)])
@@ -138,8 +138,8 @@ def escape_time(d):
 def backward(d):
     e, S = exp(lam * V(u)), Function("S")
     down = Integral(exp(-lam * V(v)), (v, -r, u))
-    slope = d.eq("first integral", S(u), e * (c - lam * down), r"this integrates $(\kappa^2/2) T'' + \phi T' = "
-                 "-1$ once, with $S = T'$",
+    slope = d.eq("first integral", S(u), e * (c - lam * down), "this integrates "
+                 r"$(\kappa^2/2) T'' + \phi T' = -1$ once, with $S = T'$",
                  [(half * S(u).diff(u) - V(u).diff(u) * S(u), -1), (S(-r), c * exp(lam * V(-r)))])
     integral = lambda single, double: (slope / e).expand().subs(down, double / single).expand() * single
     const = d.eq("both ends absorb", c, lam * (J0 + J1) / (I0 + I1), "the integral of $S$ over $(-r, r)$ is 0",

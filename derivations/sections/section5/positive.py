@@ -102,6 +102,6 @@ def panel_step(d):
              {sigma_left: begun, sigma_right: begun, w: 2 * e}), rate * D_s / fall)])
     d.conclude("sigma, scaled", "w, scaled", "sigma from an absorbing end", "w from an absorbing end", note=(
         r"the panel goes from $u = a$ to $u = b$; $e^{-\lambda |V(b) - V(a)|}$ is $f$ where $V$ falls and $c$ "
-        "where it rises, and the other of the two is 1; $E_s$, $F_s$ and $D_s$ are the integrals of $e = "
-        r"e^{\lambda (V - V(a))}$, of $1/e$ and, over $v < u$, of $e(v)/e(u)$, with each integrand divided by "
-        r"its largest value; $\sigma$ and $w$ are those of 'positive-form'"))
+        "where it rises, and the other of the two is 1; $E_s$, $F_s$ and $D_s$ are the integrals of "
+        r"$e = e^{\lambda (V - V(a))}$, of $1/e$ and, over $v < u$, of $e(v)/e(u)$, with each integrand divided "
+        r"by its largest value; $\sigma$ and $w$ are those of 'positive-form'"))

@@ -50,8 +50,8 @@ def bound_on_C(d):
                      exp(lam * (V_max - gap)) * (exp(lam * gap) - 1), on={gap: V_max - V(u)})
     fall = sympy.expand(right - right.subs(u, 1))
     beyond = d.bound("integral over (1, r)", Integral(exp(lam * fall), (u, 1, r)), "<=", kappa**2 / (2 * a_plus),
-                     r"this is the integral of $e^{\lambda "
-                     "(V - V(1))}$", kappa**2 / (2 * a_plus) * exp(-lam * a_plus * (r - 1)))
+                     r"this is the integral of $e^{\lambda (V - V(1))}$",
+                     kappa**2 / (2 * a_plus) * exp(-lam * a_plus * (r - 1)))
     high = d.eq("bound on the right integral", Integral(inside, (u, 0, 1)) + inside * beyond,
                 (1 + kappa**2 / (2 * a_plus)) * exp(lam * V_max), r"$I_0$ is at most this")
     ratio = d.bound("C from both", by_sides(d["eq:C"]), "<=", Y / X, r"where $X \le I_1$ and $Y \ge I_0$",
@@ -69,8 +69,8 @@ def bound_on_C(d):
     d.eq("Delta = 1/4", r"C \le", 2 * B * exp(-r * a_minus / kappa**2),
          r"the sharper factor $1/(1 - \Delta)$ would give "
          "4/3 in place of 2", by=at_limit.subs(Delta, Rational(1, 4)))
-    d.conclude(error=r"this is an upper bound for $r \ge 4$, $V_{\max} \le a^- r/4$ and $e^{3 a^- r/(2 "
-                     r"\kappa^2)} \ge 4$")
+    d.conclude(error=r"this is an upper bound for $r \ge 4$, $V_{\max} \le a^- r/4$ and "
+                     r"$e^{3 a^- r/(2 \kappa^2)} \ge 4$")
 
 
 @derives("eq:TtildeCzero", "The mean escape time without the terms of $C$")
@@ -88,8 +88,8 @@ def without_C(d):
          "the integrand is 0 for $v < 0$",
          by=whole.subs(C, 0) / double * sum(parts))
     d.conclude("without C", "what is left out, at most",
-               note=r"$J_0$ and $J_1$ are the integrals over $(0, r)$ and $(-r, 0)$ of $e^{\lambda V(v)} "
-                    r"\int_{-r}^v e^{-\lambda V}$")
+               note="$J_0$ and $J_1$ are the integrals over $(0, r)$ and $(-r, 0)$ of "
+                    r"$e^{\lambda V(v)} \int_{-r}^v e^{-\lambda V}$")
 
 
 @derives("eq:fourPieces", "Four pieces of the domain of integration")
@@ -99,8 +99,8 @@ def four_pieces(d):
     domain = cache(lambda e: e.xreplace({kernel: mine}).replace(V, lambda _: 0).doit())
     d.eq("split", Tuple(T1, T2, T3, T4),
          Tuple(over(-r, -1, 0, 1), over(-1, v, 0, 1), over(-r, 1, 1, r), over(1, v, 1, r)),
-         "the kinks of $V$ and the start become edges; the pieces add up to $T_0$ for every integrand $e^{s u + "
-         "h v}$", lambda four: [(sum(map(domain, four)), domain(d["eq:TtildeCzero", "without C"]))])
+         "the kinks of $V$ and the start become edges; the pieces add up to $T_0$ for every integrand "
+         "$e^{s u + h v}$", lambda four: [(sum(map(domain, four)), domain(d["eq:TtildeCzero", "without C"]))])
     d.conclude(note="$T_0 = T_1 + T_2 + T_3 + T_4$ and $r > 1$")
 
 
@@ -131,8 +131,8 @@ def first_three(d):
     before, after = beside(d, -1, -1, *left), beside(d, 1, 1, *right)
     for name, left_side, leading, error, by, why in (
         ("first", T1, 1 / a_minus, kappa**-2, lam * before * (layer[1] - layer[0]),
-         r"it is $\lambda$ times $1/(\lambda a^-)$ times 1, since $V$ is bounded in the layer and $e^{\lambda V} "
-         r"\to 1$ there"),
+         r"it is $\lambda$ times $1/(\lambda a^-)$ times 1, since $V$ is bounded in the layer and "
+         r"$e^{\lambda V} \to 1$ there"),
         ("second", T2, 3 / kappa**2, kappa**-4, lam * area, r"it is $\lambda$ times the area 3/2"),
         ("third", T3, kappa**2 / (2 * a_plus * a_minus), kappa**0, lam * before * after,
          r"this is the largest of the three, and it shows that the paper's $O(\kappa^2)$ is sharp"),

@@ -26,8 +26,8 @@ def endpoint_series(d):
                  lambda e: [(weight.coeff(lam, 0).subs(h(u), e), 1)])
     manifold = lambda m: m.diff(u) - 1 + lam * phi(u) * m
     following = d.eq("next term", Symbol("h_{k+1}"), -h(u).diff(u) / phi(u), "the remaining integral has the "
-                     r"next weight; the sum $M = h_1/\lambda + h_2/\lambda^2 + \dots$ solves $M' = 1 - "
-                     r"\lambda\phi M$",
+                     r"next weight; the sum $M = h_1/\lambda + h_2/\lambda^2 + \dots$ solves "
+                     r"$M' = 1 - \lambda\phi M$",
                      lambda e: [(weight.subs(sigma, -1), phi(u) * (h(u) - e / lam)), (manifold(first / lam + (
                          second := e.subs(h(u), first).doit()) / lam**2), second.diff(u) / lam**2)])
     at_zero = following.subs(phi(u), u * psi(u)).subs(h(u), u**(1 - 2 * k) * g(u)).doit()
@@ -42,7 +42,7 @@ def endpoint_series(d):
              lambda e, sign=sign: [(share.subs(sigma, sign), e.subs(sign_k, (-1)**k))])
     d.conclude("scale integral", "speed integral", "beside a simple zero of phi",
                note=r"the formulas give the coefficients of $\lambda^{-k}$ in the integrals of $e^{\lambda V}$ "
-                    r"and $e^{-\lambda V}$ about a point, in units of $e^{\pm\lambda V}$ at this point; $h_1 = "
-                    r"1/\phi$, $h_{k+1} = -h_k'/\phi$ and $s_k = (-1)^k$; $h_k^\pm$ are their values on the left "
-                    "and the right of the point, and 0 on a side without an integral",
+                    r"and $e^{-\lambda V}$ about a point, in units of $e^{\pm\lambda V}$ at this point; "
+                    r"$h_1 = 1/\phi$, $h_{k+1} = -h_k'/\phi$ and $s_k = (-1)^k$; $h_k^\pm$ are their values on "
+                    "the left and the right of the point, and 0 on a side without an integral",
                error="a formal series")

@@ -49,8 +49,8 @@ def airy_form(d):
     mean = (plus + minus) / 2
     rate = ((y**2 - R**2) * (mean + (plus - minus) * y / (2 * R))).diff(y)
     up, down = (d.eq(f"du/ds at the {name}", f"u'({at}) =", sqrt(sigma / (R * value)),
-        r"from $\phi \, u' = s^2 - \sigma^2$, with $\zeta = \sigma^2$, $\Delta = R^2$ and $\psi_\pm = \psi(\pm "
-        "R)$",
+        r"from $\phi \, u' = s^2 - \sigma^2$, with $\zeta = \sigma^2$, $\Delta = R^2$ and "
+        r"$\psi_\pm = \psi(\pm R)$",
                      lambda e, side=side: [(e**2 * rate.subs(y, side * R), 2 * side * sigma), (sqrt(e**2), e)])
                 for name, at, value, side in (("barrier", r"\sigma", plus, 1), ("well", r"-\sigma", minus, -1)))
     values, root = lambda at: up if at == sigma else down, {N: sqrt(plus * minus)}
@@ -60,16 +60,16 @@ def airy_form(d):
         d.eq(name, f"{name} =", value, r"from $u' = p + q s$ at both zeros, with $\nu^2 = \psi_+ \psi_-$; "
              r"$\Delta$ may have either sign", lambda e, j=j: [(e.subs(root), line.coeff(s, j)**2)])
     exponent = d.eq("distance and middle", r"\lambda (V(v) - V(u)) =", Z * t - t**3 / 12 - m**2 * t,
-                    r"$t = s(v) - s(u)$ is the distance and $m$ the midpoint; $s$ is in units of $\delta = "
-                    r"\lambda^{-1/3}$, and $Z = \lambda^{2/3} \zeta$",
+                    "$t = s(v) - s(u)$ is the distance and $m$ the midpoint; $s$ is in units of "
+                    r"$\delta = \lambda^{-1/3}$, and $Z = \lambda^{2/3} \zeta$",
                     by=canonical.subs(s, m - t / 2) - canonical.subs(s, m + t / 2))
     bare = exponent.subs(m, 0)
     inner = d.eq("over the middle", Integral(exp(Z * t - t**3 / 12 - m**2 * t), (m, -sympy.oo, sympy.oo)),
                  sqrt(pi / t) * exp(Z * t - t**3 / 12),
                  by=exp(bare) * Integral(exp(exponent - bare), (m, -sympy.oo, sympy.oo)))
     power = d.eq("the integrand is a derivative", Derivative(-4 * t * inner, t), (t**3 - 4 * Z * t - 2) * inner,
-                  "the primitive is 0 at both ends, so the integral $J(Z)$ over $t$ satisfies $J''' - 4 Z J' - "
-                  "2 J = 0$")
+                  "the primitive is 0 at both ends, so the integral $J(Z)$ over $t$ satisfies "
+                  "$J''' - 4 Z J' - 2 J = 0$")
     weight = (power / inner).expand()
     moment = d.eq("moments at Z = 0", Integral(t**n * sqrt(pi / t) * exp(-t**3 / 12), (t, 0, sympy.oo)),
                   sqrt(pi) * 12**((2 * n + 1) / S(6)) * gamma((2 * n + 1) / S(6)) / 3,
@@ -104,8 +104,8 @@ def airy_form(d):
     d.conclude("scale integral", "speed integral", "double integral",
                note=r"these are the integrals of $e^{\lambda V}$, of $e^{-\lambda V}$ and, over $u < v$, of "
                     r"$e^{\lambda(V(v) - V(u))}$ across both zeros, with $V$ measured from the mean of its "
-                    r"values at the zeros; $\delta = \lambda^{-1/3}$, $Z = \lambda^{2/3} \zeta$, and $u' = p + q "
-                    r"s$ at both zeros of $s^2 - \zeta$", error=r"relative $O(1/\lambda)$")
+                    r"values at the zeros; $\delta = \lambda^{-1/3}$, $Z = \lambda^{2/3} \zeta$, and "
+                    r"$u' = p + q s$ at both zeros of $s^2 - \zeta$", error=r"relative $O(1/\lambda)$")
 
 
 @derives("cubic-pair", "The escape time through the fold of a cubic drift, in Airy functions")

@@ -57,9 +57,9 @@ def stokes(d):
              r"\to 0$", by=Limit(share.subs(u2, place), kappa, 0))
     J = d["airy-form", "J"]
     G = lambda z: airyai(z)**2 + airybi(z)**2
-    d.eq("near the fold", "S(Z) =", G(Z) / (G(Z) + G(-Z)), "it is $J(Z)$ of 'airy-form' divided by $J(Z) + "
-         r"J(-Z)$, which is even in $Z$; $T$ contains $p^2 \lambda^{1/3} J(Z)$, which is finite at the fold, "
-         r"where $S = 1/2$; $S \to 1$ for $Z \gg 1$",
+    d.eq("near the fold", "S(Z) =", G(Z) / (G(Z) + G(-Z)), "it is $J(Z)$ of 'airy-form' divided by "
+         r"$J(Z) + J(-Z)$, which is even in $Z$; $T$ contains $p^2 \lambda^{1/3} J(Z)$, which is finite at the "
+         r"fold, where $S = 1/2$; $S \to 1$ for $Z \gg 1$",
          by=J / (J + J.subs(Z, -Z)))
     d.conclude("barrier ahead", "barrier at the start", "barrier behind", "barrier near the start",
                "near the fold", "no well", "start behind the barrier", error=r"leading order in $\kappa$", note=(

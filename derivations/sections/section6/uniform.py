@@ -18,10 +18,10 @@ P, c, P0, P1, c0, c1, u, V = (Function(x)(s) for x in ("P_k", "c_k", "P_0", "P_1
 beta = Function("b")
 Q, ends, slow = P0 + P1 / L, c0 / L + c1 / L**2, c0 / L - c1 / L**2
 first = {b: P0 + psi * c0, c0.diff(s): P1 + psi * c1}
-CANONICAL = (r"$\phi \, du = \epsilon \psi(s) \, ds$ with $\epsilon = \pm 1$, where $\psi = 1$, $s$ or $s^2 - "
-             r"\zeta$ for no, one or two zeros; $b_0 = du/ds$, $b_k = P_k + \psi c_k$ and $b_{k+1} = c_k'$; $L = "
-             r"\epsilon\lambda$, $e = e^{\lambda V}$ and $M = e \int e^{-\lambda V} du$; $n$ solves $n' = P_0 - "
-             r"P_1/L - L \psi n$")
+CANONICAL = (r"$\phi \, du = \epsilon \psi(s) \, ds$ with $\epsilon = \pm 1$, where $\psi = 1$, $s$ or "
+             r"$s^2 - \zeta$ for no, one or two zeros; $b_0 = du/ds$, $b_k = P_k + \psi c_k$ and "
+             r"$b_{k+1} = c_k'$; $L = \epsilon\lambda$, $e = e^{\lambda V}$ and $M = e \int e^{-\lambda V} du$; "
+             r"$n$ solves $n' = P_0 - P_1/L - L \psi n$")
 
 
 @derives("canonical-form", "Zeros of the drift that may coalesce: the integrals in canonical form, to any order")
@@ -57,8 +57,8 @@ def canonical_form(d):
              x.diff(s).subs(M.diff(s), inner).subs(first).subs(M, n + slow),
              (parts(double, M * Q) + (b * ends).subs(first)).subs(M, n + slow))])
     mean, rise = (beta(sigma) + beta(-sigma)) / 2, (beta(sigma) - beta(-sigma)) / (2 * sigma)
-    d.eq("remainder of two zeros", P0, mean + rise * s, "it has the values of $b_0$ at both zeros, $s = "
-         r"\pm\sigma$ with $\zeta = \sigma^2$", lambda p: [
+    d.eq("remainder of two zeros", P0, mean + rise * s, "it has the values of $b_0$ at both zeros, "
+         r"$s = \pm\sigma$ with $\zeta = \sigma^2$", lambda p: [
              (p.subs(s, sigma), beta(sigma)), (p.subs(s, -sigma), beta(-sigma)), (p.diff(s, 2), 0)])
     d.eq("regular part of order 0", c0 * (b + P0), (b**2 - P0**2) / psi, r"this is the part of $du/\phi$ in the "
          "double integral that is analytic at the zeros", by=(c0 * (b + P0)).subs(c0, (b - P0) / psi))
@@ -67,8 +67,8 @@ def canonical_form(d):
 
 @derives("truncated-gaussian", "A barrier before an end, to leading order")
 def truncated_gaussian(d):
-    d.suppose(r"$\phi = x \, \psi(x) > 0$ from the barrier $x = 0$ to the end; on this interval $V(0) - V = "
-              r"s^2/2$, so that $\phi \, du = s \, ds$ and $L = \lambda$ in 'canonical-form'")
+    d.suppose(r"$\phi = x \, \psi(x) > 0$ from the barrier $x = 0$ to the end; on this interval "
+              r"$V(0) - V = s^2/2$, so that $\phi \, du = s \, ds$ and $L = \lambda$ in 'canonical-form'")
     p, q, x = Symbol("p", positive=True), Symbol("q", real=True), Symbol("x", positive=True)
     tau, F, rho = Symbol(r"\tau", positive=True), Function("F_D"), Function(r"\rho")
     peak = d.eq("du/ds at the barrier", p, 1 / sqrt(psi_0), r"near the barrier $u = p s$ and $\phi = \psi(0) u$",
@@ -81,8 +81,9 @@ def truncated_gaussian(d):
                   "see DLMF 7.2.5", lambda f: [(f.diff(t), 1 - lam * t * f), (f.subs(t, 0), 0)])
     put = {psi: t, c: rho(t), b: rate, e: 1 / unit, L: lam}
     here = lambda step: d["canonical-form", step].subs(c.diff(s), rho(t).diff(t)).subs(P0, p).subs(put)
-    beyond = d.eq("scale integral", "I_+ =", -p * tail - q / lam, r"this is $-\int_s^\infty$, with $u' = p + s "
-                  r"\rho(s)$ and $q = \rho$ at the end; the remaining integrand is $\rho'/\lambda$", lambda f: [
+    beyond = d.eq("scale integral", "I_+ =", -p * tail - q / lam, r"this is $-\int_s^\infty$, with "
+                  r"$u' = p + s \rho(s)$ and $q = \rho$ at the end; the remaining "
+                  r"integrand is $\rho'/\lambda$", lambda f: [
                       ((f.subs(q, rho(t)) / unit).diff(t), p / unit + here("outer integral, next order"))])
     d.eq("speed integral", "I_- =", p * dawson + q / lam, "this is $M$ of 'canonical-form', integrated from the "
          "barrier on", lambda f: [
@@ -103,7 +104,7 @@ def truncated_gaussian(d):
          by=(lam * exp(lam * D) * well * change).subs(lam, 2 / kappa**2))
     d.conclude("scale integral", "speed integral", "double integral", "the end's part of T",
                note=r"the formulas give the contributions of the end to the integral of $e^{\lambda V}$, to that "
-                    r"of $e^{-\lambda V}$ and to the double integral over $u < v$, in units of $e^{\pm\lambda "
-                    r"V}$ at the end; $p = du/ds$ at the barrier, and $q = 1/\phi - p/s$ at the end; $F_D$ is "
-                    "Dawson's integral",
+                    r"of $e^{-\lambda V}$ and to the double integral over $u < v$, in units of "
+                    r"$e^{\pm\lambda V}$ at the end; $p = du/ds$ at the barrier, and $q = 1/\phi - p/s$ at the "
+                    "end; $F_D$ is Dawson's integral",
                error=r"relative $O(1/\lambda)$")
