@@ -41,6 +41,13 @@ _ARXIV = "https://arxiv.org/abs/1310.8328"
 #: Symbols of the problem, which need no explanation in a list of formulas.
 _COMMON = {*"uvyztarTCPVA", "phi", "kappa", "lam", "epsilon", "mu", "alpha", "z0", "u1", "u2"}
 _COMMON |= {"kappa_phys", "r_phys", "a_minus", "a_plus"}
+#: Letters that a formula uses in a sense of its own, which its note explains.
+_OWN = {
+    **dict.fromkeys(("airy-form", "cubic-pair", "truncated-gaussian"), {"p", "q"}),
+    "canonical-form": {"L", "M"},
+    "endpoint-series": {"t"},
+    "release-order": {"T_1"},
+}
 
 
 def pages() -> dict[str, str]:
@@ -58,16 +65,17 @@ def page(label: str) -> str:
     """The page of one formula."""
     d = build(label)
     used = [other for other in LABELS if label in build(other).rests_on]
-    rows = (
+    rows = [
         f"| ${NAMES.get(s, tex(sympy.Symbol(s)))}$ | {' | '.join(MEANINGS[s])} |"
         for s in _symbols(d)
-    )
+    ]
+    table = ["## Symbols", "", "| symbol | meaning | measured in |", "|---|---|---|", *rows, ""]
+    table += ["The text below the formula explains other symbols.", ""]
     lines = [
         *(f"# {heading(d.title)}", "", f"{_place(label)}. {_section(label)}.", ""),
         *made.statement(d, "##"),
         *_errata(label),
-        *("## Symbols", "", "| symbol | meaning | measured in |", "|---|---|---|", *rows),
-        *("", "The text below the formula explains other symbols.", ""),
+        *(table if rows else []),
         *_evaluation(label),
         *("## Derivation", "", f"Starts from: {_links(d.rests_on) or 'definitions only'}.", ""),
         *made.steps(d, "###"),
@@ -126,7 +134,7 @@ def _symbols(d: Derivation) -> list[str]:
                 held |= {type(f).__name__ for f in e.atoms(sympy.core.function.AppliedUndef)}
             else:
                 held |= {s for s in MEANINGS if e.split() and e.split()[0] == NAMES.get(s, s)}
-    return [name for name in MEANINGS if name in held]
+    return [name for name in MEANINGS if name in held - _OWN.get(d.label, set())]
 
 
 def _cite(label: str) -> list[str]:
