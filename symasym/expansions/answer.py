@@ -68,9 +68,8 @@ class PartialSums(ABC):
     @classmethod
     def of(cls, scene: Scene, request: Request, order: int) -> Self:
         """The partial sums for a scene up to an order."""
-        if request.name[-1] == "P":
-            return cls(scene.drift, LINE, request.name, order + 1)
-        between = Between(*scene.ends, scene.start, request.reflecting)
+        of_p = request.name[-1] == "P"
+        between = LINE if of_p else Between(*scene.ends, scene.start, request.reflecting)
         return cls(scene.drift, between, request.name, order + 1)
 
     @abstractmethod
@@ -132,7 +131,7 @@ def of_scene(kind: type[PartialSums], scene: Scene, request: Request) -> Answer:
     orders, log = _orders(request), request.log
     digits = kind.float_digits if request.dps is None else request.dps
     judged = request.full or len(orders) > 1 or not kind.enclosed
-    proved = _exact(scene, request) if judged else None
+    proved = _exact(kind, scene, request) if judged else None
     sums = kind.of(scene, request, orders[-1] + (0 if proved else _NEXT))
     with precision(int(3.33 * digits) + 64):
         some = orders if proved else _and_next(orders)
@@ -144,7 +143,7 @@ def of_scene(kind: type[PartialSums], scene: Scene, request: Request) -> Answer:
                 errors if log else [y * e.expm1() for y, e in zip(values, errors, strict=False)]
             )
             if not judged and not _half(log, results[0], errors[0]):
-                proved = _exact(scene, request)
+                proved = _exact(kind, scene, request)
         if proved is not None:
             errors = [abs(y - proved.value) for y in results]
         rows = [
@@ -165,9 +164,9 @@ def _half(log: bool, value: Any, error: Any) -> bool:
     return bool(error < (arb(2).log().max(abs(value) / 10**11) if log else value / 2))
 
 
-def _exact(scene: Scene, request: Request) -> Answer | None:
-    """The exact value in a ball; None where it would cost far more than the expansion."""
-    if request.digits > _MOST_DIGITS:
+def _exact(kind: type[PartialSums], scene: Scene, request: Request) -> Answer | None:
+    """The exact value in a ball; None if it would cost far more than the expansion."""
+    if kind.enclosed and request.digits > _MOST_DIGITS:
         return None
     asked = request._replace(method="exact", order=None, dps=request.digits + 2, full=True)
     with suppress(AccuracyError):

@@ -252,8 +252,7 @@ class BallDrift:
 
     def around(self, u: Any, count: int) -> Any:
         """Taylor coefficients of phi and of the weights at a point where they are analytic."""
-        part: Any = self._beside(u, 1) or self._beside(u, -1)
-        return part.local(u, count)
+        return next(filter(None, self.sides(u, count)))
 
     def sides(self, u: Any, count: int) -> tuple[Any, Any]:
         """The same on the left and on the right of a point, None beyond an end."""

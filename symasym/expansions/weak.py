@@ -1,25 +1,25 @@
 """Weak noise: T, C and P as sums over the critical points of V, in any arithmetic.
 
-The scale density is e^{lam V} and the speed density lam e^{-lam V}; noise that depends on u gives
-them the weights sigma^(-2 alpha) and sigma^(2 alpha - 2), and -phi below stands for V'.
+With V' = -phi the scale density is e^{lam V} and the speed density lam e^{-lam V}. For noise that
+depends on u, V' = -phi/sigma^2 and they have the weights sigma^(-2 alpha), sigma^(2 alpha - 2).
 
-To all orders int e^{sign lam V} over [a, b] is the sum of what the points contribute: at a peak
-(a barrier for sign 1, a well for -1) Laplace's series, at an end the formal antiderivative
-E = e^{lam V} sum h_k (-x)^k (sign 1) or G = e^{-lam V} sum h_k x^k (sign -1), x = 1/lam, and at a
-kink or corner of V the jump of that antiderivative. If point p contributes s_p for sign 1 and m_p
-for sign -1, then, with E = 0 at zeros of phi and the start at x,
+To all orders int e^{±lam V} is the sum of what the points contribute: a peak (a barrier for +, a
+well for -) Laplace's series, an end the formal antiderivative E = e^{lam V} sum h_k (-lam)^-k or
+G = e^{-lam V} sum h_k lam^-k, where h_1 = 1/phi and h_{k+1} = -h_k'/phi, and a kink or corner of V
+the jump of that antiderivative. Let point p contribute s_p to the integral of e^{lam V} and m_p to
+that of e^{-lam V}, and let x be the start. Then, with E = 0 at zeros of phi,
 
     L(p) = sum_{q<p} s_q + E(p-),   R(p) = sum_{q>p} s_q - E(p+),   S = sum_q s_q,
     C = R(x)/S,     T = lam/S ( R(x) [rho- + sum_{p<x} m_p L(p)] + L(x) [rho+ + sum_{p>x} m_p R(p)]
-                                + m_x L(x) R(x) ),      rho± = ± sum x^k f.p. int h_k
+                                + m_x L(x) R(x) ),      rho± = ± sum lam^-k f.p. int h_k
 
 with Hadamard's finite parts from the start to either end (Green's function of the mean exit time:
 Gardiner, Stochastic Methods, 5.5; G(x) cancels between the two sides). At a reflecting end ("wall")
 let L = S -> oo, so that L(p)/S -> 1; a wall contributes a term m_p, an absorbing end does not.
 
 An arithmetic (`symasym.expansions.arithmetic`, or SymPy's) gives `lam`, `log_lam` and
-`term(letter, point, height, halves, row)`; over SymPy terms become symbols with that letter, and
-`named(name, value)` replaces a value by a symbol.
+`term(letter, point, height, halves, row)`; SymPy's makes of each term a symbol with that letter,
+and by `named(name, value)` of a value a symbol with that name.
 """
 
 from __future__ import annotations
