@@ -1,4 +1,4 @@
-"""Pictures of the docs that are no figures of the paper. ``python docs/website/pictures.py``.
+"""Pictures of the docs that are not figures of the paper. ``python docs/website/pictures.py``.
 
 expansions: what the expansions reach (docs/choose.md). bessel: a Bessel function about its turning
 point (docs/uniform.md). law: how long a well holds (docs/law.md).
@@ -19,7 +19,7 @@ METHODS = {"laplace": 2, "uniform": 2, "strong_noise": 2, "paper": None}
 
 
 def errors(x: Any, scene: Callable[[float], tuple[Any, Any]]) -> dict[str, list[float]]:
-    """Relative errors of T over x by method, nan where it is refused."""
+    """Relative errors of T over x by method, nan where a method gives no value."""
     found: dict[str, list[float]] = {name: [] for name in METHODS}
     for one in x:
         drift, kappa = scene(float(one))
