@@ -12,6 +12,7 @@ eps (zeta s - s^3/3) and Z = lam^(2/3) zeta
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import reduce
@@ -22,7 +23,7 @@ import sympy
 from flint import acb, arb, ctx
 
 from symasym.base.balls import exact_ball, precision, rounded
-from symasym.base.errors import AccuracyError, InputError
+from symasym.base.errors import InputError
 from symasym.base.inputs import count, exact
 from symasym.expansions import canonical, coalescence
 from symasym.expansions.coalescence import Factor, Phi
@@ -73,21 +74,19 @@ class UniformExpansion(IntegralExpansion):
     def _at(self, lam: Fraction, dps: int | None, full: bool) -> tuple[Any, ...]:
         """0, the sum, and its error.
 
-        That is the distance to the integral over a real interval, enclosed; else, and without
-        `full`, three times the sum of the next three differences.
+        With `full` that is the distance to the integral over a real interval, enclosed; on a path
+        it is three times the sum of the next three differences.
         """
-        wanted, first = 14 if dps is None else dps, self.order - 1
+        wanted = 14 if dps is None else dps
         nats = math.log(10) * (wanted + 2) + math.log(2 + lam)
         with precision(int(2 * nats) + 60):
             ctx.cap = math.ceil(-nats / math.log(coalescence.SHARE))
-            large, kind = exact_ball(lam), "estimate"
+            large, row, kind = exact_ball(lam), [arb.nan()], "estimate"
             ends = self._valleys() if self.path else self._ends(large, nats)
-            try:
-                row = self._by_panels(large, nats, *ends) if ends else self._by_airy(large)
-            except (AccuracyError, ArithmeticError, ValueError):  # of zeros, and of singularities
-                row = [arb.nan()] * (self.order + _NEXT)
-            found = row[first]
-            gaps = sum((abs(y - x) for x, y in pairwise(row[first:])), arb(0))
+            with suppress(ArithmeticError, ValueError):  # of zeros, and of singularities
+                row = self._by_airy(large) if self.path else self._by_panels(large, nats, *ends)
+            found = row[0]
+            gaps = sum((abs(y - x) for x, y in pairwise(row)), arb(0))
             error = _SAFETY * gaps + abs(found) * arb(10) ** -wanted
             if full and not self.path and found.is_finite():
                 marks = [number(self.a), number(self.b)]
@@ -143,11 +142,11 @@ class UniformExpansion(IntegralExpansion):
         for k, (p, q) in enumerate(pairs):
             total += (p * ai / third + eps * q * slope / third**2) / (eps * lam) ** k
             rows.append(front * total)
-        return rows
+        return rows[self.order - 1 :]
 
     def _by_panels(self, lam: Any, nats: float, lo: Any, hi: Any) -> list[Any]:
         front, weight = self._weight()
-        centre, last = min(max(float(self.near), float(lo)), float(hi)), self.order + _NEXT - 1
+        centre, last = min(max(float(self.near), float(lo)), float(hi)), self.order - 1
         low, high = max(lo, arb(centre - _CORE)), min(hi, arb(centre + _CORE))
         field = self._field(low, high)
         before, after = (
@@ -155,9 +154,8 @@ class UniformExpansion(IntegralExpansion):
             for at, p, q in ((low, lo, low), (high, high, hi))
         )
         parts = [*before, *field.panels(low, high, last, weight), *after]
-        rows = zip(*(canonical.ways(one, lam, nats) for one in parts), strict=True)
-        whole = [reduce(Stretch.then, row) for row in rows]
-        return [front * (lam * code(self.f, self.x)(lo)).exp() * y.scale for y in whole]
+        whole = reduce(Stretch.then, (canonical.ways(one, lam, nats)[-1] for one in parts))
+        return [front * (lam * code(self.f, self.x)(lo)).exp() * whole.scale]
 
     def _ends(self, lam: Any, nats: float) -> list[Any]:
         """The ends, where infinite or f is -oo moved to where e^{lam f} is below all digits."""
