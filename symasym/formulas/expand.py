@@ -23,7 +23,7 @@ from symasym.drift.drift import Drift
 from symasym.drift.scenes import require_drift
 from symasym.emit import emit
 from symasym.emit.expansions import of_expansion
-from symasym.formulas.cases import Case, U, case_for, cases_of, numbers_of
+from symasym.formulas.cases import Case, U, cases_of, numbers_of
 from symasym.formulas.letters import KAPPA, FinitePart, R, put_in
 from symasym.formulas.series import Contribution, strong, uniform, weak, written_out
 from symasym.quantities import escape_time, exit_probability, occupation
@@ -31,6 +31,7 @@ from symasym.quantities import escape_time, exit_probability, occupation
 Expanded = Literal["T", "C", "1 - C", "P", "1 - P"]
 Noise = Literal["weak", "strong", "uniform"]
 _METHODS = {"weak": "laplace", "strong": "strong_noise", "uniform": "uniform"}
+_FORMULAS = {"weak": weak, "strong": strong, "uniform": uniform}
 _MOST = 8
 _KNOWN = {"lam": r"\lambda", "phi(-1)": "a^-", "phi(1)": "a^+"}
 
@@ -270,18 +271,7 @@ def expand(
 
 @lru_cache(maxsize=32)
 def _expanded(
-    drift: Drift,
-    quantity: Expanded,
-    noise: Noise,
-    order: int,
-    start: Fraction,
-    asked: str | None,
+    drift: Drift, quantity: Expanded, noise: Noise, order: int, start: Fraction, asked: str | None
 ) -> Expansion:
-    if noise == "uniform":
-        found = uniform(drift, start, asked)
-    elif noise == "strong":
-        found = strong(drift, quantity, order, start)
-    else:
-        own = case_for(drift, start, asked, quantity[-1] == "P")
-        found = weak(drift, quantity, order, start, own)
+    found = _FORMULAS[noise](drift, quantity, order, start, asked)
     return Expansion(quantity, noise, order, drift, start, **found)

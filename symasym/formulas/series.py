@@ -38,7 +38,7 @@ from symasym.drift.drift import Drift
 from symasym.expansions import weak as theorem
 from symasym.expansions.sides import Stretch, quantity, straight
 from symasym.expansions.strong_noise import Moments, layer
-from symasym.formulas.cases import PAIRS, Case, U
+from symasym.formulas.cases import PAIRS, Case, U, case_for
 from symasym.formulas.letters import (
     IN_KAPPA,
     KAPPA,
@@ -75,8 +75,11 @@ class Contribution(NamedTuple):
         return self.front * sympy.exp(self.exponent) * series
 
 
-def weak(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) -> dict[str, Any]:
-    """The formula, what its symbols are, and where it holds."""
+def weak(
+    drift: Drift, quantity: str, order: int, start: Fraction, asked: str | None
+) -> dict[str, Any]:
+    """The formula, its case, what its symbols are, and where it holds."""
+    case = case_for(drift, start, asked, quantity[-1] == "P")
     of = (Field if drift.model.plain and drift != Drift.general() else Pair)(drift, case, start)
     terms, at, where = list[Contribution](), Terms(of.start), [*conditions(of, quantity)]
     if not of.A.has(U) and quantity[-1] != "P" and not start:
@@ -220,7 +223,7 @@ def _layer(of: Field, order: int, side: int, b: Any, mark: str) -> Stretch:
     return layer(Moments(of.named(f"d{mark}", rows[0][1]), *known), _Ring())
 
 
-def strong(drift: Drift, name: str, order: int, start: Fraction) -> dict[str, Any]:
+def strong(drift: Drift, name: str, order: int, start: Fraction, _: Any) -> dict[str, Any]:
     """The formula in lam, r and the moments, what these are, and where it holds."""
     case, ring, sides = Case(("start",)), _Ring(), list[Stretch]()
     of = Field(drift, case, start)
@@ -290,8 +293,10 @@ def _of_cubic(A: Expr, start: Expr) -> tuple[dict[Any, Expr], list[Any]]:
     return known, [sympy.Gt(R, 1), SLOPE > 0, PSI0 > 0, *(LAM * fall > _FALL for fall in falls)]
 
 
-def uniform(drift: Drift, start: Fraction, asked: str | None) -> dict[str, Any]:
-    """The formula of T, its case, what its symbols are, and where it holds."""
+def uniform(
+    drift: Drift, _name: str, _order: int, start: Fraction, asked: str | None
+) -> dict[str, Any]:
+    """The same of T to order 0 alone."""
     A, x = drift.expression(), Rational(start.numerator, start.denominator)
     cubic = A.is_polynomial(U) and sympy.degree(A, U) in (2, 3)
     for own in [c for c in PAIRS if asked in (None, str(c)) and abs(start) < 1 and cubic]:
