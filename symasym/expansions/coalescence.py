@@ -142,7 +142,7 @@ class Cluster(NamedTuple):
 
     zeros: tuple[complex, ...]
     centre: float
-    square: float | None
+    square: float = 0.0
 
     def reaches(self, lo: float, hi: float) -> bool:
         """True if a zero is near [lo, hi]."""
@@ -195,22 +195,21 @@ class Phi:
 
     def factor(self, cluster: Cluster) -> tuple[Any, Factor]:
         """A zero, or the middle m and D of a pair, to all digits (Newton, Bairstow)."""
-        m, D = arb(cluster.centre), arb(cluster.square or 0)
+        m, pi = arb(cluster.centre), Factor(len(cluster.zeros), arb(cluster.square))
         for _ in range(3 + ctx.prec.bit_length()):
-            c = self.taylor(m).coeffs()
-            c += [arb(0)] * (4 - len(c))
-            if cluster.square is None:
-                m = (m - c[0] / c[1]).mid()
+            phi = self.taylor(m)
+            # The remainder of phi by pi, and its derivatives with respect to D and m.
+            (r0, r1), q = pi.split(phi)
+            (d0, d1), (m0, m1) = pi.split(q)[0], pi.split(phi.derivative())[0]
+            if pi.degree == 1:
+                m = (m - r0 / m0).mid()
                 continue
-            even, odd = arb_poly(c[::2]), arb_poly(c[1::2])
-            r0, r1, d0, d1 = even(D), odd(D), even.derivative()(D), odd.derivative()(D)
-            # The derivatives of r0 and r1 with respect to m are r1 + 2 D d1 and 2 d0.
-            a, b = r1 + 2 * D * d1, 2 * d0
-            det = a * d1 - b * d0
-            m, D = (m - (r0 * d1 - r1 * d0) / det).mid(), (D - (a * r1 - b * r0) / det).mid()
-        if not (m.is_finite() and D.is_finite() and abs(m - cluster.centre) < 0.1):
+            det = m0 * d1 - m1 * d0
+            D = (pi.square - (m0 * r1 - m1 * r0) / det).mid()
+            m, pi = (m - (r0 * d1 - r1 * d0) / det).mid(), Factor(2, D)
+        if not (m.is_finite() and pi.square.is_finite() and abs(m - cluster.centre) < 0.1):
             raise three_together(cluster.centre)
-        return m, Factor(1) if cluster.square is None else Factor(2, D)
+        return m, pi
 
     def clusters(self) -> list[Cluster]:
         """The zeros in pairs of neighbours, the closest first; conjugate zeros are a pair."""
@@ -224,7 +223,7 @@ class Phi:
             if members <= left and self._alone(centre, square):
                 left -= members
                 found.append(Cluster((a, b), centre, square))
-        found += [Cluster((real[k],), real[k].real, None) for k in left]
+        found += [Cluster((real[k],), real[k].real) for k in left]
         return sorted(found, key=lambda c: c.centre)
 
     def _alone(self, centre: float, square: float) -> bool:
@@ -307,18 +306,18 @@ def integrated_by_parts(
 
 
 def panel(
-    field: Phi, centre: Any, pi: Factor, lo: Any, hi: Any, order: int, weight: Any = None
+    phi: Phi, centre: Any, pi: Factor, lo: Any, hi: Any, order: int, weight: Any = None
 ) -> CanonicalForm:
     """The panel [lo, hi] with the zeros of pi about `centre` and the weight g (None: 1)."""
     weight = weight or (lambda u: 0 * u + 1)
-    of, g, d = central_map(field.taylor(centre), pi), field.taylor(centre, weight), pi.degree
+    of, g, d = central_map(phi.taylor(centre), pi), phi.taylor(centre, weight), pi.degree
     p, c = integrated_by_parts(pi, of, g, order)
-    near = arb(SHARE * min(radius(pi.over(field.taylor(centre))), radius(g, False)))
+    near = arb(SHARE * min(radius(pi.over(phi.taylor(centre))), radius(g, False)))
     discs = [_Disc(centre, -near, near, of.s, g, c)]
     for side, end in ((-1, lo), (1, hi)):
         edge, here = centre + side * near, at(of.s, side * near)
         while side * (end - edge) > 0:
-            discs.append(_next(field, weight, d, of, p, side, edge, here))
+            discs.append(_next(phi, weight, d, of, p, side, edge, here))
             about, step = discs[-1].about, side * discs[-1].y1
             edge, here = about + step, at(discs[-1].s, step)
     discs = [x._replace(y0=max(x.y0, lo - x.about), y1=min(x.y1, hi - x.about)) for x in discs]
@@ -338,21 +337,21 @@ def panel(
 
 
 def _next(
-    field: Phi, weight: Any, d: int, of: Map, p: list[Any], side: int, edge: Any, here: Any
+    phi: Phi, weight: Any, d: int, of: Map, p: list[Any], side: int, edge: Any, here: Any
 ) -> _Disc:
     """The disc beyond an edge at which s is `here`, from primitive(s) = eps int phi by Newton."""
-    room = min(radius(field.taylor(edge)), radius(field.taylor(edge, weight), False))
+    room = min(radius(phi.taylor(edge)), radius(phi.taylor(edge, weight), False))
     step = arb(SHARE / (1 + SHARE) * room)
     if step < _SHORT:
         raise three_together(edge)
     about, s, c = edge + side * step, arb_series([here]), []
-    phi, g = of.eps * field.taylor(about), field.taylor(about, weight)
-    level = phi.integral()
+    rate, g = of.eps * phi.taylor(about), phi.taylor(about, weight)
+    level = rate.integral()
     level += primitive(d, of.zeta, here) - at(level, -side * step)
     for _ in range(4 + 2 * ctx.cap.bit_length()):
         s = middle(s - (primitive(d, of.zeta, s) - level) / psi(d, of.zeta, s))
     below = psi(d, of.zeta, s)
-    slope = below / phi
+    slope = below / rate
     b = g * slope
     for r0, r1 in p:
         c.append((b - r0 - r1 * s) / below)

@@ -25,7 +25,7 @@ from symasym.expansions.sides import Sides, Stretch, StretchAt, sides_of
 
 
 @lru_cache(maxsize=16)
-def _field(drift: Drift, bits: int) -> Phi:
+def _phi(drift: Drift, bits: int) -> Phi:
     return Phi(pieces(drift, fmpq(-1), fmpq(1))[0].phi)
 
 
@@ -34,9 +34,9 @@ def _panels(
     drift: Drift, order: int, bits: int, mirrored: bool, low: Fraction, high: Fraction
 ) -> list[CanonicalForm]:
     """The panels of [low, high], of the drift or its mirror image."""
-    field = _field(drift, bits)
-    field = field.mirrored() if mirrored else field
-    return field.panels(exact_ball(low), exact_ball(high), order)
+    phi = _phi(drift, bits)
+    phi = phi.mirrored() if mirrored else phi
+    return phi.panels(exact_ball(low), exact_ball(high), order)
 
 
 class Uniform(answer.PartialSums):
