@@ -25,42 +25,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from flint import acb, arb
 
+from symasym.base import inputs
 from symasym.base.balls import exact_ball, rounded
 from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import ErrorKind, Estimate
-from symasym.base.inputs import (
-    choice,
-    count,
-    digits,
-    exact,
-    flag,
-    float_text,
-    floats,
-    is_array,
-    shown,
-)
-from symasym.drift.scenes import (
-    FLOAT_DIGITS,
-    Answer,
-    Request,
-    Scene,
-    between,
-    read,
-    require_drift,
-)
+from symasym.base.inputs import Number, Numbers
+from symasym.drift import scenes
+from symasym.drift.drift import Drift
 from symasym.exact.exit_time import ORDER, Exit
 from symasym.exact.spectral import Series
 from symasym.methods import in_digits
-
-if TYPE_CHECKING:
-    from symasym.base.inputs import Number, Numbers
-    from symasym.drift.drift import Drift
-    from symasym.drift.scenes import Ends
 
 __all__ = ["ExitLaw", "exit_law"]
 
@@ -72,7 +51,7 @@ def exit_law(
     kappa: Number,
     r: Number | None = None,
     *,
-    ends: Ends | None = None,
+    ends: scenes.Ends | None = None,
     start: Number = 0,
     reflecting: Literal["left", "right"] | None = None,
     dps: int | None = None,
@@ -117,11 +96,11 @@ def exit_law(
     >>> print(law.rate)
     0.03746120928167515768 ± 2.82e-18 (proved bound, exact)
     """
-    require_drift(drift, plain=False)
-    numbers = between(kappa, r, ends, start)
-    choice("reflecting", reflecting, [None, "left", "right"])
-    scene = read(drift, numbers, reflecting).one()
-    return ExitLaw(scene, reflecting, digits(dps, 1_000), flag("full", full))
+    scenes.require_drift(drift, plain=False)
+    numbers = scenes.between(kappa, r, ends, start)
+    inputs.choice("reflecting", reflecting, [None, "left", "right"])
+    scene = scenes.read(drift, numbers, reflecting).one()
+    return ExitLaw(scene, reflecting, inputs.digits(dps, 1_000), inputs.flag("full", full))
 
 
 class ExitLaw:
@@ -131,13 +110,16 @@ class ExitLaw:
     `Estimate` where the law was asked for with ``full=True``.
     """
 
-    def __init__(self, scene: Scene, reflecting: str | None, dps: int | None, full: bool) -> None:
+    def __init__(
+        self, scene: scenes.Scene, reflecting: str | None, dps: int | None, full: bool
+    ) -> None:
         self._dps, self._full = dps, full
-        self._exit = Exit(scene, reflecting, FLOAT_DIGITS if dps is None else dps + 3)
+        self._exit = Exit(scene, reflecting, scenes.FLOAT_DIGITS if dps is None else dps + 3)
 
     def __repr__(self) -> str:
-        given = ", ".join(f"{name}={float_text(x)}" for name, x in self._exit.scene.numbers.items())
-        return f"<law of the exit time of {self._exit.scene.drift!r}, {given}>"
+        drift, numbers = self._exit.scene.drift, self._exit.scene.numbers
+        given = ", ".join(f"{n}={inputs.float_text(x)}" for n, x in numbers.items())
+        return f"<law of the exit time of {drift!r}, {given}>"
 
     @property
     def mean(self) -> Any:
@@ -146,7 +128,7 @@ class ExitLaw:
 
     def moment(self, k: int) -> Any:
         """E[tau^k], k from 1 to 20."""
-        count("k", k, 1, 20)
+        inputs.count("k", k, 1, 20)
         return self._number(lambda f: f.moment(k), k + 1)
 
     @property
@@ -186,11 +168,11 @@ class ExitLaw:
 
     def _laplace(self, s: Any, side: str | None) -> Any:
         parts = (s.real, s.imag) if isinstance(s, complex) or hasattr(s, "_mpc_") else (s,)
-        re, *im = (exact("s", x) for x in parts)
+        re, *im = (inputs.exact("s", x) for x in parts)
         if re < 0 and not exact_ball(re) > -self._exit.rate:
             raise RegionError(
-                f"s is {shown(s)}, at or beyond the first pole -{float(self.rate):.6g} of the "
-                "transform; give an s to its right."
+                f"s is {inputs.shown(s)}, at or beyond the first pole -{float(self.rate):.6g} of "
+                "the transform; give an s to its right."
             )
 
         def found(f: Series) -> Any:
@@ -213,7 +195,7 @@ class ExitLaw:
         def eigenvalue(k: int) -> Any:
             return self._number(lambda f: f.rates(k)[0][-1], ORDER + 8 * (k - 1), k * k * size)
 
-        return [eigenvalue(k) for k in range(1, count("many", many, 1, 12) + 1)]
+        return [eigenvalue(k) for k in range(1, inputs.count("many", many, 1, 12) + 1)]
 
     def survival(self, t: Numbers) -> Any:
         """P(tau > t), t >= 0, a number or an array."""
@@ -228,10 +210,10 @@ class ExitLaw:
         return self._of_times(t, "pdf")
 
     def _of_times(self, t: Any, name: str) -> Any:
-        times = floats("t", t) if is_array(t) else None
-        given = [exact("t", x) for x in ([t] if times is None else times.flat)]
+        times = inputs.floats("t", t) if inputs.is_array(t) else None
+        given = [inputs.exact("t", x) for x in ([t] if times is None else times.flat)]
         if (first := min(given)) < 0:
-            raise InputError(f"t is {float_text(first)}; give a time of at least 0.")
+            raise InputError(f"t is {inputs.float_text(first)}; give a time of at least 0.")
         found = [self._exit.at_time(x, name) for x in given]
         if times is None:
             return self._as_asked(*found[0])
@@ -242,9 +224,9 @@ class ExitLaw:
 
     def quantile(self, p: Number) -> Any:
         """t with P(tau <= t) = p, 0 < p < 1; its error is an estimate."""
-        wanted = exact("p", p)
+        wanted = inputs.exact("p", p)
         if not 0 < wanted < 1:
-            raise InputError(f"p is {shown(p)}; give a probability between 0 and 1.")
+            raise InputError(f"p is {inputs.shown(p)}; give a probability between 0 and 1.")
         return self._as_asked(self._exit.quantile(wanted), "estimate")
 
     def _number(self, of: Callable[[Series], Any], order: int, size: float = 0.0) -> Any:
@@ -253,8 +235,8 @@ class ExitLaw:
     def _as_asked(self, ball: Any, kind: ErrorKind, full: bool = False) -> Any:
         if self._dps is None and abs(ball) < _TINY:
             ball = type(ball)(arb(0, abs(ball).upper()))
-        asked = Request("the law", "exact", None, self._dps, False, full or self._full)
-        return in_digits(asked, Answer(ball, kind))
+        asked = scenes.Request("the law", "exact", None, self._dps, False, full or self._full)
+        return in_digits(asked, scenes.Answer(ball, kind))
 
 
 class Side(NamedTuple):

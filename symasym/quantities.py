@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
-from symasym.base.inputs import flag
-from symasym.drift.scenes import between, pair
+from symasym.base.inputs import Number, Numbers, flag
+from symasym.drift.drift import Drift
+from symasym.drift.scenes import Ends, between, pair
 from symasym.methods import ask
-
-if TYPE_CHECKING:
-    from symasym.base.inputs import Number, Numbers
-    from symasym.drift.drift import Drift
-    from symasym.drift.scenes import Ends
 
 __all__ = ["escape_time", "exit_probability", "occupation", "stationary_density"]
 
