@@ -8,7 +8,7 @@ has exact rationals; scenes that broadcast have float64.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -45,6 +45,13 @@ QUANTITIES = {
 _LEAST, _MOST = 1e-145, 1e145
 
 
+def ends_of(numbers: Mapping[str, Any]) -> tuple[Any, Any]:
+    """Of the interval that is left: -r and r, or as given."""
+    if "r" in numbers:
+        return -numbers["r"], numbers["r"]
+    return numbers["left"], numbers["right"]
+
+
 @dataclass(frozen=True)
 class Scene:
     """One scene in exact numbers; `numbers` are the verb's own, in its order."""
@@ -59,10 +66,8 @@ class Scene:
 
     @property
     def ends(self) -> tuple[Any, Any]:
-        """Of the interval that is left: -r and r, or as given."""
-        if "r" in self.numbers:
-            return -self.numbers["r"], self.numbers["r"]
-        return self.numbers["left"], self.numbers["right"]
+        """Of the interval that is left."""
+        return ends_of(self.numbers)
 
     @property
     def start(self) -> Any:

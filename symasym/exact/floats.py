@@ -31,7 +31,7 @@ import numpy as np
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray, is_array
 from symasym.drift.sampled import Field
-from symasym.drift.scenes import Answer, Request, Scenes
+from symasym.drift.scenes import Answer, Request, Scenes, ends_of
 from symasym.exact.balls import of_scene
 from symasym.exact.float_panels import OF_A, ULP, Logs, Side, constant, panels, seen
 
@@ -119,19 +119,12 @@ def logs_of(
         some = {n: x[rows] for n, x in numbers.items()}
         if name in ("T", "C", "1 - C"):
             until = some["start"], some["start"]
-            both = sides(of, lam[rows], _ends(some), until, rows, moment, reflecting)
+            both = sides(of, lam[rows], ends_of(some), until, rows, moment, reflecting)
             found.append(_of_exit(name, *both))
         else:
             found.append(_of_stay(name, of, lam[rows], some, rows))
     logs, errors = map(np.concatenate, zip(*found, strict=True))
     return Logs(logs, np.where(np.isnan(logs + errors), np.inf, errors))
-
-
-def _ends(numbers: Mapping[str, Any]) -> tuple[Any, Any]:
-    """Of the intervals that are left."""
-    if "r" in numbers:
-        return -numbers["r"], numbers["r"]
-    return numbers["left"], numbers["right"]
 
 
 def _of_exit(name: str, rate: list[Logs], w: list[Logs], *more: list[Logs]) -> Logs:
@@ -152,7 +145,7 @@ def _of_stay(name: str, of: Field, lam: Any, numbers: Mapping[str, Any], rows: A
     low, high = numbers.get("low", -one), numbers.get("high", one)
     if name == "p_ss":
         low = high = numbers["y"]
-    ends = (np.minimum(low, -1.0), np.maximum(high, 1.0)) if layer else _ends(numbers)
+    ends = (np.minimum(low, -1.0), np.maximum(high, 1.0)) if layer else ends_of(numbers)
     low, high = np.clip(low, *ends), np.clip(high, *ends)
     far = np.maximum(np.abs(ends[0]), np.abs(ends[1]))
     phi, two = seen(of, rows, far, -1.0, True), np.tile(lam, 2)
