@@ -83,9 +83,11 @@ def with_error(value: Any, error: Any) -> str:
 
     if not np.ndim(value):
         return _element(value, error)
-    pairs = zip(value.flat, np.broadcast_to(np.asarray(error), value.shape).flat, strict=True)
-    texts = np.array([_element(*pair) for pair in pairs], object).reshape(value.shape)
-    return np.array2string(texts, separator=", ", formatter={"object": str})
+    errors = np.broadcast_to(np.asarray(error), value.shape)
+    # Of many elements NumPy shows some.
+    show: Any = {"int": lambda k: _element(value.flat[k], errors.flat[k])}
+    places = np.arange(value.size).reshape(value.shape)
+    return np.array2string(places, separator=", ", formatter=show)
 
 
 def _element(value: Any, error: Any) -> str:
