@@ -8,7 +8,7 @@ the radius r the derivatives are closed forms of the sweeps (eq:Ttilde, eq:C; do
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -138,9 +138,9 @@ def sensitivity(
         return _named(quantity, at, columns, "bound")
 
 
-def _named(quantity: str, at: Mapping[str, Any], columns: Any, kind: ErrorKind) -> Sensitivity:
+def _named(quantity: str, names: Iterable[str], columns: Any, kind: ErrorKind) -> Sensitivity:
     """Derivatives, errors and condition numbers by the names of the parameters."""
-    slopes, errors, conditions = (dict(zip(at, x, strict=True)) for x in columns)
+    slopes, errors, conditions = (dict(zip(names, x, strict=True)) for x in columns)
     return Sensitivity(quantity, slopes, errors, conditions, kind)
 
 
@@ -239,12 +239,12 @@ def _ends_in_balls(
 @np.errstate(all="ignore")
 def _in_floats(quantity: str, scenes: Scenes) -> Sensitivity:
     """Derivatives of many scenes in float64; in balls where these say little."""
-    count, model = len(scenes.lam), scenes.drift.model
-    parameters = scenes.drift.values.items()
-    at = {n: np.broadcast_to(np.asarray(x, float), count) for n, x in parameters} | scenes.numbers
-    values = np.array([*at.values()])
-    slopes, errors = _by_floats(quantity, scenes, at)
-    unit = np.where(values == 0, 1.0, np.abs(values))
+    count, shape, model = len(scenes.lam), scenes.shape, scenes.drift.model
+    names = [*scenes.drift.values, *scenes.numbers]
+    given = [*scenes.drift.values.values(), *scenes.numbers.values()]
+    values = np.array([np.broadcast_to(np.asarray(x, float), count) for x in given])
+    unit = np.where(np.abs(values) < 1e-200, 1.0, np.abs(values))
+    slopes, errors = _by_floats(quantity, scenes, values, unit)
     size = np.maximum(1.0, np.abs(slopes * unit).max(axis=0))
     # A needle of dA/dp may lie between the nodes that suffice for A; and beside an end a start that
     # is no float is another one.
@@ -252,33 +252,30 @@ def _in_floats(quantity: str, scenes: Scenes) -> Sensitivity:
     closer |= any(x != float(x) for n, x in scenes.exactly.items() if n != "kappa")
     for k in np.flatnonzero(closer | ~(errors * unit <= _ENOUGH * size).all(axis=0)):
         found = _proved(quantity, scenes.at(k), _FLOAT_DIGITS)
-        for j, name in enumerate(at):
-            slopes[j, k], errors[j, k] = rounded(found[name], None)
+        slopes[:, k], errors[:, k] = zip(*(rounded(found[n], None) for n in names), strict=True)
     if (lost := ~np.isfinite(slopes).all(axis=1)).any():
         raise RangeError(
-            f"d log({quantity})/d({[*at][np.argmax(lost)]}) is outside the range of float64; pass "
+            f"d log({quantity})/d({names[np.argmax(lost)]}) is outside the range of float64; pass "
             "dps=…."
         )
-    errors = np.maximum(errors, 5e-324)  # what float64 takes for 0 is none
-    shape = scenes.shape
-    rows = (slopes, errors, np.abs(slopes * values))
-    columns = ([x.reshape(shape) if shape else x.item() for x in column] for column in rows)
-    return _named(quantity, at, columns, "estimate")
+    rows = slopes, np.maximum(errors, 5e-324), np.abs(slopes * values)
+    columns = ([x.reshape(shape) if shape else x.item() for x in row] for row in rows)
+    return _named(quantity, names, columns, "estimate")
 
 
 def _by_floats(
-    quantity: str, scenes: Scenes, at: Mapping[str, FloatArray]
+    quantity: str, scenes: Scenes, values: FloatArray, unit: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """The derivatives by every parameter, and their estimated errors."""
-    stepped, count = [*scenes.drift.values, "kappa"], len(scenes.lam)
-    known, each = np.array([at[n] for n in stepped]), np.arange(len(stepped))
-    unit = np.where(np.abs(known) < 1e-200, 1.0, np.abs(known))
-    moved = np.repeat(known[:, None], len(stepped), axis=1).astype(complex)
+    names, count = [*scenes.drift.values, "kappa"], len(scenes.lam)
+    many, each = len(names), np.arange(len(names))
+    unit = unit[:many]
+    moved = np.repeat(values[:many, None], many, axis=1).astype(complex)
     moved[each, each] += 1j * _STEP * unit
-    parameters = dict(zip(stepped, moved.reshape(len(stepped), -1), strict=True))
-    numbers = {n: np.tile(x, len(stepped)) for n, x in scenes.numbers.items()}
+    parameters = dict(zip(names, moved.reshape(many, -1), strict=True))
+    numbers = {n: np.tile(x, many) for n, x in scenes.numbers.items()}
     numbers["kappa"] = parameters.pop("kappa")
-    of = Field(scenes.drift, parameters, moved[0].size)
+    of = Field(scenes.drift, parameters, many * count)
     logs, errors = floats.logs_of(quantity, of, numbers)
     slopes, errors = logs.imag.reshape(-1, count) / (_STEP * unit), errors.reshape(-1, count)
     # An exponent that is off moves all derivatives like the value, at most as the largest of them.
@@ -286,7 +283,7 @@ def _by_floats(
     errors = _FACTOR * (errors.max(axis=0) + 1e-15) * (np.abs(slopes) + (1.0 + largest) / unit)
     if "r" not in numbers:
         return slopes, errors
-    r, start = at["r"], at["start"]
+    r, start = scenes.numbers["r"], scenes.numbers["start"]
     of = Field(scenes.drift, {}, count)
     sides = [
         floats.sides(of, scenes.lam, (-r, r), until, np.arange(count))
@@ -297,12 +294,8 @@ def _by_floats(
     def product(*factors: Any, over: Any = 0.0) -> Any:
         return np.exp(sum(factors) - over)
 
-    more, less = np.array(
-        [
-            np.broadcast_arrays(*pair, r)[:2]
-            for pair in _by_ends(quantity, near, far, np.logaddexp(*near[1]), product).values()
-        ]
-    ).swapaxes(0, 1)
+    found = _by_ends(quantity, near, far, np.logaddexp(*near[1]), product).values()
+    more, less = (np.array([pair[k] + 0 * r for pair in found]) for k in (0, 1))
     lost = [x.error + ULP * np.abs(x.log) for side in sides for two in side for x in two]
     off = (more + less) * (2e-15 + 3 * np.max(lost, axis=0))
     return np.vstack((slopes, more - less)), np.vstack((errors, off))
