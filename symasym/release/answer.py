@@ -53,8 +53,8 @@ class Law:
 class Release:
     """The time of release; ``float(answer)`` is its mean. Everything is in scaled time.
 
-    It has the mean, its absolute error (an estimate) and the standard deviation, the chances to
-    ``exit`` through -r and through r, and the laws of the time and of z at release.
+    It has the mean, its absolute error (an estimate), the standard deviation, the probabilities of
+    the ``exit`` through -r and through r, and the laws of the time and of z at release.
     """
 
     mean: float

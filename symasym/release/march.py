@@ -123,11 +123,11 @@ def radau(n: int) -> tuple[Any, ...]:
 
 
 class March:
-    """The density on elements of one degree between `ends`, marched slab by slab.
+    """The density on elements of one degree between `ends`, advanced slab by slab.
 
-    After `finish`: at each stage the way s, the time `clock` C(s), the chance to have `left` by
-    then, its `density`, and in three columns the quadrature's `share` of what p, p1 and p2 lose;
-    the mean and the standard deviation of the time; in p[0] the chances to have left.
+    After `finish` there are, at each stage, the distance s (`way`), the time C(s) (`clock`), the
+    probability of having `left`, its `density`, and in three columns the quadrature's `share` of
+    the losses of p, p1 and p2; the mean and the standard deviation; and p[0] with the exits.
     """
 
     def __init__(self, scene: Scene, ends: FloatArray, degree: int, stages: int) -> None:

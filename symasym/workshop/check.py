@@ -1,9 +1,9 @@
 """Runs every method on every scene and records value, stated error, true error and run time.
 
-`verify` judges the records: none may be farther from the truth than it says. `report` shows them,
-beside other programs (`symasym.workshop.peers`): error against run time. The truth is plain
-quadrature of the printed integrals (`symasym.workshop.reference_quadrature`) where a scene is
-smooth enough for it, else a closed form, else the exact value in balls with 60 digits.
+`verify` checks that no true error exceeds the stated one. `report` plots error against run time,
+including other programs (`symasym.workshop.peers`). The truth is a closed form, otherwise plain
+quadrature of the printed integrals (`symasym.workshop.reference_quadrature`) if the scene is smooth
+enough for it, otherwise the exact value in balls with 60 digits.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _TRUTH, _QUADRATURE = 60, 25  # digits of the truth in balls, and by quadrature
-_LEAST = 1e-25  # error that the picture tells from 0
+_LEAST = 1e-25  # smaller errors are drawn there
 #: Method, order, and the digits asked for (None: float64).
 RUNS: list[tuple[str, int | None, int | None]] = [
     *(("exact", None, digits) for digits in (None, 20, 50)),
@@ -89,7 +89,7 @@ def records(
             continue
         calls: list[Any] = [(run, partial(_asked, problem, quantity, *run)) for run in RUNS]
         calls += [((name, None, None), peer) for name, peer in peers]
-        with suppress(SymasymError):  # loading and compiling count for none of them
+        with suppress(SymasymError):  # excludes loading and compiling from the times
             _asked(problem, quantity, *RUNS[0])
         for (method, order, digits), call in calls:
             began = time.process_time()

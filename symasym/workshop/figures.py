@@ -1,8 +1,8 @@
-"""The paper's figures by name, computed from the model, and those of the escape time.
+"""The paper's figures by name, computed from the model, and further figures of the escape time.
 
-The exact escape time, z frozen, and the paper's formula against z0 (fric1, fric2), and through the
-fold by step and uniform approximation (stokes). While the block sticks the belt moves z: paths,
-where and when it comes free (release), and the regimes of it (regimes).
+fric1 and fric2 show the exact escape time with z frozen and the paper's formula against z0, stokes
+the step and the uniform approximation near the fold. As the belt moves z while the block sticks,
+release shows paths, and the place and time of the release, and regimes the regimes of release.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from symasym.workshop.style import BLUE, FAINT, INK, OCHRE, RED, TEAL, shade
 __all__ = ["DRAWN", "EPS", "FIGURES", "KINDS", "R", "encode", "oscillator"]
 
 FIGURES, KINDS, encode = style.FIGURES, style.KINDS, style.encode
-# The paper's setting: eps, kappa and r are the physical ones.
+# The paper's physical values of eps, kappa and r.
 EPS, R = "0.01", "0.1"
 KAPPAS = {"0.01": BLUE, "0.02": RED, "0.05": TEAL, "0.1": OCHRE}
 MUS = {"1/2": BLUE, "1": RED, "2": TEAL, "3": OCHRE}
 #: (mu, kappa) of every curve in fric1 and fric2.
 DRAWN = *product(("3", "1/2"), KAPPAS), ("1", "0.01"), ("2", "0.01")
-# The moving block: scaled, but for eps.
+# The moving block, in scaled variables except eps.
 _Z0, _R, _EPS, _FOLD = -0.4, 10.0, 0.01, -7 / 9
 _NOISES = {0.1: BLUE, 0.2: RED, 0.3: TEAL}
 _EXACT: dict[str, Any] = {"linewidth": 2.4}
@@ -97,7 +97,7 @@ def _inset(axes: Axes, curves: list[_Curve], width: float, ticks: Any) -> None:
     )
     inset = axes.inset_axes((0.1, 0.4, width, 0.5))
     _draw(inset, curves)
-    # The formula jumps by about 1 on this scale, whatever the noise.
+    # The formula jumps by about 1 on this scale for any noise.
     inset.set(
         xlim=(min(folds) - 0.15, min(max(folds) + 0.15, 0)),
         ylim=(min(levels) - 0.55, max(levels) + 2.25), xticks=ticks,
@@ -106,7 +106,7 @@ def _inset(axes: Axes, curves: list[_Curve], width: float, ticks: Any) -> None:
     inset.tick_params(labelsize="small")
     inset.spines[["top", "right"]].set_visible(True)
     zoom = axes.indicate_inset_zoom(inset, edgecolor="0.5")
-    # One line at most: others go through the tick labels or the curves.
+    # At most one leader line, as others would cross the tick labels or the curves.
     for corner, line in enumerate(zoom.connectors or ()):
         line.set_visible(corner == 2 and len(set(folds)) == 1)
     looks = ("exact", "0.65", _EXACT), ("paper's formula", INK, _PAPER)
@@ -167,7 +167,7 @@ def stokes(figure: Figure) -> None:
 
     paper = log_time("paper")
     paper[np.argmin(np.abs(z0 - _FOLD))] = np.nan  # a gap, not a line, at the step
-    few = np.union1d(z0[::2], z0[:13])  # at the left errors change their signs
+    few = np.union1d(z0[::2], z0[:13])  # errors change sign on the left
     curves = {
         "exact": (z0, log_time("exact"), INK, "-"),
         "step (the paper)": (z0, paper, BLUE, "-."),
@@ -251,7 +251,7 @@ def release(figure: Figure) -> None:
     law.set_xlim(right=_Z0)
     law.legend(loc="upper right")
     plane.legend(*law.get_legend_handles_labels(), loc="upper left")
-    # Weak noise takes most time and changes little.
+    # Weak noise takes the most time and changes the least.
     fine, some = np.geomspace(0.05, 2.0, 200), np.geomspace(0.05, 2.0, 25)[[0, 2, 4, *range(6, 25)]]
     looks: dict[Any, Any] = {
         "exact": (RED, "--", "frozen, exact"),

@@ -1,7 +1,6 @@
 """The same escape times by widely used tools, for polynomial drifts and the start 0.
 
-Each peer is given what helps it: V in closed form, integrals split at the kinks -1 and 1 and at 0,
-the largest exponent taken out.
+Each peer receives V in closed form, integrals split at -1, 0 and 1, and scaled exponentials.
 """
 
 from __future__ import annotations
@@ -124,7 +123,7 @@ def by_arb(c: list[Fraction], kappa: Fraction, r: Fraction, dps: int) -> Any:
         return rounded(_time(lam, single, double).real, dps)[0]
 
 
-@np.errstate(all="ignore")  # what overflows is nan
+@np.errstate(all="ignore")  # overflow gives nan
 def by_numpy(c: list[Fraction], kappa: Fraction, r: Fraction, panels: int) -> float:
     """T by Gauss panels in float64, with running integrals by one matrix and no logarithms."""
     x, w = np.polynomial.legendre.leggauss(_NODES)

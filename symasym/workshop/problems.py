@@ -1,7 +1,7 @@
 """The table of scenes from which verification, reports, tests and docs take their problems.
 
 `problems.csv` has a drift (of `symasym`, with its numbers, or an expression), noise, radius and
-start, all exact, and as tags what cannot be read off the numbers:
+start, all exact, and tags for properties that are not obvious from the numbers:
 
 - sliding: a- > 0 > a+, so that a stationary state exists
 - quadrature: smooth enough for plain quadrature
@@ -70,9 +70,9 @@ def _density(rise: str) -> ClosedForm:
     return lambda kappa, r, x: mp.exp(-2 * mp.convert(rise) / kappa**2) / sum(_masses(kappa))
 
 
-#: An odd drift, from 0.
+#: For an odd drift and the start 0.
 HALF: dict[str, ClosedForm] = {name: lambda kappa, r, x: mp.mpf(1) / 2 for name in ("C", "1 - C")}
-#: A = -u, from 0.
+#: For A = -u and the start 0.
 LINEAR = HALF | {
     "P": lambda kappa, r, x: _masses(kappa)[0] / sum(_masses(kappa)),
     "1 - P": lambda kappa, r, x: _masses(kappa)[1] / sum(_masses(kappa)),
@@ -139,7 +139,7 @@ class Problem:
 
     def known(self, quantity: str, dps: int) -> Any:
         """The closed form, right to `dps` digits."""
-        with mp.workdps(2 * dps + 250):  # what the closed forms cancel
+        with mp.workdps(2 * dps + 250):  # digits lost to cancellation
             numbers = (mp.convert(Fraction(x)) for x in (self.kappa, self.r, self.start))
             return self.closed[quantity](*numbers)
 

@@ -1,9 +1,9 @@
 """T, C, P and p_ss by plain quadrature of the printed integrals, as independent references.
 
 Composite quadrature of eq:Ttilde, eq:C, eq:P and eq:pss at Chebyshev points in mpmath. The drift is
-only ever evaluated, as SymPy prints it; V and the inner integrals are running integrals of the
-polynomial through a panel's points, and beyond the layer a tail of e^{-lam V} is elementary. Two
-resolutions must agree. Nothing here is shared with the engines but the drift's expression.
+only evaluated, as SymPy prints it. V and the inner integrals are running integrals of the
+polynomial through a panel's points; the tails of e^{-lam V} beyond the layer are elementary. Two
+resolutions must agree. Only the drift's expression is shared with the engines.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from symasym.base.errors import AccuracyError
 if TYPE_CHECKING:
     from symasym.drift.drift import Drift
 
-_LEVELS, _MOST = 5, 300_000_000  # multiplications: minutes
+_LEVELS, _MOST = 5, 300_000_000  # multiplications, which take minutes
 
 
 def escape_time(drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int) -> Any:
@@ -64,10 +64,10 @@ class _Swept(NamedTuple):
 
     lam: Any
     exponents: list[Any]  # lam V at each mark
-    up: list[Any]  # of e^{lam V} between two marks
-    down: list[Any]  # of e^{-lam V}
-    nested: list[Any]  # of e^{lam (V(v) - V(u))}, u from the first mark to v
-    tails: Any  # of e^{-lam V} before the first mark and behind the last, where they are finite
+    up: list[Any]  # integrals of e^{lam V} between two marks
+    down: list[Any]  # integrals of e^{-lam V}
+    nested: list[Any]  # integrals of e^{lam (V(v) - V(u))}, u from the first mark to v
+    tails: Any  # integrals of e^{-lam V} before the first mark and behind the last, if finite
 
 
 def _agreed(

@@ -1,9 +1,9 @@
 """Makes the figures, reference tables and derivations that are missing or out of date.
 
-The reference table has the escape times and exit probabilities of the paper's oscillator; the
-standard problems are du = phi dt + kappa sigma dW until u leaves the ends, in terms that any
-program understands: the mean time T, its variance, the probability C of the left end, and the
-principal eigenvalue, at which P(tau > t) decays.
+The reference table has the escape times and exit probabilities of the paper's oscillator. The
+standard problems, stated for any program, are du = phi dt + kappa sigma dW until u leaves an
+interval: the mean time T, its variance, the probability C of the left end, and the principal
+eigenvalue, the rate at which P(tau > t) decays.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from symasym.workshop import figures
 #: Spring extensions of the reference table.
 Z0 = tuple(f"{-k / 20:.2f}" for k in range(40, 0, -1))
 _STAMPS = ".stamps.json"
-_GUARD = 5  # digits beyond those printed, so that the last printed one is rounded right
+_GUARD = 5  # additional digits, so that the last printed one is rounded correctly
 
 
 def reproduce(
