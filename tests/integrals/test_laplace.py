@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from fractions import Fraction
 from functools import cache
 from typing import Any
 
@@ -14,9 +13,7 @@ import sympy
 from mpmath import mp, mpf
 
 import symasym as sa
-from symasym.series import Series, watson
 from tests.integrals.table import DIGITS, INTEGRALS, NAMED, scaled, truth
-from tests.moments import moment_coefficients
 
 x, nu = sympy.Symbol("x"), sympy.Symbol("nu", positive=True)
 c, y = sympy.Symbol("c", positive=True), sympy.Symbol("y")
@@ -88,14 +85,6 @@ def test_published_series(f: Any, g: Any, a: Any, b: Any, term: Any) -> None:
     for k, found in enumerate(only.coefficients[::step][:3]):
         gap = found / only.coefficients[0] - sympy.sympify(term(k))
         assert sympy.simplify(sympy.gammasimp(gap)) == 0
-
-
-@pytest.mark.parametrize(("contact", "beta"), [(1, 1), (2, Fraction(1, 2)), (3, 2), (4, 1)])
-def test_reversion_and_moments_agree(contact: int, beta: Any) -> None:
-    f = [Fraction(0)] * contact + [Fraction(-3, k + 2) for k in range(20)]
-    g = [Fraction((-1) ** k, 2 * k + 1) for k in range(20)]
-    steep = Series(c / f[contact] for c in f[contact:])
-    assert list(watson(steep, Series(g), contact, beta)) == moment_coefficients(f, g, contact, beta)
 
 
 @pytest.mark.parametrize(
