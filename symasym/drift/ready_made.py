@@ -275,8 +275,9 @@ def named_drift(name: str | None, expression: str | None, values: Mapping[str, A
     try:
         return DRIFTS[name](**given)
     except TypeError:
+        unknown = given.keys() - inspect.signature(DRIFTS[name]).parameters
         raise InputError(
-            f"{', '.join(given)} are no parameters of {name}; its parameters are "
+            f"{min(unknown)} is no parameter of {name}; its parameters are "
             f"{drift_signatures()[name]}."
         ) from None
 

@@ -68,7 +68,9 @@ def read(name: str, text: str, names: Mapping[str, Any] | None = None) -> Any:
             warnings.simplefilter("error")
             tree = ast.parse(written, mode="eval").body
         return _read(tree, written, {**CONSTANTS, **(names or {})}).value
-    except (SyntaxError, Warning, ValueError, TypeError, ArithmeticError, MemoryError) as error:
+    except SyntaxError as error:
+        why = f"is no formula ({error.msg.partition('.')[0]})"
+    except (Warning, ValueError, TypeError, ArithmeticError, MemoryError) as error:
         why = str(error) if type(error) is ValueError else "is no formula"
     except RecursionError:
         why = "is nested too deep"
@@ -98,7 +100,9 @@ def _read(node: ast.AST, text: str, names: Mapping[str, Any]) -> _Part:
             return _product(_MINUS, _read(inner, text, names))
         case ast.BinOp(left=left, op=op, right=right) if type(op) in _JOINED:
             return _JOINED[type(op)](_read(left, text, names), _read(right, text, names))
-        case ast.Call(func=ast.Name(id=word), args=[inner], keywords=[]) if word in FUNCTIONS:
+        case ast.Call(func=ast.Name(id=word), args=[inner], keywords=[]):
+            if word not in FUNCTIONS:
+                raise ValueError(f"has the function {word}; known are {', '.join(FUNCTIONS)}")
             return _call(word, _read(inner, text, names))
     raise ValueError(f"has {shown(ast.unparse(node))}, which is no part of a formula")
 
