@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,7 +27,6 @@ Floats = float | FloatArray
 Number = int | float | str | Fraction | Decimal
 Numbers = ArrayLike | Fraction | Decimal
 
-_Word = TypeVar("_Word", bound=str | None)
 #: The declared domain: every number but 0 is between these in size, 1e300 as a float among them.
 MOST = Fraction(10**300) + 10**285
 LEAST = 1 / MOST
@@ -51,7 +50,7 @@ def flag(name: str, value: object) -> bool:
     raise InputError(f"{name} is {shown(value)}; give True or False.")
 
 
-def choice(name: str, value: _Word, known: Iterable[str | None]) -> _Word:
+def choice(name: str, value: Any, known: Iterable[str | None]) -> Any:
     """The one of the `known` words that `value` is, where None is one."""
     words = list(known)
     if (value is None or isinstance(value, str)) and value in words:
