@@ -235,7 +235,7 @@ class ExitLaw:
     def _as_asked(self, ball: Any, kind: ErrorKind, full: bool = False) -> Any:
         if self._dps is None and abs(ball) < _TINY:
             ball = type(ball)(arb(0, abs(ball).upper()))
-        asked = scenes.Request("the law", "exact", None, self._dps, False, full or self._full)
+        asked = scenes.Request("the law", dps=self._dps, full=full or self._full)
         return in_digits(asked, scenes.Answer(ball, kind))
 
 

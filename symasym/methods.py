@@ -65,21 +65,10 @@ METHODS = {
 }
 
 
-def ask(
-    name: str,
-    drift: Drift,
-    numbers: dict[str, Any],
-    method: str = "exact",
-    order: Any = None,
-    rtol: Any = None,
-    dps: int | None = None,
-    log: bool = False,
-    full: bool = False,
-    moment: int = 1,
-    reflecting: str | None = None,
-) -> Any:
-    """The quantity of that name, at these numbers; the options are those of its function."""
+def ask(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
+    """The quantity of a request at these numbers; all options are read here."""
     require_drift(drift, plain=False)
+    name, method, order, dps, log, full, moment, reflecting, rtol = request
     choice("method", method, [m for m, row in METHODS.items() if name in row.quantities])
     if method == "auto":
         rtol = within("rtol", rtol, 1e-12 if dps is None else 1e-300, 0.5)

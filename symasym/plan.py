@@ -83,7 +83,7 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
     allowed = within("rtol", rtol, 1e-300, 0.5)
     digits = max(20, len(str(int(1 / allowed))) + 8)
     scene = read(drift, {"kappa": kappa, "r": r, "start": start}).one()
-    true = balls.of_scene(scene, Request("T", "exact", None, digits, False, True)).value
+    true = balls.of_scene(scene, Request("T", dps=digits, full=True)).value
     way = balls.bits_of_way(rational(scene.lam), rational(1 + scene.ends[1]))
     more = int(3.4 * digits) + 116 + way
 

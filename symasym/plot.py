@@ -9,7 +9,7 @@ import numpy as np
 from symasym.base.errors import InputError
 from symasym.base.inputs import Numbers, axes, choice, floats, is_array
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import QUANTITIES, require_drift, taken
+from symasym.drift.scenes import QUANTITIES, Request, require_drift, taken
 from symasym.methods import ask
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def plot(
             "plot against, as an array of one axis."
         )
     ((name, x),) = arrays.items()
-    found = ask(quantity, drift, numbers, full=True, **options)
+    found = ask(drift, numbers, Request(quantity, full=True, **options))
     value, log = found.value, options.get("log")
     if ax is None:
         from matplotlib import pyplot

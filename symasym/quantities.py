@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from symasym.base.inputs import Number, Numbers, flag
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import Ends, between, pair
+from symasym.drift.scenes import Ends, Request, between, pair
 from symasym.methods import ask
 
 __all__ = ["escape_time", "exit_probability", "occupation", "stationary_density"]
@@ -104,7 +104,8 @@ def escape_time(
     '239803837121.0377700112780486795091847626'
     """
     numbers = between(kappa, r, ends, start)
-    return ask("T", drift, numbers, method, order, rtol, dps, log, full, moment, reflecting)
+    asked = method, order, dps, log, full, moment, reflecting, rtol
+    return ask(drift, numbers, Request("T", *asked))
 
 
 def exit_probability(
@@ -144,7 +145,7 @@ def exit_probability(
     """
     numbers = between(kappa, r, ends, start)
     name = "1 - C" if flag("complement", complement) else "C"
-    return ask(name, drift, numbers, method, order, rtol, dps, log, full)
+    return ask(drift, numbers, Request(name, method, order, dps, log, full, rtol=rtol))
 
 
 def occupation(
@@ -200,7 +201,7 @@ def occupation(
     if ends is not None:
         numbers["left"], numbers["right"] = pair("ends", ends)
     name = "1 - P" if flag("complement", complement) else "P"
-    return ask(name, drift, numbers, method, order, rtol, dps, log, full)
+    return ask(drift, numbers, Request(name, method, order, dps, log, full, rtol=rtol))
 
 
 def stationary_density(
@@ -237,4 +238,5 @@ def stationary_density(
     >>> sa.stationary_density(sa.linear(1, -1), 1, [-0.5, 0.0, 0.5]).round(8)
     array([0.41836647, 0.53719319, 0.41836647])
     """
-    return ask("p_ss", drift, {"kappa": kappa, "y": y}, dps=dps, log=log, full=full)
+    asked = Request("p_ss", dps=dps, log=log, full=full)
+    return ask(drift, {"kappa": kappa, "y": y}, asked)

@@ -25,7 +25,7 @@ from symasym.base.estimate import number_text
 from symasym.base.files import progress, reference_value, write_bytes
 from symasym.base.inputs import choice, count, digits, exact, positive, sequence
 from symasym.drift.ready_made import named_drift
-from symasym.drift.scenes import QUANTITIES, taken
+from symasym.drift.scenes import QUANTITIES, Request, taken
 from symasym.methods import ask
 
 _NUMBERS = ("kappa", "r", "start")
@@ -107,7 +107,7 @@ def line_of(head: dict[str, Any]) -> bytes:
     name, dps = head["quantity"], head["dps"]
     numbers = {n: head["x"].get(n, 0) for n in QUANTITIES[name]}
     try:
-        found = ask(name, _drift(head), numbers, dps=dps + _GUARD, full=True)
+        found = ask(_drift(head), numbers, Request(name, dps=dps + _GUARD, full=True))
         record = head | reference_value(head["x"], found, dps)
     except SymasymError as error:
         record = head | {"mid": None, "rad": None, "refused": str(error)}

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from symasym.drift.scenes import QUANTITIES
+from symasym.drift.scenes import QUANTITIES, Request
 from symasym.methods import ask
 from symasym.workshop import check, reference_quadrature
 from tests.problems import BY_NAME, PROBLEMS, Problem, distance, logarithm, relative, tagged
@@ -235,8 +235,8 @@ def test_errors_fall_with_the_noise_as_the_order_says(case: Any) -> None:
         errors = []
         for noise in (F(kappa), F(kappa) * factor):
             scene = {"kappa": noise} | (numbers if quantity[-1] in "TC" else {})
-            exact = ask(quantity, drift, scene, dps=40)
-            found = ask(quantity, drift, scene, method=method, order=order, dps=40)
+            exact = ask(drift, scene, Request(quantity, dps=40))
+            found = ask(drift, scene, Request(quantity, method=method, order=order, dps=40))
             errors.append(relative(found, exact))
         fall = float(errors[0] / errors[1])
         assert fall == pytest.approx(float(factor) ** -(power * (order + 1)), rel=0.25), order
@@ -248,13 +248,13 @@ def test_the_best_order(kappa: str, order: int) -> None:
     drift = sa.friction(3, 1, "-0.4")
     numbers = {"kappa": kappa, "r": 10, "start": 0}
     asked: Any = {"method": "laplace", "dps": 20}
-    best = ask("T", drift, numbers, order="optimal", full=True, **asked)
-    others = [ask("T", drift, numbers, order=k, full=True, **asked) for k in range(2)]
+    best = ask(drift, numbers, Request("T", order="optimal", full=True, **asked))
+    others = [ask(drift, numbers, Request("T", order=k, full=True, **asked)) for k in range(2)]
     assert best.order == order
     assert all(best.error <= other.error for other in others)
-    assert ask("T", drift, numbers, order="optimal", **asked) == best.value
+    assert ask(drift, numbers, Request("T", order="optimal", **asked)) == best.value
     many = numbers | {"kappa": [float(kappa)]}
     asked["dps"] = None
-    (same,) = ask("T", drift, many, order="optimal", **asked)
+    (same,) = ask(drift, many, Request("T", order="optimal", **asked))
     assert relative(same, best.value) < 1e-12
-    assert distance(best.value, ask("T", drift, numbers, dps=30)) <= best.error
+    assert distance(best.value, ask(drift, numbers, Request("T", dps=30))) <= best.error

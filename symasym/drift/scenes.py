@@ -148,11 +148,11 @@ class Request(NamedTuple):
     """
 
     name: str
-    method: str
-    order: Any
-    dps: int | None
-    log: bool
-    full: bool
+    method: str = "exact"
+    order: Any = None
+    dps: int | None = None
+    log: bool = False
+    full: bool = False
     moment: int = 1
     reflecting: str | None = None
     rtol: Any = None

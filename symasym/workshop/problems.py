@@ -28,7 +28,7 @@ from typing import Any
 from mpmath import mp
 
 import symasym as sa
-from symasym.drift.scenes import QUANTITIES
+from symasym.drift.scenes import QUANTITIES, Request
 from symasym.methods import ask
 from symasym.workshop import reference_quadrature
 
@@ -126,7 +126,7 @@ class Problem:
         """The public function's answer."""
         numbers = {"kappa": self.kappa, "r": self.r, "start": self.start}
         taken = {name: numbers[name] for name in QUANTITIES[quantity]}
-        return ask(quantity, self.make(), taken, **options)
+        return ask(self.make(), taken, Request(quantity, **options))
 
     def by_quadrature(self, quantity: str, dps: int) -> Any:
         """T, C, P or 1 - P by plain quadrature of the printed integrals."""

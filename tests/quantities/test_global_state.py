@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import symasym as sa
+from symasym.drift.scenes import Request
 from symasym.methods import ask
 
 FRICTION, SLIDING, ANALYTIC = sa.friction(3, 1, "-0.3"), sa.linear(1, -1), sa.tanh(1, "-1/2", 3)
@@ -27,9 +28,9 @@ def _scene(name: str, drift: sa.Drift, kappa: str, **more: Any) -> Callable[[], 
     def asked() -> list[Any]:
         numbers = {"kappa": kappa, **({"r": 3, "start": 0} if name[-1] in "TC" else {})}
         array = {**numbers, "kappa": [float(kappa)]}
-        found = [ask(name, drift, array, full=True, **more)]
+        found = [ask(drift, array, Request(name, full=True, **more))]
         for options in ({}, {"dps": 22}, {"log": True}):
-            found.append(ask(name, drift, numbers, full=True, **options, **more))
+            found.append(ask(drift, numbers, Request(name, full=True, **options, **more)))
         return [*found, *map(str, found)]
 
     return asked
