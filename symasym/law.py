@@ -38,7 +38,7 @@ from symasym.base.inputs import Number, Numbers
 from symasym.drift import scenes
 from symasym.drift.drift import Drift
 from symasym.exact.exit_time import ORDER, Exit
-from symasym.exact.spectral import Series
+from symasym.exact.spectral import ExitTransform as Series
 from symasym.methods import in_digits
 
 __all__ = ["ExitLaw", "exit_law"]

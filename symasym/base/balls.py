@@ -31,6 +31,14 @@ def precision(bits: int) -> Iterator[None]:
             context.prec, context.cap = before
 
 
+def extra_bits(most: int) -> Iterator[int]:
+    """0, 60, 180, ... below `most`: bits to add until a ball has the digits wanted."""
+    more = 0
+    while more < most:
+        yield more
+        more = 2 * more + 60
+
+
 def exact_ball(value: Fraction) -> Any:
     """The ball of a rational: exact but for the rounding of a quotient."""
     return flint.arb(flint.fmpq(value.numerator, value.denominator))

@@ -1,4 +1,4 @@
-"""T, C, P and the stationary density as exact integrals: sigma' = 1 + lam phi sigma, Q' = sigma.
+"""T, C, P and the stationary density as exact integrals, by sweeps from both ends to the start.
 
-Swept from both ends to the start: `balls` to any number of digits, proved; `floats` over arrays.
+`balls` gives any number of digits, proved; `floats` float64 arrays. Theorem and symbols: `balls`.
 """

@@ -1,25 +1,29 @@
 """T, C, P and the stationary density in balls with proved radii, to any number of digits.
 
-With lam = 2/kappa^2 and e = e^{lam V}, V' = -phi, the mean escape time and the exit probability are
-made of the solutions of y'' + lam phi y' = s y to first order in s, as the system (Feller 1952)
+With lam = 2/kappa^2, e = e^{lam V} and V' = -phi, the mean escape time and the exit probability
+follow from y'' + lam phi y' = s lam y to first order in s, written as the system (Feller 1952)
 
     y' = e F,    F' = s lam y/e.
 
-From an end of the scene to x are carried eta = y/e and zeta = F, power series in s with positive
-coefficients. An end is a starting state (y, F): absorbing (0, 1), reflecting (1, 0). From an
-absorbing end eta(0) = sigma and zeta = 1 + s lam Q, where sigma' = 1 + lam phi sigma, Q' = sigma.
-With those from both ends at the start, and no terms that cancel,
+From an end of the scene to x the engine carries eta = y/e and zeta = F, power series in s with
+positive coefficients. The initial state (y, F) is (0, 1) at an absorbing end and (1, 0) at a
+reflecting one. From an absorbing end zeta = 1 + s lam Q + O(s^2) and, at s = 0,
 
-    T = lam (Q_L sigma_R + Q_R sigma_L)/(sigma_L + sigma_R),    C = sigma_R/(sigma_L + sigma_R).
+    eta' = 1 + lam phi eta,    Q' = eta:
 
-With -phi in place of phi, sigma is the time spent to the left of x, up to a factor: of these are
-p_ss(x) = 1/(sigma_L + sigma_R) and P.
+eta is the scale function divided by e. With the values from both ends L and R at the start,
 
-A panel of an interval is the matrix of (y, F) across it: to first order in s three integrals of e
-and 1/e, and e where it ends (`first_order`), else power series in s (`transform`), in which noise
-that depends on u and moments E[tau^k] are answered as well.
+    T = lam (Q_L eta_R + Q_R eta_L)/(eta_L + eta_R),    C = eta_R/(eta_L + eta_R),
 
-Numbers may be complex balls at first order, of which `symasym.sensitivity` makes derivatives.
+where all terms are positive, so that nothing cancels. Replacing phi by -phi and interchanging scale
+and speed density turns eta into the speed measure left of x over its density: hence
+p_ss(x) = 1/(eta_L + eta_R), and P.
+
+A panel of the interval acts by the matrix of (y, F) across it: to first order in s three integrals
+of e and 1/e, and e at its end (`first_order`); for noise sigma(u), and for the moments E[tau^k],
+power series in s (`transform`).
+
+Numbers may be complex balls at first order, as the complex step of `symasym.sensitivity` needs.
 """
 
 from __future__ import annotations
@@ -30,7 +34,7 @@ from typing import Any, NamedTuple
 
 from flint import arb, fmpq
 
-from symasym.base.balls import precision
+from symasym.base.balls import extra_bits, precision
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import float_text
 from symasym.drift.evaluate import Piece, pieces
@@ -38,15 +42,16 @@ from symasym.drift.formula import rational
 from symasym.drift.scenes import Answer, Request, Scene
 from symasym.exact import stationary, transform
 from symasym.exact.first_order import Record, records
-from symasym.exact.panels import largest_exponent, panels
+from symasym.exact.panels import largest_exponent, panel_of, panels
+from symasym.exact.transform import mirrored
 
-_MOST_BITS, _MOST_OF_MOMENTS = 20_000, 1_500  # beyond those that the digits take
+_MOST_BITS, _MOST_OF_MOMENTS = 20_000, 1_500  # beyond those that the digits need
 
 
 class State(NamedTuple):
-    """What is carried from an end: `eta` at s = 0, and `zeta` to first order in s.
+    """`eta` at s = 0, and the coefficients of `zeta` to first order in s.
 
-    From an absorbing end they are sigma and (1, lam Q).
+    From an absorbing end `zeta` is (1, lam Q).
     """
 
     eta: Any
@@ -76,8 +81,8 @@ def swept(
 ) -> State:
     """The state at `end` from that at `begin`, with panels for so many digits.
 
-    `order` is that of s: 1, or 0 where only eta is asked for. Numbers may be complex balls where
-    sigma is 1.
+    `order` is that of s: 1, or 0 if only eta is needed. Numbers may be complex balls if the noise
+    does not depend on u.
     """
     for p in _records(drift, lam, begin, end, digits, state, order):
         state = carried(state, p)
@@ -94,17 +99,12 @@ def _records(
     order: int,
 ) -> list[Record]:
     if all(p.scale is p.speed is None for p in drift):
-        found = panels(drift, lam, begin, end, digits)
-        if state.zeta[0] == 0:  # and stays so: what it is multiplied by changes no digit
+        found = panels(drift, lam, begin, end, digits, panel_of)
+        if state.zeta[0] == 0:  # It remains 0, so that its factors change no digit.
             found = [p._replace(bounds=(-math.inf, p.bounds[1], -math.inf)) for p in found]
         return records(found, lam, state.eta, digits, order)
     found = transform.matrices(drift, lam, begin, end, digits, order)
     return [Record(p.y2[0], p.z1[1], p.z2[1], p.inverse) for p in found]
-
-
-def mirrored(drift: Sequence[Piece]) -> list[Piece]:
-    """Of -phi(-u) and sigma(-u)."""
-    return [p.mirrored() for p in reversed(drift)]
 
 
 def sides(
@@ -120,28 +120,29 @@ def sides(
 
     Notes
     -----
-    With sigma = `eta` and w = lam Q = `zeta[1]` of both sides L and R,
+    With eta and w = `zeta[1]` = lam Q from both ends L and R,
 
-        dT/dstart = (T - w_L)/sigma_L,    dC/dstart = -1/(sigma_L + sigma_R).
+        dT/dstart = (T - w_L)/eta_L,    dC/dstart = -1/(eta_L + eta_R).
 
-    A derivative by an end solves the equation without a source, and is there minus the slope: with
-    sweeps of the whole interval from -r to r, L from -r and R back,
+    The derivative by an end solves the homogeneous equation and equals minus the slope there: with
+    sweeps of the whole interval, L from -r and R back from r,
 
-        dT/dr = (1 - C) w_L/sigma_L + C w_R/sigma_R,    dC/dr = (1 - C)/sigma_L - C/sigma_R.
+        dT/dr = (1 - C) w_L/eta_L + C w_R/eta_R,    dC/dr = (1 - C)/eta_L - C/eta_R.
     """
-    left, right = (REFLECTING if reflecting == side else ABSORBING for side in ("left", "right"))
-    back = mirrored(drift)
-    return (
-        swept(drift, lam, ends[0], start, digits, left, order),
-        swept(back, lam, -ends[1], -start, digits, right, order),
+    left, right = (
+        swept(way, lam, begin, end, digits, REFLECTING if reflecting == side else ABSORBING, order)
+        for side, (way, begin, end) in zip(
+            ("left", "right"), transform.ways(drift, ends, start), strict=True
+        )
     )
+    return left, right
 
 
 # -- what is asked for -----------------------------------------------------------------------------
 
 
 def span(name: str, numbers: Mapping[str, fmpq]) -> tuple[fmpq, fmpq]:
-    """From where to where a quantity needs a drift with a layer, or one between two ends."""
+    """The interval on which a quantity needs the drift."""
     if "r" in numbers:
         return -numbers["r"], numbers["r"]
     if "left" in numbers:
@@ -163,23 +164,10 @@ def enclosure(
 ) -> Any:
     """A ball with the quantity or its natural logarithm, within `precision(bits(digits))` or more.
 
-    Parameters
-    ----------
-    name : str
-        One of `symasym.drift.scenes.QUANTITIES`, or "p_ss".
-    drift : sequence of Piece
-        As far as `span` says; coefficients may be complex balls where sigma is 1.
-    lam : arb or acb
-    numbers : mapping of str to fmpq
-        Those of the quantity.
-    digits : int
-        For which the panels are chosen; the ball tells what is right.
-    log : bool
-    moment : int
-    reflecting : {"left", "right"}, optional
-    outside : pair of arb, optional
-        The masses left and right of the pieces, in units of that at their ends; without it they
-        are those of a constant drift.
+    `drift` is given on the interval `span`; it may have complex balls as coefficients if the noise
+    is constant. `outside` is the speed measure left and right of it, over the density 1/e at its
+    ends; by default that of a constant drift. The panels are for so many `digits`; the accuracy
+    attained is the ball's.
     """
     if name[-1] not in "TC":
         masses = _stationary(drift, lam, numbers, digits, outside)
@@ -224,7 +212,7 @@ def _moment(
 def _stationary(
     drift: Sequence[Piece], lam: Any, numbers: Mapping[str, fmpq], digits: int, outside: Any
 ) -> Any:
-    """p_ss(y) (eq:pss), or what P and 1 - P (eq:P) are in proportion to: sweeps with 1/e for e."""
+    """p_ss(y) (eq:pss), or the speed measure inside and outside (eq:P): sweeps with -phi."""
     back = [p.reversed() for p in drift]
     first, last = drift[0].left, drift[-1].right
     if outside is None:
@@ -245,13 +233,13 @@ def _stationary(
 
 
 def _beside(piece: Piece, lam: Any) -> Any:
-    """The mass of a first piece on which all is constant and which has no end on the left."""
+    """The mass of a first piece that extends to -infinity with constant drift and noise."""
     weight = 1 if piece.scale is None else piece.scale(arb(piece.left))
     return -weight / (lam * piece.phi(arb(piece.left)))
 
 
 def bits(digits: int, more: int = 0) -> int:
-    """A precision for so many digits, a moderate panel losing up to e^{2 reach}, and `more`."""
+    """Bits for so many digits and `more`; a moderate panel loses a factor of up to e^{2 reach}."""
     return math.ceil(digits * 3.322) + int(3 * largest_exponent(digits)) + 30 + more
 
 
@@ -266,10 +254,10 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     line = name[-1] not in "TC" and "left" not in numbers
     low, high = places = span(name, numbers)
     outside = (arb(0), arb(0)) if "left" in numbers else None
-    # Rounding of lam V, which may reach lam times the way, is taken off the digits.
-    guard, more = bits_of_way(lam, max(abs(low), abs(high))), 0
+    # The absolute error of lam V, which is of order lam times the length, is a relative one of e.
+    guard = bits_of_way(lam, max(abs(low), abs(high)))
     most = _MOST_BITS if request.moment == 1 else _MOST_OF_MOMENTS
-    while more < most:
+    for more in extra_bits(most):
         working = digits + 4 + more // 8
         with precision(bits(working, guard + more)):
             if line and not scene.drift.model.layered:
@@ -286,7 +274,6 @@ def of_scene(scene: Scene, request: Request) -> Answer:
             right = ball.rel_accuracy_bits() > digits * 3.322 + 1
             if right or (request.log and ball.rad() < arb(10) ** (-2 * digits)):
                 return Answer(ball, "bound")
-        more = 2 * more + 60
     given = ", ".join(f"{name} = {float_text(x)}" for name, x in scene.numbers.items())
     raise AccuracyError(
         f"{given} and the drift leave fewer than {request.digits} digits of {request.name} right "
@@ -295,6 +282,6 @@ def of_scene(scene: Scene, request: Request) -> Answer:
 
 
 def bits_of_way(lam: fmpq, far: fmpq) -> int:
-    """Bits before the point of lam V, at most, where |phi| is of order 1 as far as `far`."""
+    """Bits before the binary point of lam V, with |phi| of order 1 as far as `far`."""
     x = lam * far
     return max(0, int(x.p).bit_length() - int(x.q).bit_length())

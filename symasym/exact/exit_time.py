@@ -1,7 +1,8 @@
-"""One exit to so many digits: powers of s and bits as needed, probabilities.
+"""Exit-time quantities of one scene to a requested accuracy.
 
-Which way serves a time is decided beforehand: few rates by Weyl's law, a vertical line where the
-law is narrow or the probability small, else Talbot's contour. Theorems and symbols: `symasym.law`.
+The number of powers of s and the working precision are raised as needed. For a probability at time
+t the method is chosen in advance: few modes if by Weyl's law these suffice, a vertical line if the
+law is narrow or the probability is small, else Talbot's contour. Theorems: `symasym.law`.
 """
 
 from __future__ import annotations
@@ -10,76 +11,78 @@ import math
 from collections.abc import Callable
 from contextlib import suppress
 from fractions import Fraction
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from typing import Any
 
 from flint import arb
 
-from symasym.base.balls import exact_ball, precision
+from symasym.base.balls import exact_ball, extra_bits, precision
 from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import float_text
 from symasym.drift.formula import rational
 from symasym.drift.scenes import Scene
 from symasym.exact.balls import bits
-from symasym.exact.spectral import Series, TooEarly, TooFar
+from symasym.exact.spectral import ExitTransform, TooEarly
 from symasym.exact.transform import Undecided
 
-#: Powers of s at first, and at most.
-ORDER, _MOST = 20, 120
-_MOST_BITS = 1_500
-_MODES = 6  # rates for a probability
-_NARROW = 0.3  # std over mean, below which the sum over the modes cancels
-_WIDTHS = 40.0  # t over std, at most
-_EARLY = 0.01  # of the mean: times at which nothing may have happened
-_LEFT = 7.0  # above which the contour is no longer bent to the left
-_ROUGH, _SURE = 8, 12  # digits, and bits that show these many to be enough
+#: Powers of s at first.
+ORDER = 12
+_MOST, _MOST_BITS = 120, 1_500  # of powers; of bits beyond those that the digits take
+_MODES = 6  # the largest number of modes for a probability
+_NARROW = 0.3  # std/mean below which the sum over the modes cancels
+_WIDTHS = 40.0  # the largest t/std
+_EARLY = 0.01  # t/mean below which the probability may be negligible
+_LEFT = 7.0  # t/std above which Talbot's contour is not used
+_ROUGH, _SURE = 8, 12  # digits of a first attempt; bits of it that show the contour to be suitable
 _NOTHING = arb(10) ** -305
 _STEPS = 200
 _LONG = Fraction(10**300)
 
 
 class Exit:
-    """The exit time of a scene to so many digits; series that were found are kept."""
+    """The exit time of a scene to so many digits; power series in s are kept for further calls."""
 
     def __init__(self, scene: Scene, reflecting: str | None, digits: int) -> None:
         self.scene, self.reflecting, self.digits = scene, reflecting, digits
-        self._kept: dict[Any, Series] = {}
+        self._to = cache(partial(ExitTransform, scene, reflecting))
 
     def ball(
-        self, of: Callable[[Series], Any], order: int, size: float = 0.0, wanted: int = 0
+        self, of: Callable[[ExitTransform], Any], order: int, size: float = 0.0, wanted: int = 0
     ) -> Any:
-        """A ball with the digits wanted; powers of s, then bits, are added until it has them."""
-        wanted, more = wanted or self.digits, 0
+        """The quantity `of` to the digits wanted, by power series in s to this order or above, on
+        panels for |s| <= `size`."""
+        wanted = wanted or self.digits
         size = 2.0 ** math.ceil(math.log2(size)) if size else 0.0
-        while order <= _MOST and more < _MOST_BITS:
+        for more in extra_bits(_MOST_BITS):
             working = wanted + 6 + more // 8
             with precision(bits(working, more)), suppress(ZeroDivisionError, ValueError):
-                powers = max(order, working // 2 + 8) if size else order
-                key = powers, size, working, more
-                if key not in self._kept:
-                    self._kept[key] = Series(self.scene, self.reflecting, powers, size, working)
-                try:
-                    found = of(self._kept[key])
-                except Undecided:
-                    order += order // 3 + 4
-                    continue
-                except TooFar:
-                    size *= 2
-                    continue
+                found = self._reached(of, order, size, working)
+                if found is None:
+                    break
                 if found.rel_accuracy_bits() > wanted * 3.33 + 1:
                     return found
-            more = 2 * more + 60
         given = ", ".join(f"{n} = {float_text(x)}" for n, x in self.scene.numbers.items())
         raise AccuracyError(
             f"{given} leave fewer than {wanted} digits right in {_MOST_BITS:,} bits or {_MOST} "
             "powers of s; ask for fewer digits, or a number nearer to the mean or its inverse."
         )
 
+    def _reached(
+        self, of: Callable[[ExitTransform], Any], order: int, size: float, digits: int
+    ) -> Any:
+        """The quantity with as many powers of s as it needs; None beyond `_MOST`."""
+        while order <= _MOST:
+            try:
+                return of(self._to(max(order, digits // 2 + 8) if size else order, size, digits))
+            except Undecided:
+                order += order // 3 + 4
+        return None
+
     @cached_property
     def rate(self) -> Any:
         """The principal eigenvalue."""
-        most = float(self.ball(Series.most, 11, wanted=3))
+        most = float(self.ball(ExitTransform.most, 11, wanted=3))
         return self.ball(lambda f: f.rates(1)[0][0], ORDER, most)
 
     @cached_property
@@ -89,33 +92,32 @@ class Exit:
 
     @cached_property
     def std(self) -> float:
-        """Of tau, about."""
+        """The standard deviation of tau in float64."""
         return math.sqrt(self.ball(lambda f: f.variance(), 3))
 
     def at_time(self, t: Fraction, name: str, wanted: int = 0) -> tuple[arb, ErrorKind]:
-        """survival, cdf or pdf at a rational t."""
+        """The survival function, cdf or pdf at a rational t."""
         wanted = wanted or self.digits
         if t == 0:
             return arb(name == "survival"), "bound"
         for modes in (1, 2, 4, _MODES) if self._few_modes(float(min(t, _LONG))) else ():
             with suppress(TooEarly):
-                late = partial(Series.late, t=rational(t), name=name, count=modes)
-                order, size = ORDER + 8 * (modes - 1), modes**2 * float(self.rate)
+                late = partial(ExitTransform.late, t=rational(t), name=name, count=modes)
+                order, size = ORDER + 6 * (modes - 1), modes**2 * float(self.rate)
                 return self.ball(late, order, size), "bound"
         if float(t) > _WIDTHS * self.std:
             raise AccuracyError(
                 f"t is {float_text(t)} and the standard deviation {self.std:.6g}, too little for a "
                 "contour; take a larger kappa, or the normal law to which this one is close."
             )
-        # The contour bent to the left loses the digits of what is small beside its integrand.
-        if (
-            float(t) > _LEFT * self.std
-            or (float(t) < _EARLY * float(self.mean) and self._tilt(t)[1] < _NOTHING)
-            or self._on_contour(t, name, _ROUGH).rel_accuracy_bits() < _SURE
-        ):
+        # Talbot's contour loses the digits of a value that is small compared with its integrand.
+        early = float(t) < _EARLY * float(self.mean) and self._tilt(t)[1] < _NOTHING
+        if early or float(t) > _LEFT * self.std:
             return self._on_line(t, name, wanted), "estimate"
-        for more in (1, 15):
-            found = self._on_contour(t, name, wanted + more)
+        for n in (_ROUGH, wanted + 1, wanted + 15):
+            found = self._on_contour(t, name, n)
+            if found.rel_accuracy_bits() < _SURE:
+                return self._on_line(t, name, wanted), "estimate"
             if found.rel_accuracy_bits() > wanted * 3.33 - 4:
                 return found, "estimate"
         raise AccuracyError(
@@ -124,10 +126,10 @@ class Exit:
         )
 
     def _tilt(self, t: Fraction) -> tuple[float, arb]:
-        """c, and e^{c t} E[e^{-c tau}], about the least for c = 2^k c_0, and negative c beyond the
-        mean: by Markov's inequality above P(tau <= t), or P(tau > t)."""
+        """The c = 2^k c_0 that about minimizes e^{c t} E[e^{-c tau}], and this minimum: by Markov's
+        inequality a bound of P(tau <= t) or, beyond the mean, where c < 0, of P(tau > t)."""
         early = float(t) < float(self.mean) + self.std / 2
-        least = float(self.ball(Series.least, 11, wanted=3))
+        least = float(self.ball(ExitTransform.least, 11, wanted=3))
         c, best = max(5 / self.std, 1 / float(t)), (0.0, arb.pos_inf())
         if not early:
             c = -min(c, 0.24 * least)
@@ -142,12 +144,12 @@ class Exit:
         return best
 
     def _transform(self, s: Any) -> Any:
-        """|E[e^{-s tau}]|, about."""
+        """|E[e^{-s tau}]| to three digits, rounded up."""
         size = float(abs(s).upper())
         return self.ball(lambda f: abs(f.transform(s, None)), ORDER, size, wanted=3).upper()
 
     def _on_line(self, t: Fraction, name: str, wanted: int) -> Any:
-        """By a vertical line in the plane of s, where the integrand is about the smallest."""
+        """By the vertical line Re s = c on which the integrand is about the smallest."""
         c, most = self._tilt(t)
         complement = name == ("survival" if c > 0 else "cdf")
         if most < (arb(10) ** -wanted if complement else _NOTHING):
@@ -155,29 +157,30 @@ class Exit:
         with precision(64):
             other = 1 + (2 * exact_ball(t) * arb(c)).exp() * self._transform(arb(2 * c))
         line = partial(
-            Series.bromwich, t=rational(t), density=name == "pdf", c=c, most=most, other=other
-        )
+            ExitTransform.bromwich,
+            t=rational(t), density=name == "pdf", c=c, most=most, other=other,
+        )  # fmt: skip
         return self.ball(lambda f: self._named(name, c, line(f)), ORDER, 16 * abs(c), wanted)
 
     def _named(self, name: str, c: float, found: arb) -> arb:
-        """The probability of that name from P(tau <= t), or for negative c from -P(tau > t)."""
+        """The value `name` from P(tau <= t) or, for negative c, from -P(tau > t)."""
         if name == "pdf":
             return found
         return abs(found) if (name == "cdf") == (c > 0) else 1 - abs(found)
 
     def _few_modes(self, t: float) -> bool:
-        """True where so few rates should do, by Weyl's law."""
+        """True if by Weyl's law `_MODES` eigenvalues should suffice at t."""
         low, high = self.scene.ends
         wanted = self.digits * math.log(10) * float(self.scene.lam) / t
         narrow = self.std < _NARROW * float(self.mean)
         return not narrow and float(high - low) / math.pi * math.sqrt(wanted) < _MODES
 
     def _on_contour(self, t: Fraction, name: str, wanted: int) -> Any:
-        """By Talbot's contour with two numbers of nodes."""
+        """By Talbot's contour; the difference of two numbers of nodes estimates the error."""
         nodes = 2 * math.ceil(0.9 * wanted) + 8
         one, two = (
             self.ball(
-                partial(Series.talbot, t=rational(t), density=name == "pdf", nodes=n),
+                partial(ExitTransform.talbot, t=rational(t), density=name == "pdf", nodes=n),
                 ORDER,
                 n / float(t),
                 wanted,
@@ -189,13 +192,13 @@ class Exit:
             return 1 - found if name == "survival" else found
 
     def quantile(self, p: Fraction) -> Any:
-        """t with P(tau <= t) = p, within an estimate."""
+        """t with P(tau <= t) = p, with an estimated error, by Newton's method."""
         name, share = ("cdf", p) if 2 * p <= 1 else ("survival", 1 - p)
         with precision(bits(self.digits)):
             t, places = self.mean.mid(), _ROUGH
             for _ in range(_STEPS):
                 found, slope = (self.at_time(_rational(t), key, places)[0] for key in (name, "pdf"))
-                # Newton's step for the logarithm, which is nearly straight.
+                # Newton's step for log P, which is nearly linear in t.
                 step = (found / exact_ball(share)).log() * found / slope
                 step = -step if name == "survival" else step
                 room = abs(step).upper()
@@ -209,6 +212,6 @@ class Exit:
 
 
 def _rational(x: arb) -> Fraction:
-    """A point."""
+    """The midpoint of a ball."""
     mantissa, power = x.man_exp()
     return Fraction(int(mantissa)) * Fraction(2) ** int(power)

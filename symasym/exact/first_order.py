@@ -1,8 +1,9 @@
 """The matrix of (y, F) across a panel to first order in s, for noise that does not depend on u.
 
-At order 1 it is made of the integrals of e and 1/e and the nested one of e(u)/e(x) over u < x, by
-power series about the middle of a moderate panel, or the slow solution of t' = 1 + lam phi t. A
-first pass tells which integrals change a digit that is asked for; bounds enclose the others.
+Its entries are the integrals of e and 1/e and the nested integral of e(u)/e(x) over u < x, by power
+series about the middle of a moderate panel or by the slow solution of t' = 1 + lam phi t. A first
+pass decides which integrals change a digit; the others are enclosed by bounds. `transform` at order
+1 gives the same matrix, ten times slower, because it takes any noise and any order.
 """
 
 from __future__ import annotations
@@ -15,16 +16,16 @@ from flint import acb_poly, acb_series, arb, arb_series, ctx
 
 from symasym.exact.panels import ENDS, Panel, poly, slow_solver, within
 
-_SHORT = 8  # terms of a polynomial drift whose series is found term by term
+_SHORT = 8  # terms of a polynomial drift up to which recurrence is faster than multiplication
 _LOG10 = math.log(10.0)
 _NEVER = -math.inf
 
 
 class Record(NamedTuple):
-    """The matrix ((y1, y2), (z1, z2)) of (y, F) across a panel, e being 1 where it begins.
+    """The matrix ((1, y2), (s z1, 1 + s z2)) of (y, F) across a panel, with e = 1 at its left end.
 
-    At s = 0 it is ((1, y2), (0, 1)), with y2 the integral of e. `z1` and `z2` are coefficients of
-    s: lam times the integrals of 1/e, and of e(u)/e(x) over u < x. `inverse` is 1/e at the end.
+    `y2` is the integral of e, `z1` and `z2` are lam times the integrals of 1/e and of e(u)/e(x)
+    over u < x; the s-terms of the first row are not needed. `inverse` is 1/e at the right end.
     """
 
     y2: Any
@@ -34,9 +35,9 @@ class Record(NamedTuple):
 
 
 def records(found: list[Panel], lam: Any, eta: Any, digits: int, order: int) -> list[Record]:
-    """The panels' records: integrals that change a digit are computed, bounds enclose the others.
+    """The panels' records; integrals that change no digit are replaced by their bounds.
 
-    Which these are needs no proof: what is left out widens the ball, which is seen.
+    This choice needs no proof, as a wrong one only widens the final ball.
     """
     small = -digits * _LOG10 - 8
     eta = [eta.real.log().mid() if eta.real > 0 else _NEVER]
@@ -65,12 +66,12 @@ def _log_sum(x: Any, y: Any) -> Any:
 
 
 def _record(p: Panel, lam: Any, wanted: tuple[bool, bool, bool]) -> Record:
-    """Its matrix, the integrals that are not wanted by their bounds."""
-    # On [-1, 1] blur is integrated over a length of 2.
+    """The panel's record; integrals that are not wanted are enclosed by their bounds."""
+    # blur is integrated over [-1, 1], of length 2.
     rise = p.q(ENDS[1]) - p.q(ENDS[0]) + within(2 * p.blur, p.q)
     found: tuple[Any, ...] = (None, None, None)
     if any(wanted):
-        found = _resolved(p, *p.cauchy, *wanted) if p.cauchy else _slow(p, rise, *wanted)
+        found = (_moderate_integrals if p.cauchy else _slow_integrals)(p, rise, wanted)
     y2, z1, z2 = (
         within(arb(bound).exp(), p.q) if x is None else x
         for x, bound in zip(found, p.bounds, strict=True)
@@ -78,18 +79,16 @@ def _record(p: Panel, lam: Any, wanted: tuple[bool, bool, bool]) -> Record:
     return Record(y2, lam * z1, lam * z2, rise.exp())
 
 
-def _resolved(
-    p: Panel, rho: arb, height: arb, need_e: bool, need_inverse: bool, need_nested: bool
-) -> tuple[Any, ...]:
-    """The integrals of a moderate panel, from power series about its middle."""
+def _moderate_integrals(p: Panel, _: Any, wanted: tuple[bool, bool, bool]) -> tuple[Any, ...]:
+    """The integrals of a moderate panel, by power series about its middle."""
+    (rho, height), (need_e, need_inverse, need_nested) = p.cauchy, wanted
     n, h, kind = p.terms, p.half, acb_series if isinstance(p.q, acb_poly) else arb_series
     ctx.cap = n  # `precision` restores it
     series, low = kind(list(p.q), n), p.q(ENDS[0]).exp()
-    # Along a ray to |t| = rho, int |g| <= height (`panels._moderate`), so that e^{+-q} and
-    # y = int_0 e^{q(t) - q(w)} dw give integrals below rho^2 e^height: by Cauchy's estimate the
-    # terms from n on add up to
+    # On |t| <= rho, |q| <= height (`panels._moderate`): e^{+-q} and y = int_0 e^{q(t) - q(w)} dw
+    # have integrals below rho^2 e^height. Cauchy's estimate bounds the sum of the terms from n on.
     rest = within(2 * height.exp() / rho ** (n - 2), p.q)
-    # |e^{d} - 1| <= e^{2 blur} - 1 for what blur adds to an exponent.
+    # blur changes an exponent by at most 2 blur.
     other = (2 * p.blur).expm1()
     missed = [within(other * arb(x).exp(), p.q) if other > 0 else 0 for x in p.bounds]
     int_e = int_inverse = nested = None
@@ -102,7 +101,7 @@ def _resolved(
         first, last = _at_ends(up.integral(), rest)
         int_inverse = h * (last - first) / low + missed[1]
     if need_nested:
-        # y = e^q int_0 e^{-q} solves y' = 1 + g y: the shorter way to its coefficients.
+        # y = e^q int_0 e^{-q} also solves y' = 1 + g y, a short recurrence if g is short.
         y = kind(_by_equation(p.slope, n), n) if len(p.slope) < _SHORT else up * down
         below, above = _at_ends(y.integral(), rest)
         nested = h * h * (above - below - begin * (last - first)) + missed[2]
@@ -110,7 +109,7 @@ def _resolved(
 
 
 def _by_equation(g: list[Any], n: int) -> list[Any]:
-    """Coefficients of the solution of y' = 1 + g y from 0."""
+    """The coefficients of the solution of y' = 1 + g y with y(0) = 0."""
     y, turned, m = [arb(0), arb(1)], g[::-1], len(g)
     for k in range(1, n - 1):
         y.append(sum(map(mul, turned[-k - 1 :], y[max(k + 1 - m, 0) :])) / (k + 1))
@@ -118,13 +117,14 @@ def _by_equation(g: list[Any], n: int) -> list[Any]:
 
 
 def _at_ends(series: Any, rest: Any) -> tuple[Any, Any]:
-    """A power series at -1 and 1, whose other terms are below `rest`."""
+    """The values at -1 and 1 of a series whose omitted terms sum to less than `rest`."""
     whole = poly(list(series))
     return whole(ENDS[0]) + rest, whole(ENDS[1]) + rest
 
 
-def _slow(p: Panel, rise: Any, need_e: bool, need_inverse: bool, need_nested: bool) -> Any:
-    """The integrals of a slow panel: with t' = h + g t, (t e)' = h e; with -g, 1/e for e."""
+def _slow_integrals(p: Panel, rise: Any, wanted: tuple[bool, bool, bool]) -> tuple[Any, ...]:
+    """The integrals of a slow panel: t' = h + g t implies (t e)' = h e, and with -g that of 1/e."""
+    need_e, need_inverse, need_nested = wanted
     int_e = int_inverse = nested = None
     if need_inverse or need_nested:
         start, end, _ = _slow_solution(p, -1)
@@ -133,15 +133,13 @@ def _slow(p: Panel, rise: Any, need_e: bool, need_inverse: bool, need_nested: bo
         start, end, whole = _slow_solution(p, 1)
         int_e = end * (-rise).exp() - start
         if need_nested:
-            # The integral of e from the beginning, over e, is t - t(-1)/e.
+            # The integral of e from the left end, divided by e, is t - t(-1)/e.
             nested = whole - start * int_inverse
     return int_e, int_inverse, nested
 
 
 def _slow_solution(p: Panel, sign: int) -> tuple[Any, Any, Any]:
-    """The slow solution of t' = h + sign g t, at -1 and 1, and h times its integral."""
+    """The slow solution of t' = h + sign g t at -1 and 1, and h times its integral."""
     t, bound = slow_solver([sign * c for c in p.slope], p.blur, p.terms)([p.half], arb(0))
-    error = within(bound, p.q)
-    even, odd = sum(t[::2], error), sum(t[1::2], arb(0))
-    whole = sum([x / (2 * k + 1) for k, x in enumerate(t[::2])], error)
-    return even - odd, even + odd, 2 * p.half * whole
+    error, whole = within(bound, p.q), poly(t).integral()
+    return *_at_ends(t, error), p.half * (whole(ENDS[1]) - whole(ENDS[0]) + 2 * error)

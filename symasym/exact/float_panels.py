@@ -1,24 +1,22 @@
-"""Panels in float64, for many rows at once: where they are, and the integrals over them.
+"""Panels in float64, for many rows at once: their subdivision, and the integrals over them.
 
-lam phi/sigma^2 times half the width is a Chebyshev series, and so is log sigma where noise depends
-on u. A panel is known by e = e^{lam V(b) - lam V(a)} and integrals of the scale density a e and the
-speed density b/e: with S the integral of a e from the panel's left end, R that to its right end,
-and tau(v), for lam = 1, the mean time in which v leaves the panel,
+lam phi/sigma^2 times half the width is a Chebyshev series, and so is log sigma if the noise sigma
+depends on u. With e = e^{lam V}, 1 at the panel's left end, the scale density is a e and the speed
+density lam b/e. Let S(v) be the integral of a e from the left end to v, R(v) that from v to the
+right end, and theta(v), for lam = 1, the mean exit time from the panel. A panel's integrals are
 
-    I = int a e,  J = int b/e,  N = int S b/e,                                        for T and C;
-    K = int S^2 b/e,  M = int R b/e,  X = int R S b/e,
-    C0 = int tau b/e,  C1 = int S tau b/e,                                    for E[tau^2] as well.
+    I = int a e,    m_jk = int R^j S^k b/e,    t_k = int theta S^k b/e:
 
-Three ways to cross [-1, 1]; pieces are halved until one of the first two serves:
+I, m00 and m01 for T and C, and m02, m10, m11, t0 and t1 for E[tau^2] as well. There are three ways
+to evaluate them; pieces are halved until one of the first two applies:
 
-- *sampled*: e is known by its values at 20 Gauss nodes, lam V moving by some 20 units, or by 8;
-- *slow*: lam |phi| is large on a panel and phi has no zero near, so that with g = lam phi
-  t_0 = -a/g, t_{k+1} = t_k'/g has as sum a solution of t' = a + g t, and (t e)' = a e. Likewise
-  with -g, and with other sources than a, whose integrals over e are then known;
-- *constant*: in closed form, where the exponent is not small.
+- *sampled*: e by its values at 20 Gauss nodes, where lam V climbs by at most 8 and varies little;
+- *slow*: if phi has no zero near and lam |phi| is large, with g = lam phi the asymptotic series
+  x_0 = -a/g, x_{k+1} = x_k'/g sums to a solution of x' = a + g x, for which (x e)' = a e; likewise
+  for -g, and for other sources than a;
+- *constant*: in closed form, if the exponent is not small.
 
-What a panel misses is below 1e-16 by bounds on ellipses about it; one that passed no such test has
-error infinity.
+Truncation errors are below 1e-16 by bounds on ellipses; a panel without a bound has error infinity.
 """
 
 from __future__ import annotations
@@ -33,20 +31,20 @@ from flint import arb
 from symasym.drift.sampled import Field, Sampled
 
 ULP = 2.3e-16
-OF_A = 0.37 * ULP  # rounding of A, for each of its terms
+OF_A = 0.37 * ULP  # relative rounding error of A, for each of its terms
 _OWN = 4e-15  # relative error of a panel's integrals
 _LONG = float(np.finfo(np.longdouble).eps / np.finfo(float).eps)
 _MISSED = np.log(1e-16)
-_AT_ONCE = 1024  # columns in the cache
-_CLIMB = 8.0  # of lam V on a sampled panel: the nested integral loses so much of e^x ulp
-_DEEPEST, _PANELS = 38, 2000  # halvings, panels of a row
-_FEW = 8  # terms of A
-_UNITS, _MOST = (20.0, 14.0), 24  # exponent on pieces that a row begins with, and their number
-_NODES, _TERMS, _SLOW = 20, 40, 44.0  # of the slow series, right to e^{-44}
-_CLOSED = (0.25, 8.0)  # least exponents for closed forms
-_WIDTHS = np.array([1, 1, 2, 3, 2, 3, 3, 4])[:, None]  # their powers in I, J, N, K, M, X, C0, C1
-_AXES = 2.0 ** np.array([1.25, 2.0, 2.75, 3.5])[:, None]  # sums of the half axes of ellipses
-_ELLIPSES = np.array([3.0, 4.5, 8.0])[:, None]  # where others end
+_AT_ONCE = 1024  # columns that fit in the cache
+_CLIMB = 8.0  # of lam V on a sampled panel: a climb x costs the nested integral e^x ulp
+_DEEPEST, _PANELS = 38, 2000  # numbers of halvings, and of a row's panels
+_FEW = 8  # terms of A that are all significant
+_NODES, _TERMS, _SLOW = 20, 40, 44.0  # nodes; terms of the slow series; its accuracy e^{-44}
+_CLOSED = (0.25, 8.0)  # the least exponents for closed forms
+# Powers of the width in I, m00, m01, m02, m10, m11, t0, t1.
+_WIDTHS = np.array([1, 1, 2, 3, 2, 3, 3, 4])[:, None]
+_AXES = 2.0 ** np.array([1.25, 2.0, 2.75, 3.5])[:, None]  # sums of half axes of ellipses
+_ELLIPSES = np.array([3.0, 4.5, 8.0])[:, None]  # right ends of others
 _STRENGTH = (_ELLIPSES - 1.0) ** 2 / (2 * _ELLIPSES)
 
 
@@ -59,6 +57,9 @@ class Logs(NamedTuple):
     def of(self, rows: Any) -> Logs:
         return Logs(self.log.take(rows, axis=-1), self.error.take(rows, axis=-1))
 
+    def each(self) -> list[Logs]:
+        return [Logs(*x) for x in zip(*self, strict=True)]
+
     def put(self, rows: Any, new: Logs) -> None:
         for x, y in zip((*self.log, *self.error), (*new.log, *new.error), strict=True):
             x[rows] = y
@@ -66,7 +67,7 @@ class Logs(NamedTuple):
 
 @cache
 def matrices(terms: int) -> Any:
-    """What acts on Chebyshev coefficients, so many terms, and on values at Gauss's nodes."""
+    """Matrices acting on so many Chebyshev coefficients, and on values at Gauss nodes."""
     cheb, leg, nodes = np.polynomial.chebyshev, np.polynomial.legendre, _NODES
     roots = [arb.legendre_p_root(nodes, k, weight=True) for k in reversed(range(nodes))]
     x, weights = np.array([[float(y) for y in root] for root in roots]).T
@@ -90,8 +91,8 @@ def matrices(terms: int) -> Any:
         integrals=each(lambda row: cheb.chebval(until, cheb.chebint(row, lbnd=-1))),
         halves=[each(lambda row, line=line: halved(row, line)) for line in lines],
         antiderivative=each(lambda row: cheb.chebint(row)[1:]),
-        heights=np.cosh((k + 1) * np.log(_AXES)) + 1.0,  # of that on ellipses, and on [-1, 1]
-        accuracy=-2 * nodes * np.log(_AXES),  # of Gauss's rule
+        heights=np.cosh((k + 1) * np.log(_AXES)) + 1.0,  # its size on ellipses and on [-1, 1]
+        accuracy=-2 * nodes * np.log(_AXES),  # the error of Gauss's rule
         sizes=np.cosh(k[1:] * np.arccosh(_ELLIPSES)),
         weights=weights,
         running=each(lambda row: leg.legval(until, leg.legint(row, lbnd=-1)), nodes) @ to_series,
@@ -104,8 +105,8 @@ def times(matrix: Any, x: Any) -> Any:
     return (matrix @ x.view(float)).view(x.dtype)
 
 
-class Side(NamedTuple):
-    """`sign` phi(u) of rows by one formula, where `mirror` is -1 the image -`sign` phi(-u)."""
+class SampledDrift(NamedTuple):
+    """`sign` phi(u) of rows by one formula, or -`sign` phi(-u) where `mirror` is -1."""
 
     field: Field
     of: Sampled
@@ -114,16 +115,16 @@ class Side(NamedTuple):
     sign: float
     off: Any  # the error of phi
     loose: float  # the error of powers of sigma
-    edges: Any  # between them all is held by its Chebyshev terms
+    edges: Any  # between these the Chebyshev terms suffice
 
     @property
     def powers(self) -> tuple[float, float] | None:
-        """Of sigma in a and b."""
+        """The powers of sigma in a and b."""
         powers = self.field.powers
         return powers if self.sign > 0 or powers is None else powers[::-1]
 
     def end(self, side: int) -> tuple[Any, Any, Any]:
-        """phi/sigma^2 beside the layer, its error, and log sigma there."""
+        """phi/sigma^2 outside the layer, its error, and log sigma."""
         at = side * self.mirror
         left, right = (x[self.rows] for x in self.field.ends)
         a = self.sign * self.mirror * np.where(at < 0, left, right)
@@ -142,9 +143,8 @@ class Side(NamedTuple):
 
 def seen(
     field: Field, rows: Any, far: Any = 1.0, sign: float = 1.0, both: bool = False
-) -> list[Side]:
-    """The formulas of a drift in these rows as far as |u| = `far`, and behind them, where asked,
-    in their mirror images."""
+) -> list[SampledDrift]:
+    """The drift's formulas in these rows up to |u| = `far`; if `both`, mirror images follow."""
     mirror, found = np.repeat([1.0, -1.0] if both else [1.0], len(rows)), []
     for of in field.parts:
         (low, high), edges, loose = of.span, np.array([-np.inf, np.inf]), 0.0
@@ -155,7 +155,7 @@ def seen(
             act, middle, half = matrices(of.terms), (low + high) / 2, (high - low) / 2
             c = act.fit @ of(middle + half * act.points[:, None] + np.zeros(len(rows)), rows)
             off = (max(OF_A * _FEW, rounding) + 2 * ULP) * np.abs(c).sum(axis=0)
-            # Where rows differ, cuts prove nothing: ready-made drifts are judged by last terms.
+            # Cuts hold for one row; ready-made drifts in many rows are judged by their last terms.
             own = field.powers or not field.layered or not field.ready_made
             varied = any(np.ptp(np.real(x)) > 0 for x in of.arrays.values())
             if of.cuts is None or (varied and own):
@@ -164,34 +164,46 @@ def seen(
                 edges = np.unique([side * x for x in (low, *of.cuts, high) for side in (-1, 1)])
         loose = 4 * (loose + 2 * ULP) if field.powers else 0.0
         tiled = np.tile(rows, 1 + both), mirror, sign, np.tile(off, 1 + both)
-        found.append(Side(field, of, *tiled, loose, edges))
+        found.append(SampledDrift(field, of, *tiled, loose, edges))
     return found
 
 
 def panels(
-    phi: Side, rows: Any, lam: Any, low: Any, high: Any, order: int
+    phi: SampledDrift, rows: Any, lam: Any, low: Any, high: Any, order: int
 ) -> tuple[Logs, Any, Any]:
-    """Records of each row's first panel, of the second, ...; their rows; where each kind ends."""
-    act, n = matrices(phi.of.terms), len(rows)
-    # Pieces between edges, halved until they suffice.
+    """Records of the first panels of all rows, then of the second ones, ...; their rows; and where
+    each of these groups ends."""
+    row, left, half, strength, c = _subdivided(phi, rows, lam, low, high, order)
+    where = np.lexsort((left, row))
+    rank = np.arange(len(row)) - np.searchsorted(row[where], row[where])
+    where = where[np.argsort(rank, kind="stable")]
+    row, left, half, strength, c = (x.take(where, axis=-1) for x in (row, left, half, strength, c))
+    off, size = np.abs(lam[row]) * half * phi.off[rows[row]], np.abs(c[0])
+    if not phi.of.exact:  # The last terms estimate what is missing, noise included.
+        off += 2 * size[-2:].max(axis=0)
+    if phi.of.long:  # The remaining rounding is relative to A on the panel.
+        far = np.maximum(1.0, np.abs(left) + 2 * half)
+        off = _LONG * off + OF_A * phi.of.terms * size.sum(axis=0)
+        off += ULP * far / half * size[1:].sum(axis=0)
+    found = records(half, c, off, strength, phi.powers, phi.loose, order)
+    return found, row, np.cumsum(np.bincount(rank))
+
+
+def _subdivided(
+    phi: SampledDrift, rows: Any, lam: Any, low: Any, high: Any, order: int
+) -> tuple[Any, ...]:
+    """Rows, left ends, half widths, strengths and coefficients of the panels, in any order."""
+    act, n, kept = matrices(phi.of.terms), len(rows), list[Any]()
     ends = np.clip(phi.edges[:, None], low, high)
     piece, row = np.nonzero(np.diff(ends, axis=0) > 0.0)
     left, half = ends[piece, row], (ends[piece + 1, row] - ends[piece, row]) / 2
-    c = phi.series(rows[row], lam[row], left, half)
-    # Where few are needed they are made at once; where many are, some may be slow.
-    units = np.abs(c[0]).sum(axis=0) * (2 / _UNITS[order - 1]) + 1e-9
-    few = np.bincount(row, units, n)[row] < _MOST
-    count = np.where(few, np.ceil(units), 1.0).astype(int)
-    step = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-    row, left, half = (np.repeat(x, count) for x in (row, left, half / count))
-    left = left + 2 * half * step
-    kept = []
+    c: Any = None
     for level in range(_DEEPEST + 1):
         if level == 0 or phi.of.exact:
             c = phi.series(rows[row], lam[row], left, half)
         else:
             c = np.concatenate([times(m, c) for m in act.halves], axis=-1)
-            c[1:] *= 2.0  # the slope alone is times the width
+            c[1:] *= 2.0  # The slope alone has the width as a factor.
         blocks = (c[..., i : i + _AT_ONCE] for i in range(0, len(row), _AT_ONCE))
         strength = np.concatenate([_tested(act, x, phi.powers, order) for x in blocks])
         done = (strength >= 0.0) | ~(np.abs(c[0, 0]) < np.inf) | (level == _DEEPEST)
@@ -202,40 +214,23 @@ def panels(
         if not row.size:
             break
         row, left, half = np.tile(row, 2), np.append(left, left + 2 * half), np.tile(half, 2)
-    parts = [np.concatenate(x, axis=-1) for x in zip(*kept, strict=True)]
-    where = np.lexsort((parts[1], parts[0]))
-    row = parts[0][where]
-    rank = np.arange(len(row)) - np.searchsorted(row, row)
-    where = where[np.argsort(rank, kind="stable")]
-    row, left, half, strength, c = (x.take(where, axis=-1) for x in parts)
-    off, size = np.abs(lam[row]) * half * phi.off[rows[row]], np.abs(c[0])
-    if not phi.of.exact:  # the last terms tell what is missing, noise included
-        off += 2 * size[-2:].max(axis=0)
-    if phi.of.long:  # what is left of rounding is relative to A here
-        far = np.maximum(1.0, np.abs(left) + 2 * half)
-        off = _LONG * off + OF_A * phi.of.terms * size.sum(axis=0)
-        off += ULP * far / half * size[1:].sum(axis=0)
-    return (
-        records(half, c, off, strength, phi.powers, phi.loose, order),
-        row,
-        np.cumsum(np.bincount(rank)),
-    )
+    return tuple(np.concatenate(x, axis=-1) for x in zip(*kept, strict=True))
 
 
 def _tested(act: Any, c: Any, powers: Any, order: int) -> Any:
-    """0 where sampling suffices, the strength of the slow series where that does, else -1."""
+    """0 where sampling suffices, the strength of the slow series where this suffices, else -1."""
     slope, weight = c[0], np.zeros((1, c.shape[-1]))
-    if len(slope) > _FEW:  # high terms that are rounding alone
+    if len(slope) > _FEW:  # High terms may be rounding alone.
         slope = np.where(np.abs(slope) < 4e-15 * np.abs(slope).sum(axis=0), 0.0, slope)
     if powers:
         weight = max(map(abs, powers)) * np.abs(c[1, 1:])
-    # e^{lam (V(x) - V(u))} on ellipses, beside the error of Gauss's rule on them.
+    # The size of e^{lam (V(x) - V(u))} on ellipses, times the error of Gauss's rule on them.
     heights = act.heights @ np.abs(times(act.antiderivative, slope))
     heights += act.heights[:, : len(weight)] @ weight
     rise = times(act.integrals[-1], slope).real
     fits = ((order * heights + act.accuracy).min(axis=0) < _MISSED) & (rise > -_CLIMB)
     fits &= (order == 1) | (rise < _CLIMB)
-    # Where |phi| is between 0 and twice its mean on an ellipse, the slow series is known.
+    # If phi has no zero in an ellipse, |phi| there bounds the terms of the slow series.
     found, size = np.where(fits, 0.0, -1.0), np.abs(slope)
     at = np.flatnonzero(~fits & (size[0] > _SLOW / _STRENGTH[-1, 0]) & (size[0] < np.inf))
     size = size.take(at, axis=1)
@@ -250,11 +245,11 @@ def _tested(act: Any, c: Any, powers: Any, order: int) -> Any:
 def records(
     half: Any, c: Any, off: Any, strength: Any, powers: Any, loose: float, order: int
 ) -> Logs:
-    """Of panels, e(b) = f/c, the larger 1: f, c, c I, f J, f N, and f c K, c M, c X, f C0, f C1."""
+    """f, c, c I, f m00, f m01, f c m02, c m10, c m11, f t0, f t1; e(right) = f/c, max(f, c) = 1."""
     slope, act = c[0], matrices(c.shape[1])
     falls = times(act.integrals[-1], slope)  # lam (V(a) - V(b))
     found, slow = np.ones((3 if order == 1 else 8, len(falls)), falls.dtype), strength > 0
-    for mask, integrals in ((strength == 0, _sampled), (slow, _slow)):
+    for mask, integrals in ((strength == 0, _sampled_record), (slow, _slow_record)):
         index = np.flatnonzero(mask)
         index = index[np.argsort(strength[index], kind="stable")]
         for low in range(0, len(index), _AT_ONCE):
@@ -265,14 +260,14 @@ def records(
             found[:, at] = integrals(act, *some, strength[at], order)
     own = 2.0 * off / np.where(slow, np.maximum(np.abs(slope[0]), 1e-300), 1.0)
     own += _OWN + loose
-    own[strength < 0] = np.inf  # neither kind of panel is known to be right
+    own[strength < 0] = np.inf  # no accepted panel
     steep = falls.real if order == 1 else -np.abs(falls)
     lost = np.where(slow, 0.0, 0.3 * ULP * np.exp(np.minimum(-steep, _CLIMB)))
     return _record(found, half, falls, 2.0 * off, own, lost)
 
 
 def _record(found: Any, unit: Any, falls: Any, moved: Any, own: Any, lost: Any = 0.0) -> Logs:
-    """With the smaller of e(b) and 1/e(b), the other being 1."""
+    """The record with the width as a factor, and its errors."""
     ends = np.stack((np.minimum(-falls, 0.0), np.minimum(falls, 0.0)))
     of_ends = np.where(ends < 0, 1.5 * ULP * np.abs(falls) + moved, 0.0)
     logs = np.log(found) + _WIDTHS[: len(found)] * np.log(unit)
@@ -280,8 +275,8 @@ def _record(found: Any, unit: Any, falls: Any, moved: Any, own: Any, lost: Any =
     return Logs(np.concatenate((ends, logs)), np.concatenate((of_ends, errors)))
 
 
-def _sampled(act: Any, slope: Any, falls: Any, weights: Any, _: Any, order: int) -> Any:
-    """The integrals for half width 1, from values at the nodes."""
+def _sampled_record(act: Any, slope: Any, falls: Any, weights: Any, _: Any, order: int) -> Any:
+    """The record for half width 1, from values at the nodes."""
     inverse = times(act.integrals[:-1], slope)
     np.exp(inverse, out=inverse)
     e, (a, b) = 1.0 / inverse, weights
@@ -304,21 +299,15 @@ def _sampled(act: Any, slope: Any, falls: Any, weights: Any, _: Any, order: int)
     return np.stack(found)
 
 
-def _slow(act: Any, slope: Any, falls: Any, weights: Any, strength: Any, order: int) -> Any:
-    """The same by slow series, the weakest panels first, turned so that e grows on them."""
-    g, small = times(act.values, slope), np.exp(-np.maximum(falls, -falls))
-    g, (a, b) = np.where(falls > 0, -_turned(g), g), weights
-    if np.ndim(a):
-        a, b = (np.where(falls > 0, _turned(x), x) for x in weights)
-    # k terms are enough where k!/strength^k < e^{-38}.
+def _slow_solver(act: Any, inverse: Any, strength: Any) -> Any:
+    """The slow solutions of x' = source + g x and -x' = source + g x, given -1/g and its strength,
+    as a function of the source and, if this vanishes at an end, of its derivative."""
+    # k terms suffice where k!/strength^k < e^{-38}.
     j = np.arange(1.0, _TERMS + 1)
     enough = np.maximum.accumulate(-np.exp((np.cumsum(np.log(j)) + 38.0) / j))
     needed = np.searchsorted(enough, -strength)
-    inverse = np.negative(1.0 / g)
 
     def solved(source: Any, slope: Any = None) -> tuple[Any, Any]:
-        """Slow solutions of t' = source + g t and of -t' = source + g t; `slope` of a source
-        that vanishes at an end."""
         term = source * inverse
         even, odd = term.copy(), np.zeros_like(term)
         for k in range(1, _TERMS + 1):
@@ -333,52 +322,65 @@ def _slow(act: Any, slope: Any, falls: Any, weights: Any, strength: Any, order: 
             (odd if k % 2 else even)[:, :n] += term
         return even + odd, even - odd
 
-    t, back = solved(a)
+    return solved
+
+
+def _slow_record(act: Any, slope: Any, falls: Any, weights: Any, strength: Any, order: int) -> Any:
+    """The record for half width 1 by slow series, of columns with increasing strength.
+
+    Panels on which e decreases are turned, so that it increases on all of them.
+    """
+    g, small = times(act.values, slope), np.exp(-np.maximum(falls, -falls))
+    g, (a, b) = np.where(falls > 0, -_turned(g), g), weights
+    if np.ndim(a):
+        a, b = (np.where(falls > 0, _turned(x), x) for x in weights)
+    solved = _slow_solver(act, np.negative(1.0 / g), strength)
+    x, back = solved(a)
     if np.ndim(a) and (a is not b):
         back = solved(b)[1]
-    t_a, t_b = t[_NODES:]
-    i, j = t_b - t_a * small, back[_NODES] - back[_NODES + 1] * small
-    whole = times(act.weights, (b * t)[:_NODES])
-    nested, mirrored = whole - t_a * j, t_b * j - whole * small
-    found: list[Any] = [i, j, nested, mirrored]
+    x_a, x_b = x[_NODES:]
+    i, m00 = x_b - x_a * small, back[_NODES] - back[_NODES + 1] * small
+    whole = times(act.weights, (b * x)[:_NODES])
+    m01, mirrored = whole - x_a * m00, x_b * m00 - whole * small
+    found: list[Any] = [i, m00, m01, mirrored]
     if order == 2:
-        q_a, q_b = solved(b * t * t)[0][_NODES:]
-        square = q_b - small * (q_a + t_a * (2.0 * whole - t_a * j))
-        cross = t_b * nested - q_b + small * (t_a * whole + q_a)
+        q_a, q_b = solved(b * x * x)[0][_NODES:]
+        m02 = q_b - small * (q_a + x_a * (2.0 * whole - x_a * m00))
+        m11 = x_b * m01 - q_b + small * (x_a * whole + q_a)
         r = times(act.running, (a * back)[:_NODES])
         r = np.concatenate((r[:-1], 0.0 * r[-1:], r[-1:]))
         r_b = r[-1] / i
         steep = b * a * back + (times(act.slopes, b[:_NODES]) * r if np.ndim(b) else 0.0)
         slow = solved(b * r, steep)[1]
-        first = slow[_NODES] - slow[_NODES + 1] * small
-        second = times(act.weights, (b * t * r)[:_NODES]) - t_a * first - r_b * square
-        found += [square, cross, first - r_b * nested * small, second]
+        t0 = slow[_NODES] - slow[_NODES + 1] * small
+        t1 = times(act.weights, (b * x * r)[:_NODES]) - x_a * t0 - r_b * m02
+        found += [m02, m11, t0 - r_b * m01 * small, t1]
     return _oriented(found, small, falls > 0)
 
 
 def _turned(x: Any) -> Any:
-    """Values at the nodes and both ends, from right to left."""
+    """Values at the nodes and both ends, in reverse order."""
     return np.concatenate((x[_NODES - 1 :: -1], x[: _NODES - 1 : -1]))
 
 
 def _oriented(found: list[Any], small: Any, down: Any) -> Any:
-    """I, J, N and the others from I, J, N, M, K, X, C0, C1 of panels some of which were turned."""
-    i, j, nested, mirrored, *more = found
-    ways = [i, j, np.where(down, mirrored, nested)]
-    if more:
-        square, cross, first, second = more
+    """The record from I, m00, m01, m10, m02, m11, t0, t1 of panels, turned where `down`."""
+    i, m00, m01, m10, *second = found
+    ways = [i, m00, np.where(down, m10, m01)]
+    if second:
+        m02, m11, t0, t1 = second
         ways += [
-            np.where(down, i * mirrored - small * cross, square),
-            np.where(down, nested, mirrored),
-            cross,
-            first,
-            np.where(down, i * first - small * second, second),
+            np.where(down, i * m10 - small * m11, m02),
+            np.where(down, m01, m10),
+            m11,
+            t0,
+            np.where(down, i * t0 - small * t1, t1),
         ]
     return np.stack(ways)
 
 
 def constant(rate: Any, width: Any, off: Any, order: int) -> Logs:
-    """The record of an interval of any width on which lam phi is `rate`, for a = b = 1."""
+    """The record of an interval on which lam phi is `rate` and a = b = 1."""
     x = np.maximum(rate * width, -rate * width)
     small, i, unit = np.exp(-x), -np.expm1(-x), width / x
     nested, whole = x - i, i - x * small
@@ -392,7 +394,7 @@ def constant(rate: Any, width: Any, off: Any, order: int) -> Logs:
     for low in range(0, len(at), _AT_ONCE):
         some = at[low : low + _AT_ONCE]
         y = (rate * width)[some]
-        known[:, some] = _sampled(matrices(1), y[None] / 2, y, (1.0, 1.0), None, order)
+        known[:, some] = _sampled_record(matrices(1), y[None] / 2, y, (1.0, 1.0), None, order)
     unit[at] = width[at] / 2
     own = _OWN + 2 * off / np.maximum(x.real, 1.0)
     return _record(known, unit, rate * width, off + 2 * ULP * x.real, own)

@@ -1,30 +1,30 @@
 """Float64 values of the exact integrals, for many scenes at once (`of_scenes`).
 
-From an end, with eta and zeta of `symasym.exact.balls` and A = (zeta - zeta(0))/(s eta), there are
+From an end, eta and zeta of `symasym.exact.balls` give the power series in s
 
-    y = 1/sigma = zeta/eta,  w = A(0) = lam Q/sigma,  p = (zeta/eta)'(0),  c = -A'(0):
+    zeta/eta = D0 + D1 s + ...,    (zeta - zeta(end))/(s eta) = B0 - B1 s + ...
 
-lam times the integrals over the speed density of h, h^2 and h tau, where h is the harmonic function
-that is 1 at the panel's end and 0 at an absorbing end, and tau the mean time until one of both is
-reached. At an absorbing end y is infinite, at a reflecting one 0. With those of both sides
+With h the harmonic function that is 1 at x and 0 at an absorbing end, and theta(u) the mean time
+from u until x or an absorbing end is reached, B0, D1 and B1 are lam times the integrals of h, h^2
+and h theta over the speed measure, and D0 = 1/eta(0), which is infinite at an absorbing end and 0
+at a reflecting one. With the values from both ends L and R at the start,
 
-    T = (w_L + w_R)/(y_L + y_R),    C = y_L/(y_L + y_R),
-    E[tau^2] = 2 (T (p_L + p_R) + c_L + c_R)/(y_L + y_R).
+    T = (B0_L + B0_R)/(D0_L + D0_R),    C = D0_L/(D0_L + D0_R),
+    E[tau^2] = 2 (T (D1_L + D1_R) + B1_L + B1_R)/(D0_L + D0_R).
 
-With -phi in place of phi, and the scale and speed density in each other's, sigma
-is the time spent on one side: P is made of it, and p_ss = 1/(sigma_L + sigma_R). All terms are
-positive, so that nothing cancels, and carried as logarithms through panels (`float_panels`). The
-claimed error is an estimate: rounding to first order, with constants that were checked against
-balls. A row in doubt is swept once more with A in long double, then in balls, as are higher
-moments and the line's stationary state without a layer. lam and the drift's parameters may be
-complex (derivatives by a complex step).
+Replacing phi by -phi and interchanging the scale and speed densities gives p_ss and P. All terms
+are positive, so that nothing cancels; logarithms are carried across the panels of `float_panels`.
+The stated error is an estimate: rounding to first order, with constants that were checked against
+balls. A row whose error is too large is swept again with A in long double, then in balls; so are
+higher moments, and the stationary state on the line of a drift without a layer. lam and the drift's
+parameters may be complex (complex step).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import reduce
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,19 +33,19 @@ from symasym.base.inputs import FloatArray, is_array
 from symasym.drift.sampled import Field
 from symasym.drift.scenes import Answer, Request, Scenes, ends_of
 from symasym.exact.balls import of_scene
-from symasym.exact.float_panels import OF_A, ULP, Logs, Side, constant, panels, seen
+from symasym.exact.float_panels import OF_A, ULP, Logs, SampledDrift, constant, panels, seen
 
 #: Relative error of float64 values (of the logarithm, where that is larger than 1).
 TOLERANCE = 1e-12
-#: Relative error of a logarithm that balls gave and float64 rounded.
+#: Relative error of a logarithm that was computed in balls and rounded to float64.
 ROUNDING = 4e-16
-_COEFFICIENTS = 16384  # of all scenes at once, whose panels stay in memory
-# Powers of a and b in I, J, N, K, M, X, C0, C1.
+_COEFFICIENTS = 16384  # of all rows at once, so that their panels fit in memory
+# Powers of a and b in the integrals of a record.
 _WEIGHTS = np.array([[1, 0], [0, 1], [1, 1], [2, 1], [1, 1], [2, 1], [1, 2], [2, 2]])
 
 
 def of_scenes(scenes: Scenes, request: Request) -> Answer:
-    """Logarithms right to `TOLERANCE`, and their estimated errors; in doubt by balls."""
+    """Logarithms right to `TOLERANCE`, and their estimated errors; doubtful rows by balls."""
     logs, errors = found = float_logs(scenes, request)
     closer = request._replace(dps=17, log=True, full=False)
     why = ""
@@ -59,7 +59,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answer:
 
 
 def float_logs(scenes: Scenes, request: Request) -> Logs:
-    """Logarithms in float64 and their errors, however large these are, in two rounds."""
+    """Logarithms in float64 and their errors, however large; doubtful rows in long double."""
     name, moment, reflecting = request.name, request.moment, request.reflecting
     numbers, model = scenes.numbers, scenes.drift.model
     if name[-1] not in "TC":
@@ -78,7 +78,7 @@ def float_logs(scenes: Scenes, request: Request) -> Logs:
         fewer = {n: x[some] for n, x in numbers.items()}
         found.log[some], found.error[some] = logs_of(name, longer, fewer, moment, reflecting)
     moved, room = _moved(scenes)
-    if moved:  # no faster than lam |phi|, or as two places come close to each other
+    if moved:  # A place that float64 rounds changes logarithms at most at these rates.
         far = np.full(count, max(map(abs, span)))
         size = np.max([side.off for side in seen(of, np.arange(count), far)], axis=0) / OF_A
         found.error[:] += moved * (scenes.lam * size + 2 / room)
@@ -108,9 +108,9 @@ def logs_of(
     moment: int = 1,
     reflecting: str | None = None,
 ) -> Logs:
-    """log of "T", "C", "1 - C", "P", "1 - P" or "p_ss", and its estimated error, maybe infinite.
+    """log of "T", "C", "1 - C", "P", "1 - P" or "p_ss", and its estimated or infinite error.
 
-    `numbers` are arrays: kappa, which may be complex, and the quantity's own ones.
+    `numbers` are arrays: kappa, which may be complex, and the numbers of the quantity.
     """
     lam = 2.0 / (numbers["kappa"] * numbers["kappa"])
     found, many = [], max(256, _COEFFICIENTS // max(part.terms for part in of.parts))
@@ -127,16 +127,16 @@ def logs_of(
     return Logs(logs, np.where(np.isnan(logs + errors), np.inf, errors))
 
 
-def _of_exit(name: str, rate: list[Logs], w: list[Logs], *more: list[Logs]) -> Logs:
+def _of_exit(name: str, d0: list[Logs], b0: list[Logs], *second: list[Logs]) -> Logs:
     if name != "T":
-        return _share(*(rate if name == "C" else rate[::-1]))
-    (log, error), (other, of_other) = _total(*w), _total(*rate)
+        return _share(*(d0 if name == "C" else d0[::-1]))
+    (log, error), (other, of_other) = _total(*b0), _total(*d0)
     time = Logs(log - other, error + of_other)
-    if not more:
+    if not second:
         return time
-    square, cross = (_total(*x) for x in more)
-    both = Logs(time.log + square.log, time.error + square.error)
-    log, error = _total(both, cross)
+    d1, b1 = (_total(*x) for x in second)
+    both = Logs(time.log + d1.log, time.error + d1.error)
+    log, error = _total(both, b1)
     return Logs(np.log(2.0) + log - other, error + of_other + ULP)
 
 
@@ -182,7 +182,8 @@ def sides(
     order: int = 1,
     reflecting: str | None = None,
 ) -> list[list[Logs]]:
-    """y and w, for order 2 p and c, from the left end at until[0], from the right at until[1]."""
+    """D0 and B0, for order 2 also D1 and B1, from the left end at until[0] and from the right end
+    at until[1]."""
     n, two = len(lam), np.tile(lam, 2)
     phi = seen(of, rows, np.maximum(np.abs(ends[0]), np.abs(ends[1])), both=True)
     begin, end = (np.concatenate((a, -b)) for a, b in (ends, until))
@@ -198,20 +199,20 @@ def sides(
 
 
 def absorbing(lam: Any, order: int = 1, reflecting: Any = False) -> Logs:
-    """y, w, e, and for order 2 p and c, where a sweep begins."""
+    """The state D0, B0, e, and for order 2 D1, B1, at the beginning of a sweep."""
     log = np.full((3 if order == 1 else 5, len(lam)), -np.inf, lam.dtype)
     log[0], log[2] = np.where(reflecting, -np.inf, np.inf), 0.0
     return Logs(log, np.zeros(log.shape))
 
 
-def swept(sides: list[Side], lam: Any, begin: Any, end: Any, state: Logs) -> Logs:
-    """The state at `end` from that at `begin`, where e is 1."""
+def swept(sides: list[SampledDrift], lam: Any, begin: Any, end: Any, state: Logs) -> Logs:
+    """The state at `end` from that at `begin`, with e = 1 there."""
     order, last = 1 if len(state.log) == 3 else 2, len(sides) - 1
     layered, ahead = sides[0].field.layered, sides[0].mirror > 0
     if layered:
         _outside(sides[0], -1, lam, np.minimum(end, -1.0) - begin, state, order)
     for step in range(last + 1):
-        # Mirror images come from the other side.
+        # Mirror images traverse the formulas in the opposite order.
         for k in sorted({step, last - step}):
             a, b = sides[k].of.span
             low, high = np.where(ahead, a, -b), np.where(ahead, b, -a)
@@ -223,8 +224,10 @@ def swept(sides: list[Side], lam: Any, begin: Any, end: Any, state: Logs) -> Log
     return state
 
 
-def _inside(phi: Side, lam: Any, low: Any, high: Any, some: Any, state: Logs, order: int) -> None:
-    """Across a formula's interval."""
+def _inside(
+    phi: SampledDrift, lam: Any, low: Any, high: Any, some: Any, state: Logs, order: int
+) -> None:
+    """Advance the state across the interval of one formula."""
     if some.size:
         of, row, ends = panels(phi, some, lam[some], low[some], high[some], order)
         row, at = some[row], 0
@@ -234,8 +237,8 @@ def _inside(phi: Side, lam: Any, low: Any, high: Any, some: Any, state: Logs, or
             at = to
 
 
-def _outside(phi: Side, side: int, lam: Any, width: Any, state: Logs, order: int) -> None:
-    """Across an interval beside the layer, whose width may be 0."""
+def _outside(phi: SampledDrift, side: int, lam: Any, width: Any, state: Logs, order: int) -> None:
+    """Advance the state across an interval of constant drift, whose width may be 0."""
     if (some := np.flatnonzero(width > 0)).size:
         (a, off, log), lam, width = (x[some] for x in phi.end(side)), lam[some], width[some]
         panel = constant(lam * a, width, np.abs(lam) * width * off, order)
@@ -245,65 +248,73 @@ def _outside(phi: Side, side: int, lam: Any, width: Any, state: Logs, order: int
         state.put(some, carried(state.of(some), panel, lam))
 
 
-def carried(before: Logs, panel: Logs, lam: Any) -> Logs:
-    """The state after a panel. With d = c + I y and t = (I w + lam M)/d
+class Quotients(NamedTuple):
+    """Logarithms of D0/d and 1/d with d = c + I D0, and the first-order errors of log d."""
 
-    y' = f y/d,  w' = (f w + lam J + lam N y)/d,  e' = e f/c,
-    p' = (c f p + c lam J)/d^2 + 2 c lam N y/d^2 + f c lam K y^2/d^2,
-    c' = (f c + lam^2 C0 + lam^2 C1 y + f t (p + lam (M + X y)/I))/d.
-    """
-    (y, w, e, *more), (of_y, of_w, of_e, *of_more) = before
-    (fall, climb, i, j, n, *others), (of_fall, of_climb, of_i, of_j, of_n, *of_others) = panel
-    # Whatever of c and I y is larger is divided out: neither may lose the other's digits.
-    x = climb - y - i
-    less = x.real < 0
-    tail, lam = np.exp(-np.maximum(x, -x)), np.log(lam)
-    kept = np.where(less, tail, 1.0).real / (1.0 + tail.real)
-    per_d = np.where(less, -y - i, -climb) - np.log1p(tail)
-    rate = np.where(less, -i, y - climb) - np.log1p(tail)  # y/d
-    of_d, lost = kept * of_climb + (1.0 - kept) * of_i, 1.0 - kept
+    d0: Logs
+    rate: Any  # log D0/d
+    inverse: Any  # log 1/d
+    lost: Any  # d log d/d log D0
+    of_d: Any  # the error of log d due to c and I
 
-    def total(*terms: tuple[Any, Any, int, int]) -> tuple[Any, Any]:
-        """The sum of products, each a logarithm, its error, and its powers of y and 1/d."""
-        *part, log = shares(*(term[0] for term in terms))
-        known = zip(part, terms, strict=True)
-        error = np.abs(sum(s * (k - m * lost) for s, (*_, k, m) in zip(part, terms, strict=True)))
-        return log, error * of_y + sum(s * (of + m * of_d) for s, (_, of, _, m) in known)
-
-    found = [
-        (fall + rate, of_fall + kept * of_y + of_d),
-        total(
-            (fall + w + per_d, of_fall + of_w, 0, 1),
-            (lam + j + per_d, of_j, 0, 1),
-            (lam + n + rate, of_n, 1, 1),
-        ),
-        (e + fall - climb, of_e + of_fall + of_climb),
-    ]
-    if more:
-        (p, c), (of_p, of_c), (k, m, x, c0, c1) = more, of_more, others
-        of_k, of_m, of_x, of_c0, of_c1 = of_others
-        times = ((i + w + per_d, of_i + of_w), (lam + m + per_d, of_m))
-        rates = (
-            (p + per_d, of_p, 0),
-            (lam + m - i + per_d, of_m + of_i, 0),
-            (lam + x - i + rate, of_x + of_i, 1),
+    def total(self, *terms: tuple[int, int, tuple[Logs, ...]]) -> tuple[Any, Any]:
+        """The sum of products over D0^k/d^m, given as k, m and the other factors."""
+        logs = [
+            sum(x.log for x in factors)
+            + (k * self.rate if k else 0.0)
+            + ((m - k) * self.inverse if m > k else 0.0)
+            for k, m, factors in terms
+        ]
+        *part, log = shares(*logs)
+        known = [*zip(part, terms, strict=True)]
+        moved = np.abs(sum(s * (k - m * self.lost) for s, (k, m, _) in known)) * self.d0.error
+        return log, moved + sum(
+            s * (sum(x.error for x in factors) + m * self.of_d) for s, (_, m, factors) in known
         )
+
+
+def carried(before: Logs, panel: Logs, lam: Any) -> Logs:
+    """The state after a panel, in terms of its record. With d = c + I D0 and
+    t = (I B0 + lam m10)/d,
+
+    D0' = f D0/d,    B0' = (f B0 + lam m00 + lam m01 D0)/d,    e' = e f/c,
+    D1' = (f c D1 + lam c m00 + 2 lam c m01 D0 + lam m02 D0^2)/d^2,
+    B1' = (f B1 + lam^2 t0 + lam^2 t1 D0 + f t (D1 + lam (m10 + m11 D0)/I))/d.
+    """
+    (d0, b0, e, *second), (f, c, i, m00, m01, *others) = before.each(), panel.each()
+    # Whichever of c and I D0 is larger is divided out, so that neither loses the other's digits.
+    x = c.log - d0.log - i.log
+    less = x.real < 0
+    tail, factor = np.exp(-np.maximum(x, -x)), Logs(np.log(lam), 0.0)
+    kept = np.where(less, tail, 1.0).real / (1.0 + tail.real)
+    over = Quotients(
+        d0,
+        np.where(less, -i.log, d0.log - c.log) - np.log1p(tail),
+        np.where(less, -d0.log - i.log, -c.log) - np.log1p(tail),
+        1.0 - kept,
+        kept * c.error + (1.0 - kept) * i.error,
+    )
+    found = [
+        (f.log + over.rate, f.error + kept * d0.error + over.of_d),
+        over.total((0, 1, (f, b0)), (0, 1, (factor, m00)), (1, 1, (factor, m01))),
+        (e.log + f.log - c.log, e.error + f.error + c.error),
+    ]
+    if second:
+        (d1, b1), (m02, m10, m11, t0, t1) = second, others
+        per_i, two = Logs(-i.log, i.error), Logs(np.log(2.0), 0.0)
+        rates = (0, (d1,)), (0, (factor, m10, per_i)), (1, (factor, m11, per_i))
         found += [
-            total(
-                (fall + climb + p + 2 * per_d, of_fall + of_p + of_climb, 0, 2),
-                (lam + climb + j + 2 * per_d, of_j + of_climb, 0, 2),
-                (np.log(2.0) + lam + climb + n + per_d + rate, of_n + of_climb, 1, 2),
-                (lam + k + 2 * rate, of_k + of_climb, 2, 2),
+            over.total(
+                (0, 2, (f, c, d1)),
+                (0, 2, (factor, c, m00)),
+                (1, 2, (two, factor, c, m01)),
+                (2, 2, (factor, m02)),
             ),
-            total(
-                (fall + c + per_d, of_fall + of_c, 0, 1),
-                (2 * lam + c0 + per_d, of_c0, 0, 1),
-                (2 * lam + c1 + rate, of_c1, 1, 1),
-                *(
-                    (fall + a + b, of_fall + of_a + of_b, power, 2)
-                    for a, of_a in times
-                    for b, of_b, power in rates
-                ),
+            over.total(
+                (0, 1, (f, b1)),
+                (0, 1, (factor, factor, t0)),
+                (1, 1, (factor, factor, t1)),
+                *((k, 2, (f, *x, *y)) for x in ((i, b0), (factor, m10)) for k, y in rates),
             ),
         ]
     log, error = map(np.stack, zip(*found, strict=True))
@@ -311,13 +322,13 @@ def carried(before: Logs, panel: Logs, lam: Any) -> Logs:
 
 
 def _rounding(log: Any) -> Any:
-    """Of logarithms that went through a sum."""
+    """The rounding error of logarithms of sums."""
     size = np.abs(log)
     return ULP * (2 + np.where(size < np.inf, size, 0.0))
 
 
 def shares(*logs: Any) -> tuple[Any, ...]:
-    """The shares of positive numbers in their sum, and its logarithm."""
+    """The shares of positive numbers in their sum, and the logarithm of the sum."""
     top = reduce(np.maximum, logs)
     parts = [np.exp(x - top) for x in logs]
     whole = sum(parts[1:], parts[0])

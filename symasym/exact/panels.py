@@ -1,14 +1,14 @@
-"""Parts of the drift's pieces, halved until e = e^{lam V} across each can be expanded with a proof.
+"""Subdivision of the interval into panels on which e = e^{lam V} has a proved expansion.
 
-With g = lam phi/sigma^2 and e = exp(-int g), a panel is
+With g = lam phi/sigma^2 times half the panel's width, t in [-1, 1] and e = exp(-int g), a panel is
 
-- *moderate*: int |g| is a few dozen, and power series hold, what they miss being bounded by
+- *moderate* if int |g| is at most a few dozen: power series in t, truncated with a bound by
   Cauchy's estimate; or
-- *slow*: phi has no zero near, and t' = 1 + g t has a slow solution (Chang 1972), a polynomial
-  found from its last coefficient down. Its residual over the least |g| bounds its error, that being
-  the rate at which two solutions approach each other.
+- *slow* if phi has no zero near the panel: x' = f + g x has a slowly varying solution (Chang 1972),
+  a polynomial that is found by backward recurrence. Two solutions approach each other at the rate
+  |g|, so that its residual divided by min |g| bounds its error.
 
-Numbers may be complex balls.
+Coefficients may be complex balls.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import partial
 from operator import mul
 from typing import Any, NamedTuple
 
@@ -23,21 +24,22 @@ from flint import acb, acb_poly, arb, arb_poly, ctx, fmpq
 
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import float_text
-from symasym.drift.evaluate import Piece
+from symasym.drift.evaluate import Piece, halved
 
-_PANELS, _PANELS_A_BIT = 1_500, 12  # at most, the latter for each bit of lam
-_WORK = 3e12  # a minute or so: products of coefficients, times bits
-_GROWTH = 0.15  # of that with digits: 1,000 digits take the least time with 0.1 to 0.2
+_PANELS, _PANELS_A_BIT = 1_500, 12  # the largest number, and what each bit of lam adds to it
+_WORK = 3e12  # about a minute: products of coefficients, times bits
+_GROWTH = 0.15  # exponent per digit: 1,000 digits take the least time with 0.1 to 0.2
 _LOG2, _LOG10 = math.log(2.0), math.log(10.0)
 ENDS = arb(-1), arb(1)
-# Radii for Cauchy's estimate, and of discs on which a slow solution's coefficients are bounded.
+# Radii of discs: for Cauchy's estimate; and those on which a slow solution's coefficients are
+# bounded, with the share of g(0) that bounds |g| from below there.
 _DISCS = [(arb(rho), math.log(rho)) for rho in (2, 3, 4.5, 6.5, 10, 16, 32, 100, 1e3, 1e5)]
 _WIDTHS = [(arb(z), math.log(z), (z - 1) ** 2 / (2 * z)) for z in (3, 4, 5.5, 8, 20, 100, 1e3)]
 _CELL, _GRID = 1 / 8, [arb(k / 8 - 1) for k in range(17)]
 
 
 def largest_exponent(digits: int) -> float:
-    """The largest exponent on half a moderate panel: the more digits, the fewer panels."""
+    """The largest int |g| over half a moderate panel; it grows with the digits."""
     return max(60.0, _GROWTH * digits)
 
 
@@ -45,22 +47,34 @@ def largest_exponent(digits: int) -> float:
 
 
 class Panel(NamedTuple):
-    """A part of a piece on which t runs from -1 to 1, and what is known of its integrals."""
+    """A panel, mapped to -1 <= t <= 1, and bounds of its integrals."""
 
-    half: arb  # of its width
-    slope: list[Any]  # g, lam phi times `half`, as a polynomial of t
-    q: Any  # the integral of g from 0; e is e^{-q} up to a factor
-    blur: arb  # what g misses on [-1, 1], at most
-    terms: int  # of its series
-    cauchy: tuple[arb, arb] | None  # a radius, a bound of int |g| on rays to it; None: slow
-    rise: arb  # of q
+    half: arb  # half its width
+    slope: list[Any]  # coefficients of the polynomial g(t)
+    q: Any  # the integral of g from 0; e = exp(-q) up to a factor
+    blur: arb  # a bound of |lam phi half - g| on [-1, 1]
+    terms: int  # number of terms of its power series, or of its slow solutions
+    cauchy: Any  # rho and a bound of int |g| from 0 to |t| = rho; None if slow
+    rise: arb  # q(1) - q(-1)
     bounds: tuple[Any, Any, Any]  # logarithms of bounds of int e, int 1/e and the nested integral
 
     @property
     def work(self) -> float:
-        """Products of coefficients times bits, about."""
+        """An estimate of the products of coefficients, times bits."""
         size = len(self.slope)
         return size * (size + self.terms) * ctx.prec * (1 if self.cauchy else 10)
+
+
+def fewest_terms(height: Callable[[arb], Any], wanted: float) -> tuple[float, arb, Any]:
+    """The least (height + wanted)/log rho, and rho and `height` there: the number of terms that by
+    Cauchy's estimate give a power series, below e^height on |t| = rho, to e^-wanted."""
+    best = math.inf, arb(1), arb(0)
+    for rho, log in _DISCS:
+        size = height(rho)
+        if not (terms := (float(size) + wanted) / log) < best[0]:
+            break  # `height` is convex in log rho, so that there is one minimum
+        best = terms, rho, size
+    return best
 
 
 def panels(
@@ -69,40 +83,37 @@ def panels(
     begin: fmpq,
     end: fmpq,
     digits: int,
-    make: Callable[[Piece, Any, fmpq, fmpq, int], Any] | None = None,
+    make: Callable[[Piece, Any, fmpq, fmpq, int], Any],
 ) -> list[Any]:
-    """Those from `begin` to `end`: parts of the pieces, halved until `make` takes them.
-
-    By itself it takes what is moderate or slow, as a `Panel`.
-    """
-    found: list[Any] = []
+    """The panels from `begin` to `end`: parts of the pieces, halved until `make` accepts them."""
+    found, work = list[Any](), 0.0
     most = _PANELS + _PANELS_A_BIT * max(0, math.ceil(float(abs(lam).log()) / _LOG2))
-    work = 0.0
+
+    def accepted(piece: Piece, middle: fmpq, half: fmpq) -> bool:
+        nonlocal work
+        if work > _WORK or not (panel := make(piece, lam, middle, half, digits)):
+            return False
+        found.append(panel)
+        work += panel.work
+        return True
+
     for piece in drift:
-        low, high = max(piece.left, begin), min(piece.right, end)
-        waiting = [(low, high)] if low < high else []
-        while waiting:
-            a, b = waiting.pop()
-            middle = (a + b) / 2
-            if len(found) + len(waiting) > most or work > _WORK:
-                u = float_text(Fraction(int(middle.p), int(middle.q)))
-                raise AccuracyError(
-                    f"A varies too fast near u = {u} for so many digits in {most} panels, or in a "
-                    "minute; ask for fewer digits, make A smooth there, or give a larger kappa."
-                )
-            if panel := (make or panel_of)(piece, lam, a, b, digits):
-                found.append(panel)
-                work += panel.work
-            else:
-                waiting += [(middle, b), (a, middle)]
+        low, high, lost = max(piece.left, begin), min(piece.right, end), None
+        if low < high:
+            lost = halved(low, high, partial(accepted, piece), most - len(found), most)[1]
+        if lost is not None:
+            u = float_text(Fraction(int(lost.p), int(lost.q)))
+            raise AccuracyError(
+                f"A varies too fast near u = {u} for so many digits in {most} panels, or in a "
+                "minute; ask for fewer digits, make A smooth there, or give a larger kappa."
+            )
     return found
 
 
-def panel_of(piece: Piece, lam: Any, a: fmpq, b: fmpq, digits: int) -> Panel | None:
-    """[a, b] as a panel, or None where it must be halved."""
-    middle, half = (a + b) / 2, (b - a) / 2
+def panel_of(piece: Piece, lam: Any, middle: fmpq, half: fmpq, digits: int) -> Panel | None:
+    """The panel [middle - half, middle + half], or None if it must be halved."""
     scale = lam * half
-    # An absolute error of lam V is a relative one of e.
+    # An absolute error of lam V is a relative error of e.
     size = abs(scale * piece.phi(arb(middle, arb(half)))).upper()
     if not size.is_finite():
         return None
@@ -122,28 +133,24 @@ def panel_of(piece: Piece, lam: Any, a: fmpq, b: fmpq, digits: int) -> Panel | N
 
 
 def _moderate(majorant: arb_poly, digits: int) -> tuple[int, tuple[arb, arb] | None]:
-    """Terms of a moderate panel's power series, with `Panel.cauchy`; 0 where it is not moderate."""
+    """The number of terms of a moderate panel's power series, and `Panel.cauchy`; else 0, None."""
     grown, reach = majorant.integral(), largest_exponent(digits)
     whole = grown(ENDS[1])
     if not whole < reach:
         return 0, None
     wanted = float(whole) + math.log1p(float(whole)) + digits * _LOG10
-    # Where A varies fast the terms may be astronomic: such a panel is halved.
-    best, cauchy = 8 * (digits * _LOG10 + 2 * reach), None
-    for rho, log in _DISCS:
-        height = grown(rho)
-        if (n := (float(height) + wanted) / log + 2) < best:
-            best, cauchy = n, (rho, height)
-        elif cauchy:
-            break
-    return (math.ceil(best) + 2, cauchy) if cauchy else (0, None)
+    terms, *cauchy = fewest_terms(grown, wanted)
+    # Where A varies fast the number may be astronomic: such a panel is halved.
+    if terms + 2 >= 8 * (digits * _LOG10 + 2 * reach):
+        return 0, None
+    return math.ceil(terms) + 4, (cauchy[0], cauchy[1])
 
 
 def slow_terms(majorant: arb_poly, nats: float) -> int:
-    """Terms of the slow solution that make it right to e^-nats; 0 where none does."""
+    """The number of terms that give the slow solution to e^-nats; 0 if no number does."""
     mean, wanted, least = majorant[0], nats + 6, 0
     for z, log, share in _WIDTHS:
-        # On |z| = z the least |g| is above 0, and the terms fall off like z^-k.
+        # |g| > 0 on the disc of this radius, so that coefficient k is at most of order z^-k.
         if not majorant(z) < 2 * mean:
             break
         if mean * share > wanted:
@@ -155,21 +162,21 @@ def _bounds(
     slope: list[Any], q: Any, majorant: arb_poly, cauchy: Any, half: fmpq, blur: arb
 ) -> tuple[arb, tuple[Any, Any, Any]]:
     """`Panel.rise` and `Panel.bounds`."""
+    # All exponents are differences of q; `loose` bounds their errors by blur and radii.
     ball = (q(ENDS[1]) - q(ENDS[0])).real
     width, rise = math.log(2 * int(half.p)) - math.log(int(half.q)), ball.mid()
-    # Differences of q from these midpoints: blur over [-1, 1] at most, and radii.
     loose = (2 * blur + ball.rad() + 2 * sum([c.rad() for c in slope], arb(0))).upper()
     least = abs(slope[0].real) - (majorant(ENDS[1]) - majorant[0]) - blur
     if least > 0:
-        # |Re g| >= least: integrands fall off from one end at least at that rate, so that their
-        # integrals are below min(2, 1/least) half times the value there.
+        # |Re g| >= least: e and 1/e decrease from one end at least at this rate, so that their
+        # integrals are at most min(2, 1/least) half times the value at that end.
         short = width - math.log(max(min(float(least.lower()), 1e300), 1.0)) + 0.1 + loose
         down, up = (-rise, 0.0) if rise < 0 else (0.0, rise)
         return rise, (short + down, short + up, width + short + up)
     if not cauchy:
-        # A ball so wide that it hides the sign: more bits will tell.
+        # The ball of g contains 0: more bits decide.
         return rise, (math.inf,) * 3
-    # Between points of the grid |q''| <= sum k |g_k| keeps q within _CELL^2/8 of that of a chord.
+    # Between points of the grid q differs from its chord by at most max |q''| _CELL^2/8.
     heights = [float(q(t).real) for t in _GRID]
     between = float((majorant.derivative()(ENDS[1]) * _CELL**2 / 8 + loose).upper()) + 0.1
     low, climb = heights[0], 0.0
@@ -183,8 +190,8 @@ def _bounds(
 def slow_solver(
     g: list[Any], blur: arb, n: int
 ) -> Callable[[list[Any], Any], tuple[list[Any], arb]]:
-    """The slow solution of x' = f + g x on a slow panel, g within `blur`: n coefficients, and a
-    bound of its error, as a function of f's coefficients and of what these miss."""
+    """The solution operator of x' = f + g x on a slow panel, g being known within `blur`: from f's
+    coefficients and a bound of what these miss, n coefficients of x and a bound of its error."""
     m, minus, zero = len(g), [-c for c in g], arb(0)
     # (k + 1) x_{k+1} - sum g_j x_{k-j} = f_k, x_n = 0: row k is of x_k, x_{k-1}, ...
     rows, factors = [minus], [zero]
@@ -194,8 +201,8 @@ def slow_solver(
         rows.append([c - factors[-1] * x for c, x in shifted] + minus[-1:])
     rows.reverse()
     factors = factors[:0:-1]  # of row k + 1 in row k
-    # A solution that it equals at the end towards which |e^q| grows is d away from it, where
-    # |d' - (g + blur) d| <= residual: so |d| <= residual/least |Re (g + blur)|.
+    # Let d be its difference from the exact solution with the same value at the end towards which
+    # |e^q| grows. Then |d' - (g + blur) d| <= residual, so that |d| <= residual/min |Re g + blur|.
     least = abs(g[0].real) - sum([abs(c) for c in g[1:]], zero) - blur
 
     def solution(f: list[Any], missed: Any) -> tuple[list[Any], arb]:
@@ -205,7 +212,7 @@ def slow_solver(
         x: list[Any] = []
         for row, c in zip(rows, right, strict=True):
             x.append((c - sum(map(mul, row[1 : len(x) + 1], x[: -len(row) : -1]), zero)) / row[0])
-        # It solves the equation but for f's other terms, t^n ... t^{n+m-2} of g x, and blur.
+        # The residual: f's other terms, the powers t^n ... t^{n+m-2} of g x, and blur.
         residual = sum(map(abs, f[n:]), missed + blur * sum(map(abs, x), zero))
         for k in range(m - 1):
             residual += abs(sum(map(mul, g[k + 1 :], x[:-m:-1]), zero))
@@ -220,6 +227,6 @@ def poly(terms: list[Any]) -> Any:
 
 
 def within(bound: arb, like: Any) -> Any:
-    """A ball about 0 of at least that radius, for a polynomial's values."""
+    """A ball about 0 of at least that radius, complex where `like` is."""
     real = arb(0, bound.upper())
-    return acb(real, real) if isinstance(like, acb_poly) else real
+    return acb(real, real) if isinstance(like, (acb, acb_poly)) else real

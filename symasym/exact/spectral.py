@@ -1,14 +1,15 @@
-"""The law of one exit as power series in s, its rates and residues, and Talbot's contour.
+"""The Laplace transform of the law of the exit time: its poles and residues, and its inversion.
 
-What is proved here and how: see `symasym.law`, which asks this for balls.
+The characteristic function W and the theorems are stated in `symasym.law`.
 """
 
 from __future__ import annotations
 
-from functools import cached_property
+import math
+from functools import cache
 from typing import Any, NamedTuple
 
-from flint import acb, arb, arb_poly, arb_series, ctx, fmpq
+from flint import acb, acb_poly, arb, arb_poly, arb_series, ctx, fmpq
 
 from symasym.base.errors import AccuracyError
 from symasym.drift.evaluate import pieces
@@ -16,31 +17,29 @@ from symasym.drift.formula import rational
 from symasym.drift.scenes import Scene
 from symasym.exact.transform import (
     STARTS,
+    TaylorModel,
     Undecided,
     carried,
     matrices,
     moments,
-    swept_at,
     ways,
 )
 
 _SIDES = ("left", "right")
 _STEPS = 60  # of Newton's method
 _NODES = 2_000
-# Talbot's contour: s = (nodes/t) (a theta cot(b theta) - c + i d theta).
+_TINY = -(10**6)  # a power that stands for s = 0
+# Talbot's contour s = (nodes/t) (A theta cot(B theta) - C + i D theta), |theta| < pi.
 _A, _B, _C, _D = (fmpq(n, 10_000) for n in (5017, 6407, 6122, 2645))
 
 
 class TooEarly(ArithmeticError):
-    """More rates are needed."""
-
-
-class TooFar(ArithmeticError):
-    """Panels for larger numbers are needed."""
+    """More eigenvalues are needed at this time."""
 
 
 class Modes(NamedTuple):
-    """The first rates with their residues by side, and what is left of G, M and the next rate."""
+    """The first eigenvalues with their residues by side; of the others, what they contribute to
+    Green's function at the start, and a lower bound; the mass of the speed measure."""
 
     rates: list[arb]
     residues: list[dict[str, arb]]
@@ -49,24 +48,17 @@ class Modes(NamedTuple):
     beyond: arb
 
 
-class Series:
-    """W and N = W E[e^{-s tau}] by side of a scene, to a power of s and at numbers.
+class ExitTransform:
+    """W and W E[e^{-s tau}; side] of a scene, as power series in s and at numbers s.
 
-    Parameters
-    ----------
-    scene : Scene
-    reflecting : {"left", "right"} or None
-    order : int
-        Powers of s.
-    size : float
-        |s| up to which panels are short enough for so many powers.
-    digits : int
+    There are `order` powers of s, on panels that are short enough for these up to |s| = `size`.
     """
 
     def __init__(
         self, scene: Scene, reflecting: str | None, order: int, size: float, digits: int
     ) -> None:
-        self.digits, self.size = digits, size
+        self.digits = digits
+        self.modes, self._entries = cache(self._found_modes), cache(self._truncated)
         self.reflecting = [reflecting == side for side in _SIDES]
         lam, start = arb(rational(scene.lam)), rational(scene.start)
         left, right = map(rational, scene.ends)
@@ -87,7 +79,7 @@ class Series:
     # -- moments -------------------------------------------------------------------------------
 
     def moments(self, order: int, side: str | None = None) -> list[arb]:
-        """E[tau^k; side]/k!, k up to `order`."""
+        """E[tau^k; exit on this side]/k!, k up to `order`."""
         sides = [_SIDES.index(side)] if side else [0, 1]
         return moments(self.panels, self.reflecting, order, sides)
 
@@ -96,7 +88,7 @@ class Series:
         return self.moments(k)[k] * arb(k).fac()
 
     def variance(self, side: str | None = None) -> arb:
-        """That of tau, or of tau given the side."""
+        """The variance of tau, or of tau given the side."""
         p, first, half = self.moments(2, side)
         return 2 * half / p - (first / p) ** 2
 
@@ -108,14 +100,38 @@ class Series:
     # -- at numbers ----------------------------------------------------------------------------
 
     def at(self, s: Any, length: int = 1, enclosed: bool = True) -> tuple[Any, Any, dict[str, Any]]:
-        """eta from both ends, W and N by side at s, each with its derivative if `length` is 2."""
-        sides = zip(self.panels, self.reflecting, strict=True)
-        (eta, zeta), (other, of_other) = (
-            swept_at(side, s, reflects, self.digits, length, enclosed) for side, reflects in sides
-        )
+        """At s, eta from both ends, W, and W E[e^{-s tau}; side] by side.
+
+        W is a polynomial of s' - s with `length` coefficients. Complex balls grow by rotation on
+        many panels: unless rounding is to be `enclosed`, midpoints are kept.
+        """
+        of = acb_poly if isinstance(s, acb) else arb_poly
+        # |s| is rounded up to a power of 2^(1/4), for which entries are kept.
+        power = math.ceil(4 * float(abs(s).upper().log()) / math.log(2)) if s != 0 else _TINY
+        known = self._entries(power, length)
+        found = []
+        for side, reflects in zip(known, self.reflecting, strict=True):
+            eta, zeta = (of([x]) for x in ((1, 0) if reflects else (0, 1)))
+            for entries, inverse in side:
+                y1, y2, z1, z2 = (of([g(s) for g in f]) for f in entries)
+                eta, zeta = (y1 * eta + y2 * zeta) * inverse, z1 * eta + z2 * zeta
+                eta, zeta = eta.truncate(length), zeta.truncate(length)
+                if not enclosed:
+                    eta, zeta = (of([c.mid() for c in x]) for x in (eta, zeta))
+            found.append((eta, zeta))
+        (eta, zeta), (other, of_other) = found
         w = (eta * of_other + other * zeta).truncate(length)
         exits = {"left": other[0] * self.absorbs[0], "right": eta[0] * self.absorbs[1]}
         return (eta[0], other[0]), w, exits
+
+    def _truncated(self, power: int, length: int) -> Any:
+        """The panels' entries for |s| <= 2^(power/4), with derivatives where `length` is 2."""
+        size = arb(2) ** (arb(power) / 4)
+
+        def entry(f: arb_poly) -> list[TaylorModel]:
+            return [truncated(g, size, self.digits) for g in (f, f.derivative())[:length]]
+
+        return [[([entry(f) for f in p[:4]], p.inverse) for p in side] for side in self.panels]
 
     def transform(self, s: Any, side: str | None = None, enclosed: bool = True) -> Any:
         """E[e^{-s tau}; side]."""
@@ -125,7 +141,7 @@ class Series:
     # -- rates ---------------------------------------------------------------------------------
 
     def rates(self, count: int) -> tuple[list[arb], arb_poly]:
-        """The first eigenvalues, and what W/W(0) is divided by their factors."""
+        """The first eigenvalues, and W divided by their factors 1 + s/lambda_k."""
         w, found = self.w, list[arb]()
         while len(found) < count:
             found.append(self._rate(_beyond(w, found), found))
@@ -133,16 +149,20 @@ class Series:
         return found, w
 
     def most(self) -> arb:
-        """S_8/S_9, above lambda_1."""
+        """S_8/S_9, an upper bound of the principal eigenvalue (Euler, Rayleigh)."""
         first, second = _power_sums(self.w, 9)[-2:]
         return first / second
 
     def least(self) -> arb:
-        """Below lambda_1."""
+        """S_8^(-1/8), a lower bound of the principal eigenvalue (Euler, Rayleigh)."""
         return _beyond(self.w, [])
 
     def _rate(self, x: arb, before: list[arb]) -> arb:
-        """The zero of W(-x) that comes next, by Newton's steps from below."""
+        """The next zero of W(-x) above x, the zeros before it being divided out.
+
+        As all zeros are real, Newton's iterates from below do not pass it: each is a lower bound. A
+        change of sign gives the upper one.
+        """
         near = arb(10) ** (2 - self.digits)
         for _ in range(_STEPS):
             w = self.at(-x, 2)[1]
@@ -158,30 +178,20 @@ class Series:
                     return x.union(high)
         raise Undecided("there is no change of sign")
 
-    @cached_property
-    def known(self) -> dict[int, Modes]:
-        """The first modes by their number."""
-        return {}
-
-    def modes(self, count: int) -> Modes:
-        """So many of them."""
-        if count not in self.known:
-            rates, w = self.rates(count)
-            beyond = _beyond(w, rates)
-            one, another = self.states
-            green = one.eta[0] * another.eta[0] / self.w[0]
-            residues = []
-            for x in rates:
-                (eta, other), w, exits = self.at(-x, 2)
-                residues.append({side: n / w[1] for side, n in exits.items()})
-                green -= eta * other / w[1] / x
-            self.known[count] = Modes(rates, residues, green, one.mass + another.mass, beyond)
-        return self.known[count]
+    def _found_modes(self, count: int) -> Modes:
+        rates, w = self.rates(count)
+        one, another = self.states
+        green, residues = one.eta[0] * another.eta[0] / self.w[0], []
+        for x in rates:
+            (eta, other), slope, exits = self.at(-x, 2)
+            residues.append({side: n / slope[1] for side, n in exits.items()})
+            green -= eta * other / slope[1] / x
+        return Modes(rates, residues, green, one.mass + another.mass, _beyond(w, rates))
 
     # -- times ---------------------------------------------------------------------------------
 
     def late(self, t: fmpq, name: str, count: int) -> arb:
-        """P(tau > t), P(tau <= t) or the density from the first modes, and a bound of the rest."""
+        """P(tau > t), P(tau <= t) or the density from the first modes, the others bounded."""
         density, modes = name == "pdf", self.modes(count)
         if not modes.beyond * t > 1.5:
             raise TooEarly
@@ -211,17 +221,16 @@ class Series:
         """P(tau <= t), for negative c -P(tau > t), or the density, by the trapezoidal rule on
         Re s = c (Abate & Whitt, Queueing Systems 10 (1992) 5); rounding is not enclosed.
 
-        With step 2 pi/L it has the values at all t + k L, too, e^{-k c L} times: by Markov's
-        inequality below `other` = 1 + e^{2 c t} E[e^{-2 c tau}] over e^{|c| L} - 1 together.
-        `most` is e^{c t} E[e^{-c tau}]. The sum ends with three terms that are none of the digits.
+        With the step 2 pi/L the sum contains the values at all t + k L, multiplied by e^{-k c L}:
+        by Markov's inequality they are together below `other`/(e^{|c| L} - 1), where `other` is
+        1 + e^{2 c t} E[e^{-2 c tau}]; `most` is e^{c t} E[e^{-c tau}]. The sum ends after three
+        terms in a row that do not change the digits.
         """
         digit, total, small, k = arb(10) ** -self.digits, arb(0), 0, 0
         way = (other / most / digit).log().mid()  # |c| L
         step = (2 * arb.pi() * abs(c) / way).mid()
         while small < 3:
             s = acb(c, step * k)
-            if abs(complex(s)) > self.size:
-                raise TooFar
             if k > _NODES:
                 raise AccuracyError(
                     f"t is {float(t):.6g}, for which a contour takes more than {_NODES:,} nodes; "
@@ -234,8 +243,24 @@ class Series:
         return total * step / arb.pi() + arb(0, rest.upper())
 
 
+def truncated(f: arb_poly, size: arb, digits: int) -> TaylorModel:
+    """For |s| <= `size`, a panel's entry or its derivative from its first coefficients;
+    by Newton's inequality a geometric series bounds the other terms."""
+    k = f.degree()
+    while k > 1 and f[k].rel_accuracy_bits() < 8:
+        k -= 1  # a coefficient of unknown size bounds nothing
+    if k < 1:
+        return TaylorModel(f, arb(0))
+    f, ratio = f.truncate(k + 1), abs(f[k] / f[k - 1]) * size
+    rest = f[k] * size**k * ratio / (1 - ratio)
+    if not (ratio < 0.5 and rest <= f(size) / arb(10) ** digits):
+        raise Undecided(f"{k} powers of s do not reach {size}")
+    return TaylorModel(f, rest.upper())
+
+
 def _beyond(f: arb_poly, found: list[arb]) -> arb:
-    """S_m^(-1/m), below the first z_k of prod (1 + s/z_k), which come after those found."""
+    """S_m^(-1/m), a lower bound of the z_k of prod (1 + s/z_k) (Euler, Rayleigh), if it separates
+    them from the eigenvalues found before."""
     m = min(8, f.degree() - 1)
     below = (_power_sums(f, m)[-1] ** (arb(-1) / m)).lower() if m > 0 else arb(0)
     if found and not below > found[-1]:
@@ -244,14 +269,15 @@ def _beyond(f: arb_poly, found: list[arb]) -> arb:
 
 
 def _power_sums(f: arb_poly, many: int) -> list[arb]:
-    """S_1 to S_many."""
+    """S_n = sum z_k^-n for n = 1 to `many`, from the logarithmic derivative of f."""
     ctx.cap = many + 1
     series = arb_series(list(f), many + 1)
     return [abs(c) for c in list(series.derivative() / series)[:many]]
 
 
 def _divided(f: arb_poly, zero: arb) -> arb_poly:
-    """f/(1 + s/zero), from the last coefficient, of which half the error of f's cut is all."""
+    """f/(1 + s/zero) by backward recurrence; the top coefficient is enclosed by [0, f_n] to cover
+    the truncation of f."""
     last = f[f.degree()]
     out = [arb(last / 2, (last / 2).upper())]
     for k in range(f.degree(), 0, -1):

@@ -1,12 +1,12 @@
-"""Where the stationary state of a drift without a layer may be cut off on the line.
+"""Truncation points for a stationary density on the real line, with a bound of the neglected mass.
 
-Right of R, which is right of the zeros of polynomials phi and sigma, |phi| does not fall. If phi is
-negative there, the mass of the speed density beyond X over that density's 1/e at X is at most
+Let phi and the noise sigma be polynomials without zeros right of R, so that |phi| does not decrease
+there. If phi < 0, the speed measure beyond X, divided by the value of 1/e at X, is at most
 
-    S^2 m^(2 alpha - 2)/(lam |phi(X)|),    m < sigma < S on the line, or
-    c^(2 alpha - 2) (X - R)^(1 - q)/(q - 1),    q = (2 - 2 alpha) k > 1,
+    S^2 m^(2 alpha - 2)/(lam |phi(X)|)    for noise with m < sigma < S on the line, or
+    c^(2 alpha - 2) (X - R)^(1 - q)/(q - 1)    with q = (2 - 2 alpha) k > 1
 
-sigma being a polynomial of degree k with the leading coefficient c.
+for a polynomial sigma of degree k with the leading coefficient c.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ _LINE, _BOUNDED = arb(0, 1e300), 1e9  # the declared domain
 
 
 class Tail(NamedTuple):
-    """Where the drift is cut off to the right, and the mass beyond."""
+    """A truncation point on the right, and a bound of the mass beyond it."""
 
     x: fmpq
     mass: arb
 
 
 def tails(drift: Drift, lam: fmpq, far: fmpq, digits: int) -> tuple[Tail, Tail]:
-    """Those on the left, mirrored, and on the right, beyond `far` on both sides."""
+    """The truncations on the left, mirrored, and on the right, both beyond `far`."""
     return _tail(drift, lam, far, digits, -1), _tail(drift, lam, far, digits, 1)
 
 
@@ -71,7 +71,7 @@ def _tail(drift: Drift, lam: fmpq, far: fmpq, digits: int, side: int) -> Tail:
     most, steep = sigma.lower() ** arb(rational(-weight)), lam / sigma.upper() ** 2
     wanted = (digits * _LOG10 + 6) / steep
     room = rational(Fraction(float((wanted / slope).upper())))
-    # |phi| does not fall, so that V grows at least by |phi(x - h)| h.
+    # As |phi| does not decrease, V(x) - V(x - h) is at least |phi(x - h)| h.
     while abs(phi(arb(side * (begin + room / 4)))) * (room / 4) > wanted:
         room /= 2
     x = begin + room
@@ -79,7 +79,7 @@ def _tail(drift: Drift, lam: fmpq, far: fmpq, digits: int, side: int) -> Tail:
 
 
 def _beyond(coefficients: list[fmpq]) -> Any:
-    """A bound of a polynomial's zeros (Cauchy)."""
+    """Cauchy's bound of the moduli of a polynomial's zeros."""
     *others, last = (abs(arb(c)) for c in coefficients)
     bound = 1 + max((float((c / last).upper()) for c in others), default=0.0)
     return rational(Fraction(bound))

@@ -13,6 +13,7 @@ from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.evaluate import Analytic, Piece
 from symasym.drift.scenes import Request, Scene
 from symasym.exact import balls
+from symasym.exact.panels import panel_of, panels
 
 
 def enclosed(formula, name, kappa, digits, log=False, **numbers):
@@ -176,7 +177,7 @@ def test_what_takes_too_long_is_told():
 
     piece = Piece(fmpq(-1), fmpq(1), Analytic(kink))
     with balls.precision(300), pytest.raises(AccuracyError, match="near u = -?[0-9.]*e-"):
-        balls.panels([piece], arb(2), piece.left, piece.right, 15)
+        panels([piece], arb(2), piece.left, piece.right, 15, panel_of)
     enclosed("u", "T", 1, 10, r=2, start=0)
     assert (ctx.prec, ctx.cap) == before
 

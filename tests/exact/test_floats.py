@@ -205,9 +205,8 @@ def test_probabilities_between_ends(scene: str) -> None:
     ends = {"kappa": KAPPA, "left": left, "right": right}
     for name in ("C", "1 - C"):
         require_claims(drift, ends | {"start": start}, asked(name))
-    for low in (left, left + 1.2):
-        for name in ("P", "1 - P"):
-            require_claims(drift, ends | {"low": low, "high": start + 1.1}, asked(name))
+    for low, name in ((left, "P"), (left + 1.2, "1 - P")):
+        require_claims(drift, ends | {"low": low, "high": start + 1.1}, asked(name))
 
 
 def test_a_layer_with_noise_on_the_line() -> None:
