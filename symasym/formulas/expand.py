@@ -17,7 +17,7 @@ import sympy
 from sympy import Expr, Symbol
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import Number, Numbers, choice, count, exact
+from symasym.base.inputs import Number, Numbers, choice, count, exact, shown
 from symasym.derivation.tex import tex
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import require_drift
@@ -103,14 +103,20 @@ class Expansion:
         """The number of a bound drift, by the function of the quantity and this order.
 
         It takes the options of `symasym.escape_time`, and has numbers also where `conditions` do
-        not hold, such as r < 1. P needs no r.
+        not hold, such as r < 1. P needs no r. Without a layer, or with noise that depends on u, it
+        needs ``ends=(…)``, one of them beyond the barrier and the other where few paths leave.
         """
+        if not self.drift.model.plain and "ends" not in options:
+            raise InputError(
+                f"r is {shown(r)}, but the formula is of the way over one barrier; give ends=(…), "
+                "one of them beyond it, and the other beyond a higher one."
+            )
         known = {"method": _METHODS[self.noise], "order": self.order, **options}
         known |= {"complement": True} if self.quantity[0] == "1" else {}
         if self.quantity[-1] == "P":
             return occupation(self.drift, kappa, **known)
         verb: Any = escape_time if self.quantity == "T" else exit_probability
-        return verb(self.drift, kappa, r, start=self.start, **known)
+        return verb(self.drift, kappa, r, **{"start": self.start, **known})
 
     def emit(self, target: str = "numpy", name: str = "f") -> Any:
         """Source code of the formula, its free symbols being the arguments (`symasym.emit`)."""
@@ -151,6 +157,7 @@ class Expansion:
     def __str__(self) -> str:
         """The formula, a line for each contribution and each symbol, and where it holds."""
         case = "" if self.noise == "strong" else f", case '{self.case}'"
+        case += "" if self.drift.model.plain else ": from the well over that barrier alone"
         rows = [
             f"{self.quantity} of {self.drift!r}, {self.noise} noise to order {self.order}{case}",
             f"  {self.quantity} ~ {written_out(self.formula)}",

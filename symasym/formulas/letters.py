@@ -235,17 +235,20 @@ class Pair(Field):
         self.places = [*zip(self.zeros, case.kinds, strict=True)]
         if poly is not None and self.A.is_rational_function(U):
             self.primitive = sympy.integrate(self.A, U)
+        found: tuple[Expr, ...] = tuple(self.zeros)
         if poly is not None and not poly.free_symbols_in_domain:
             found = self._next([u for u in poly.real_roots() if not self.layered or abs(u) < 1])
-            if not found:
-                raise InputError(
-                    f"{drift!r} from {self.start} has no {' with a '.join(case.kinds)} behind it, "
-                    "of which its formula is; give another start or case."
-                )
             if not any(u.has(sympy.CRootOf) for u in found):
-                self.values = dict(zip(self.zeros, found, strict=True))
+                self.values = dict(zip(self.zeros, found, strict=False))
         elif poly is not None and poly.degree() == 2:
+            rising = poly.LC().is_negative if case.kinds[0] == "well" else poly.LC().is_positive
+            found = () if rising else found
             self._solve(poly)
+        if not found:
+            raise InputError(
+                f"{drift!r} does not lead from {self.start} to a well with a barrier beside it, as in "
+                f"the case '{case}'; give another start or case."
+            )
         if not self.values:
             self.equations = {u: phi.subs(U, u) for u in self.zeros}
 
@@ -255,8 +258,8 @@ class Pair(Field):
         left, right = [u for u in roots if u <= self.start], [u for u in roots if u > self.start]
         downhill = right[:1] if self.A.subs(U, self.start) > 0 else left[-1:]
         pairs = zip(itertools.pairwise(roots), itertools.pairwise(kinds), strict=True)
-        own = (downhill or roots)[:1]
-        return next((us for us, words in pairs if words == self.case.kinds and own[0] in us), ())
+        met = ((us, words) for us, words in pairs if words == self.case.kinds)
+        return next((us for us, _ in met if downhill and downhill[0] in us), ())
 
 
 def put_in(e: Any, known: Mapping[Symbol, Expr]) -> Any:

@@ -25,6 +25,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
+from contextlib import suppress
 from fractions import Fraction
 from functools import reduce
 from operator import mul
@@ -79,8 +80,11 @@ def weak(
     drift: Drift, quantity: str, order: int, start: Fraction, asked: str | None
 ) -> dict[str, Any]:
     """The formula, its case, what its symbols are, and where it holds."""
-    case = case_for(drift, start, asked, quantity[-1] == "P")
-    of = (Field if drift.model.plain and drift != Drift.general() else Pair)(drift, case, start)
+    if drift.model.plain and drift != Drift.general():
+        of = Field(drift, case_for(drift, start, asked, quantity[-1] == "P"), start)
+    else:
+        of = _pair(drift, start, asked)
+    case = of.case
     terms, at, where = list[Contribution](), Terms(of.start), [*conditions(of, quantity)]
     if not of.A.has(U) and quantity[-1] != "P" and not start:
         # In the mirror both ends change places.
@@ -112,6 +116,16 @@ def weak(
     known = {**at.known, **of.values, **IN_KAPPA}
     return {"case": case, "conditions": where, "formula": formula, "terms": tuple(terms),
             "definitions": known, "equations": of.equations}  # fmt: skip
+
+
+def _pair(drift: Drift, start: Fraction, asked: str | None) -> Pair:
+    """The well and the barrier of the case asked for, or of the first one that there is."""
+    first = case_for(drift, start, asked, False)
+    if asked is None:
+        with suppress(InputError):
+            return Pair(drift, first, start)
+        first = PAIRS[1]
+    return Pair(drift, first, start)
 
 
 _Product = tuple[str, tuple[theorem.Point, ...], Any]

@@ -153,8 +153,14 @@ def test_kramers_prefactor_is_simplified() -> None:
     assert sympy.expand(ratio.args[0] * kappa**2 - rise) == 0
     free = sa.expand(sa.Drift("a*u - u**3", layer=None, noise="1 + s*u", ito="stratonovich"))
     assert {"V''(u1)", "sigma(u2)"} <= {s.name for s in free.definitions}
-    with pytest.raises(sa.InputError, match="has no well with a barrier behind it"):
-        sa.expand(sa.Drift("1 + u**2", layer=None))
+    for away, start in (("1 + u**2", 0), ("u**2 - 1", 5)):
+        with pytest.raises(sa.InputError, match="does not lead from"):
+            sa.expand(sa.Drift(away, layer=None), start=start)
+    for drift in ("1 - u**2", "a - u**2"):
+        mirrored = sa.expand(sa.Drift(drift, layer=None))
+        assert str(mirrored.case) == "barrier well start"
+        with pytest.raises(sa.InputError, match="give ends"):
+            mirrored.evaluate("0.3", 2)
     with pytest.raises(sa.RegionError, match="has pieces, no layer"):
         sa.expand(sa.Drift("u - u**3", layer=None), "C")
 
