@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from flint import acb, arb, fmpq
 
-from symasym.base.balls import precision, rounded
+from symasym.base.balls import extra_bits, precision, rounded
 from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.estimate import IN_WORDS, ErrorKind, with_error
 from symasym.base.inputs import FloatArray, Numbers, choice, digits
@@ -199,8 +199,7 @@ def _proved(quantity: str, scene: Scene, digits: int) -> dict[str, Any]:
     def right(ball: arb) -> bool:
         return bool(ball.rad() < arb(10) ** -digits * abs(ball).lower().max(arb(1)))
 
-    more = 0
-    while more < _MOST_BITS:
+    for more in extra_bits(_MOST_BITS):
         working = digits + 4 + more // 8
         found = {n: slope(n, x, working, more) for n, x in {**parameters, "kappa": kappa}.items()}
         with precision(balls.bits(working, guard + more)):
@@ -208,7 +207,6 @@ def _proved(quantity: str, scene: Scene, digits: int) -> dict[str, Any]:
                 found |= _ends_in_balls(quantity, pieces(scene.drift, low, high), numbers, working)
             if all(map(right, found.values())):
                 return found
-        more = 2 * more + 60
     raise AccuracyError(
         f"log({quantity}) has fewer than {digits} digits of its derivatives right in "
         f"{_MOST_BITS} bits; ask for fewer digits, or move away from where it is not smooth."
