@@ -1,7 +1,7 @@
 """Truncation points for a stationary density on the real line, with a bound of the neglected mass.
 
-Let phi and the noise sigma be polynomials without zeros right of R, so that |phi| does not decrease
-there. If phi < 0, the speed measure beyond X, divided by the value of 1/e at X, is at most
+Let phi be a polynomial, the noise sigma bounded or a polynomial, and R right of all their zeros, so
+that |phi| does not decrease there. If phi < 0, the speed measure beyond X, over 1/e at X, is below
 
     S^2 m^(2 alpha - 2)/(lam |phi(X)|)    for noise with m < sigma < S on the line, or
     c^(2 alpha - 2) (X - R)^(1 - q)/(q - 1)    with q = (2 - 2 alpha) k > 1

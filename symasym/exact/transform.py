@@ -183,7 +183,8 @@ def _weighted_panel(
     """The panel [middle - half, middle + half], or None if it must be halved."""
     if not (p := panel_of(piece, lam, middle, half, digits)):
         return None
-    if p.cauchy and len(p.slope) > _SHORT and not _abs_integral(p.slope) < _REACH:
+    whole = sum((abs(c) / (k + 1) for k, c in enumerate(p.slope)), arb(0))
+    if p.cauchy and len(p.slope) > _SHORT and not whole < _REACH:
         return None
     local = [
         TaylorModel(_ONE, arb(0)) if w is None else TaylorModel(*w.taylor(middle, half, digits))
@@ -199,11 +200,6 @@ def _weighted_panel(
         if not (2 * travel < _TRAVEL or 2 * travel**2 < _DELAY * least):
             return None
     return WeightedPanel(p, *local)
-
-
-def _abs_integral(slope: Sequence[arb]) -> arb:
-    """A bound of int |g| from 0 to 1."""
-    return sum((abs(c) / (k + 1) for k, c in enumerate(slope)), arb(0))
 
 
 def _relative(w: TaylorModel) -> arb:
