@@ -117,10 +117,14 @@ def _asked(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
         require_sliding(drift)
     by_floats = request.method in ("exact", "auto") and not request.full
     scenes = read(drift, numbers, request.reflecting)
+    notes: tuple[str, ...] = ()
+    if "left" in numbers and drift.model.layered and np.abs(scenes.ends).max() > 1:
+        notes = ("outside [-1, 1] this drift is constant; layer=None lets A hold there",)
     if request.dps is not None or not (scenes.shape or by_floats):
-        step = importlib.import_module(method.module).of_scene
-        return in_digits(request, step(scenes.one(), request))
-    return in_floats(request, scenes.shape, of_scenes(scenes, request))
+        answer = importlib.import_module(method.module).of_scene(scenes.one(), request)
+        return in_digits(request, answer._replace(notes=answer.notes + notes))
+    answer = of_scenes(scenes, request)
+    return in_floats(request, scenes.shape, answer._replace(notes=answer.notes + notes))
 
 
 def is_usual(drift: Drift, numbers: dict[str, Any], request: Request) -> bool:

@@ -246,8 +246,8 @@ class Pair(Field):
             self._solve(poly)
         if not found:
             raise InputError(
-                f"{drift!r} does not lead from {self.start} to a well with a barrier beside it, as in "
-                f"the case '{case}'; give another start or case."
+                f"{drift!r} does not lead from {self.start} to a well with a barrier beside it, as "
+                f"in the case '{case}'; give another start or case."
             )
         if not self.values:
             self.equations = {u: phi.subs(U, u) for u in self.zeros}

@@ -140,3 +140,11 @@ def test_an_element_without_a_value_is_nan(
     assert str(refused.value) in found.notes[-1]
     for k, value in zip(kappa[good], found.value[good, 0], strict=True):
         assert value == pytest.approx(verb(drift, float(k), **options), rel=1e-9)
+
+
+@pytest.mark.parametrize("kappa", ["0.5", [0.5, 0.6]])
+@pytest.mark.parametrize(("layer", "said"), [((-1, 1), True), (None, False)])
+def test_a_drift_that_ends_with_its_layer_is_told(kappa: Any, layer: Any, said: bool) -> None:
+    drift = sa.Drift("u - u**3", layer=layer)
+    found = sa.escape_time(drift, kappa, ends=(-2, 1), start=-1, full=True)
+    assert any("layer=None" in note for note in found.notes) == said
