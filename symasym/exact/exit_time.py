@@ -118,7 +118,7 @@ class Exit:
             found = self._on_contour(t, name, n)
             if found.rel_accuracy_bits() < _SURE:
                 return self._on_line(t, name, wanted), "estimate"
-            if found.rel_accuracy_bits() > wanted * 3.33 - 4:
+            if n >= wanted and found.rel_accuracy_bits() > wanted * 3.33 - 4:
                 return found, "estimate"
         raise AccuracyError(
             f"t is {float_text(t)}, where {name} is not known in {wanted} digits; take fewer, "

@@ -218,7 +218,6 @@ def test_collocation(name: str) -> None:
         assert side.mean == pytest.approx(mean / p, rel=1e-9)
         assert side.variance == pytest.approx(square / p - (mean / p) ** 2, rel=1e-8)
         assert side.laplace(0.7) == pytest.approx(known.laplace(0.7, x) / p, rel=1e-8)
-    assert sum(side.probability * side.mean for side, *_ in given) == pytest.approx(law.mean)
     rates, c = known.modes()
     assert law.rates(3) == pytest.approx(rates[:3].real, rel=1e-8)
     times = np.array([0.3, 1.0, 4.0]) * law.mean
