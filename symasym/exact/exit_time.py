@@ -97,14 +97,14 @@ class Exit:
 
     def at_time(self, t: Fraction, name: str, wanted: int = 0) -> tuple[arb, ErrorKind]:
         """The survival function, cdf or pdf at a rational t."""
-        wanted = wanted or self.digits
+        wanted = max(wanted or self.digits, _ROUGH)
         if t == 0:
             return arb(name == "survival"), "bound"
         for modes in (1, 2, 4, _MODES) if self._few_modes(float(min(t, _LONG))) else ():
             with suppress(TooEarly):
                 late = partial(ExitTransform.late, t=rational(t), name=name, count=modes)
                 order, size = ORDER + 6 * (modes - 1), modes**2 * float(self.rate)
-                return self.ball(late, order, size), "bound"
+                return self.ball(late, order, size, wanted), "bound"
         if float(t) > _WIDTHS * self.std:
             raise AccuracyError(
                 f"t is {float_text(t)} and the standard deviation {self.std:.6g}, too little for a "
