@@ -1,1 +1,1 @@
-"""The drift phi of a smoothed switch: formula, landscape of its potential, Taylor series."""
+"""The drift phi of a smoothed switch: its formula, its potential and its Taylor series."""

@@ -1,10 +1,10 @@
-"""Zeros of A in (-1, 1), or between two ends, with their multiplicities and kinds, proved.
+"""Proved isolation of the zeros of A in an interval, with their multiplicities and kinds.
 
-Those of a polynomial with rational coefficients are isolated by flint, the real ones told from the
-others. Else [-1, 1] is halved: an interval over which the ball of A excludes 0 has no zero. Where
-A' excludes 0, the signs at the ends say whether there is one, which Newton's interval method
-refines. Where A and m - 1 derivatives vanish at a rational place exactly and the m-th excludes 0
-over the interval, that is its one zero.
+The roots of a polynomial with rational coefficients are isolated by flint. For any other A the
+interval is bisected. If the enclosure of A over a subinterval excludes 0, there is no zero in it.
+If the enclosure of A' excludes 0, the signs at the end points decide whether there is exactly one
+zero, which the interval Newton method refines. If A and its first m - 1 derivatives vanish exactly
+at a rational point and the enclosure of the m-th excludes 0, that point is the only zero.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from symasym.drift.evaluate import halved, profile
 from symasym.drift.formula import Formula, rational, vanishes
 from symasym.drift.model import Parametrized
 
-#: Of the parameters of a formula.
+#: The names and values of a formula's parameters.
 Values = tuple[tuple[str, Fraction], ...]
 
 _DIGITS = 60
 _BITS = (256, 1024, 4096)
 _MOST_DIGITS = 1_000
-_MOST, _NARROW = 20_000, 240  # intervals, and halvings
-_HIGHEST = 8  # multiplicity that is looked for
-_FIRST = fmpq(50, 97)  # the first cut, so that no other falls on a simple number
+_MOST, _NARROW = 20_000, 240  # the largest numbers of intervals and of successive halvings
+_HIGHEST = 8  # the largest multiplicity searched for
+_FIRST = fmpq(50, 97)  # position of the first cut, chosen so that no cut is a simple number
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class CriticalPoint:
     Attributes
     ----------
     u : mpf
-        Where, right to 50 digits.
+        Its position, correct to 50 digits.
     multiplicity : int
         Order of the zero.
     kind : str
@@ -55,12 +55,12 @@ class CriticalPoint:
 
 
 def critical_points(drift: Parametrized) -> list[CriticalPoint]:
-    """Zeros of A in (-1, 1), left to right.
+    """The zeros of A in (-1, 1), from left to right.
 
     Raises
     ------
     AccuracyError
-        If A vanishes on all of [-1, 1], or zeros cannot be told apart.
+        If A vanishes on all of [-1, 1], or two zeros cannot be separated.
     """
     drift.scalars()
     if not drift.model.layered:
@@ -69,14 +69,14 @@ def critical_points(drift: Parametrized) -> list[CriticalPoint]:
 
 
 def formula_of(drift: Parametrized, k: int) -> tuple[Formula, Values]:
-    """The formula of the k-th piece, with its parameters."""
+    """The formula of the k-th piece and the values of its parameters."""
     formula, values = drift.model.pieces[k], drift.values
     return formula, tuple((name, values[name]) for name in formula.symbols)
 
 
 @lru_cache(maxsize=128)
 def known(formula: Formula, values: Values, low: Any, high: Any) -> tuple[CriticalPoint, ...]:
-    """The zeros of A in (low, high), found once for equal formulas."""
+    """The zeros of A in (low, high); the result is cached for equal formulas and values."""
     coefficients = formula.exact_coefficients(dict(values))
     if coefficients is None:
         return tuple(_of_analytic(formula, values, low, high))
@@ -91,10 +91,10 @@ def _point(u: arb, multiplicity: int, rising: bool) -> CriticalPoint:
 
 
 def _of_polynomial(p: Any, low: Any, high: Any) -> list[CriticalPoint]:
-    """By the real roots in balls: flint gives them an imaginary part of 0 exactly."""
+    """The zeros of a polynomial; flint returns real roots with an imaginary part of exactly 0."""
     for end, side in ((low, 1), (high, -1)):
         while p(end) == 0:
-            p = p / fmpq_poly([-end * side, side])  # which is positive in between
+            p = p / fmpq_poly([-end * side, side])  # a divisor that is positive on (low, high)
     for bits in _BITS:
         with precision(bits):
             found: list[Any] = p.numer().complex_roots()
@@ -106,7 +106,7 @@ def _of_polynomial(p: Any, low: Any, high: Any) -> list[CriticalPoint]:
     else:
         raise AccuracyError(f"A has zeros closer than 1e-{_MOST_DIGITS}; change A.")
     points, sign = [], 1 if p.coeffs()[-1] > 0 else -1
-    for x, m in reversed(roots):  # A has the sign of its leading coefficient on the right
+    for x, m in reversed(roots):  # right of all roots A has the sign of its leading coefficient
         if low < x < high:
             points.append(_point(x, m, sign > 0))
         sign = -sign if m % 2 else sign
@@ -114,7 +114,7 @@ def _of_polynomial(p: Any, low: Any, high: Any) -> list[CriticalPoint]:
 
 
 class _Zero(NamedTuple):
-    """The one zero in [a, b]."""
+    """A zero that is the only one in [a, b]."""
 
     a: Any
     b: Any
@@ -123,36 +123,36 @@ class _Zero(NamedTuple):
 
 
 class _Function:
-    """A over intervals of (low, high) at the precision of the moment."""
+    """Enclosures of A over subintervals of (low, high) at the current precision."""
 
     def __init__(self, formula: Formula, values: Values, low: Any, high: Any):
         self.formula, self.values, self.low, self.high = formula, values, low, high
         self.phi = profile(formula, {name: rational(x) for name, x in values})
 
     def series(self, x: Any, count: int) -> list[Any]:
-        """Balls of the first Taylor coefficients of A at all points of x."""
+        """Enclosures of the first Taylor coefficients of A at every point of the ball x."""
         ctx.cap = count
         series = list(self.phi(arb_series([x, 1], count)))
         return (series + [arb(0)] * count)[:count]
 
     def sign(self, u: Any) -> int | None:
-        """The sign of A at a point, where balls tell it; 0 where it is 0 exactly."""
+        """The sign of A at a point, 0 if A vanishes exactly; None if it cannot be decided."""
         value = self.phi(arb(u))
         if not value.contains(0):
             return 1 if value > 0 else -1
         return 0 if self.vanishes(u, 0) else None
 
     def vanishes(self, u: Any, order: int) -> bool:
-        """True where this derivative of A is 0 at u exactly."""
+        """True if the derivative of A of this order is exactly 0 at u."""
         value = self.series(arb(u), order + 1)[order]
         if not value.contains(0) or value.is_zero():
             return bool(value.is_zero())
         return vanishes(self.formula, self.values, Fraction(int(u.p), int(u.q)), order)
 
     def zeros(self, a: Any, b: Any) -> list[_Zero] | None:
-        """The zeros of A in [a, b), but for `low`, at most one; None where that is not told."""
+        """The at most one zero of A in [a, b), `low` excluded; None if this is undecided."""
         x, m = _between(a, b), arb((a + b) / 2)
-        # By the mean value theorem as well.
+        # A is enclosed directly and by the mean value theorem.
         if not self.phi(x).contains(0) or not (
             (self.phi(m) + self.series(x, 2)[1] * (x - m)).contains(0)
         ):
@@ -180,7 +180,7 @@ def _between(a: Any, b: Any) -> Any:
 
 
 def _simplest(a: Any, b: Any) -> Any:
-    """A rational number of small denominator in [a, b]."""
+    """A rational number with a small denominator in [a, b]."""
     middle, k = Fraction(int((a + b).p), 2 * int((a + b).q)), 1
     while not a <= (u := rational(middle.limit_denominator(k))) <= b:
         k *= 2
@@ -200,7 +200,7 @@ def _of_analytic(formula: Formula, values: Values, low: Any, high: Any) -> list[
 
 
 def _isolated(f: _Function) -> list[_Zero] | None:
-    """All zeros in (low, high), each in an interval of its own; None where that takes too many."""
+    """All zeros in (low, high), each in its own interval; None if that takes too many intervals."""
     found: list[_Zero] = []
     first, step = f.low + (f.high - f.low) * _FIRST, (f.high - f.low) / 18
     if all(f.phi(arb(f.low + step * k)).contains(0) for k in range(1, 18)):
@@ -218,7 +218,7 @@ def _isolated(f: _Function) -> list[_Zero] | None:
 
 
 def _refined(formula: Formula, values: Values, zero: _Zero) -> Any:
-    """The zero to `_DIGITS` digits, by Newton's method for intervals."""
+    """The zero to `_DIGITS` digits by the interval Newton method."""
     for bits in _BITS:
         with precision(bits):
             f, x = _Function(formula, values, zero.a, zero.b), _between(zero.a, zero.b)
@@ -227,7 +227,7 @@ def _refined(formula: Formula, values: Values, zero: _Zero) -> Any:
             for _ in range(4 * bits):
                 m = arb(x.mid())
                 value = f.phi(m)
-                x = x.intersection(m - value / f.series(x, 2)[1])  # on one side of m
+                x = x.intersection(m - value / f.series(x, 2)[1])
                 if x.rel_accuracy_bits() > 3.33 * _DIGITS:
                     return x
                 if value.contains(0):

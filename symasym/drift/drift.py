@@ -1,4 +1,4 @@
-"""The scaled drift of a smoothed switch, phi(u): what every quantity is asked of."""
+"""The scaled drift phi(u) of a smoothed switch, the first argument of every quantity."""
 
 from __future__ import annotations
 
@@ -31,28 +31,28 @@ class Drift(Parametrized):
     Parameters
     ----------
     A : SymPy expression or str
-        Analytic and real on [-1, 1]. In a string, decimals are exact: ``"0.4"``
-        is 2/5. Its symbols other than `u` are parameters, set with `bind`.
+        A function that is analytic and real on [-1, 1]. Decimals in a string are exact: ``"0.4"``
+        is 2/5. Its symbols other than `u` are parameters, which `bind` sets.
     u : SymPy Symbol or str, optional
         The scaled position. Default: the symbol named ``u``.
     layer : (-1, 1) or None, optional
-        None: A holds everywhere, analytic between the ends that are asked for.
+        With None, A is the drift for all u; it must be analytic between the ends of the interval.
     noise : SymPy expression, number or str, optional
-        sigma(u) of du = phi dt + kappa sigma(u) dW, 1 when left out: analytic and greater than 0,
-        constant outside the layer as A is.
+        sigma(u) in du = phi dt + kappa sigma(u) dW, by default 1. It must be analytic and greater
+        than 0; like A, it is constant outside the layer.
     ito : {0, "stratonovich"}, optional
-        How that equation is meant: 0 by Itô.
+        The interpretation of this equation, by default 0, which is Itô's.
 
     Raises
     ------
     InputError
-        If A is singular or complex on [-1, 1], or is made of functions that are not analytic; if
+        If A is singular or complex on [-1, 1] or contains functions that are not analytic, or if
         the noise is not greater than 0.
 
     Notes
     -----
-    All quantities are scaled: u = y/eps, and the drift is that of eq:phi. Drifts are values: those
-    of one formula and equal parameters are equal, and `repr` is the call that makes the drift.
+    All quantities are scaled: u = y/eps, and the drift is that of eq:phi. Two drifts with the same
+    formula and equal parameters compare equal, and `repr` gives the call that makes the drift.
 
     Examples
     --------
@@ -79,7 +79,7 @@ class Drift(Parametrized):
 
     @classmethod
     def of(cls, model: Model, **values: Numbers | None) -> Self:
-        """A drift of a model, with the parameters bound that are given."""
+        """A drift of a model; parameters whose value is not None are bound."""
         drift = cls.__new__(cls)
         drift._set(model, {})
         return drift.bind(**{name: value for name, value in values.items() if value is not None})
@@ -93,12 +93,13 @@ class Drift(Parametrized):
         noise: Expr | Number | None = None,
         ito: int | str = 0,
     ) -> Self:
-        """A drift of pieces without a layer; it may have jumps and kinks between them.
+        """A piecewise drift without a layer, which may have jumps and kinks between its pieces.
 
         Parameters
         ----------
         pieces : sequence of pairs
-            A and the piece's right end, which is None for the last; the first one has no left end.
+            A and the right end of each piece. The last piece has the right end None, and the first
+            extends to -oo.
         u, noise, ito
             As in `Drift`; sigma is the same expression on all pieces.
 
@@ -113,18 +114,18 @@ class Drift(Parametrized):
 
     @classmethod
     def general(cls) -> Self:
-        """No drift in particular, of which `symasym.expand` states formulas in V's derivatives."""
+        """An unspecified drift, for which `symasym.expand` gives formulas in V's derivatives."""
         return cls.of(expressions.general())
 
     # -- parameters ------------------------------------------------------------------------
 
     def bind(self, /, **values: Numbers) -> Self:
-        """A new drift with these parameters set.
+        """A new drift in which these parameters are set.
 
         Parameters
         ----------
         **values : number or array_like
-            Numbers are taken exactly; arrays become float64 and broadcast together.
+            Numbers are taken exactly; arrays are converted to float64 and broadcast together.
         """
         bound = dict(self._values)
         for name, value in values.items():
@@ -136,7 +137,7 @@ class Drift(Parametrized):
                 )
             if is_array(value):
                 bound[name] = floats(name, value)
-                # A drift is a value: what was asked of it stays true.
+                # Results are cached by the drift, so its arrays must not change.
                 bound[name].flags.writeable = False
             else:
                 bound[name] = exact(name, value)
@@ -146,7 +147,7 @@ class Drift(Parametrized):
         return drift
 
     def _set(self, model: Model, values: dict[str, Any]) -> None:
-        """Refuse values at which A or sigma is not analytic on [-1, 1], or sigma not positive."""
+        """Refuse values for which A or sigma is not analytic on [-1, 1] or sigma not positive."""
         self.model, self._values = model, values
         if not self.shape and not self.free and model.layered and not model.name:
             expressions.check_regular(self.model.pieces[0], self._values)
@@ -157,12 +158,12 @@ class Drift(Parametrized):
     # -- values ----------------------------------------------------------------------------
 
     def __call__(self, u: Numbers) -> Any:
-        """phi(u) in float64, a- and a+ included (eq:phi).
+        """phi(u) in float64, inside and outside the layer (eq:phi).
 
         Parameters
         ----------
         u : float or array_like
-            Scaled position, broadcast with the parameters.
+            Scaled position, which is broadcast with the parameters.
         """
         result = values_at(self, floats("u", u))
         return float(result) if result.ndim == 0 else result
@@ -173,13 +174,13 @@ class Drift(Parametrized):
     def region(self) -> Any:
         """``"crossing"``, ``"sliding"`` or ``"repelling sliding"``, by the signs of a- and a+.
 
-        An array of these where parameters are arrays. `crossing` holds for both
-        directions; the sign of a+ is the direction.
+        If parameters are arrays, an array of these. `crossing` stands for both directions; the
+        sign of a+ gives the direction.
 
         Raises
         ------
         RegionError
-            At a tangency, a- = 0 or a+ = 0, where the table has no entry.
+            At a tangency (a- = 0 or a+ = 0), for which the paper's table has no entry.
         """
         left, right = np.sign(np.array(self.ends))
         for name, signs in (("a-", left), ("a+", right)):
@@ -195,7 +196,7 @@ class Drift(Parametrized):
     # -- landscape and symbols ---------------------------------------------------------------
 
     def expression(self) -> Expr:
-        """A(u) as a SymPy expression, bound scalar parameters put in."""
+        """A(u) as a SymPy expression, in which bound scalar parameters have their values."""
         if "u" in self.free:
             raise InputError(
                 f"{self!r} has a free parameter u, which is the name of the position; bind it, or "
@@ -204,48 +205,48 @@ class Drift(Parametrized):
         return self.model.expression(self._values)
 
     def phi(self) -> Expr:
-        """phi(u) in the real symbol ``u``, with a layer a SymPy Piecewise (eq:phi)."""
+        """phi(u) in the real symbol ``u``; for a drift with a layer a SymPy Piecewise (eq:phi)."""
         A = self.expression()
         return expressions.phi(A) if self.model.layered else A
 
     def potential(self) -> Expr:
-        """V(u) in the real symbol ``u``, with a layer a SymPy Piecewise (eq:V2).
+        """V(u) in the real symbol ``u``; for a drift with a layer a SymPy Piecewise (eq:V2).
 
-        Where SymPy finds no closed form it has an unevaluated Integral; `potential_at` gives its
-        numbers in any case.
+        If SymPy finds no closed form, the result contains an unevaluated Integral; `potential_at`
+        gives numerical values in any case.
         """
         return expressions.potential(self.expression(), self.model.layered)
 
     def potential_at(self, u: Numbers) -> Any:
-        """V(u) in float64 (eq:V), with V(-1) = 0, by quadrature; as `Drift.__call__`."""
+        """V(u) with V(-1) = 0 in float64 (eq:V), by quadrature; `u` as in `Drift.__call__`."""
         result = landscape.potential_at(self, floats("u", u))
         return float(result) if result.ndim == 0 else result
 
     def critical_points(self) -> list[CriticalPoint]:
-        """Zeros of A in (-1, 1), left to right, with multiplicity and kind.
+        """The zeros of A in (-1, 1) from left to right, with their multiplicities and kinds.
 
         Raises
         ------
         AccuracyError
-            If A vanishes on all of [-1, 1], or zeros cannot be told apart.
+            If A vanishes on all of [-1, 1], or two zeros cannot be separated.
         """
         return critical_points(self)
 
     def wells(self) -> list[CriticalPoint]:
-        """Local minima of V in (-1, 1), left to right, as critical points."""
+        """The local minima of V in (-1, 1) from left to right, as critical points."""
         return [point for point in self.critical_points() if point.kind == "well"]
 
     def barriers(self) -> list[CriticalPoint]:
-        """Local maxima of V in (-1, 1), left to right, as critical points."""
+        """The local maxima of V in (-1, 1) from left to right, as critical points."""
         return [point for point in self.critical_points() if point.kind == "barrier"]
 
     def plot(self, axes: Sequence[Axes] | None = None) -> Any:
-        """Draw phi and V over the layer and beside it, with their wells and barriers named.
+        """Plot phi and V in the layer and its neighbourhood, with wells and barriers labelled.
 
         Parameters
         ----------
         axes : two matplotlib Axes, optional
-            For phi and for V; those of a new figure when left out. They are returned.
+            The axes for phi and for V, by default those of a new figure. They are returned.
 
         Examples
         --------
@@ -259,12 +260,12 @@ class Drift(Parametrized):
         return landscape.plot(self, axes)
 
     def _repr_latex_(self) -> str:
-        """A(u) for a notebook; parameters that are free or arrays stay symbols."""
+        """A(u) for a notebook; parameters that are free or arrays appear as symbols."""
         return rf"$\displaystyle \phi(u) = {expressions.latex(self.expression())}$"
 
 
 def _require_range(model: Model, name: str, value: Any) -> None:
-    """Raise InputError for a value outside its parameter's range."""
+    """Raise InputError if a value is outside the range of its parameter."""
     strict = name in model.positive
     if strict or name in model.not_negative:
         lowest = value if isinstance(value, Fraction) else value.min()

@@ -1,8 +1,8 @@
-"""A(u) in balls with Taylor polynomials; `symasym.drift.sampled` has it in float64 over rows.
+"""A(u) and its Taylor polynomials in ball arithmetic (in float64: `symasym.drift.sampled`).
 
-Where A is analytic and |A| <= M on the disc of radius rho h about m, its Taylor polynomial of n
-terms misses at most M rho^-n/(1 - 1/rho) on [m - h, m + h] (Cauchy's estimate). A finite ball of
-A's values on a box about the disc shows that A is analytic there (`symasym.drift.formula`).
+If A is analytic and |A| <= M on the disc of radius rho h about m, the Taylor polynomial with n
+terms has an error of at most M rho^-n/(1 - 1/rho) on [m - h, m + h] (Cauchy's estimate). A finite
+enclosure of A over a box around the disc proves that A is analytic there (`symasym.drift.formula`).
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx, fmp
 from symasym.drift.formula import Formula, rational
 from symasym.drift.model import Parametrized
 
-_RADII = (32, 8, 4, 2)  # of discs, over half a panel's width
+_RADII = (32, 8, 4, 2)  # radii of discs in units of half a panel's width
 
 
 class Polynomial:
-    """A polynomial of these ascending coefficients, each fmpq, arb or acb."""
+    """A polynomial given by its coefficients (fmpq, arb or acb) in ascending order."""
 
     def __init__(self, coefficients: list[Any]) -> None:
         self.coefficients = coefficients
@@ -34,7 +34,7 @@ class Polynomial:
         return self._poly(x)
 
     def taylor(self, middle: Any, half: Any, digits: int) -> tuple[Any, Any]:
-        """A(middle + half t) as a polynomial in t, and 0."""
+        """A(middle + half t) as a polynomial in t, and its error, 0."""
         return self._poly(type(self._poly)([middle, half])), arb(0)
 
     def mirrored(self) -> Polynomial:
@@ -47,7 +47,7 @@ class Polynomial:
 
 
 class Analytic:
-    """A function of arb, acb and their power series, not finite on boxes with singularities."""
+    """A function of arb, acb and power series; it is not finite on a box with a singularity."""
 
     def __init__(self, of: Callable[[Any], Any]) -> None:
         self.of = of
@@ -55,23 +55,24 @@ class Analytic:
     def __call__(self, x: Any) -> Any:
         try:
             return self.of(x)
-        except (ValueError, ZeroDivisionError):  # flint's words for a divisor that may be 0
+        except (ValueError, ZeroDivisionError):  # raised by flint if a divisor may be 0
             return x * arb.nan()
 
     def _size(self, *points: fmpq) -> Any:
-        """The largest |A| of some points."""
+        """The largest |A| at the given points."""
         return max((abs(self(arb(u))).upper() for u in points), key=float)
 
     @cached_property
     def _scale(self) -> Any:
-        """About |A| on [-1, 1], whose numbers are above 1e-300."""
+        """The order of magnitude of A on [-1, 1], at least 1e-300."""
         return self._size(*(fmpq(k, 2) for k in range(-2, 3))).max(arb(10) ** -300)
 
     def taylor(self, middle: fmpq, half: fmpq, digits: int) -> tuple[Any, Any]:
-        """A Taylor polynomial in t, u = middle + half t, and a bound on what it misses of A.
+        """A Taylor polynomial in t, where u = middle + half t, and a bound on its error.
 
-        That is below 10^-digits of A's size there or 10^-2digits of A's size on [-1, 1], or
-        infinite. Of the discs that show A to be analytic that of the fewest terms is taken.
+        The bound is below 10^-digits times the size of A there, or 10^-2digits times that on
+        [-1, 1], or infinite. Of the discs on which A is proved analytic, the one that needs the
+        fewest terms is used.
         """
         wanted = digits * math.log(10) + 12
         size = self._size(middle - half, middle + half).max(self._scale * arb(10) ** -digits)
@@ -102,15 +103,15 @@ def _poly(coefficients: list[Any]) -> Any:
 
 
 def box(middle: Any, width: Any, height: Any) -> Any:
-    """A box about a point of the real line, by half its width and height."""
+    """A box about a point of the real line, given by half its width and half its height."""
     return acb(arb(middle, arb(width)), arb(0, arb(height)))
 
 
 class Piece(NamedTuple):
-    """The drift on [left, right], the noise in it: phi/sigma^2, and the weights of e and 1/e.
+    """phi/sigma^2 on [left, right], and the weights of the scale and speed densities.
 
-    The scale density is e times `scale` = sigma^(-2 alpha), the speed density 1/e times
-    lam `speed` = lam sigma^(2 alpha - 2); None stands for 1.
+    With V' = -phi/sigma^2 the scale density is e^{lam V} `scale`, where scale = sigma^(-2 alpha),
+    the speed density lam e^{-lam V} `speed`, where speed = sigma^(2 alpha - 2); None stands for 1.
     """
 
     left: fmpq
@@ -120,27 +121,27 @@ class Piece(NamedTuple):
     speed: Polynomial | Analytic | None = None
 
     def mirrored(self) -> Piece:
-        """Of -phi(-u) and sigma(-u)."""
+        """The piece of the mirrored drift -phi(-u) with the noise sigma(-u)."""
         weights = (w and w.mirrored() for w in (self.scale, self.speed))
         return Piece(-self.right, -self.left, self.phi.mirrored().negative(), *weights)
 
     def reversed(self) -> Piece:
-        """With the scale density and the speed density in each other's place."""
+        """The piece with the scale density and the speed density interchanged."""
         return Piece(self.left, self.right, self.phi.negative(), self.speed, self.scale)
 
 
 def pieces(
     drift: Parametrized, low: fmpq, high: fmpq, values: Mapping[str, Any] | None = None
 ) -> list[Piece]:
-    """The drift from `low` to `high` at the precision of the moment; `values`, fmpq, arb or acb,
-    stand in place of these of its parameters."""
+    """The pieces of the drift from `low` to `high` at the current precision; `values` (fmpq, arb
+    or acb) replace the values of its parameters."""
     model, one = drift.model, fmpq(1)
     numbers = {name: rational(x) for name, x in drift.scalars().items()}
     numbers.update(values or {})
     cuts = [rational(x) for x in model.cuts]
     found: list[Any] = [_weighted(part, model.noise, numbers, model.alpha) for part in model.pieces]
     if model.layered:
-        # Beside the layer everything is constant, phi exactly where it is rational.
+        # Outside the layer phi and sigma are constant; a rational value of phi is kept exact.
         (inside,), cuts = found, [-one, one]
         for side in (-1, 1) if low < -one or high > one else ():
             at = [w and Polynomial([w(arb(side))]) for w in inside]
@@ -159,7 +160,7 @@ def pieces(
 def _weighted(
     part: Formula, noise: Formula | None, numbers: Mapping[str, Any], alpha: Fraction
 ) -> list[Any]:
-    """phi/sigma^2, and what `Piece` calls scale and speed."""
+    """phi/sigma^2, and the weights `scale` and `speed` of `Piece`."""
     phi, sigma = over_noise(part, noise, numbers)
     twice = int(2 * alpha)
 
@@ -170,7 +171,7 @@ def _weighted(
 
 
 def over_noise(formula: Formula, noise: Formula | None, numbers: Mapping[str, Any]) -> Any:
-    """phi/sigma^2, and sigma, None for 1."""
+    """phi/sigma^2 and sigma, where None stands for sigma = 1."""
     phi = profile(formula, numbers)
     if noise is None:
         return phi, None
@@ -179,11 +180,11 @@ def over_noise(formula: Formula, noise: Formula | None, numbers: Mapping[str, An
 
 
 def profile(formula: Formula, numbers: Mapping[str, Any]) -> Polynomial | Analytic:
-    """A of these parameters, each fmpq, arb or acb."""
+    """The function A(u) for parameters `numbers`, each an fmpq, arb or acb."""
     try:
         if coefficients := formula.coefficients(numbers, balls=True):
             return Polynomial(coefficients)
-    except ZeroDivisionError:  # nowhere finite
+    except ZeroDivisionError:  # A is finite nowhere
         pass
     return Analytic(lambda u: formula.value(u, numbers, balls=True))
 
@@ -191,9 +192,10 @@ def profile(formula: Formula, numbers: Mapping[str, Any]) -> Polynomial | Analyt
 def halved(
     low: fmpq, high: fmpq, holds: Callable[[fmpq, fmpq], bool], most: int, deepest: int
 ) -> tuple[list[fmpq], fmpq | None]:
-    """Where the intervals begin on which a test of their middles and half widths holds, from left
-    to right, found by halving; and the first place where it does not after so many halvings, or
-    where intervals are too many, else None."""
+    """Bisect [low, high] until a test of each interval's middle and half-width holds.
+
+    Returns the left ends of the intervals, and None, or a point near which the test still fails
+    after `deepest` halvings or at which there are more than `most` intervals."""
     begins, waiting, narrow = [], [(low, high)], (high - low) / 2**deepest
     while waiting:
         a, b = waiting.pop()

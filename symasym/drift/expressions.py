@@ -1,4 +1,4 @@
-"""Reading a drift given as a SymPy expression or text, and writing phi and V as expressions."""
+"""Reads a drift from a SymPy expression or a text, and gives phi and V as SymPy expressions."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from symasym.drift.evaluate import box, halved, profile
 from symasym.drift.formula import Formula, interned, rational, require_admitted
 from symasym.drift.model import Model
 
-# Halvings of [-1, 1], and boxes, of which a smooth drift takes a few hundred at most.
+# Limits for the halvings of [-1, 1] and for the boxes; a smooth drift needs a few hundred boxes.
 _DEEPEST, _MOST_BOXES = 120, 5_000
-_OVERLAP = fmpq(9, 16)  # half would let neighbouring balls touch only
+_OVERLAP = fmpq(9, 16)  # with 1/2 neighbouring boxes would only touch
 _MOST_PIECES = 30
 
 
 def read(A: Any, u: Any) -> Formula:
-    """The formula A(u)."""
+    """The formula A(u) from an expression or text, with its variable u."""
     formula = parse("A", A)
     symbol = _symbol(formula, u)
     for s in formula.free_symbols:
@@ -38,13 +38,13 @@ def read(A: Any, u: Any) -> Formula:
                 f"A has the symbol {shown(s.name)}; give symbols names of letters, digits and _."
             )
     require_admitted(formula)
-    # Symbols are known by their names, whatever was assumed of them.
+    # Symbols are identified by name, whatever their assumptions.
     plain = {s: sympy.Symbol(s.name) for s in formula.free_symbols}
     return interned(formula.xreplace(plain), sympy.Symbol(symbol.name))
 
 
 def read_drift(A: Any, u: Any, layer: Any, noise: Any, ito: Any) -> Model:
-    """The model of one formula, with or without a layer."""
+    """The model of a drift with one formula, with or without a layer."""
     if layer is not None and layer != (-1, 1):
         raise InputError(
             f"layer is {shown(layer)}; give (-1, 1), to which u is scaled, or None where A holds "
@@ -54,7 +54,7 @@ def read_drift(A: Any, u: Any, layer: Any, noise: Any, ito: Any) -> Model:
 
 
 def with_pieces(given: Any, u: Any, noise: Any, ito: Any, layered: bool = False) -> Model:
-    """The model of pieces by their right ends, with the noise sigma(u)."""
+    """The model of a piecewise drift, given by A and right end of each piece and by sigma(u)."""
     parts = sequence("pieces", given)
     if not 0 < len(parts) <= _MOST_PIECES:
         raise InputError(f"pieces are {len(parts)}; give 1 to {_MOST_PIECES} pairs.")
@@ -79,18 +79,19 @@ def with_pieces(given: Any, u: Any, noise: Any, ito: Any, layered: bool = False)
 
 
 def general() -> Model:
-    """No drift in particular: A stays the function A(u), in formulas alone."""
+    """The model of an unspecified drift, A being an undefined function; for formulas only."""
     u = sympy.Symbol("u")
     return Model(pieces=(Formula(sympy.Function("A", real=True)(u), u),), name="Drift.general")
 
 
 def parse(name: str, given: Any, names: Mapping[str, Any] | None = None) -> Any:
-    """A SymPy expression from what a caller wrote, a SymPy expression, number or text, floats and
-    decimals exact; messages call it `name`, and `names` have a meaning."""
+    """The SymPy expression given as an expression, number or text; floats are converted exactly.
+
+    Messages call it `name`; `names` maps the names of symbols to their meaning."""
     if isinstance(given, str):
         expression = texts.read(name, given, names)
     else:
-        # SymPy runs the texts in a list or tuple, also where it is told to be strict.
+        # In a list or tuple SymPy would evaluate texts even with strict=True.
         own = isinstance(given, (sympy.Basic, np.ndarray)) or not hasattr(given, "__iter__")
         try:
             expression = sympy.sympify(given, strict=True) if own else None
@@ -105,13 +106,13 @@ def parse(name: str, given: Any, names: Mapping[str, Any] | None = None) -> Any:
     }
     exactly = {x: sympy.Rational(q.numerator, q.denominator) for x, q in numbers.items()}
     found = expression.xreplace({x: q for x, q in exactly.items() if x.is_Float})
-    # One name is one symbol, whatever assumptions it was written with.
+    # Symbols of the same name are the same symbol, whatever their assumptions.
     known = names or {}
     return found.subs({s: known[s.name] for s in found.free_symbols if s.name in known})
 
 
 def _symbol(formula: Any, u: Any) -> Any:
-    """The variable of A: as named by the caller, else u, else the only symbol there is."""
+    """The variable of A: the given one, by default the symbol named u."""
     if u is not None:
         symbol = sympy.Symbol(u) if is_name(u) else u
         if not isinstance(symbol, sympy.Symbol):
@@ -127,11 +128,11 @@ def _symbol(formula: Any, u: Any) -> Any:
 
 
 def check_regular(formula: Formula, values: Mapping[str, Fraction], name: str = "A") -> None:
-    """Refuse an A, or sigma, that is singular or complex on [-1, 1], by its range over boxes.
+    """Refuse an A, or sigma, that is singular or complex on [-1, 1], by enclosures over boxes.
 
-    A box on which the range stays unbounded however small it is made holds a singularity (or one
-    that cancels, which the formula should be freed of). Boxes overlap, so that together they cover
-    a neighbourhood of [-1, 1].
+    If the enclosure stays infinite however small the box is, the box contains a singularity (or a
+    removable one, which should be cancelled in the formula). The boxes overlap, so that together
+    they cover a neighbourhood of [-1, 1].
     """
 
     def finite(phi: Any, middle: fmpq, half: fmpq) -> bool:
@@ -147,7 +148,7 @@ def check_regular(formula: Formula, values: Mapping[str, Fraction], name: str = 
 
 
 def check_noise(noise: Formula, values: Mapping[str, Any], low: Any, high: Any) -> None:
-    """Refuse a sigma that is not greater than 0 from `low` to `high`, by its range over balls."""
+    """Refuse a sigma that is not positive from `low` to `high`, by enclosures over intervals."""
 
     def positive(sigma: Any, middle: fmpq, half: fmpq) -> bool:
         return bool(sigma(arb(middle, arb(half))) > 0)
@@ -162,7 +163,7 @@ def check_noise(noise: Formula, values: Mapping[str, Any], low: Any, high: Any) 
 def _lost(
     formula: Formula, values: Mapping[str, Any], low: Any, high: Any, holds: Any
 ) -> tuple[float, fmpq | None]:
-    """The formula's value where a test of it fails however small the interval, and that place."""
+    """A point near which a test fails on however small an interval, after the formula's value."""
     with precision(4 * _DEEPEST):
         of = profile(formula, {k: rational(values[k]) for k in formula.symbols})
         lost = halved(low, high, partial(holds, of), _MOST_BOXES, _DEEPEST)[1]
@@ -170,13 +171,13 @@ def _lost(
 
 
 def phi(A: Any) -> Any:
-    """phi as a Piecewise in the real symbol u (eq:phi)."""
+    """phi as a SymPy Piecewise in the real symbol u (eq:phi)."""
     u = sympy.Symbol("u", real=True)
     return sympy.Piecewise((A.subs(u, -1), u <= -1), (A, u < 1), (A.subs(u, 1), True))
 
 
 def potential(A: Any, layered: bool) -> Any:
-    """V in the real symbol u, where `layered` a Piecewise (eq:V2)."""
+    """V in the real symbol u; if `layered`, a SymPy Piecewise (eq:V2)."""
     u, v = sympy.Symbol("u", real=True), uniquely_named_symbol("v", A, real=True)
     antiderivative = sympy.integrate(A.subs(u, v), v)
     closed = not antiderivative.has(sympy.Integral, sympy.Piecewise)
@@ -196,6 +197,6 @@ def potential(A: Any, layered: bool) -> Any:
 
 
 def latex(A: Any) -> str:
-    """LaTeX with floats for numbers that would fill lines."""
+    """A in LaTeX; rational numbers with many digits are written as floats."""
     long = [x for x in A.atoms(sympy.Rational) if x.q > 10**6 or abs(x.p) > 10**18]
     return tex(A.xreplace({x: x.evalf(15) for x in long}))

@@ -1,10 +1,10 @@
-"""A drift's formulas, and a formula as a function of balls or of float64 arrays.
+"""A formula A(u) of a drift, and its evaluation in ball arithmetic and on float64 arrays.
 
-A drift is formulas from left to right, each a SymPy expression A in u and in parameters, with the
-noise sigma(u) of du = phi dt + kappa sigma dW. SymPy's lambdify makes functions of them. Functions
-of balls are infinite, or nan, on boxes across their cuts and poles, so that a finite ball of A's
-values on a box shows that A is analytic there. Arb's own square root, logarithm and inverse
-functions are finite across their cuts; those here are not, and no others are admitted.
+A formula is a SymPy expression in u and in parameters; SymPy's lambdify turns it into a function.
+In ball arithmetic this function is infinite or nan on every box that meets a branch cut or a pole,
+so that a finite enclosure over a box proves that A is analytic there. Arb's own square root,
+logarithm and inverse functions are finite across their cuts; they are therefore replaced here, and
+an expression with any function other than `FUNCTIONS` is refused.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from symasym.base.balls import precision
 from symasym.base.errors import InputError
 
 Values = Mapping[str, Any]
-_END_BITS = 4096  # numbers within 1e±300 that cancel leave digits
+_END_BITS = 4096  # enough digits remain if numbers between 1e-300 and 1e300 cancel
 
 
 @dataclass(frozen=True)
 class Formula:
     """A SymPy expression A in the symbol `u`; its other symbols are parameters.
 
-    Values are by the parameters' names; there may be others among them.
+    The methods take `values` by the parameters' names, and ignore other names.
     """
 
     expression: Any
@@ -39,20 +39,20 @@ class Formula:
 
     @cached_property
     def symbols(self) -> dict[str, Any]:
-        """The parameters' symbols by name."""
+        """The symbols of the parameters by their names."""
         free = self.expression.free_symbols - {self.u}
         return {s.name: s for s in sorted(free, key=lambda s: s.name)}
 
     @cached_property
     def powers(self) -> Any:
-        """Coefficients of A in ascending powers of u, a Tuple; None where A is no polynomial."""
+        """Coefficients of A in ascending powers of u as a Tuple; None if A is not a polynomial."""
         poly = self.expression.as_poly(self.u)
         return None if poly is None else sympy.Tuple(*poly.all_coeffs()[::-1])
 
     @cached_property
     def steady(self) -> bool:
-        """Whether floats round the coefficients of a polynomial by a few units in the last place:
-        where they have no functions, and sums of no more than two parameters or floats."""
+        """True if float64 gives a polynomial's coefficients to a few units in the last place,
+        since they contain no functions, and only sums of two parameters or float64 numbers."""
 
         def exact(x: Any) -> Any:
             return (
@@ -65,10 +65,9 @@ class Formula:
 
     @cached_property
     def _ends(self) -> dict[int, Any]:
-        """A(-1) and A(1) as SymPy simplifies them of itself: sin(pi) is 0 there, not 1e-16.
+        """A(-1) and A(1) with SymPy's automatic simplification: sin(pi) is 0 there, not 1e-16.
 
-        Outside [-1, 1] an error in the drift is multiplied by the radius, and its sign is the
-        region.
+        Exact zeros matter, since the radius multiplies these errors and the signs set the region.
         """
         return {side: self.expression.subs(self.u, side) for side in (-1, 1)}
 
@@ -77,19 +76,19 @@ class Formula:
         return compiled(what, symbols, balls)(*u, *(values[name] for name in self.symbols))
 
     def value(self, u: Any, values: Values, balls: bool) -> Any:
-        """A(u) in balls, or in float64."""
+        """A(u) in ball arithmetic or in float64."""
         return self._call(self.expression, values, balls, u) + 0 * u
 
     def coefficients(self, values: Values, balls: bool) -> list[Any] | None:
-        """Those of `powers`: in balls, rational for what is rational, or in the numbers' dtype."""
+        """Values of `powers`: balls, or fmpq where rational; else floats of the values' dtype."""
         return None if self.powers is None else list(self._call(self.powers, values, balls))
 
     def end(self, side: int, values: Values, balls: bool) -> Any:
-        """A(side), side = -1 or 1, as `coefficients`."""
+        """A(side) for side = -1 or 1, of the same type as `coefficients`."""
         return self._call(self._ends[side], values, balls)
 
     def exact_coefficients(self, values: Values) -> list[Fraction] | None:
-        """Rational coefficients of A in ascending powers; None where they are not known to be."""
+        """The coefficients of A in ascending powers; None unless all are known to be rational."""
         with precision(_END_BITS):
             try:
                 found = self.coefficients({k: rational(x) for k, x in values.items()}, balls=True)
@@ -99,7 +98,7 @@ class Formula:
         return known if found and len(known) == len(found) else None
 
     def ends(self, values: Values) -> tuple[Any, Any]:
-        """A(-1) and A(1): Fractions where they are known to be rational, else floats."""
+        """A(-1) and A(1): Fractions if they are known to be rational, else floats."""
         found, numbers = [], {k: rational(x) for k, x in values.items()}
         with precision(_END_BITS):
             for side in (-1, 1):
@@ -111,7 +110,7 @@ class Formula:
         return found[0], found[1]
 
     def with_values(self, values: Values) -> Any:
-        """A(u) in the real symbol u; parameters without one exact value are real symbols."""
+        """A(u) in the real symbol u; parameters without an exact value become real symbols."""
         known = {name: x for name, x in values.items() if isinstance(x, Fraction)}
         put = {
             s: sympy.Rational(*known[name].as_integer_ratio())
@@ -122,7 +121,7 @@ class Formula:
         return self.expression.subs(put).subs(self.u, sympy.Symbol("u", real=True))
 
 
-#: Equal formulas are one, so that each is worked out once.
+#: Equal formulas are the same object, so that its cached properties are computed once.
 interned = lru_cache(maxsize=512)(Formula)
 
 
@@ -130,7 +129,7 @@ interned = lru_cache(maxsize=512)(Formula)
 def vanishes(
     formula: Formula, values: tuple[tuple[str, Fraction], ...], u: Fraction, order: int
 ) -> bool:
-    """True where SymPy finds this derivative of A to be 0 at u."""
+    """True if SymPy simplifies the derivative of A of this order at u to 0."""
     A, x = formula.with_values(dict(values)), sympy.Symbol("u", real=True)
     at = sympy.Rational(u.numerator, u.denominator)
     return bool(sympy.simplify(sympy.diff(A, x, order).subs(x, at)) == 0)
@@ -142,7 +141,7 @@ def rational(x: Any) -> Any:
 
 
 def _exactly(x: Any) -> Fraction | None:
-    """The rational that a rational or a ball of no radius is; None for other balls."""
+    """A rational or a ball of radius 0 as a Fraction; None for any other ball."""
     if isinstance(x, arb):
         mantissa, power = x.mid().man_exp() if x.is_exact() and x.is_finite() else (None, 0)
         return None if mantissa is None else Fraction(int(mantissa)) * Fraction(2) ** int(power)
@@ -157,12 +156,12 @@ def _cosh(x: Any) -> Any:
 
 
 def _sech2(x: Any) -> Any:
-    """1/cosh(x)^2 without large numbers."""
+    """1/cosh(x)^2 without overflow."""
     e = (2 * x if x[0].real.mid() < 0 else -2 * x).exp()
     return 4 * e / (1 + e) ** 2
 
 
-# Derivatives of the functions that power series lack.
+# Derivatives of the functions that flint's power series do not provide.
 _SLOPES: dict[str, Callable[[Any], Any]] = {
     "sinh": _cosh,
     "tanh": _sech2,
@@ -172,7 +171,7 @@ _SLOPES: dict[str, Callable[[Any], Any]] = {
     "acosh": lambda x: (x - 1).rsqrt() * (x + 1).rsqrt(),
     "atanh": lambda x: 1 / (1 - x * x),
 }
-# Whether a box may touch the cuts of an inverse function (DLMF 4.23, 4.37).
+# True if a box may meet the branch cuts of an inverse function (DLMF 4.23, 4.37).
 _CUTS: dict[str, Callable[[Any], bool]] = {
     **dict.fromkeys(
         ("asin", "acos", "atanh"), lambda z: z.imag.contains(0) and not abs(z.real) < 1
@@ -180,12 +179,12 @@ _CUTS: dict[str, Callable[[Any], bool]] = {
     **dict.fromkeys(("atan", "asinh"), lambda z: z.real.contains(0) and not abs(z.imag) < 1),
     "acosh": lambda z: z.imag.contains(0) and not z.real > 1,
 }
-#: The functions that A may be made of: entire ones, quotients of them, and those with cuts.
+#: The functions admitted in A: entire functions, quotients of them, and functions with cuts.
 FUNCTIONS = ("exp", "sin", "cos", "tan", "sinh", "cosh", "tanh", "erf", "log", "sqrt", *_CUTS)
 
 
 def _of_balls(name: str, x: Any) -> Any:
-    """A function of a rational, a ball or a power series; nan on a box across its cuts."""
+    """A function of a rational, a ball or a power series; nan on a box that meets its cuts."""
     if isinstance(x, (int, fmpq)):
         x = arb(x)
     if isinstance(x, (arb_series, acb_series)):
@@ -195,7 +194,7 @@ def _of_balls(name: str, x: Any) -> Any:
             return (x.derivative() * _SLOPES[name](x)).integral() + _of_balls(name, x[0])
     elif isinstance(x, acb):
         if name == "sqrt" and not x.contains(0):
-            # Arb's own square root of a wide box is several times wider.
+            # For a wide box Arb's own square root is several times wider.
             return (x.log(analytic=True) / 2).exp()
         if name in ("log", "sqrt"):
             return getattr(x, name)(analytic=True)
@@ -214,7 +213,7 @@ _BALLS = {"fmpq": fmpq, "pi": arb.pi, **{f: partial(_of_balls, f) for f in FUNCT
 
 
 def require_admitted(formula: Any) -> None:
-    """Raise InputError unless A is made of + - * /, powers, rationals, pi, E and `FUNCTIONS`."""
+    """Raise InputError unless A consists of + - * /, powers, rationals, pi, E and `FUNCTIONS`."""
     for node in sympy.preorder_traversal(formula):
         if not (
             node.is_Rational
@@ -229,7 +228,7 @@ def require_admitted(formula: Any) -> None:
 
 
 class _Balls(LambdaPrinter):  # type: ignore[misc]
-    """Rational constants exact, powers by functions that are not finite across their cuts."""
+    """Prints exact rational constants, and powers by functions that are infinite at their cuts."""
 
     def _print_Rational(self, x: Any) -> str:
         return f"fmpq({x.p}, {x.q})"
@@ -252,7 +251,7 @@ class _Balls(LambdaPrinter):  # type: ignore[misc]
 
 @lru_cache(maxsize=256)
 def compiled(formula: Any, symbols: tuple[Any, ...], balls: bool) -> Callable[..., Any]:
-    """A formula, or a Tuple of them, as a function of balls or of arrays."""
+    """A formula, or a Tuple of formulas, as a function of balls or of float64 arrays."""
     require_admitted(formula)
     taken = {*_BALLS, *vars(np)}
     other = {s: sympy.Dummy() for s in symbols if s.name in taken}

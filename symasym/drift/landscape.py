@@ -1,4 +1,4 @@
-"""Values of V in float64 (eq:V2), and phi and V as curves, wells and barriers named."""
+"""V in float64 (eq:V2), and the plot of phi and V with wells and barriers labelled."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _REACH, _POINTS = 1.5, 3_001
-_MOST_NAMES = 16  # more hide each other
+_MOST_NAMES = 16  # more labels would overlap
 
 
 def potential_at(drift: Parametrized, u: FloatArray) -> FloatArray:
-    """V in float64 with V(-1) = 0, by Gauss and Legendre's rule on the panels that hold A."""
+    """V in float64 with V(-1) = 0, by Gauss-Legendre quadrature on the panels of `Sampled`."""
     drift.require_bound()
     model = drift.model
     position = np.broadcast_to(u, common_shape({"drift": drift.shape, "u": u.shape}))
@@ -40,7 +40,7 @@ def potential_at(drift: Parametrized, u: FloatArray) -> FloatArray:
                 raise AccuracyError(f"V of {drift!r} takes too many panels; take a less steep A.")
             cuts.update(held.cuts.tolist())
             terms = max(terms, held.terms)
-        if len(cuts) == len({*marks}):  # polynomials, of any parameters
+        if len(cuts) == len({*marks}):  # A is a polynomial, for all parameters
             break
     rule = np.polynomial.legendre.leggauss(terms // 2 + 1)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -58,7 +58,7 @@ def potential_at(drift: Parametrized, u: FloatArray) -> FloatArray:
 
 
 def plot(drift: Parametrized, axes: Sequence[Axes] | None) -> Any:
-    """phi above V; see `symasym.drift.drift.Drift.plot`."""
+    """Plot phi above V; see `symasym.drift.drift.Drift.plot`."""
     drift.scalars()
     if axes is None:
         from matplotlib import pyplot
@@ -69,14 +69,14 @@ def plot(drift: Parametrized, axes: Sequence[Axes] | None) -> Any:
     cuts = [float(x) for x in model.cuts]
     reach = max(_REACH, *(1.5 * abs(x) for x in cuts)) if cuts else _REACH
     u = np.linspace(-reach, reach, _POINTS)
-    jumps = np.searchsorted(u, cuts)  # no lines
+    jumps = np.searchsorted(u, cuts)  # at jumps the curve is interrupted
     above.plot(np.insert(u, jumps, np.nan), np.insert(values_at(drift, u), jumps, np.nan))
     above.axhline(0, color="0.6", linewidth=0.8)
     above.set_ylabel(r"$\phi(u)$")
     below.plot(u, potential_at(drift, u))
     below.set(xlabel="u", ylabel="V(u)")
     for ax in (above, below):
-        # The layer's ends, outside of which the drift is constant, or those of the pieces.
+        # The ends of the layer, or of the pieces.
         for end in (-1, 1) if model.layered else cuts:
             ax.axvline(end, color="0.6", linewidth=0.8, linestyle=":")
     points = critical_points(drift) if model.layered else []

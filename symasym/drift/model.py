@@ -1,4 +1,4 @@
-"""A drift as a value: formulas, noise, the parameters as far as known, the call that makes it."""
+"""The data of a drift (formulas, noise, known parameter values) and the call that recreates it."""
 
 from __future__ import annotations
 
@@ -21,40 +21,40 @@ _MOST_SHOWN = 1000  # values of an array
 
 @dataclass(frozen=True, kw_only=True)
 class Model:
-    """A drift but for the values of its parameters.
+    """A drift without the values of its parameters.
 
-    Of a ready-made one `name` is the function that makes it, `shape` the whole number which that
-    takes, after its name, and `ordered` its parameters.
+    For a ready-made drift, `name` is the function that returns it, `shape` the name and value of
+    the integer argument of that function, and `ordered` are the parameters in order.
     """
 
-    #: From left to right, with the places between them.
+    #: The formulas from left to right, and the points that separate them.
     pieces: tuple[Formula, ...]
     cuts: tuple[Fraction, ...] = ()
-    #: sigma of du = phi dt + kappa sigma dW; None for 1; alpha is 0 by Ito, 1/2 by Stratonovich.
+    #: sigma in du = phi dt + kappa sigma dW (None for 1); alpha is 0 for Ito, 1/2 for Stratonovich.
     noise: Formula | None = None
     alpha: Fraction = Fraction(0)
-    #: One piece, which holds on [-1, 1], as does sigma; outside are their values at the ends.
+    #: True if the one piece and sigma hold on [-1, 1], and are constant outside (continuously).
     layered: bool = True
     name: str = ""
     shape: tuple[str, int] | None = None
     ordered: tuple[str, ...] = ()
-    #: Parameters with such a range.
+    #: The parameters that must be greater than 0, and those that must be at least 0.
     positive: tuple[str, ...] = ()
     not_negative: tuple[str, ...] = ()
 
     @property
     def plain(self) -> bool:
-        """A holds on [-1, 1], and outside its values at the ends; the noise is constant."""
+        """True for the paper's drifts: constant outside the layer, with noise independent of u."""
         return self.layered and not self.noise
 
     @cached_property
     def parameters(self) -> tuple[str, ...]:
-        """Those of all pieces and of sigma."""
+        """The names of the parameters of all pieces and of sigma."""
         every = [*self.pieces, self.noise] if self.noise else self.pieces
         return self.ordered or tuple(dict.fromkeys(name for of in every for name in of.symbols))
 
     def expression(self, values: Mapping[str, Any]) -> Any:
-        """phi(u) in the real symbol u, A alone with a layer."""
+        """phi(u) in the real symbol u; for a drift with a layer, A(u)."""
         parts = [of.with_values(values) for of in self.pieces]
         if not self.cuts:
             return parts[0]
@@ -63,9 +63,9 @@ class Model:
         return sympy.Piecewise(*zip(parts, [*(u < x for x in ends), True], strict=True))
 
     def source(self, values: Mapping[str, Any]) -> str:
-        """The call that makes a drift of it with these values of its parameters."""
+        """The call that returns the drift with this model and these values of its parameters."""
         texts = [f"{x}={_text(values[x])}" for x in self.parameters if x in values]
-        if self.name == "polynomial":  # whose coefficients are in order
+        if self.name == "polynomial":  # its coefficients are positional arguments
             texts = [_text(values[x]) for x in self.parameters]
         if self.shape:
             texts.append("{}={}".format(*self.shape))
@@ -88,7 +88,7 @@ class Model:
 
 
 def _text(value: Any) -> str:
-    """Python source of a parameter's value; long arrays are shortened."""
+    """The Python source of a parameter's value; long arrays are abbreviated."""
     if isinstance(value, Fraction):
         return number_repr(value)
     if value.size > _MOST_SHOWN:
@@ -97,9 +97,9 @@ def _text(value: Any) -> str:
 
 
 class Parametrized:
-    """A model and the values of its parameters, as far as they are known.
+    """A model with the known values of its parameters; the base class of `symasym.Drift`.
 
-    What asks a drift for numbers takes one; the verbs of `symasym.Drift` stand above them.
+    The modules that evaluate a drift depend on this class, and `symasym.Drift` depends on them.
     """
 
     model: Model
@@ -107,12 +107,12 @@ class Parametrized:
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """Names of all parameters, bound or free."""
+        """The names of all parameters, bound or free."""
         return self.model.parameters
 
     @cached_property
     def free(self) -> tuple[str, ...]:
-        """Names of the parameters that have no value yet."""
+        """The names of the parameters that have no value yet."""
         return tuple(name for name in self.parameters if name not in self._values)
 
     @property
@@ -122,11 +122,11 @@ class Parametrized:
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
-        """Common shape of the parameters, () unless some are arrays."""
+        """The common shape of the parameters, () unless some are arrays."""
         return common_shape({k: np.shape(v) for k, v in self._values.items() if is_array(v)})
 
     def scalars(self) -> dict[str, Fraction]:
-        """The exact parameter values; an error if some are free or arrays."""
+        """The exact parameter values; raises InputError if some are free or arrays."""
         self.require_bound()
         for name, value in self._values.items():
             if is_array(value):
@@ -137,7 +137,7 @@ class Parametrized:
         return self._values
 
     def require_bound(self) -> None:
-        """Raise unless every parameter has a value, and A is known."""
+        """Raise InputError unless A is specified and every parameter has a value."""
         if self.model.name == "Drift.general":
             raise InputError(
                 f"{self!r} names no drift and has no numbers; give one such as sa.friction()."
@@ -149,7 +149,7 @@ class Parametrized:
             )
 
     def exact_coefficients(self) -> list[Fraction] | None:
-        """Rational coefficients of A in ascending powers; None if A is no such polynomial."""
+        """The coefficients of A in ascending powers; None unless it is a rational polynomial."""
         known = self.model.pieces[0].exact_coefficients(self.scalars())
         while known and len(known) > 1 and known[-1] == 0:
             known.pop()
@@ -157,7 +157,7 @@ class Parametrized:
 
     @cached_property
     def ends(self) -> tuple[Any, Any]:
-        """The pair of a- and a+, Fractions where rational, else floats, or arrays."""
+        """The pair a-, a+: Fractions if they are rational, else floats; arrays of float64."""
         self.require_bound()
         if not self.model.layered:
             raise RegionError(
@@ -170,7 +170,7 @@ class Parametrized:
         return np.broadcast_to(left, self.shape), np.broadcast_to(right, self.shape)
 
     def end(self, side: int) -> Fraction | None:
-        """A(side), side = -1 or 1, where it is rational and known without rounding, else None."""
+        """A(side) for side = -1 or 1 if its exact rational value is known, else None."""
         found = self.ends[side > 0]
         return found if isinstance(found, Fraction) else None
 
@@ -181,12 +181,12 @@ class Parametrized:
         return hash(self._key())
 
     def _key(self) -> tuple[Any, ...]:
-        """The value by which this drift is compared and hashed."""
+        """The key by which drifts are compared and hashed."""
         return self.model, tuple(
             (name, (value.shape, value.tobytes()) if is_array(value) else value)
             for name, value in sorted(self._values.items())
         )
 
     def __repr__(self) -> str:
-        """The call that makes this drift, ``sa`` being symasym; long arrays are shortened."""
+        """The call that returns this drift, with ``import symasym as sa``."""
         return self.model.source(self._values)

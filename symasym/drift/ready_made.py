@@ -1,6 +1,6 @@
-"""Ready-made smoothings of a switch, from a- at u = -1 to a+ at u = 1, and drifts by name.
+"""Ready-made smoothings of a switch from a- at u = -1 to a+ at u = 1, also selected by name.
 
-That of the dry-friction oscillator has its folds (section 7 of the paper).
+The drift of the dry-friction oscillator also gives its folds (section 7 of the paper).
 """
 
 from __future__ import annotations
@@ -36,27 +36,27 @@ __all__ = [
     "tanh",
 ]
 
-# Waves and exponents beyond it make no switch that anybody has.
+# The largest number of waves and the largest Hill exponent.
 _MOST = 1_000
 _LINE, _ENDS = "(a_minus + a_plus)/2 + (a_plus - a_minus)/2", "a_minus a_plus"
 
 
 @dataclass(frozen=True)
 class Folds:
-    """Where critical points coalesce: (+) ``u[0]``, ``z0[0]``; (-) ``u[1]``, ``z0[1]``."""
+    """The folds, where a well and a barrier coalesce: (+) has index 0 and (-) index 1."""
 
     u: tuple[Any, Any]
     z0: tuple[Any, Any]
 
 
 class Friction(Drift):
-    """`Drift` of the friction oscillator, with its folds."""
+    """The `Drift` of the friction oscillator, with its folds."""
 
     def folds(self) -> Folds:
-        """The fold points u^(±) and z0^(±) (``folds``) in float64; nan where mu <= 1/2.
+        """The fold points u^(±) and z0^(±) (``folds``) in float64; nan if mu <= 1/2.
 
-        The friction force turns at u^(±) (``turning-points``), where it is 1 - z0^(±): at the
-        breakaway force (``beta``).
+        At u^(±) the friction force has an extremum (``turning-points``) and is 1 - z0^(±), the
+        breakaway force up to its sign (``beta``).
 
         Examples
         --------
@@ -77,7 +77,7 @@ class Friction(Drift):
 
 @lru_cache(maxsize=128)
 def _model(name: str, formula: str, parameters: str, shape: tuple[str, int] | None = None) -> Model:
-    """Of a ready-made drift: the parameters in order, and a whole number with its name."""
+    """The model of a ready-made drift; `shape` has the name and value of an integer argument."""
     A, u = read(name, formula), Symbol("u")
     return Model(
         pieces=(Formula(A.subs(Symbol(shape[0]), shape[1]) if shape else A, u),),
@@ -97,11 +97,11 @@ def friction(
     Parameters
     ----------
     mu : number or array_like, optional
-        Shape of the friction force, at least 0; above 1/2 it overshoots.
+        Shape of the friction force, at least 0; for mu > 1/2 the force has extrema in the layer.
     alpha : number or array_like, optional
         Friction strength, greater than 0.
     z0 : number or array_like, optional
-        Spring extension at the start. What is left out stays free.
+        Spring extension at the start. Parameters that are not given remain free.
 
     Returns
     -------
@@ -128,7 +128,7 @@ def linear(a_minus: Numbers | None = None, a_plus: Numbers | None = None) -> Dri
     Parameters
     ----------
     a_minus, a_plus : number or array_like, optional
-        Scaled drift outside; left out, they stay free.
+        Scaled drift outside the layer; parameters that are not given remain free.
 
     Examples
     --------
@@ -145,9 +145,9 @@ def polynomial(*coefficients: Numbers, **named: Numbers) -> Drift:
     Parameters
     ----------
     *coefficients : number or array_like
-        In ascending powers of u.
+        The coefficients in ascending powers of u.
     **named : number or array_like
-        The same by name, ``c0=…, c2=…``; those between that are left out are 0.
+        The coefficients by name, ``c0=…, c2=…``; lower ones that are not given are 0.
 
     Examples
     --------
@@ -181,9 +181,9 @@ def sine(
     Parameters
     ----------
     a_minus, a_plus, b : number or array_like, optional
-        Left out, they stay free.
+        Parameters that are not given remain free.
     waves : int
-        Full waves over [-1, 1], at least 1.
+        The number of full waves on [-1, 1], at least 1.
 
     Examples
     --------
@@ -199,12 +199,12 @@ def sine(
 def tanh(
     a_minus: Numbers | None = None, a_plus: Numbers | None = None, steepness: Numbers | None = None
 ) -> Drift:
-    """A sigmoid, tanh(b u) with b = `steepness`, scaled so that it meets a- and a+ exactly.
+    """A sigmoid, tanh(b u) with b = `steepness`, scaled so that it equals a- and a+ at the ends.
 
     Parameters
     ----------
     a_minus, a_plus : number or array_like, optional
-        Scaled drift outside; left out, they stay free.
+        Scaled drift outside the layer; parameters that are not given remain free.
     steepness : number or array_like, optional
         Greater than 0.
 
@@ -226,16 +226,16 @@ def hill(
     *,
     n: int = 4,
 ) -> Drift:
-    """A Hill-function switch on [-1, 1]: x^n (1 + K^n)/(K^n + x^n) of x = (1+u)/2.
+    """A Hill-function switch: a- + (a+ - a-) x^n (1 + K^n)/(K^n + x^n) with x = (1 + u)/2.
 
     Parameters
     ----------
     a_minus, a_plus : number or array_like, optional
-        Scaled drift outside; left out, they stay free.
+        Scaled drift outside the layer; parameters that are not given remain free.
     K : number or array_like, optional
-        Half-saturation in units of x, greater than 0.
+        The half-saturation point in units of x, greater than 0.
     n : int
-        Hill exponent, a whole number of at least 1 (others are not smooth at x = 0).
+        The Hill exponent, an integer of at least 1 (other exponents are not smooth at x = 0).
 
     Examples
     --------
@@ -248,16 +248,16 @@ def hill(
     return Drift.of(model, a_minus=a_minus, a_plus=a_plus, K=K)
 
 
-#: By their names.
+#: The ready-made drifts by their names.
 DRIFTS: dict[str, Callable[..., Drift]] = {
     of.__name__: of for of in (friction, linear, sine, tanh, hill, polynomial)
 }
 
 
 def named_drift(name: str | None, expression: str | None, values: Mapping[str, Any]) -> Drift:
-    """The one of `DRIFTS` of this name, or that of the formula A(u) in `expression`.
+    """The drift of this name in `DRIFTS`, or the drift with the formula A(u) in `expression`.
 
-    `values` has parameters, and the whole numbers that shape a ready-made drift (`waves`, `n`).
+    `values` are those of parameters and of the integer arguments `waves` and `n`.
 
     Examples
     --------
@@ -283,6 +283,6 @@ def named_drift(name: str | None, expression: str | None, values: Mapping[str, A
 
 
 def drift_signatures() -> dict[str, str]:
-    """The ready-made drifts with the names of their parameters, for a help text."""
+    """The names of the ready-made drifts with those of their parameters, for a help text."""
     named = {name: ", ".join(inspect.signature(of).parameters) for name, of in DRIFTS.items()}
     return {**named, "polynomial": "c0, c1, c2, ..."}

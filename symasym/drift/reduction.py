@@ -1,8 +1,8 @@
-"""From n dimensions to the scalar drift across the switching surface (section 4 of the paper).
+"""The reduction of an n-dimensional system to a scalar drift (section 4 of the paper).
 
-With the switch h(x), |h| < eps the layer and u = h/eps: phi(u) = grad h · F(x, u) (eq:phi), the
-noise across the surface is |grad h · D| kappa (eq:reducedSDE), and Filippov's sliding field is the
-convex combination of f- and f+ that is tangent to h = 0 (eq:genFilippov).
+The switching surface is h(x) = 0, the layer |h| < eps, and u = h/eps. Then phi(u) = grad h · F(x,
+u) (eq:phi), the noise across the surface has the amplitude |grad h · D| kappa (eq:reducedSDE), and
+Filippov's sliding field is the convex combination of f- and f+ tangent to h = 0 (eq:genFilippov).
 """
 
 from __future__ import annotations
@@ -22,25 +22,25 @@ from symasym.drift.expressions import parse
 
 __all__ = ["Reduction", "reduce"]
 
-_MOST_OPERATIONS = 200  # of a component, which SymPy simplifies
+_MOST_OPERATIONS = 200  # the largest size of a component, which SymPy has to simplify
 
 
 @dataclass(frozen=True)
 class Reduction:
-    """The result of `reduce`; unpacks as ``drift, amplitude``.
+    """The result of `reduce`, which unpacks as ``drift, amplitude``.
 
     Attributes
     ----------
     drift : Drift
         The scaled scalar drift phi(u) at the chosen point of the surface.
     amplitude : SymPy expression
-        |B|: the factor by which the noise across the surface multiplies kappa.
+        |B|: the noise amplitude across the surface divided by kappa.
     normal_minus, normal_plus : SymPy expression
-        Components of f- and f+ along grad h on the surface, before `at` is put in.
+        Components of f- and f+ along grad h, as functions of the coordinates.
     sliding : tuple of SymPy expression
-        Filippov's sliding vector field, the dynamics where the region is sliding alone.
+        Filippov's sliding vector field, which is the dynamics only in sliding regions.
     normal_inside : SymPy expression
-        The component of F along grad h, before `at` is put in.
+        The component of F along grad h, as a function of the coordinates.
     """
 
     drift: Drift
@@ -55,17 +55,17 @@ class Reduction:
         yield self.amplitude
 
     def sliding_at(self, values: Mapping[Any, Any]) -> tuple[Any, ...]:
-        """The sliding vector field at a point, refused where the point does not slide.
+        """The sliding vector field at a point of a sliding region.
 
         Parameters
         ----------
         values : mapping
-            Coordinate or parameter (Symbol or name) -> number.
+            From coordinates and parameters (symbols or names) to numbers.
 
         Raises
         ------
         RegionError
-            Where f- and f+ do not point to or from the surface from both sides.
+            Unless f- and f+ both point towards the surface or both away from it.
         """
         if not isinstance(values, Mapping):
             raise InputError(f"values is {shown(values)}; give a mapping such as {{'z': 0}}.")
@@ -96,8 +96,8 @@ def reduce(
 ) -> Reduction:
     """The scalar drift, noise amplitude and sliding field of a smoothed n-dimensional switch.
 
-    The coordinates along the surface are frozen at the point `at`; `System.drag_time` says how
-    long a well bears that.
+    The coordinates along the surface are frozen at the point `at`; `System.drag_time` gives the
+    time scale on which this changes a well.
 
     Parameters
     ----------
@@ -106,18 +106,18 @@ def reduce(
     f_plus : sequence of n expressions
         The field where h > 0.
     F : sequence of n expressions
-        The field inside the layer ``|h| < eps``, in `layer` = h/eps and x.
+        The field inside the layer ``|h| < eps``, a function of x and of `layer` = h/eps.
     D : n×m matrix, or nested sequences, or a column
-        Noise strengths: the noise is kappa D dW.
+        The matrix of noise strengths in kappa D dW.
     coordinates : sequence of Symbol or str
         The n coordinates x, in the order of the components.
     switch : expression, optional
-        h(x), 0 on the switching surface; by default the first coordinate. Where ``|grad h|`` is
-        not 1, drift and amplitude are those of h.
+        h(x), which is 0 on the switching surface; by default the first coordinate. If ``|grad h|``
+        is not 1, drift and amplitude are those of h.
     layer : Symbol or str
-        The name of h/eps inside F.
+        The symbol that stands for h/eps in F.
     at : mapping, optional
-        Coordinate -> number or expression: the point of the surface. Coordinates left out become
+        The point on the surface: from coordinates to numbers or expressions. All others become
         parameters of the drift, except one for which h = 0 is solved.
 
     Returns
@@ -127,15 +127,15 @@ def reduce(
     Raises
     ------
     InputError
-        If F does not join f- and f+ at the layer's edges (eq:cont), if the
+        If F is not equal to f- and f+ at the layer's ends (eq:cont), if the
         point is not on the surface, or if the surface has no normal there.
 
     Notes
     -----
-    To leading order in the distance from the point. Independent noises add in squares: the
-    amplitude is the Euclidean length of grad h · D, where the paper prints the square root of it.
-    Where h is curved, Ito's formula adds kappa^2/2 times the trace of D^T (Hessian of h) D to the
-    drift of h; like the other small terms it is left out.
+    The reduction is of leading order in the distance from the point. The variances of independent
+    noises add: the amplitude is the Euclidean norm of grad h · D, whereas the paper prints its
+    square root. If h is not linear, Ito's formula adds kappa^2/2 times the trace of D^T (Hessian
+    of h) D to the drift of h; this is omitted like the other terms of higher order.
 
     Examples
     --------
@@ -157,7 +157,7 @@ def reduce(
         )
 
     def matrix(name: str, given: Any) -> Any:
-        """A row of expressions for each coordinate; a column may be given as one sequence."""
+        """The matrix with one row per coordinate; a column may be given as a flat sequence."""
         rows = sequence(name, given.tolist() if hasattr(given, "tolist") else given)
         rows = [[*row] if isinstance(row, (list, tuple)) else [row] for row in rows]
         widths = {len(row) for row in rows}
@@ -202,7 +202,7 @@ def reduce(
     row = normal * matrix("D", D).subs(point)
     along = (to * plus - back * minus) / (to - back) if to != back else plus * sympy.nan
     frozen = sympy.simplify(across.subs(point))
-    # Parameters go by name, whatever was assumed of them.
+    # Parameters are identified by name, whatever their assumptions.
     plain = {s: sympy.Symbol("u" if s == inside else s.name) for s in frozen.free_symbols}
     return Reduction(
         drift=Drift(frozen.subs(plain, simultaneous=True), "u"),
@@ -215,7 +215,7 @@ def reduce(
 
 
 def _symbol(name: str, given: Any) -> Any:
-    """A coordinate as a symbol."""
+    """A coordinate, given as a symbol or by its name, as a SymPy symbol."""
     if isinstance(given, sympy.Symbol) and is_name(given.name):
         return given
     if not is_name(given):
@@ -224,7 +224,7 @@ def _symbol(name: str, given: Any) -> Any:
 
 
 def _on_surface(h: Expr, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:
-    """The substitution that puts the coefficients on the surface at the chosen point."""
+    """The substitution for `point`, completed so that the point lies on the surface h = 0."""
     level = sympy.simplify(h.subs(point))
     if level == 0:
         return point

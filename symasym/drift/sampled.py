@@ -1,8 +1,8 @@
-"""A(u) over rows of parameters in float64.
+"""A(u) in float64 for many rows of parameter values at once.
 
-A drift is formulas from left to right, each analytic on its interval, and beside a layer what is
-constant there. Noise sigma(u) comes as phi/sigma^2 and log sigma, of which powers are the weights
-of the scale and the speed density (`symasym.drift.evaluate.Piece`).
+A drift is an ordered list of formulas, each analytic on its interval; outside a layer it is
+constant. Noise sigma(u) enters by phi/sigma^2 and log sigma; powers of sigma are the weights of
+the scale and speed densities (`symasym.drift.evaluate.Piece`).
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from symasym.drift.evaluate import Analytic, box, halved, over_noise
 from symasym.drift.formula import Formula, rational
 from symasym.drift.model import Parametrized
 
-#: Chebyshev terms that hold what is not a polynomial on a panel.
+#: The number of Chebyshev terms by which a non-polynomial drift is approximated on a panel.
 ANALYTIC = 20
-_ELLIPSES = (8, 11, 16, 32, 64)  # sums of half axes, over half a panel's width
-_MOST = 1_000  # panels
-_BITS = 192  # floats that cancel leave digits
+_ELLIPSES = (8, 11, 16, 32, 64)  # sums of semi-axes, in units of half a panel's width
+_MOST = 1_000  # the largest number of panels
+_BITS = 192  # enough digits remain if float64 numbers cancel
 _POINTS = np.cos(np.pi * (np.arange(33) + 0.5) / 33)
 
 
 def values_at(drift: Parametrized, u: FloatArray) -> FloatArray:
-    """phi(u), a- and a+ included, u broadcast with the parameters."""
+    """phi(u) inside and outside the layer, with u broadcast with the parameters."""
     shape = common_shape({"drift": drift.shape, "u": u.shape})
     drift.require_bound()
     model, inside = drift.model, np.clip(u, -1.0, 1.0) if drift.model.layered else u
@@ -46,7 +46,7 @@ def _in_floats(formula: Formula, u: Any, values: Mapping[str, Any]) -> Any:
 
 
 def flat_values(drift: Parametrized, shape: tuple[int, ...]) -> dict[str, Any]:
-    """The parameters of scenes of this shape: numbers, and arrays of an element a scene."""
+    """The parameters of scenes of this shape: numbers, and arrays with one element per scene."""
     return {
         name: np.broadcast_to(x, shape).ravel() if isinstance(x, np.ndarray) else x
         for name, x in drift.values.items()
@@ -54,7 +54,7 @@ def flat_values(drift: Parametrized, shape: tuple[int, ...]) -> dict[str, Any]:
 
 
 def _long(x: Any) -> Any:
-    """In long double, of a rational to its last bit."""
+    """An array or a rational number in long double."""
     if isinstance(x, np.ndarray):
         return x.astype(np.result_type(x, np.longdouble))
     above, below = x.as_integer_ratio()
@@ -62,10 +62,10 @@ def _long(x: Any) -> Any:
 
 
 class Sampled:
-    """phi/sigma^2 by one formula over rows of parameters, some of them perhaps complex.
+    """phi/sigma^2 by one formula for rows of parameter values, which may be complex.
 
-    `terms` Chebyshev terms hold it on a panel of `span` between `cuts`; `exact` is True for
-    polynomials, `long` where these are evaluated in long double and then rounded.
+    `terms` Chebyshev terms approximate it on each panel of `span` between `cuts`; `exact` is True
+    for polynomials, and `long` if these are evaluated in long double and then rounded.
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class Sampled:
                 self._c, self.long = [_long(x) for x in c], True
 
     def _rounded(self) -> list[Any]:
-        """The coefficients of a formula whose terms may cancel, each rounded once."""
+        """The coefficients, each rounded once, of a formula in which terms may cancel."""
         turned = any(map(np.iscomplexobj, self.arrays.values()))
         ball: Any = acb if turned else arb
         number: Any = complex if turned else float
@@ -115,7 +115,7 @@ class Sampled:
         return list(np.array(found).T) if columns else list(np.array(found[0]))
 
     def __call__(self, u: Any, rows: Any) -> Any:
-        """The values at `u`, of shape (many, len(rows)), each column with its row's parameters."""
+        """The values at `u` of shape (n, len(rows)), column j for the parameters of rows[j]."""
         if self._c is None:
             values = self._of(rows)
             phi = _in_floats(self.formula, u, values)
@@ -134,20 +134,20 @@ class Sampled:
         return {k: x[rows] if k in self.arrays else x for k, x in self.floats.items()}
 
     def majorant(self, far: Any, rows: Any) -> Any:
-        """Of polynomials, the sum of the terms' sizes at |u| = `far`."""
+        """For polynomials, the sum of the absolute values of the terms at |u| = `far`."""
         c = [np.asarray(abs(x[rows] if np.ndim(x) else x), float) for x in self._c or ()]
         return sum(x * far**k for k, x in enumerate(c))
 
     def _exactly(self, row: int) -> dict[str, Any]:
-        """The real parameters of a row as rationals."""
+        """The real parts of a row's parameters as rationals."""
         shared = self._numbers.items()
         return {k: rational(x[row].real if k in self.arrays else x) for k, x in shared}
 
     @cached_property
     def rounding(self) -> tuple[float, float]:
-        """Rounding errors of the values over their size, and of log sigma: estimates.
+        """Estimates of the relative rounding error of the values, and of the error of log sigma.
 
-        Twice the largest at 33 points in the rows of the least and the largest parameters.
+        Twice the largest error at 33 points in the rows with the least and largest parameters.
         """
         rows = {int(f(np.abs(x))) for x in self.arrays.values() for f in (np.argmin, np.argmax)}
         points, worst = self._inside(_POINTS), [0.0, 0.0]
@@ -170,11 +170,11 @@ class Sampled:
 
     @cached_property
     def cuts(self) -> Any:
-        """Points between which so many terms hold it to 1e-16 of its size; None for too many.
+        """The ends of panels on which `terms` suffice for 1e-16 of its size; None if too many.
 
-        Of a function below M inside the ellipse with foci at a panel's ends whose half axes add up
-        to rho half widths, n terms miss at most 4 M rho^(1-n)/(rho - 1). Of varied rows, where that
-        is no proof, the cuts of the least and of the largest parameters.
+        If |phi| <= M in the ellipse with foci at a panel's ends whose semi-axes add up to rho half
+        widths, n terms have an error of at most 4 M rho^(1-n)/(rho - 1). For rows that differ, the
+        panels are those for the least and for the largest parameters, which is no proof.
         """
         if self.exact:
             return np.empty(0)
@@ -190,7 +190,7 @@ class Sampled:
 
 
 def _balls(formula: Formula, noise: Formula | None, numbers: Mapping[str, Any]) -> list[Any]:
-    """phi/sigma^2 and, where there is noise, log sigma, as functions of balls."""
+    """phi/sigma^2 and, if the noise depends on u, log sigma, as functions of balls."""
     phi, sigma = over_noise(formula, noise, numbers)
 
     def log(u: Any) -> Any:
@@ -208,7 +208,7 @@ def _begins(
     size: float,
     span: tuple[float, float],
 ) -> set[float]:
-    """Where the panels begin on which all is held; nowhere where they are too many."""
+    """The left ends of panels on which `ANALYTIC` terms suffice; empty if these are too many."""
     with precision(128):
         known = _balls(formula, noise, dict(numbers))
         allowed = arb(size) * 1e-16, arb(1e-16)
@@ -222,7 +222,7 @@ def _begins(
 
 
 def _held(phi: Any, middle: fmpq, half: fmpq, allowed: arb) -> bool:
-    """True where `ANALYTIC` Chebyshev terms surely miss no more than allowed."""
+    """True if the error of `ANALYTIC` Chebyshev terms is proved to be at most `allowed`."""
     for rho in _ELLIPSES:
         width, height = half * fmpq(rho**2 + 1, 2 * rho), half * fmpq(rho**2 - 1, 2 * rho)
         largest = abs(phi(box(middle, width, height)))
@@ -234,12 +234,12 @@ def _held(phi: Any, middle: fmpq, half: fmpq, allowed: arb) -> bool:
 
 
 class Field:
-    """phi/sigma^2 of rows, as `parts` from left to right, and `ends` beside a layer.
+    """phi/sigma^2 for rows of parameters: `parts` from left to right, and `ends` outside a layer.
 
-    Parameters that are no arrays are shared by the rows, and exact if rational. `span` is how far a
-    drift without a layer is asked for; where `long`, polynomials are evaluated in long double. The
-    scale density is e times sigma^`powers`[0], the speed density lam/e times
-    sigma^`powers`[1]; without noise `powers` is None.
+    Parameters that are not arrays are shared by the rows, and exact if rational. `span` is the
+    interval on which a drift without a layer is needed; if `long`, polynomials are evaluated in
+    long double. The scale and speed densities are e^{lam V} and lam e^{-lam V} times the powers
+    `powers` of sigma, which are None if sigma = 1.
     """
 
     def __init__(
@@ -253,7 +253,7 @@ class Field:
         self._drift, self._rows, model = drift, rows, drift.model
         self._numbers = {**drift.values, **values}
         self.layered, self.ready_made = model.layered, bool(model.name)
-        # Of any formula's coefficients the rounding is not known.
+        # For arrays, long double is used only if the rounding of the coefficients is known.
         long &= self.ready_made or not any(
             isinstance(x, np.ndarray) for x in self._numbers.values()
         )
@@ -273,7 +273,7 @@ class Field:
 
     @cached_property
     def ends(self) -> list[Any]:
-        """a- and a+ of the rows, over sigma^2."""
+        """a-/sigma^2 and a+/sigma^2 for the rows."""
         every, found, (part,) = np.arange(self._rows), [], self.parts
         shared = not part.arrays and self._numbers == self._drift.values
         for side in (-1, 1):

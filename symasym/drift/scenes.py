@@ -1,9 +1,9 @@
-"""Scenes as every method reads them, the quantities, and answers as every method gives them.
+"""The common input and output of all methods: scenes, requests and answers.
 
-A scene is a drift phi, the large parameter lam = 2/kappa^2, and the numbers of the quantity asked
-for (r and the start of eq:Ttilde and eq:C, or two ends left and right in place of -r and r; the
-position y of eq:pss; the interval from low to high whose stationary share is asked for). One scene
-has exact rationals; scenes that broadcast have float64.
+A scene is a drift phi, the noise amplitude kappa, with lam = 2/kappa^2, and the other numbers on
+which the quantity depends: r and the start (eq:Ttilde, eq:C), or two ends left and right in place
+of -r and r; the position y (eq:pss); the interval from low to high for a stationary probability.
+The numbers of a single scene are exact rationals, those of scenes that broadcast are float64.
 """
 
 from __future__ import annotations
@@ -32,21 +32,21 @@ from symasym.base.inputs import (
 from symasym.drift.drift import Drift
 from symasym.drift.formula import rational
 
-#: Digits behind a float64 value whose error is part of it.
+#: The decimal digits computed for a float64 value with an error.
 FLOAT_DIGITS = 20
 #: Two ends, the left one first.
 Ends = tuple[Numbers, Numbers] | list[Numbers]
-#: The quantities, each with the numbers that it depends on.
+#: The quantities, each with the numbers on which it depends.
 QUANTITIES = {
     **dict.fromkeys(("T", "C", "1 - C"), ("kappa", "r", "start")),
     **dict.fromkeys(("P", "1 - P"), ("kappa",)),
 }
-# Of kappa in float64, so that lam is a number.
+# The range of kappa in which lam does not leave the range of float64.
 _LEAST, _MOST = 1e-145, 1e145
 
 
 def ends_of(numbers: Mapping[str, Any]) -> tuple[Any, Any]:
-    """Of the interval that is left: -r and r, or as given."""
+    """The ends of the interval from which the path escapes: -r and r, or the given ones."""
     if "r" in numbers:
         return -numbers["r"], numbers["r"]
     return numbers["left"], numbers["right"]
@@ -54,7 +54,7 @@ def ends_of(numbers: Mapping[str, Any]) -> tuple[Any, Any]:
 
 @dataclass(frozen=True)
 class Scene:
-    """One scene in exact numbers; `numbers` are the verb's own, in its order."""
+    """One scene in exact numbers; `numbers` has those of the quantity in its order."""
 
     drift: Drift
     numbers: dict[str, Any]
@@ -66,7 +66,7 @@ class Scene:
 
     @property
     def ends(self) -> tuple[Any, Any]:
-        """Of the interval that is left."""
+        """The ends of the interval from which the path escapes."""
         return ends_of(self.numbers)
 
     @property
@@ -76,16 +76,16 @@ class Scene:
 
     @property
     def noise(self) -> str:
-        """kappa, for messages."""
+        """kappa as a text for messages."""
         return float_text(self.numbers["kappa"])
 
 
 @dataclass(frozen=True)
 class Scenes(Scene):
-    """Scenes in float64: numbers and the drift's parameters are arrays of an element a scene.
+    """Scenes in float64: numbers and parameters are arrays with one element per scene.
 
-    `shape` is that of the answer. Parameters that are no arrays are shared by the scenes, as are
-    the numbers in `exactly`, which are floats in `numbers`.
+    `shape` is that of the answer. Parameters that are not arrays are shared by the scenes, as are
+    the numbers in `exactly`, whose float64 values are in `numbers`.
     """
 
     shape: tuple[int, ...]
@@ -104,7 +104,7 @@ class Scenes(Scene):
         return 2 / kappa**2
 
     def one(self) -> Scene:
-        """The only scene."""
+        """The scene, if there is only one; raises InputError otherwise."""
         if self.shape:
             raise InputError(
                 f"arrays of shape {self.shape} were given where one scene is taken; give numbers, "
@@ -113,12 +113,12 @@ class Scenes(Scene):
         return self.at(0)
 
     def at(self, row: int | np.intp) -> Scene:
-        """One of the scenes in exact numbers."""
+        """The scene of a row in exact numbers."""
         found = {n: Fraction(float(x[row])) for n, x in self.numbers.items()}
         return Scene(self._drift(row), found | self.exactly)
 
     def some(self, rows: Any, alike: bool = False) -> Scenes:
-        """Some of the scenes, perhaps with one drift."""
+        """The scenes of some rows; if `alike`, their drifts are equal, and one is kept."""
         numbers = {n: x[rows] for n, x in self.numbers.items()}
         return Scenes(self._drift(rows[0] if alike else rows), numbers, self.shape, self.exactly)
 
@@ -127,7 +127,7 @@ class Scenes(Scene):
         return self.drift.bind(**arrays) if arrays else self.drift
 
     def alike(self) -> Iterator[tuple[IntArray, Scenes]]:
-        """The rows of scenes that differ in kappa alone, and these with one drift."""
+        """Groups of scenes that differ only in kappa: their rows, and the scenes of the group."""
         own = [x for n, x in self.numbers.items() if n not in ("kappa", *self.exactly)]
         own += [x for x in self.drift.values.values() if is_array(x)]
         if not own:
@@ -140,11 +140,11 @@ class Scenes(Scene):
 
 
 class Request(NamedTuple):
-    """What is asked for, apart from the scene itself; `name` is that of the quantity.
+    """The quantity, called `name`, that is to be computed for a scene, and the options.
 
-    `order` is a range where the best of an expansion's orders is asked for; `dps` is None for
-    float64. `moment` k asks for E[tau^k] in place of T = E[tau]; `reflecting` is the end that
-    reflects, "left" or "right"; `rtol` is the relative error that "auto" may have.
+    `order` is a range if the best of these orders of an expansion is wanted; `dps` is None for
+    float64. `moment` k stands for E[tau^k] in place of T = E[tau]; `reflecting` is the reflecting
+    end, "left" or "right"; `rtol` is the relative error that the method "auto" may have.
     """
 
     name: str
@@ -159,22 +159,22 @@ class Request(NamedTuple):
 
     @property
     def digits(self) -> int:
-        """Digits to compute with: behind a float64 value a few more, for the error beside it."""
+        """The digits to compute, which for float64 include a few more for the error."""
         return FLOAT_DIGITS if self.dps is None else self.dps
 
     @property
     def complement(self) -> bool:
-        """True for 1 - C and 1 - P."""
+        """True if the quantity is 1 - C or 1 - P."""
         return self.name.startswith("1 - ")
 
 
 class Answer(NamedTuple):
     """The answer of a method.
 
-    For one scene `value` is a ball with the value, or its logarithm where that was asked, whose
-    radius is the error. For many, `value` are logarithms and `error` their absolute errors; a scene
-    without an answer has nan, and `why` is what the first of them is refused with. `order` is that
-    of the expansion where the best one was asked for, `method` one that was taken for another.
+    For one scene, `value` is a ball that encloses the value, or its logarithm if requested; its
+    radius is the error. For several, `value` has logarithms and `error` their absolute errors; a
+    refused scene has nan, and `why` is the first refusal's message. `order` is the one used if the
+    best was requested, and `method` is the one used if it is not the requested one.
     """
 
     value: Any
@@ -190,8 +190,8 @@ class Answer(NamedTuple):
 
 
 def require_drift(drift: object, bound: bool = True, plain: bool = True) -> None:
-    """Raise unless `drift` is a Drift, where `bound` with all its parameters given, where `plain`
-    the paper's: constant outside a layer, with noise that does not depend on u."""
+    """Raise unless `drift` is a Drift; if `bound`, one whose parameters all have values; if
+    `plain`, one that is constant outside its layer, with noise that does not depend on u."""
     if not isinstance(drift, Drift):
         raise InputError(f"drift is {shown(drift)}; give a Drift, such as sa.friction(…).")
     if bound:
@@ -204,7 +204,7 @@ def require_drift(drift: object, bound: bool = True, plain: bool = True) -> None
 
 
 def require_sliding(drift: Drift) -> None:
-    """Raise unless there is a stationary density."""
+    """Raise RegionError unless the drift is sliding, so that a stationary density exists."""
     left, right = np.broadcast_arrays(*map(np.asarray, drift.ends))
     _require(
         (left > 0) & (right < 0),
@@ -215,7 +215,7 @@ def require_sliding(drift: Drift) -> None:
 
 
 def pair(name: str, value: Any) -> list[Any]:
-    """Two ends, as given."""
+    """A sequence of two ends, not yet converted to numbers."""
     pair = sequence(name, value)
     if len(pair) != 2:
         raise InputError(f"{name} is {shown(value)}; give a pair, the left end and the right one.")
@@ -223,7 +223,7 @@ def pair(name: str, value: Any) -> list[Any]:
 
 
 def between(kappa: Any, r: Any, ends: Any, start: Any) -> dict[str, Any]:
-    """kappa, the ends and the start as they are given."""
+    """kappa, r or the two ends, and the start, not yet converted to numbers."""
     if (r is None) == (ends is None):
         raise InputError(
             f"r is {shown(r)} and ends are {shown(ends)}; give the radius r, or the two ends."
@@ -235,7 +235,7 @@ def between(kappa: Any, r: Any, ends: Any, start: Any) -> dict[str, Any]:
 
 
 def taken(of: str, names: tuple[str, ...], **given: Any) -> dict[str, Any]:
-    """Those of the arguments that `of` depends on; the others must be None, but for a start."""
+    """The arguments on which `of` depends; all others, except a start, must be None."""
     for name, value in given.items():
         if name != "start" and (name in names) != (value is not None):
             way = "give" if value is None else "leave out"
@@ -244,13 +244,13 @@ def taken(of: str, names: tuple[str, ...], **given: Any) -> dict[str, Any]:
 
 
 def read(drift: Drift, numbers: dict[str, Any], reflecting: str | None = None) -> Scenes:
-    """The numbers and the drift's parameters broadcast together, in their ranges."""
+    """The scenes from numbers and drift, which are checked and broadcast together."""
     exactly = {n: exact(n, x) for n, x in numbers.items() if not is_array(x)}
     arrays = {n: floats(n, x) for n, x in numbers.items() if is_array(x)}
     shape = common_shape({"drift": drift.shape} | {n: x.shape for n, x in arrays.items()})
 
     def flat(x: Any) -> Any:
-        """An element for each scene; a number that all share is not copied."""
+        """One element per scene; a number that all scenes share is not copied."""
         return np.broadcast_to(np.asarray(x, float), shape).reshape(-1)
 
     bound = {n: flat(x) for n, x in drift.values.items() if is_array(x)}
@@ -261,7 +261,7 @@ def read(drift: Drift, numbers: dict[str, Any], reflecting: str | None = None) -
 
 
 def _check(scene: Scene, reflecting: str | None) -> None:
-    """Raise unless the numbers of a scene, or of scenes, are in their ranges."""
+    """Raise InputError unless the numbers of a scene, or of scenes, are in their ranges."""
     numbers, drift = scene.numbers, scene.drift
     for name in ("kappa", "r"):
         if name in numbers:
@@ -278,7 +278,7 @@ def _check(scene: Scene, reflecting: str | None) -> None:
             inside |= scene.start == (left if reflecting == "left" else right)
         words = "start is {start}; it must lie inside ({left}, {right})."
         _require(inside, words, start=scene.start, left=left, right=right)
-        # Where a layer has not shown it already.
+        # For a drift with a layer this was checked when its parameters were bound.
         if drift.model.noise and not drift.model.layered and not drift.shape:
             from symasym.drift.expressions import check_noise
 
@@ -287,7 +287,7 @@ def _check(scene: Scene, reflecting: str | None) -> None:
 
 
 def _require(holds: Any, words: str, error: type[InputError] = InputError, **numbers: Any) -> None:
-    """Raise with the first numbers for which it does not hold, put into the words."""
+    """Raise unless `holds` everywhere; the message has the first numbers for which it fails."""
     if not np.all(holds):
         row = int(np.argmin(np.ravel(holds)))
         raise error(words.format(**{n: float_text(np.ravel(x)[row]) for n, x in numbers.items()}))

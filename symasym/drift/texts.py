@@ -1,8 +1,8 @@
-"""Formulas as text: Python's syntax tree with an allow-list; nothing is run, and sizes are bounded.
+"""Converts a text to a SymPy expression by Python's syntax tree, without executing the text.
 
 A text is an arithmetic expression of exact decimals, names and `FUNCTIONS`, with ``^`` for ``**``.
-What is long, of a high degree or of many terms when multiplied out, deep, or made of long numbers
-is refused before SymPy sees it, so that SymPy's work on what is left ends soon.
+To bound SymPy's computing time, a text is refused before SymPy reads it if it is too long, too
+deeply nested, contains long numbers, or has a high degree or many terms when expanded.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ from symasym.drift import formula
 
 #: Functions of one argument.
 FUNCTIONS = (*formula.FUNCTIONS, "ln")
-#: Names with a value of their own.
+#: Names of constants.
 CONSTANTS = {"pi": sympy.pi, "E": sympy.E, "I": sympy.I, "oo": sympy.oo}
 _LENGTH = 4_000
 _DEGREE = 200
 _TERMS = 5_000
-_NESTED = 4  # functions, roots and fractions in each other
-_BITS = 4_000  # of a number
-_INSIDE = 10**19  # numbers in roots and functions, which SymPy factors or writes out
+_NESTED = 4  # the largest depth of nested functions, roots and fractions
+_BITS = 4_000  # the largest size of a number
+_INSIDE = 10**19  # the largest number in a root or function, where SymPy may factor or expand it
 _DECIMAL = re.compile(r"(\d{1,1000}\.?\d{0,1000}|\.\d{1,1000})([eE][+-]?\d{1,4})?")
-# These count twice, so that there are two in each other.
+# These functions count twice, so that at most two of them can be nested.
 _GROWING = ("exp", "sinh", "cosh", "tanh")
-# Python's keywords, such as lambda, may be names.
+# Names may be keywords of Python, such as lambda.
 _WORDS = re.compile(rf"\b({'|'.join(keyword.kwlist)})\b")
 
 
 class _Part(NamedTuple):
-    """A value; degree and terms when multiplied out; functions, roots, fractions in each other."""
+    """A subexpression, its degree and number of terms when expanded, and its depth of nesting."""
 
     value: Any
     degree: int = 0
@@ -48,9 +48,9 @@ class _Part(NamedTuple):
 
 
 def read(name: str, text: str, names: Mapping[str, Any] | None = None) -> Any:
-    """The SymPy expression that a text stands for; the message of a refusal calls it `name`.
+    """The SymPy expression for a text, which messages of errors call `name`.
 
-    `names` are expressions by their names; any other name is a Symbol.
+    `names` maps names to expressions; any other name becomes a Symbol.
 
     Examples
     --------
@@ -78,7 +78,7 @@ def read(name: str, text: str, names: Mapping[str, Any] | None = None) -> Any:
 
 
 def _read(node: ast.AST, text: str, names: Mapping[str, Any]) -> _Part:
-    """What a node of the text stands for; ValueError with the reason where it is refused."""
+    """The subexpression for a node of the syntax tree; ValueError with the reason if refused."""
     match node:
         case ast.Constant():
             decimal = text[node.col_offset : node.end_col_offset]
@@ -112,7 +112,7 @@ def _size(x: Any) -> int:
 
 
 def _part(value: Any, degree: int = 0, terms: int = 1, nested: int = 0) -> _Part:
-    """A part within the bounds."""
+    """A `_Part`; raises ValueError if it exceeds one of the bounds."""
     if value.is_Rational:
         if _size(value).bit_length() > _BITS:
             raise ValueError("has a number of more than 1,200 digits")
@@ -138,7 +138,7 @@ def _product(a: _Part, b: _Part) -> _Part:
 
 
 def _power(a: _Part, b: _Part) -> _Part:
-    """A power with a rational exponent; one with another exponent counts as two functions."""
+    """A power; with an exponent that is not rational it counts as two nested functions."""
     p = b.value
     if not p.is_Rational:
         _short(p, _DEGREE)
@@ -154,13 +154,13 @@ def _power(a: _Part, b: _Part) -> _Part:
 
 
 def _call(word: str, a: _Part) -> _Part:
-    """A function."""
-    _short(a.value, _DEGREE if a.value.has(sympy.log) else _INSIDE)  # exp(n log x) is written out
+    """A function of a subexpression."""
+    _short(a.value, _DEGREE if a.value.has(sympy.log) else _INSIDE)  # SymPy makes exp(n log x) x^n
     return _part(getattr(sympy, word)(a.value), 1, 1, a.nested + (2 if word in _GROWING else 1))
 
 
 def _short(value: Any, most: int = _INSIDE) -> None:
-    """Refuse long numbers in roots, functions and exponents."""
+    """Raise ValueError if a root, function or exponent contains a number above `most`."""
     if any(_size(x) > most for x in value.atoms(sympy.Rational)):
         raise ValueError(f"has a number above {most:,} inside a root, function or exponent")
 
