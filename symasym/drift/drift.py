@@ -98,8 +98,7 @@ class Drift(Parametrized):
         Parameters
         ----------
         pieces : sequence of pairs
-            A and the right end of each piece. The last piece has the right end None, and the first
-            extends to -oo.
+            A and the right end of each piece, None for the last; the first extends to -oo.
         u, noise, ito
             As in `Drift`; sigma is the same expression on all pieces.
 

@@ -70,9 +70,8 @@ class Analytic:
     def taylor(self, middle: fmpq, half: fmpq, digits: int) -> tuple[Any, Any]:
         """A Taylor polynomial in t, where u = middle + half t, and a bound on its error.
 
-        The bound is below 10^-digits times the size of A there, or 10^-2digits times that on
-        [-1, 1], or infinite. Of the discs on which A is proved analytic, the one that needs the
-        fewest terms is used.
+        The bound is below 10^-digits times A's size there, or 10^-2digits times A's size on
+        [-1, 1], or infinite. Of the discs with A proved analytic that with fewest terms is used.
         """
         wanted = digits * math.log(10) + 12
         size = self._size(middle - half, middle + half).max(self._scale * arb(10) ** -digits)
@@ -192,10 +191,9 @@ def profile(formula: Formula, numbers: Mapping[str, Any]) -> Polynomial | Analyt
 def halved(
     low: fmpq, high: fmpq, holds: Callable[[fmpq, fmpq], bool], most: int, deepest: int
 ) -> tuple[list[fmpq], fmpq | None]:
-    """Bisect [low, high] until a test of each interval's middle and half-width holds.
-
-    Returns the left ends of the intervals, and None, or a point near which the test still fails
-    after `deepest` halvings or at which there are more than `most` intervals."""
+    """The left ends of intervals, found by bisection, for which a test of middle and half-width
+    holds; and None, or a point near which it still fails after `deepest` halvings or when there
+    are more than `most` intervals."""
     begins, waiting, narrow = [], [(low, high)], (high - low) / 2**deepest
     while waiting:
         a, b = waiting.pop()

@@ -86,7 +86,6 @@ def general() -> Model:
 
 def parse(name: str, given: Any, names: Mapping[str, Any] | None = None) -> Any:
     """The SymPy expression given as an expression, number or text; floats are converted exactly.
-
     Messages call it `name`; `names` maps the names of symbols to their meaning."""
     if isinstance(given, str):
         expression = texts.read(name, given, names)

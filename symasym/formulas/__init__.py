@@ -1,1 +1,1 @@
-"""Expansions as formulas, with the drift's parameters free."""
+"""Expansions as symbolic formulas in the parameters of the drift."""

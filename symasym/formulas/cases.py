@@ -1,9 +1,9 @@
-"""What a bound drift says, in balls: the case that it is in, and the numbers of a formula.
+"""Classifies a drift with numerical parameters by the order of its wells and barriers.
 
-An expansion depends on the parameters by nothing else than the simple zeros of A in (-1, 1) and
-which of them are left of the start: wells, where A' < 0, and barriers, where A' > 0, take turns. A
-case is written as these words in their order, such as ``"start well barrier"``, or ``"start=well
-barrier"`` where the start is a well itself.
+The form of an expansion depends on the parameters only by the simple zeros of A in (-1, 1) and
+the position of the start among them; wells, where A' < 0, and barriers, where A' > 0, alternate.
+A case lists these words from left to right, such as ``"start well barrier"``, or ``"start=well
+barrier"`` if the start is a well. The symbols of a formula are evaluated in ball arithmetic.
 """
 
 from __future__ import annotations
@@ -29,36 +29,36 @@ from symasym.expansions.ball_drift import LINE, RING, BallDrift, Unresolved, dou
 from symasym.series import finite_parts_in_s
 
 U = Symbol("u", real=True)
-# Parameters whose signs are looked at, at so many points in u, and those of equal signs looked
-# into; digits of numbers.
+# The number of random parameter sets, of points u at which the signs of A are compared, and of
+# sets classified for each pattern of signs; the digits of numbers.
 _TRIED, _POINTS, _LOOKED_INTO, _DIGITS = 4_000, 400, 8, 50
 
 
 @dataclass(frozen=True)
 class Case:
-    """Wells, barriers and the start, left to right, as words; `example`: parameters of such."""
+    """Wells, barriers and the start as words from left to right; `example` has parameters."""
 
     words: tuple[str, ...]
     example: dict[str, Any] = field(default_factory=dict, compare=False)
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """The wells and barriers beside the start, left to right."""
+        """The wells and barriers other than the start, from left to right."""
         return tuple(word for word in self.words if word[:5] != "start")
 
     @property
     def before(self) -> int:
-        """The number of them left of the start."""
+        """The number of wells and barriers left of the start."""
         return next(k for k, word in enumerate(self.words) if word[:5] == "start")
 
     @property
     def at_start(self) -> str:
-        """``"well"`` or ``"barrier"`` where the start is one, else nothing."""
+        """``"well"`` or ``"barrier"`` if the start is one, else an empty text."""
         return self.words[self.before][6:]
 
     @property
     def slides(self) -> bool:
-        """True where the outermost points are wells: the drift points to the layer."""
+        """True if the outermost points are wells, so that the drift outside leads to the layer."""
         return bool(self.kinds) and self.kinds[0] == self.kinds[-1] == "well"
 
     def __str__(self) -> str:
@@ -70,8 +70,8 @@ PAIRS = Case(("start", "well", "barrier")), Case(("barrier", "well", "start"))
 
 @lru_cache(maxsize=32)
 def cases_of(drift: Drift, start: Fraction, sliding: bool = False) -> tuple[Case, ...]:
-    """The cases that some values of a drift's free parameters are in: first a well before a
-    barrier, then those with a well, with the fewest points; `sliding`: wells are outermost."""
+    """The cases that occur for some values of the free parameters (if `sliding`, with outermost
+    wells), in order: "start well barrier", cases with a well, cases with fewer points."""
     if drift == Drift.general() or not drift.model.plain:
         return PAIRS if (abs(start) < 1 or not drift.model.layered) and not sliding else ()
     found = _tried(drift, start) if drift.free else {_case_of(drift, start)}
@@ -87,7 +87,7 @@ def _case_of(drift: Drift, start: Fraction) -> Case:
 
 
 def _tried(drift: Drift, start: Fraction) -> set[Case]:
-    """Those of random parameters, a few of each pattern of A's signs."""
+    """The cases found for random parameters, of which each pattern of A's signs gets a few."""
     rng, model, found, seen = np.random.default_rng(4), drift.model, set[Case](), Counter[Any]()
     size, u = (_TRIED, len(drift.free)), np.linspace(-1, 1, _POINTS)
     table = (
@@ -115,7 +115,7 @@ def _tried(drift: Drift, start: Fraction) -> set[Case]:
 
 
 def case_for(drift: Drift, start: Fraction, asked: str | None, sliding: bool) -> Case:
-    """The case asked for, or the first one."""
+    """The case called `asked`, by default the first one."""
     found = cases_of(drift, start, sliding)
     for case in found:
         if asked in (None, str(case)):
@@ -129,7 +129,7 @@ def case_for(drift: Drift, start: Fraction, asked: str | None, sliding: bool) ->
 
 
 def numbers_of(symbols: Iterable[Symbol], drift: Drift, start: Fraction) -> dict[Symbol, Expr]:
-    """Those of the symbols named as u1, V(u1), phi(1) or R1+, to 50 digits."""
+    """The values to 50 digits of all symbols with names such as u1, V(u1), phi(1) and R1+."""
     named = list(symbols)
 
     def found(bits: int) -> dict[Symbol, Expr]:
@@ -139,7 +139,7 @@ def numbers_of(symbols: Iterable[Symbol], drift: Drift, start: Fraction) -> dict
         known = {f"V({name})": of.height(u) for name, u in places.items()} | places
         known |= {f"phi({side})": of.ends[side] for side in (-1, 1)}
         if parts := [int(s.name[1:-1]) for s in named if re.fullmatch(r"R\d+[-+]", s.name)]:
-            # Within the layer, and of u as the variable also where the start is a zero.
+            # The symbols stand for the layer's share, with finite parts taken in the variable u.
             count, more = max(parts), [0] * max(parts)
             if of.on_zero:
                 more = finite_parts_in_s(of.around(of.x, 2 * count + 1)[0], count, RING)

@@ -1,7 +1,7 @@
-"""The verb `expand` and what it returns: a formula by the text that gives the numbers.
+"""The function `expand` and its result, an expansion as a formula.
 
-Weak noise is `symasym.expansions.weak`, strong noise `symasym.expansions.strong_noise`, each run
-over SymPy (`symasym.formulas.letters`).
+The formulas come from the code that computes numbers, `symasym.expansions.weak` or, for strong
+noise, `symasym.expansions.strong_noise`, with SymPy's ring (`symasym.formulas.letters`).
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ _KNOWN = {"lam": r"\lambda", "phi(-1)": "a^-", "phi(1)": "a^+"}
 
 @dataclass(frozen=True, eq=False)
 class Expansion:
-    """The expansion of a quantity as a formula, as `expand` returns it.
+    """The expansion of a quantity as a formula, the result of `expand`.
 
-    `formula` is in symbols, `definitions` say what each stands for: sums, series, heights,
-    derivatives of V, critical points, and ``R1+, R2+, ...`` and ``R1-, ...``, the finite parts of
-    int h_k du right and left of the start, printed as integrals. `equations` has A, which is 0, at
-    each critical point without a closed form, `terms` of T the pairs of critical points with exact
-    coefficients, `conditions` where the formula holds, as SymPy's predicates.
+    `definitions` gives the meaning of the symbols in `formula`: sums, series, heights, derivatives
+    of V, critical points, and the finite parts ``R1+, R2+, ...`` and ``R1-, ...`` of int h_k du
+    right and left of the start, printed as integrals. `equations` maps each critical point without
+    a closed form to A there, which is 0; `terms` has the contributions to T with exact
+    coefficients; `conditions` are SymPy predicates under which the formula holds.
     """
 
     quantity: Expanded
@@ -60,7 +60,7 @@ class Expansion:
     conditions: tuple[Any, ...] = ()
 
     def __post_init__(self) -> None:
-        # What the formula is made of, each condition once, and names that are told apart.
+        # Keep the definitions in use and each condition once; refuse names with two meanings.
         kept = dict.fromkeys(c for c in self.conditions if c is not sympy.true)
         object.__setattr__(self, "definitions", _met(self.formula, self.definitions))
         object.__setattr__(self, "conditions", tuple(kept))
@@ -77,7 +77,7 @@ class Expansion:
 
     @property
     def numbers(self) -> dict[Symbol, Expr]:
-        """Of a bound drift critical points, heights and the regular part, to 50 digits."""
+        """Critical points, heights and the regular part of a bound drift to 50 digits."""
         of = self.drift
         if of.free or of.shape or of == Drift.general() or not of.model.plain:
             return {}
@@ -85,26 +85,26 @@ class Expansion:
 
     @cached_property
     def expression(self) -> Expr:
-        """The formula in kappa, r, the parameters, and u1, u2, ... where these are not solved."""
+        """The formula in kappa, r, the parameters, and those of u1, u2, ... without closed form."""
         return written_out(put_in(self.formula, self.definitions))
 
     def cases(self) -> tuple[Case, ...]:
-        """The cases that are found by trying values, each with parameters where it holds."""
+        """The cases found by random search, each with an example of parameter values."""
         return cases_of(self.drift, self.start, self.quantity[-1] == "P")
 
     def bind(self, /, **values: Numbers) -> Expansion:
-        """The expansion with these parameters set, exactly, as `Drift.bind` sets them."""
+        """The expansion with these parameters set to exact values as by `Drift.bind`."""
         return expand(
             self.drift.bind(**values), self.quantity, noise=self.noise, order=self.order,
             start=self.start, case=self.case,
         )  # fmt: skip
 
     def evaluate(self, kappa: Numbers, r: Numbers | None = None, **options: Any) -> Any:
-        """The number of a bound drift, by the function of the quantity and this order.
+        """The value for a bound drift, by the function of this quantity to this order.
 
-        It takes the options of `symasym.escape_time`, and has numbers also where `conditions` do
-        not hold, such as r < 1. P needs no r. Without a layer, or with noise that depends on u, it
-        needs ``ends=(…)``, one of them beyond the barrier and the other where few paths leave.
+        It takes the options of `symasym.escape_time`; that function also gives values outside of
+        `conditions`, such as for r < 1. P needs no r. Without a layer, or with noise that depends
+        on u, give ``ends=(…)``: one beyond the barrier, the other where few paths leave.
         """
         if not self.drift.model.plain and "ends" not in options:
             raise InputError(
@@ -119,18 +119,18 @@ class Expansion:
         return verb(self.drift, kappa, r, **{"start": self.start, **known})
 
     def emit(self, target: str = "numpy", name: str = "f") -> Any:
-        """Source code of the formula, its free symbols being the arguments (`symasym.emit`)."""
+        """Source code of the formula as a function of its free symbols (`symasym.emit`)."""
         return emit(self, target, name=name)
 
     def functions(self, name: str = "f") -> Any:
-        """What `symasym.emit` writes."""
+        """The functions that `symasym.emit` writes."""
         return of_expansion(self, self.numbers, name)
 
     def latex(self) -> str:
-        """The formula in LaTeX, with a line for each symbol that it is made of.
+        """The formula in LaTeX, with one line for each symbol that it contains.
 
-        The regular part's integrals stand as Hadamard's finite parts, whose closed form for a
-        polynomial is in `definitions`.
+        The integrals of the regular part are written as Hadamard finite parts; for a polynomial A
+        their closed form is in `definitions`.
         """
         rows = [rf"{self.quantity} &\sim {_latex(written_out(self.formula))}"]
         rows += [f"{_latex(s)} &= {_latex(written_out(v))}" for s, v in self._shown.items()]
@@ -142,12 +142,12 @@ class Expansion:
 
     @cached_property
     def _shown(self) -> dict[Symbol, Expr]:
-        """What the symbols stand for as it is printed, the regular part as integrals."""
+        """The definitions as they are printed, with the regular part as integrals."""
         known, x = dict(self.definitions), sympy.Rational(str(self.start))
         ends = {"-": (-1, x), "+": (x, 1)}
         for s in known:
             part = re.fullmatch(r"R(\d+)([-+])", s.name)
-            if part and (int(part[1]) % 2 or self.case.at_start):  # else by the ends alone
+            if part and (int(part[1]) % 2 or self.case.at_start):  # the others are end-point terms
                 known[s] = FinitePart(Symbol(f"h{part[1]}"), U, *ends[part[2]])
         return _met(self.formula, known)
 
@@ -155,7 +155,7 @@ class Expansion:
         return f"$\\displaystyle {self.latex()}$"
 
     def __str__(self) -> str:
-        """The formula, a line for each contribution and each symbol, and where it holds."""
+        """The formula with one line per contribution and per symbol, and its conditions."""
         case = "" if self.noise == "strong" else f", case '{self.case}'"
         case += "" if self.drift.model.plain else ": from the well over that barrier alone"
         rows = [
@@ -183,7 +183,7 @@ def _symbols(expressions: Iterable[Expr]) -> set[Symbol]:
 
 
 def _met(formula: Expr, known: Mapping[Symbol, Expr]) -> dict[Symbol, Expr]:
-    """What the symbols of a formula stand for, in the order in which they are met."""
+    """The definitions of the symbols that a formula uses, in the order of their occurrence."""
     met = dict[Symbol, Expr]()
     row = formula.free_symbols & known.keys()
     while row:
@@ -222,28 +222,28 @@ def expand(
     Parameters
     ----------
     drift : Drift
-        Its parameters may be free. ``Drift.general()`` names none: the formula of T is then that
-        of one well and one barrier, in V's derivatives there. So is that of a drift without a
-        layer or with noise that depends on u, in closed form where phi's zeros have one.
+        A drift whose parameters may be free. For ``Drift.general()`` the formula is T for one well
+        and one barrier in terms of V's derivatives; so it is for a drift without a layer or with
+        noise that depends on u, in closed form if the zeros of phi have one.
     quantity : {"T", "C", "1 - C", "P", "1 - P"}
     noise : {"weak", "strong", "uniform"}
-        kappa -> 0; kappa -> oo, of a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T
-        through the coalescence of a well and a barrier, in Airy functions.
+        kappa -> 0; or kappa -> oo, for a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T
+        in Airy functions, uniformly as a well and a barrier coalesce.
     order : int, optional
-        0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 N), or of
-        2/kappa^2; 0 for ``noise="uniform"``.
+        The highest power of kappa^2, or of 2/kappa^2, kept in each series: 0 to 8, by default 2;
+        for ``noise="uniform"`` 0.
     start : number, optional
-        In the layer, also on a simple zero of A; for ``noise="uniform"`` inside.
+        A point of the layer, also a simple zero of A; for ``noise="uniform"`` an interior point.
     case : str, optional
         The wells, barriers and the start from left to right, such as ``"start well barrier"``, or
-        ``"start=well barrier"`` of a start on the well; for P ``"well"`` or the like. Of a bound
-        drift it is found; else it is the first of `Expansion.cases`.
+        ``"start=well barrier"`` for a start on the well; for P, for example, ``"well"``. By
+        default it is that of a bound drift, else the first of `Expansion.cases`.
 
     Notes
     -----
-    With numbers put in it is `escape_time(…, method="laplace", order=order)` and its like, for
-    r > 1. Without a layer or with noise that depends on u it is the time from the start's well
-    over the barrier beside it, which `case` names.
+    For r > 1 the values of the formula are those of `escape_time(…, method="laplace",
+    order=order)` and its like. Without a layer or with noise that depends on u, it is the time
+    from the well in `case` over the adjacent barrier.
 
     Examples
     --------

@@ -1,10 +1,10 @@
-"""The ring of SymPy: a drift's local expansions, and T, C, P with a symbol for each series.
+"""Local expansions of a drift, and T, C and P, in SymPy's expressions with a symbol per series.
 
-`Letters` are the functions that `symasym.series` asks for, `Field` is a drift in one case,
-`Terms` runs `symasym.expansions.weak`. Critical points are u1, u2, ..., left to right, heights
-V(u1), V(-1), V(1) above V(start). What the symbols stand for is a chain of definitions: sums,
-series in V's derivatives, these in the parameters and u_k, and u_k by A(u_k) = 0, or solved for
-where A is of degree 1 or 2. A number, or a parameter alone, stands for itself.
+`Letters` has the ring's functions for `symasym.series`, `Field` represents a drift in one case,
+`Terms` is the arithmetic for `symasym.expansions.weak`. Critical points are u1, u2, ... from left
+to right; heights V(u1), V(-1), V(1) are relative to V(start). The symbols are defined one by
+another: sums by series, these by V's derivatives, these by the parameters and u_k, and u_k by
+A(u_k) = 0, or in closed form if A has degree 1 or 2. A number or a single parameter needs none.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from symasym.series import Series, by_parts, finite_parts_in_s, pole_sums, slow
 
 _Known = dict[Symbol, Expr]
 KAPPA, R, LAM, X = sympy.symbols("kappa r lam x", positive=True)
-#: lam and x = 1/lam in kappa.
+#: lam and x = 1/lam as functions of kappa.
 IN_KAPPA = {LAM: 2 / KAPPA**2, X: KAPPA**2 / 2}
 
 
 class FinitePart(sympy.Function):  # type: ignore[misc]
-    """Hadamard's finite part of the integral of h over u from a to b: FinitePart(h, u, a, b)."""
+    """FinitePart(h, u, a, b): Hadamard's finite part of the integral of h over u from a to b."""
 
     nargs = 4
 
@@ -42,7 +42,7 @@ class FinitePart(sympy.Function):  # type: ignore[misc]
 
 
 class Letters:
-    """Functions of SymPy's expressions (`symasym.series`)."""
+    """The ring of SymPy's expressions, with the functions that `symasym.series` needs."""
 
     two, euler, log = S(2), sympy.EulerGamma, staticmethod(sympy.log)
     ratio = staticmethod(Rational)
@@ -51,7 +51,7 @@ class Letters:
 
     @staticmethod
     def generic(c: list[Any]) -> tuple[Series, Callable[[Any], Expr]]:
-        """The series over polynomials in symbols for those of the c that are not 0."""
+        """The series in polynomials whose symbols stand for the nonzero c, and the way back."""
         values = [sympy.sympify(x) for x in c]
         names = [k for k, x in enumerate(values) if x != 0]
         polynomials, *letters = polynomial_ring([f"c{k}" for k in names] or ["c"], QQ)
@@ -62,17 +62,17 @@ class Letters:
 
     @staticmethod
     def log_ratio(high: Expr, low: Expr, real: bool) -> Expr:
-        """log(high/low); of what is 0 nothing, the finite part."""
+        """The finite part of log(high/low), in which the logarithm of 0 counts as 0."""
         ratio = (high if high != 0 else S.One) / (low if low != 0 else S.One)
         return sympy.log(sympy.Abs(ratio) if real else ratio)
 
 
 class Field:
-    """A drift whose parameters may be free, in one case: what `weak.points_of` asks for.
+    """A drift in one case, with parameters that may be free, as `weak.points_of` needs it.
 
-    `values` is what each symbol stands for, `equations` A at critical points without a closed
-    form, which is 0, `primitive` that of A, where it has one, `slope` A' where A is 0, `kinds` the
-    wells and barriers; the noise sigma(u) gives weights that are its `powers`.
+    `values` are the definitions of the symbols, `equations` maps critical points without a closed
+    form to A there, which is 0, `primitive` is an antiderivative of A, if known, `slope` equals A'
+    at zeros of A, `kinds` are the wells and barriers, `powers` the weights' exponents of sigma.
     """
 
     pair, layered = False, True
@@ -109,14 +109,14 @@ class Field:
         return sympy.expand(self.A.subs(U, u))
 
     def _solve(self, poly: Any) -> None:
-        """The zeros of a polynomial; those beside a start on one are zeros of A/(u - start)."""
+        """The zeros of a polynomial A, or of A/(u - start) if the start is one of its zeros."""
         case, inside = self.case, len(self.zeros)
         poly = poly.quo(sympy.Poly(U - self.start, U)) if case.at_start else poly
         more = range(inside + 1, max(poly.degree(), 0) + 1)
         self.outer = [Symbol(f"u{k}", **{"real": True} if len(more) == 1 else {}) for k in more]
         every, c = [*self.zeros, *self.outer], poly.all_coeffs()[::-1]
         if poly.degree() == 2:
-            # A has the slope ±root there, times u - start with a start on a zero.
+            # A' is ±root there, multiplied by u - start if the start is a zero.
             before = case.before if case.at_start else 0
             signs = [(-1) ** ((kind == "well") + (k < before)) for k, kind in enumerate(case.kinds)]
             signs += [sign for sign in (1, -1) if sign not in signs]
@@ -129,9 +129,9 @@ class Field:
             self.equations = {u: self.A.subs(U, u) for u in every}
 
     def named(self, name: str, value: Expr, **signs: bool) -> Expr:
-        """A symbol, or the value itself where that is a number or a parameter alone."""
+        """The symbol `name` for a value, or the value if it is a number or a single parameter."""
         symbol = Symbol(name, **(signs or {"real": True}))
-        if symbol not in self.values and not value.has(AppliedUndef):  # A(u) of no drift
+        if symbol not in self.values and not value.has(AppliedUndef):  # not for Drift.general()
             if value.is_polynomial() and not value.has(sympy.Integral):
                 value = sympy.factor_terms(sympy.expand(value))
             if value.is_Rational or not signs and (value.is_Symbol or (-value).is_Symbol):
@@ -150,14 +150,14 @@ class Field:
         return self.named(f"V{order}({u})", -value.subs(U, u), **signs)
 
     def taylor(self, u: Expr, count: int) -> list[Expr]:
-        """phi's Taylor coefficients at a point of the layer, -V^(j+1)(u)/j!."""
+        """The Taylor coefficients -V^(j+1)(u)/j! of phi at a point of the layer."""
         zero = u in self.kinds or u in self.outer
         first = S.Zero if zero else self.slopes.get(u) or -self.derivative(1, u)
         rest = (-self.derivative(j + 1, u) / sympy.factorial(j) for j in range(1, count))
         return [first, *rest]
 
     def around(self, u: Expr, count: int) -> tuple[list[Expr], list[Any]]:
-        """phi's Taylor coefficients, and those of both weights, if there are any."""
+        """The Taylor coefficients of phi and, if sigma is not 1, of both weights."""
         orders = [(j, sympy.factorial(j)) for j in range(1, count)]
         here = self.named(f"sigma({u})", self.sigma.subs(U, u), positive=True)
         rows = [
@@ -167,7 +167,7 @@ class Field:
         return self.taylor(u, count), rows
 
     def sides(self, u: Expr, count: int) -> tuple[Any, Any]:
-        """The same left and right of u, None beyond an end."""
+        """The result of `around` on the left and on the right of u; None outside the interval."""
         side = {-R: -1, R: 1}.get(u) or (int(u) if abs(u) == 1 else 0)
         beyond: Any = ([self.slopes[side], *[S.Zero] * (count - 1)], []) if side else None
         if u in (-R, R):
@@ -188,7 +188,7 @@ class Field:
         return self.named(f"V({u})", value)
 
     def regular(self, count: int) -> list[list[Expr]]:
-        """The finite parts of int h_k left and right of the start, k = 1 to count."""
+        """The finite parts of int h_k du, k = 1 to count, left and right of the start."""
         found, more = [], [S.Zero] * count
         if self.case.at_start:
             more = finite_parts_in_s(self.taylor(self.start, 2 * count + 1), count, Letters)
@@ -199,7 +199,7 @@ class Field:
         return found
 
     def _inside(self, mark: str, lo: Expr, hi: Expr, count: int) -> list[Expr]:
-        """Those of a part of the layer, as symbols: of even k by the ends alone, else integrals."""
+        """The finite parts over [lo, hi] in the layer; for even k only end-point terms remain."""
         if not self.A.has(U):
             values = [(hi - lo) / self.A, *[S.Zero] * (count - 1)]
         elif self.poly is not None and self.poly.is_sqf:
@@ -216,11 +216,11 @@ class Field:
 
 
 class Pair(Field):
-    """A well and a barrier alone: of no drift in particular, or of one without a layer or with
-    noise sigma(u), where A is phi/sigma^2.
+    """One well and one barrier: of an unspecified drift, or of one without a layer or with noise
+    sigma(u); here A is phi/sigma^2.
 
-    Of a bound polynomial phi those are the ones in the case's order of which one is next to the
-    start, downhill.
+    For a bound polynomial phi they are the adjacent zeros, in the case's order, that include the
+    first zero in the direction of the drift at the start.
     """
 
     pair = True
@@ -253,7 +253,7 @@ class Pair(Field):
             self.equations = {u: phi.subs(U, u) for u in self.zeros}
 
     def _next(self, roots: list[Expr]) -> tuple[Expr, ...]:
-        """The well and the barrier."""
+        """The well and the barrier among the real zeros of phi."""
         kinds = ["barrier" if self.slope.subs(U, u) > 0 else "well" for u in roots]
         left, right = [u for u in roots if u <= self.start], [u for u in roots if u > self.start]
         downhill = right[:1] if self.A.subs(U, self.start) > 0 else left[-1:]
@@ -263,14 +263,14 @@ class Pair(Field):
 
 
 def put_in(e: Any, known: Mapping[Symbol, Expr]) -> Any:
-    """What an expression is in that of which its symbols are made."""
+    """The expression after repeated substitution of the definitions of its symbols."""
     while e.free_symbols & known.keys():
         e = e.xreplace(dict(known))
     return e
 
 
 def exponentials(e: Expr) -> dict[Expr, Expr]:
-    """The terms c e^(lam h) of a sum: c by h."""
+    """The coefficients c of the terms c e^(lam h) of a sum, by h."""
     found: dict[Expr, Expr] = {}
     for term in sympy.Add.make_args(e):
         factors = sympy.Mul.make_args(term)
@@ -281,9 +281,9 @@ def exponentials(e: Expr) -> dict[Expr, Expr]:
 
 
 class Terms:
-    """The points' terms, each series and each sum of `symasym.expansions.weak` as a symbol.
+    """The arithmetic for `symasym.expansions.weak` with a symbol for each series and each sum.
 
-    `known` is what these stand for, `rows` the series: a factor and the coefficients of x^n.
+    `known` has their definitions, `rows` for each series a factor and the coefficients of x^n.
     """
 
     def __init__(self, start: Expr) -> None:
@@ -292,7 +292,7 @@ class Terms:
         self.known: dict[Symbol, Expr] = {}
 
     def named(self, name: str, value: Any) -> Expr:
-        """A symbol for a sum; the sum of L and R is theirs."""
+        """A symbol for a sum, except that the total S is written as L + R."""
         left, right, symbol = sympy.symbols(["L", "R", name], positive=True)
         if name == "S":
             return left + right
@@ -301,7 +301,7 @@ class Terms:
         return symbol
 
     def term(self, letter: str, point: Any, height: Any, halves: int, row: Iterable[Any]) -> Any:
-        """x^(halves/2) e^(lam height) sum row_n x^n, a series of several terms as a symbol."""
+        """x^(halves/2) e^(lam height) sum row_n x^n, with a symbol for a series of two or more."""
         symbol = Symbol(self._name(letter, point), real=True)
         if symbol not in self.rows:
             c = [expanded(sympy.sympify(a)) for a in row]
@@ -310,14 +310,14 @@ class Terms:
             if not any(c[1:]):
                 return front * c[0] * sympy.exp(LAM * height) if c else 0
             if c[0].is_Mul and halves == 1:
-                # A Gaussian and its corrections.
+                # The factor of a Gaussian integral is taken out of the series.
                 front, c = front * c[0], [sympy.expand(a / c[0]) for a in c]
             self.rows[symbol] = front, c
             self.known[symbol] = front * sympy.Add(*(a * X**n for n, a in enumerate(c)))
         return symbol * sympy.exp(LAM * height)
 
     def _name(self, letter: str, point: Any) -> str:
-        """Such as B2 of a barrier, E+ of a kink, E0- left of a start, M+ right of it."""
+        """A name such as B2 for a barrier, E+ for a kink, E0- left of the start, M+ right of it."""
         if letter[0] == "M":
             return letter
         places = {-S.One: "-", S.One: "+", self.start: "0"}

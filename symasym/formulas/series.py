@@ -1,23 +1,23 @@
-"""The formulas of weak noise, of strong noise and through a fold, of a drift in one case.
+"""Formulas for a drift in one case: weak noise, strong noise, and uniform at a fold.
 
-Weak noise (`symasym.expansions.weak`): T is a quotient of two sums of exponentials c e^{lam h}, the
-products of a critical point of e^{-lam V} with one of e^{lam V}.
+Weak noise (`symasym.expansions.weak`): T is a quotient of sums of exponentials c e^{lam h}; each
+term of T is the product of one contribution to int e^{-lam V} and one to int e^{lam V}.
 
 Strong noise (`symasym.expansions.strong_noise`): the moments of V are symbols for polynomials in
-the drift's parameters. Outside the layer all is closed form, of (e^x - 1)/x and (e^x - 1 - x)/x^2,
-which stand as functions.
+the drift's parameters. The integrals outside the layer are elementary, in terms of the functions
+(e^x - 1)/x and (e^x - 1 - x)/x^2.
 
-Uniform: T of a cubic A through the fold of a well and a barrier, in Airy functions of order 0.
-With phi du = (s^2 - zeta) ds and u'(s) = p + q s at both (C. Chester, B. Friedman, F. Ursell, Proc.
-Camb. Phil. Soc. 53 (1957) 599),
+Uniform: T for a quadratic or cubic A to leading order, uniformly as a well and a barrier coalesce.
+With phi du = (s^2 - zeta) ds and u'(s) = p + q s at both zeros of s^2 - zeta (C. Chester,
+B. Friedman, F. Ursell, Proc. Camb. Phil. Soc. 53 (1957) 599),
 
     T = pi^2 [p^2 lam^(1/3) (Ai^2 + Bi^2)(Z) - q^2 lam^(-1/3) (Ai'^2 + Bi'^2)(Z)] + R + (r - 1)/a+,
 
-Z = lam^(2/3) zeta (DLMF 9.11.4 and its derivative), for a well behind the start and the barrier
-behind it; R is the finite part of int du/phi from the start to 1, without the pair's own term.
+Z = lam^(2/3) zeta (DLMF 9.11.4 and its derivative), for a well to the right of the start and a
+barrier to its right; R is the finite part of int du/phi from the start to 1 without their part.
 
-All is explicit, and analytic through the fold: with A = (y^2 - D)(psi0 + psi1 y), y = u - m, real
-zeros for D > 0, m = b + k T_(1/3)(w), where b +- k are the turning points, 2 c3 k^3 w = A(b) and
+All symbols are explicit and analytic at the fold D = 0: A = (y^2 - D)(psi0 + psi1 y), y = u - m,
+m = b + k T_(1/3)(w), where b +- k are the zeros of A', 2 c3 k^3 w = A(b) and
 T_(1/3)(w) = cos(acos(w)/3), since 4 (m - b)^3 - 3 k^2 (m - b) = A(b)/(2 c3).
 """
 
@@ -56,11 +56,11 @@ from symasym.series import Series
 
 
 class Contribution(NamedTuple):
-    """One product of a critical point of e^{-lam V} with one of e^{lam V}.
+    """The product of a contribution to int e^{-lam V} and one to int e^{lam V}, a term of T.
 
-    It adds weight * front * e^{exponent} (c_0 + c_1 kappa^2 + c_2 kappa^4 + ...) to T. `pair` are
-    the points, as ``("well u1", "barrier u2")``, `coefficients` c_0 = 1, c_1, ..., `weight` is
-    ``"1 - C"`` right of the start, ``"C"`` left of it, ``"C (1 - C)"`` of a start on a well.
+    The term is weight * front * e^{exponent} (c_0 + c_1 kappa^2 + c_2 kappa^4 + ...). `pair` has
+    the two points, such as ``("well u1", "barrier u2")``, `coefficients` c_0 = 1, c_1, ...;
+    `weight` is ``"1 - C"`` right of the start, ``"C"`` left of it, else ``"C (1 - C)"``.
     """
 
     pair: tuple[str, ...]
@@ -79,7 +79,7 @@ class Contribution(NamedTuple):
 def weak(
     drift: Drift, quantity: str, order: int, start: Fraction, asked: str | None
 ) -> dict[str, Any]:
-    """The formula, its case, what its symbols are, and where it holds."""
+    """The weak-noise formula, its case, the definitions of its symbols and its conditions."""
     if drift.model.plain and drift != Drift.general():
         of = Field(drift, case_for(drift, start, asked, quantity[-1] == "P"), start)
     else:
@@ -87,7 +87,7 @@ def weak(
     case = of.case
     terms, at, where = list[Contribution](), Terms(of.start), [*conditions(of, quantity)]
     if not of.A.has(U) and quantity[-1] != "P" and not start:
-        # In the mirror both ends change places.
+        # Reflection of u interchanges C and 1 - C.
         half = (-of.A if quantity == "1 - C" else of.A) * R / KAPPA**2
         value = R * sympy.tanh(half) / of.A if quantity == "T" else 1 / (1 + sympy.exp(2 * half))
         return {"case": case, "conditions": where, "formula": value}
@@ -119,7 +119,7 @@ def weak(
 
 
 def _pair(drift: Drift, start: Fraction, asked: str | None) -> Pair:
-    """The well and the barrier of the case asked for, or of the first one that there is."""
+    """The well and the barrier in the case `asked`, by default in the first case that exists."""
     first = case_for(drift, start, asked, False)
     if asked is None:
         with suppress(InputError):
@@ -132,7 +132,7 @@ _Product = tuple[str, tuple[theorem.Point, ...], Any]
 
 
 def _products(points: list[theorem.Point], regular: Any, at: Terms) -> list[_Product]:
-    """Those of T's critical points, a start on a well with all others."""
+    """The products of contributions to T; a start on a well forms one with every other point."""
     of, start = theorem.shares(points, regular, at), points[theorem.start_of(points)]
     sides = zip(("C", "1 - C"), of.sides, strict=True)
     found = [(weight, *part) for weight, side in sides for part in side if part[0]]
@@ -143,7 +143,7 @@ def _products(points: list[theorem.Point], regular: Any, at: Terms) -> list[_Pro
 
 
 def _contributions(found: list[_Product], at: Terms, order: int) -> Iterator[Contribution]:
-    """Products as exponentials with exact coefficients."""
+    """The contributions to T, with exact coefficients."""
     for weight, pair, value in found:
         ((height, c),) = exponentials(value).items()
         series = [at.rows.get(f, (f, [S.One])) for f in sympy.Mul.make_args(c)]
@@ -159,7 +159,7 @@ def _contributions(found: list[_Product], at: Terms, order: int) -> Iterator[Con
 
 
 def ends(of: Field, quantity: str) -> list[Any]:
-    """The conditions on the radius and the ends."""
+    """The conditions on r and on the drift at the ends of the layer."""
     low, high = of.at(-S.One), of.at(S.One)
     if quantity[-1] == "P":
         return [sympy.Gt(low, 0), sympy.Lt(high, 0)]
@@ -167,7 +167,7 @@ def ends(of: Field, quantity: str) -> list[Any]:
 
 
 def conditions(of: Field, quantity: str) -> Iterator[Any]:
-    """Where the formula holds, as predicates."""
+    """The conditions for the formula as SymPy predicates."""
     inside = [u for u, _ in of.places if u in of.zeros or u == of.start and abs(u) < 1]
     edges = ([-S.One], [S.One]) if of.layered else ([], [])
     yield from (a < b for a, b in itertools.pairwise([*edges[0], *inside, *edges[1]]))
@@ -203,13 +203,13 @@ class exprel2(exprel):
 
 
 def written_out(e: Expr) -> Expr:
-    """The expression without these functions."""
+    """The expression with `exprel` and `exprel2` replaced by their definitions."""
     e = e.replace(exprel2, lambda x: (sympy.exp(x) - 1 - x) / x**2)
     return e.replace(exprel, lambda x: (sympy.exp(x) - 1) / x)
 
 
 class _Ring:
-    """Expressions at lam."""
+    """The ring of expressions in lam for `symasym.expansions.strong_noise`."""
 
     number = staticmethod(sympy.sympify)
     exp = staticmethod(lambda growth: sympy.exp(growth * LAM))
@@ -218,7 +218,7 @@ class _Ring:
 
 
 def _layer(of: Field, order: int, side: int, b: Any, mark: str) -> Stretch:
-    """The layer from -1 to b, in the mirror for side -1: f_0 = 1 or u + 1, f_k = int A f_(k-1)."""
+    """The layer from -1 to b, reflected if side = -1: f_0 = 1 or u + 1, f_k = int A f_(k-1)."""
 
     def primitive(f: Any) -> Any:
         whole = f.integrate(U)
@@ -238,7 +238,7 @@ def _layer(of: Field, order: int, side: int, b: Any, mark: str) -> Stretch:
 
 
 def strong(drift: Drift, name: str, order: int, start: Fraction, _: Any) -> dict[str, Any]:
-    """The formula in lam, r and the moments, what these are, and where it holds."""
+    """The strong-noise formula in lam, r and the moments, with definitions and conditions."""
     case, ring, sides = Case(("start",)), _Ring(), list[Stretch]()
     of = Field(drift, case, start)
     if of.poly is None:
@@ -262,13 +262,13 @@ def strong(drift: Drift, name: str, order: int, start: Fraction, _: Any) -> dict
 M, D, K, W, ZETA, Z, N = sympy.symbols("m D k w zeta Z N", real=True)
 PSI0, PSI1, P2, Q2, REST, SLOPE = sympy.symbols("psi0 psi1 p^2 q^2 R_0 phi(1)", real=True)
 _THIRD = Rational(1, 3)
-# Of lam V, that it falls at least from the barrier to the end, and from the start to the well.
+# The least differences of lam V from the barrier to the end and from the start to the well.
 _FALL = 4
 
 
 def _of_cubic(A: Expr, start: Expr) -> tuple[dict[Any, Expr], list[Any]]:
-    """What the symbols are for a polynomial of degree 2 or 3, its first coefficient positive if
-    not known to be negative, and where the formula holds."""
+    """The definitions of the symbols and the conditions for a polynomial A of degree 2 or 3, whose
+    leading coefficient is taken to be positive unless it is known to be negative."""
     c3, c2, c1, c0 = [S.Zero, S.Zero, *sympy.Poly(A, U).all_coeffs()][-4:]
     if c3 == 0:
         known = {M: -c1 / (2 * c2), D: M**2 - c0 / c2, PSI0: c2, PSI1: S.Zero}
@@ -310,7 +310,7 @@ def _of_cubic(A: Expr, start: Expr) -> tuple[dict[Any, Expr], list[Any]]:
 def uniform(
     drift: Drift, _name: str, _order: int, start: Fraction, asked: str | None
 ) -> dict[str, Any]:
-    """The same of T to order 0 alone."""
+    """The uniform formula, which exists for T to order 0, with definitions and conditions."""
     A, x = drift.expression(), Rational(start.numerator, start.denominator)
     cubic = A.is_polynomial(U) and sympy.degree(A, U) in (2, 3)
     for own in [c for c in PAIRS if asked in (None, str(c)) and abs(start) < 1 and cubic]:

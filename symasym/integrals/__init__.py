@@ -1,1 +1,1 @@
-"""Integrals of g(x) e^(lam f(x)) of one's own, by Laplace's method."""
+"""Asymptotic expansions of int g(x) e^(lam f(x)) dx for large lam."""

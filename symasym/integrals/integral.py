@@ -1,10 +1,10 @@
-"""The integral of g e^(lam f): as read, in balls, enclosed, and how values of expansions are given.
+"""The integral of g e^(lam f): its input, its enclosure, and the values of its expansions.
 
-The enclosure is flint's (F. Johansson, Numerical integration in arbitrary-precision ball
-arithmetic, 2018), proved on a finite interval with the integrand analytic at both ends. At
-infinity, or at a singular end, it is cut off at some distance and what lies beyond is bounded on
-shells, each of twice the distance of the last one, or half of it: to 1e300 or until they are below
-2^-(10^9), and to 1e-300 or the square of the digits. That they go on as the last two do is assumed.
+The enclosure is computed by flint (F. Johansson, Numerical integration in arbitrary-precision ball
+arithmetic, 2018); it is proved on a finite interval if the integrand is analytic at both ends. At
+an infinite or singular end the integral is truncated and the tail is bounded on dyadic shells, out
+to 1e300 or a bound below 2^-(10^9), or in to 1e-300 or the square of the tolerance. The remaining
+tail is assumed to decrease geometrically, with the ratio of the last two shells.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from symasym.drift.formula import FUNCTIONS, interned
 from symasym.drift.scenes import Answer, Request
 from symasym.methods import in_digits
 
-# What is worked out within seconds.
+# The largest numbers of operations and functions, for which an expansion takes seconds.
 _OPERATIONS, _CALLS = 250, 12
 
 
@@ -45,25 +45,25 @@ class IntegralExpansion(ABC):
     a: Expr
     b: Expr
     order: Any
-    #: Its name in an `Estimate`.
+    #: The name of the method in an `Estimate`.
     method: ClassVar[str]
 
     @cached_property
     def parameters(self) -> tuple[Symbol, ...]:
-        """Free symbols besides x."""
+        """The free symbols other than x."""
         free = sympy.Tuple(self.f, self.g, self.a, self.b).free_symbols - {self.x}
         return tuple(sorted(free, key=str))
 
     @abstractmethod
     def _again(self, f: Any, g: Any, a: Any, b: Any) -> Any:
-        """The expansion of another integral."""
+        """The same kind of expansion for another integral."""
 
     @abstractmethod
     def _at(self, lam: Fraction, dps: int | None, full: bool) -> tuple[Any, ...]:
-        """level, sum and error over e^level, and what else an `Answer` has, at one lam."""
+        """At one lam: level, sum/e^level, error/e^level, and the other fields of an `Answer`."""
 
     def bind(self, /, **values: Number) -> Any:
-        """The expansion with exact numbers for parameters."""
+        """The expansion with exact values of parameters."""
         names, swap = {str(s): s for s in self.parameters}, {}
         for name, value in values.items():
             if name not in names:
@@ -76,17 +76,17 @@ class IntegralExpansion(ABC):
     def evaluate(
         self, lam: Numbers, *, dps: int | None = None, log: bool = False, full: bool = False
     ) -> Any:
-        """The sum of the terms at `lam`, greater than 0: a number, or an array of them.
+        """The sum of the terms at `lam`, which must be greater than 0.
 
         Parameters
         ----------
         lam : number or array_like
         dps : int, optional
-            Digits of the sum, as mpf. None: float64.
+            The digits of the sum, which is then an mpf. By default it is a float64 number.
         log : bool
-            Natural logarithm, finite where the value overflows.
+            Return the natural logarithm, which is finite even if the value overflows.
         full : bool
-            An `Estimate`, with the error.
+            Return an `Estimate` with the error.
         """
         if self.parameters:
             names = ", ".join(map(str, self.parameters))
@@ -103,11 +103,11 @@ class IntegralExpansion(ABC):
         if not full:
             return np.reshape(each, given.shape)
         value, error = (np.reshape(y, given.shape) for y in zip(*each, strict=True))
-        kind = max(y.error_kind for y in each)  # an estimate, if one of them is
+        kind = max(y.error_kind for y in each)  # an estimate if one of the errors is
         return replace(each[0], value=value, error=error, error_kind=kind)
 
     def _one(self, lam: Fraction, request: Request) -> Any:
-        """At one lam, from the sum and its error over e^level."""
+        """The value at one lam from the sum and its error, both divided by e^level."""
         level, total, error, *said = self._at(
             inputs.positive("lam", lam), request.dps, request.full
         )
@@ -131,7 +131,7 @@ class IntegralExpansion(ABC):
 
 
 def read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, ...]:
-    """(f, g, x, a, b) as expressions, checked: what they are made of and how large they are."""
+    """(f, g, x, a, b) as expressions, with a check of their functions and their size."""
     symbol = Symbol(x) if inputs.is_name(x) else x
     names = {str(symbol): symbol}
     row = (("f", f), ("g", g), ("a", a), ("b", b))
@@ -155,30 +155,30 @@ def read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, ...]:
 
 # -- in balls ----------------------------------------------------------------------------------
 
-# Shells towards an end, and halvings of each.
+# The number of shells towards an end, the halvings of each, and the bound at which they stop.
 _SHELLS, _DEPTH, _NOTHING = 997, 6, arb(2) ** -(10**9)
 
 
 def code(e: Expr, x: Symbol) -> Any:
-    """The expression as a function of balls, nan across branch cuts and at poles."""
+    """The expression as a function of balls; nan on balls that meet a branch cut or a pole."""
     return profile(interned(e, x), {})
 
 
 def number(e: Any) -> Any:
-    """A constant as a ball, nan where it isn't real."""
+    """A constant as a ball; nan if it is not real."""
     if isinstance(e, Zero):
         return e.ball()
     if e in (S.Infinity, S.NegativeInfinity):
         return arb.pos_inf() if e > 0 else arb.neg_inf()
     try:
         return arb(code(e, Symbol("x"))(arb(0)))
-    except InputError:  # as of a sampled value that is complex
+    except InputError:  # for example, a complex value at sampled parameters
         return arb.nan()
 
 
 @dataclass(frozen=True)
 class Zero:
-    """Where an expression in x changes its sign between two numbers."""
+    """A point between two numbers at which an expression in x changes sign."""
 
     equation: Expr
     x: Symbol
@@ -186,7 +186,7 @@ class Zero:
     hi: Any
 
     def ball(self) -> Any:
-        """By bisection."""
+        """The point as a ball, by bisection."""
         bits = ctx.prec
         with precision(2 * bits + 200):
             of, p, q = code(self.equation, self.x), self.lo, self.hi
@@ -204,7 +204,7 @@ class Zero:
 
 
 def middle(lo: Any, hi: Any) -> Any:
-    """A point inside an interval, of balls."""
+    """A point inside an interval whose ends are balls."""
     if lo.is_finite():
         return (lo + hi) / 2 if hi.is_finite() else lo + 1
     return hi - 1 if hi.is_finite() else arb(0)
@@ -213,18 +213,18 @@ def middle(lo: Any, hi: Any) -> Any:
 def integral(
     f: Expr, g: Expr, x: Symbol, marks: list[Any], lam: Any, top: Any, bits: int
 ) -> tuple[Any, bool]:
-    """int g e^(lam (f - top)) from the first mark to the last to about 2^-`bits`, in a ball that is
-    not finite where it can't be enclosed; and True if nothing is assumed.
+    """A ball for int g e^(lam (f - top)) dx from the first to the last mark, with a radius of about
+    2^-`bits`, or infinite if there is no enclosure; and True if the enclosure is proved.
 
-    Marks split the integral, so that f and g may be singular there; the ball holds with any.
+    The integral is split at the marks, where f and g may be singular; any marks give enclosures.
     """
     height, slope, bend, weight = (code(e, x) for e in (f, f.diff(x), f.diff(x, 2), g))
 
     def integrand(z: Any) -> Any:
         value = height(z)
-        # The ball is finite only where f is analytic; f'' may be simpler, and finite elsewhere.
+        # Finiteness of f itself is required, since f'' may be finite where f is not analytic.
         if value.is_finite() and not lam * value.rad() < 1:
-            # Beside a maximum the ball of its Taylor polynomial is narrower.
+            # Near a maximum the enclosure by Taylor's formula is narrower.
             m = z.mid()
             near = height(m) + (z - m) * (slope(m) + (z - m) * bend(z) / 2)
             value = near if near.rad() < value.rad() else value
@@ -242,11 +242,11 @@ def integral(
 
 
 def cut(integrand: Any, end: Any, inside: Any, tiny: Any) -> tuple[Any, Any]:
-    """Where to end towards an end, and what bounds the integral beyond: 0 at a regular end."""
+    """The point of truncation near an end, and a bound on the tail, which is 0 at a regular end."""
     far = not end.is_finite()
     if not far and integrand(acb(end) + box(0, tiny, tiny)).is_finite():
         return end, arb(0)
-    # Near an end other than 0 points need their own digits.
+    # Points near an end other than 0 need a higher precision.
     with precision(ctx.prec + (0 if far or end == 0 else _SHELLS)):
         reach = (arb(2) ** (k if far else -k) for k in range(_SHELLS))
         way = (1 if end > 0 else -1) if far else inside - end
@@ -257,7 +257,7 @@ def cut(integrand: Any, end: Any, inside: Any, tiny: Any) -> tuple[Any, Any]:
             known = shells[-1] < _NOTHING or (shells[-1] < tiny * tiny and not far)
             if known and len(shells) > 1 and shells[-1] < shells[-2]:
                 break
-    # Beyond the last one they are taken to go on as they do.
+    # Beyond the last shell a geometric decrease is assumed.
     ratio = shells[-1] / shells[-2] if shells[-1] > _NOTHING else arb(0)
     last = shells[-1] * ratio / (1 - ratio) if ratio < 1 else arb.pos_inf()
     rests = list(accumulate(reversed(shells), initial=last))[::-1]
@@ -266,7 +266,7 @@ def cut(integrand: Any, end: Any, inside: Any, tiny: Any) -> tuple[Any, Any]:
 
 
 def _bound(integrand: Any, p: Any, q: Any, small: Any, depth: int) -> Any:
-    """An upper bound of the integral of |integrand| over [p, q], in parts where it varies."""
+    """An upper bound of the integral of |integrand| over [p, q], which is bisected if needed."""
     whole = abs(integrand(p.union(q))) * abs(q - p)
     if depth and not (whole < small or whole < 64 * abs(q - p) * abs(integrand(p))):
         m = ((p + q) / 2).mid()

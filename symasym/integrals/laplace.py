@@ -1,33 +1,33 @@
-"""Laplace's method for int g(x) e^(lam f(x)) dx over [a, b] as lam grows.
+"""Laplace's method for int g(x) e^(lam f(x)) dx over [a, b] as lam -> oo.
 
-To all powers of 1/lam the integral is the sum of the contributions of the points where f is
-largest, inside and at ends. With f = f(p) - a t^mu (1 + ...) and g = t^(beta - 1) (g_0 +
-...), t the distance from the point p on one side or both, each is
+To all orders in 1/lam the integral is the sum of contributions of the points p, interior or end
+points, at which f is largest. With the distance t from p, on one side or on both sides,
+f = f(p) - a t^mu (1 + ...) and g = t^(beta - 1) (g_0 + ...), the contribution is
 
     e^(lam f(p)) sum over k of c_k lam^(-(k + beta)/mu)
 
 (Watson's lemma after Lagrange's reversion: DLMF 2.3(ii), 2.3(iii); A. Erdelyi, Asymptotic
-Expansions, 2.4; `symasym.series.watson`). On both sides of a smooth maximum the terms with
-k + beta - 1 odd cancel.
+Expansions, 2.4; `symasym.series.watson`). At an interior maximum the terms with k + beta - 1 odd
+from the two sides cancel.
 
-The error at a given lam is the distance to the integral, enclosed: a bound on a finite interval
-with f and g analytic at its ends, whatever maxima were found, else an estimate
+The error at a given lam is the distance to an enclosure of the integral: a bound on a finite
+interval with f and g analytic at its ends, even if a maximum was missed, else an estimate
 (`symasym.integrals.integral`).
 
-Beyond the optimal order there is the median Borel–Padé sum. With s = (first exponent) and b = s/2
-the series is lam^(b - s) times the Laplace transform of t^(b - 1) B(t), B = sum_k c_k t^k/Gamma(b +
-k), singular where t is a singulant F = f(p) - f(q), q a saddle of f seen from the maximum p (M. V.
-Berry and C. J. Howls, Proc. R. Soc. A 434 (1991) 657). A minimum q of f has F > 0: real lam is on
-the series' Stokes line, and the real integral is the mean of the sums that pass F above and below
-(E. Delabaere and F. Pham, Ann. IHP 71 (1999) 1), q having no share of its own unless f'' vanishes
-there: such f are refused. Padé's approximant continues B; with its poles p_j and residues, z =
--p_j, t in units of 1/lam and Tricomi's function
+The median Borel–Padé sum goes beyond the optimal order. With the first exponent s and b = s/2 the
+series is lam^(b - s) times the Laplace transform of t^(b - 1) B(t), B = sum_k c_k t^k/Gamma(b + k),
+which is singular at the singulants F = f(p) - f(q) of the saddles q adjacent to the maximum p (M.
+V. Berry and C. J. Howls, Proc. R. Soc. A 434 (1991) 657). At a minimum q of f, F > 0: real lam is
+on the Stokes line, and the real integral is the mean of the sums along paths above and below F (E.
+Delabaere and F. Pham, Ann. IHP 71 (1999) 1). The point q itself does not contribute unless f''
+vanishes there; such f are refused. A Padé approximant with poles p_j continues B analytically; with
+z = -p_j, t in units of 1/lam and Tricomi's function,
 
     int_0^oo e^(-t) t^(b - 1)/(t - p_j) dt = Gamma(b) z^(b - 1) U(b, b, z)
 
-(DLMF 13.4.4), of which for p_j > 0 the real part is the mean. Beyond a complex pair of singulants
-with Re F > 0 the approximants may follow another branch: the sum is then as good as
-e^(-lam |F|^2/Re F) and no better.
+(DLMF 13.4.4), whose real part is the mean if p_j > 0. For a complex pair of singulants with
+Re F > 0 the approximants may continue to another branch; the error is then of the order
+e^(-lam |F|^2/Re F).
 """
 
 from __future__ import annotations
@@ -52,24 +52,24 @@ from symasym.series import Series, watson
 
 __all__ = ["Contribution", "LaplaceExpansion", "laplace_integral"]
 
-#: Terms that order="optimal" chooses from, those of order="borel", the most of an order.
+#: The numbers of terms available to order="optimal", used by order="borel", and the largest order.
 _OPTIMAL, _BOREL, _MOST = 48, 41, 100
-#: Bits of Padé's approximants.
+#: The precision of the Padé approximants in bits.
 _PADE = 640
-#: Bits at which f is compared with itself; digits of coefficients that aren't exact.
+#: Bits for the comparison of f at critical points; digits of coefficients that are not exact.
 _BITS, _DIGITS = 256, 60
-# Terms, and functions and roots, beyond which they aren't.
+# Coefficients are exact for at most so many terms, and so many functions and roots in f and g.
 _EXACT_TERMS, _FUNCTIONS = 12, 6
-# Terms with which f is compared with a constant; orders lost to factors such as sin(x)/x.
+# Terms after which f is taken for a constant; spare orders for factors such as sin(x)/x.
 _FLAT, _SPARE = 24, 4
 
 
 @dataclass(frozen=True)
 class Contribution:
-    """e^(lam height) times the sum of coefficients[k] lam^(-exponents[k]), of a maximum of f.
+    """The contribution e^(lam height) sum coefficients[k] lam^(-exponents[k]) of a maximum of f.
 
-    `side` is "both", "left" or "right": what the interval has of the point's neighbourhood.
-    f - height begins with -a t^contact there, and g with t^(beta - 1).
+    `side` is "both", "left" or "right", the part of the point's neighbourhood in the interval.
+    The leading term of f - height is -a t^contact, that of g is proportional to t^(beta - 1).
     """
 
     point: Expr
@@ -82,14 +82,14 @@ class Contribution:
 
     @property
     def step(self) -> Expr:
-        """Between two exponents."""
+        """The difference between successive exponents."""
         return Rational(2 if self.side == "both" else 1, self.contact)
 
 
 def contribution(
     f: Expr, g: Expr, x: Symbol, top: maxima.Maximum, order: int, ring: Any
 ) -> Contribution:
-    """That of a maximum."""
+    """The contribution of a maximum, with `order` terms."""
     point, side, both = top.point, top.side, top.side == "both"
     sign, step = {"left": -1, "both": 0, "right": 1}[side], (2 if both else 1)
     try:
@@ -118,7 +118,7 @@ def contribution(
         steep, Series(weight.c[:n]), contact, exponent(beta, ring), first=first, step=step
     )
     for d, s in zip(reduced, exponents, strict=True):
-        # On each side the moment of t^(mu s - 1) e^(-a t^mu).
+        # Each side contributes the moment of t^(mu s - 1) e^(-a t^mu).
         gamma = sympy.gamma(s) if ring.exact else number(s).gamma()
         raised = a**s if ring.exact else ring.power(a, s)
         values.append(ring.expression(d) * (step * (gamma / (contact * raised))))
@@ -130,7 +130,7 @@ def contribution(
 class LaplaceExpansion(IntegralExpansion):
     """The expansion of the integral of g(x) e^(lam f(x)) over [a, b] for large lam.
 
-    `conditions` are what was seen to hold at sampled parameters but not proved from their
+    `conditions` were verified at sampled values of the parameters, but not proved from their
     assumptions.
     """
 
@@ -152,7 +152,7 @@ class LaplaceExpansion(IntegralExpansion):
 
     @cached_property
     def contributions(self) -> tuple[Contribution, ...]:
-        """One for each maximum."""
+        """The contributions of the maxima of f."""
         roots = sympy.Tuple(self.f, self.g).atoms(sympy.Function, sympy.Pow)
         roots = {n for n in roots if not n.args[-1].is_Integer}
         closed = all(isinstance(m.point, Expr) for m in self._tops)
@@ -166,7 +166,7 @@ class LaplaceExpansion(IntegralExpansion):
             )
 
     def _in_balls(self, bits: int) -> list[Contribution]:
-        """The contributions in balls, kept."""
+        """The contributions in ball arithmetic; the result is cached."""
         if bits not in self._known:
             with precision(bits + 6 * self._terms):
                 self._known[bits] = self._expanded(Balls())
@@ -175,7 +175,7 @@ class LaplaceExpansion(IntegralExpansion):
     # -- numbers ------------------------------------------------------------------------------
 
     def _at(self, lam: Fraction, dps: int | None, full: bool) -> tuple[Any, ...]:
-        """The sum over e^(lam height), and the distance to the integral with `full`."""
+        """The sum divided by e^(lam height), and with `full` its distance to the integral."""
         wanted = dps or 17
         first = int(3.33 * wanted) + 64 + (_PADE if self.order == "borel" else 0)
         for bits in (first << k for k in range(4)):
@@ -196,7 +196,7 @@ class LaplaceExpansion(IntegralExpansion):
             return large * top, total, error, kind, used
 
     def _sum(self, lam: Any, bits: int) -> tuple[Any, Any, int]:
-        """The sum over e^(lam top), top the largest f; the most terms of a contribution."""
+        """The sum divided by e^(lam top), the maximum top of f, and the largest number of terms."""
         found = self._in_balls(bits)
         top, total, used = found[0].height, arb(0), 0
         for c in found:
@@ -214,7 +214,7 @@ class LaplaceExpansion(IntegralExpansion):
 
     @property
     def expression(self) -> Expr:
-        """The sum, in the parameters and the symbol lam."""
+        """The sum as an expression in the parameters and the symbol lam."""
         lam = Symbol("lam", positive=True)
         return sympy.Add(
             *(
@@ -226,13 +226,13 @@ class LaplaceExpansion(IntegralExpansion):
 
     @property
     def error(self) -> Expr:
-        """The order of the first term left out."""
+        """The order of the first omitted term."""
         lam = Symbol("lam", positive=True)
         omitted = sympy.Min(*(c.exponents[-1] + c.step for c in self.contributions))
         return sympy.exp(lam * self.contributions[0].height) * lam**-omitted
 
     def latex(self) -> str:
-        """The expansion with its O term, in LaTeX."""
+        """The expansion with its O term in LaTeX."""
         names = {Symbol("lam", positive=True): Symbol("lambda", positive=True)}
         total, size = (tex(e.xreplace(names)) for e in (self.expression, self.error))
         return f"{total} + O\\left({size}\\right)"
@@ -245,7 +245,7 @@ class LaplaceExpansion(IntegralExpansion):
 
 
 def _rounded(y: Any) -> Any:
-    """With numbers of `_DIGITS` digits in place of balls."""
+    """A value, or a tuple of values, in which balls are rounded to `_DIGITS` digits."""
     if isinstance(y, tuple):
         return tuple(map(_rounded, y))
     y = number(y) if isinstance(y, Zero) else y
@@ -253,13 +253,13 @@ def _rounded(y: Any) -> Any:
 
 
 def short(value: Any) -> str:
-    """An expression, with twelve digits of its numbers, as a text."""
+    """An expression as a text, with numbers rounded to twelve digits."""
     value = _rounded(value)
     return str(value.xreplace({y: y.n(12) for y in value.atoms(Float)}))
 
 
 def _simple(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> bool:
-    """True for polynomials, f' and f'' without a common zero in (a, b)."""
+    """True if f and g are polynomials, and f' and f'' have no common zero in (a, b)."""
     if not (f.is_polynomial(x) and g.is_polynomial(x)):
         return False
     slope = sympy.Poly(f, x).diff(x)
@@ -267,7 +267,7 @@ def _simple(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> bool:
 
 
 def _median_sum(terms: list[Any], first: Any) -> Any:
-    """The median sum of c_k lam^-(first + k), terms in balls."""
+    """The median Borel–Padé sum of the terms c_k lam^-(first + k), which are balls."""
     b = first / 2
     whole, poles = _approximant([x / (b + k).gamma() for k, x in enumerate(terms)])
     total = sum((a * (b + k).gamma() for k, a in enumerate(whole)), arb(0))
@@ -278,10 +278,10 @@ def _median_sum(terms: list[Any], first: Any) -> Any:
 
 
 def _approximant(b: list[Any]) -> tuple[list[Any], list[tuple[Any, Any]]]:
-    """Padé's approximant of sum b_k t^k: polynomial part, and its poles with their residues.
+    """The Padé approximant of sum b_k t^k: its polynomial part, and its poles with residues.
 
-    Numerator and denominator have half the degree of the series, less where it is that of a lower
-    one: then the equations for the denominator are singular.
+    Numerator and denominator have half the degree of the series, or a lower degree if the linear
+    equations for the denominator are singular.
     """
     for m in range((len(b) - 1) // 2, 0, -1):
         rows = [[b[m + i - j] for j in range(1, m + 1)] for i in range(1, m + 1)]
@@ -304,29 +304,29 @@ def laplace_integral(f: Any, g: Any, x: Any, a: Any, b: Any, order: Any = 3) -> 
     Parameters
     ----------
     f, g : Expr, str or number
-        Real on (a, b), of elementary functions and parameters; at a kink, split the integral. At
-        its maximum f has a Taylor series, and g is such a series times a power of the distance,
-        above -1.
+        Elementary functions that are real on (a, b), with parameters; split the integral at kinks.
+        At its maximum f has a Taylor series, and g is a Taylor series times a power, greater than
+        -1, of the distance.
     x : Symbol or str
         Variable of integration.
     a, b : Expr or number
         Ends, possibly -oo and oo.
     order : int, "optimal" or "borel"
-        Terms for each maximum, 1 to 100; ``"optimal"``: up to the smallest term at each lam;
-        ``"borel"``: the median Borel–Padé sum of 41 terms, far beyond that, of polynomial f and g
-        without free parameters, f's critical points simple (`symasym.integrals.laplace`).
+        The number of terms per maximum, 1 to 100; ``"optimal"``: up to the smallest term at each
+        lam; ``"borel"``: the far more accurate median Borel–Padé sum of 41 terms, for polynomials
+        f and g without free parameters and with simple zeros of f' (`symasym.integrals.laplace`).
 
     Returns
     -------
     LaplaceExpansion
-        Coefficients are exact with parameters, else up to 12 terms at a maximum in closed form, of
-        few functions; others have 60 digits.
+        Its coefficients are exact if there are parameters, or for up to 12 terms if the maximum
+        has a closed form and f and g few functions; otherwise they have 60 digits.
 
     Notes
     -----
-    With ``full=True`` the error is a bound where the interval is finite with regular ends, else an
-    estimate (`symasym.integrals.laplace`). Watson's lemma after Lagrange's reversion: DLMF
-    2.3(iii); J. Wojdylo, SIAM Rev. 48 (2006) 76.
+    With ``full=True`` the error is a bound if the interval is finite with regular ends, else an
+    estimate (`symasym.integrals.laplace`). The method is Watson's lemma after Lagrange's
+    reversion: DLMF 2.3(iii); J. Wojdylo, SIAM Rev. 48 (2006) 76.
 
     Examples
     --------

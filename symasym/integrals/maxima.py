@@ -1,6 +1,6 @@
-"""Where f is largest on [a, b]: the highest of its ends and of the zeros of f'.
+"""The points at which f is largest on [a, b], found among the ends and the zeros of f'.
 
-With parameters free the answer must be the same at all values tried that their assumptions allow.
+With free parameters they must be the same at all sampled values that the assumptions allow.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from symasym.base.errors import InputError
 from symasym.integrals.integral import Zero, code, cut, middle, number
 from symasym.integrals.local import samples
 
-# Critical points; operations of a point in parameters.
+# The largest number of critical points; the largest size of a point as a formula in parameters.
 _MOST, _SHORT = 60, 40
-# Powers of 2 near an end, and far out, at which a limit shows; lam at which the integral converges.
+# Powers of 2: distances at which limits at an end are probed; lam for the test of convergence.
 _NEAR, _FAR, _LARGE, _TINY = (-100, -200), (19, 20), 10**4, arb(2) ** -200
 
 
 class Maximum(NamedTuple):
-    """A point where f is largest, and the side on which the interval is: left, right or both."""
+    """A point at which f is largest; the interval lies on its left, its right or both sides."""
 
     point: Any
     side: str
 
 
 def located(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Maximum]:
-    """The maxima, which of free parameters must be the same ones for all samples."""
+    """The maxima of f; with free parameters they must be the same for all samples."""
     whole = sympy.Tuple(f, g, x, a, b)
     free = whole.free_symbols - {x}
     if not free:
@@ -42,7 +42,7 @@ def located(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Maximum]:
     known = [z for z in known if z.count_ops() <= _SHORT]
 
     def named(top: Maximum, row: dict[Symbol, Expr]) -> Maximum:
-        """With the point in the parameters; StopIteration where none is known to be this one."""
+        """The maximum with its point as a formula; StopIteration if no known formula fits."""
         closed = [*known, top.point] if isinstance(top.point, Expr) else known
         at = ((z, number(z.xreplace(row))) for z in closed)
         same = (z for z, y in at if y.is_finite() and y.overlaps(number(top.point)))
@@ -66,7 +66,7 @@ def located(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Maximum]:
 
 
 def _highest(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Maximum]:
-    """The maxima, without parameters; the integral beside them converges."""
+    """The maxima of f without parameters; also checks that the integral converges."""
     lo, hi, height, weight = number(a), number(b), code(f, x), code(g, x)
     inside = middle(lo, hi)
     rows = []
@@ -84,7 +84,7 @@ def _highest(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Maximum]:
         )
         before, level = (height(start + way * arb(2) ** k) for k in powers)
         if level > before:
-            # A limit, of a point that is none.
+            # f may be largest in the limit at this end, which is not a maximum.
             rows.append((level + arb(0, (level - before).upper()), z, ""))
     top = max((level for level, _, _ in rows), key=lambda y: y.mid(), default=arb.nan())
 
@@ -107,9 +107,9 @@ def _highest(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Maximum]:
 
 @lru_cache(maxsize=512)
 def zeros(e: Expr, x: Symbol, lo: Expr, hi: Expr) -> list[Any]:
-    """Real zeros and poles in (lo, hi): all of a rational function, of others changes of sign.
+    """The real zeros and poles in (lo, hi); for other than rational functions, sign changes.
 
-    With parameters those of linear and quadratic factors, or that SymPy solves for.
+    With parameters, the zeros of linear and quadratic factors, or those that SymPy finds.
     """
     rational = e.is_rational_function(x)
     above = sympy.Mul(*sympy.fraction(sympy.together(e))) if rational else e
@@ -118,7 +118,7 @@ def zeros(e: Expr, x: Symbol, lo: Expr, hi: Expr) -> list[Any]:
         if rational:
             parts = [y for y, _ in sympy.factor_list(above)[1] if 0 < sympy.degree(y, x) <= 2]
         elif len([n for n in e.atoms(sympy.Function, sympy.Pow) if n.has(x)]) > 1:
-            return []  # which might take for ever
+            return []  # SymPy might not terminate
         with suppress(NotImplementedError):
             return [z for y in parts for z in sympy.solve(y, x) if z.is_real is not False]
         return []
@@ -147,7 +147,7 @@ def _algebraic(poly: Any, x: Symbol) -> list[Any]:
 
 
 def _on_grid(e: Expr, x: Symbol, a: Any, b: Any) -> list[Any]:
-    """Where the sign changes between points of a grid, also at poles and jumps."""
+    """The points at which the sign changes between points of a grid, also at poles and jumps."""
     of = code(e, x)
     if (b - a).is_finite():
         grid = [a + (b - a) * arb((1 - cos(pi * k / 800)) / 2) for k in range(1, 800)]
@@ -161,7 +161,7 @@ def _on_grid(e: Expr, x: Symbol, a: Any, b: Any) -> list[Any]:
 
 
 def _recognised(zero: Zero) -> Any:
-    """As a rational, its multiple of pi, logarithm or root, if it is one."""
+    """The zero, in closed form if it is q, q pi, log q or ±sqrt(q) with a rational number q."""
     z = zero.ball().mid()
     forms = (z, S), (z / arb.pi(), lambda r: r * sympy.pi), (z.exp(), sympy.log)
     for value, form in (*forms, (z * z, lambda r: (1 if z > 0 else -1) * sympy.sqrt(r))):

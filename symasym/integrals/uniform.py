@@ -1,10 +1,10 @@
-"""Integrals of g e^{lam f}, uniform as two saddles, or a saddle and an end, coalesce.
+"""Expansions of int g e^{lam f} dx, uniform as two saddles, or a saddle and an end, coalesce.
 
-On a real interval the integral is B of panels in canonical form with phi = -f'
-(`symasym.expansions.canonical`). On a path between the valleys beside two saddles the canonical
-integrals are Airy functions alone (C. Chester, B. Friedman, F. Ursell, Proc. Camb. Phil. Soc. 53
-(1957) 599; DLMF 2.4(v)): with the coefficients p_k + q_k s of the integration by parts, f = f_0 +
-eps (zeta s - s^3/3) and Z = lam^(2/3) zeta
+On a real interval the integral is computed from panels in canonical form with phi = -f'
+(`symasym.expansions.canonical`). On a path between the valleys of two saddles the canonical
+integrals are Airy functions (C. Chester, B. Friedman, F. Ursell, Proc. Camb. Phil. Soc. 53 (1957)
+599; DLMF 2.4(v)). With f = f_0 + eps (zeta s - s^3/3), Z = lam^(2/3) zeta and coefficients
+p_k + q_k s from integration by parts, the expansion is
 
     2 pi i e^{lam f_0} sum (eps lam)^-k (p_k Ai(Z) lam^(-1/3) + eps q_k Ai'(Z) lam^(-2/3)).
 """
@@ -41,17 +41,17 @@ from symasym.integrals.integral import (
 __all__ = ["UniformExpansion", "uniform_integral"]
 
 _MOST, _NEXT, _SAFETY = 40, 3, 3
-# How far from its middle an infinite interval is looked at for saddles.
+# The distance from `near` within which saddles are searched for.
 _CORE = 8
-# How far out the valleys of a path are looked at.
+# The distance at which the valleys of a path are tested.
 _OUT = 30
 
 
 @dataclass(frozen=True, repr=False)
 class UniformExpansion(IntegralExpansion):
-    """An expansion of the integral of g(x) e^(lam f(x)) that holds as critical points coalesce.
+    """An expansion of the integral of g(x) e^(lam f(x)), uniform as critical points coalesce.
 
-    `path` is True for one between complex valleys; `near` is a point beside the saddles.
+    `path` is True for a path between two complex valleys; `near` is a point near the saddles.
     """
 
     method = "uniform"
@@ -62,7 +62,7 @@ class UniformExpansion(IntegralExpansion):
         return uniform_integral(f, g, self.x, a, b, self.order, near=self.near)
 
     def coefficients(self, dps: int = 15) -> tuple[Any, list[tuple[Any, Any]]]:
-        """zeta and the pairs (p_k, q_k) that stand with Ai and Ai'."""
+        """zeta and the pairs (p_k, q_k), the coefficients of Ai and Ai'."""
         with precision(4 * count("dps", dps, 1, 10_000) + 120):
             ctx.cap = 4 * dps + 60
             _, zeta, pairs, _ = self._pair(self.order)
@@ -72,10 +72,10 @@ class UniformExpansion(IntegralExpansion):
             ]
 
     def _at(self, lam: Fraction, dps: int | None, full: bool) -> tuple[Any, ...]:
-        """0, the sum, and its error.
+        """The level 0, the sum, and its error.
 
-        With `full` that is the distance to the integral over a real interval, enclosed; on a path
-        it is three times the sum of the next three differences.
+        With `full` the error on a real interval is the distance to an enclosure of the integral; on
+        a path it is three times the sum of the absolute values of the next three terms.
         """
         wanted = 14 if dps is None else dps
         nats = math.log(10) * (wanted + 2) + math.log(2 + lam)
@@ -83,14 +83,14 @@ class UniformExpansion(IntegralExpansion):
             ctx.cap = math.ceil(-nats / math.log(coalescence.SHARE))
             large, row, kind = exact_ball(lam), [arb.nan()], "estimate"
             ends = self._valleys() if self.path else self._ends(large, nats)
-            with suppress(ArithmeticError, ValueError):  # of zeros, and of singularities
+            with suppress(ArithmeticError, ValueError):  # raised at zeros and singularities
                 row = self._by_airy(large) if self.path else self._by_panels(large, nats, *ends)
             found = row[0]
             gaps = sum((abs(y - x) for x, y in pairwise(row)), arb(0))
             error = _SAFETY * gaps + abs(found) * arb(10) ** -wanted
             if full and not self.path and found.is_finite():
                 marks = [number(self.a), number(self.b)]
-                # In units of the sum.
+                # The integral is computed in units of the sum.
                 size = abs(found).upper()
                 size = size if size > 0 else arb(1)
                 bits, top = int(nats / math.log(2)) + 60, size.log() / large
@@ -99,7 +99,7 @@ class UniformExpansion(IntegralExpansion):
             return arb(0), found.mid(), error.upper(), kind, self.order
 
     def _weight(self) -> tuple[Any, Any]:
-        """The constant factor of g, on a path of I g, and the rest as a function; None for 1."""
+        """The constant factor of g (of I g on a path), and the other factor; None if that is 1."""
         constant, rest = self.g.as_independent(self.x, as_Add=False)
         turned = sympy.expand((sympy.I if self.path else 1) * constant)
         return number(turned), None if rest == 1 else code(rest, self.x)
@@ -108,7 +108,7 @@ class UniformExpansion(IntegralExpansion):
         return Phi(code(-sympy.diff(self.f, self.x), self.x), float(lo), float(hi))
 
     def _pair(self, terms: int) -> tuple[int, Any, list[tuple[Any, Any]], Any]:
-        """eps, zeta, (p_k, q_k) and f_0 of the two saddles nearest to `near`."""
+        """eps, zeta, the (p_k, q_k) and f_0 for the two saddles nearest to `near`."""
         near, weight = float(self.near), self._weight()[1]
         field = self._field(near - _CORE, near + _CORE)
         pairs = [c for c in field.clusters() if len(c.zeros) == 2]
@@ -122,7 +122,7 @@ class UniformExpansion(IntegralExpansion):
         return found.eps, found.zeta, rows, code(self.f, self.x)(centre) + found.eps * top
 
     def _valleys(self) -> list[Any]:
-        """Nothing; an InputError unless f falls towards both ends, and rises once between."""
+        """Raise InputError unless f falls towards both ends and rises once in between."""
         f, near = code(self.f, self.x), exact_ball(self.near)
         end = self.b.xreplace({sympy.oo: sympy.S(_OUT), -sympy.oo: sympy.S(-_OUT)})
         x, y = map(number, end.as_real_imag())
@@ -158,7 +158,7 @@ class UniformExpansion(IntegralExpansion):
         return [front * (lam * code(self.f, self.x)(lo)).exp() * whole.scale]
 
     def _ends(self, lam: Any, nats: float) -> list[Any]:
-        """The ends, where infinite or f is -oo moved to where e^{lam f} is below all digits."""
+        """The ends; infinite ones, and those where f -> -oo, move to where e^{lam f} is small."""
         lo, hi, inside = number(self.a), number(self.b), exact_ball(self.near)
         inside = inside if lo < inside < hi else middle(lo, hi)
         f, found = code(self.f, self.x), list[Any]()
@@ -188,21 +188,21 @@ def uniform_integral(
     Parameters
     ----------
     f : Expr, str or number
-        Analytic and real, on a real interval; or with a and b conjugate complex infinities such as
-        ``oo - I*pi`` and ``oo + I*pi``, for a path up between the valleys beside two saddles.
+        Analytic and real on a real interval; or, for an upward path between the valleys of two
+        saddles, with a and b conjugate complex infinities such as ``oo - I*pi``, ``oo + I*pi``.
     g : Expr, str or number
-        Analytic and real, on such a path i times that.
+        Analytic and real; on such a path, i times a real function.
     x : Symbol or str
     a, b : Expr or number
     order : int, optional
-        Terms kept, 1 to 40: relative powers lam^0 to lam^(1 - N).
+        The number N of terms, 1 to 40, with relative powers lam^0 to lam^(1 - N).
     near : number, optional
-        A point beside the saddles, which are looked for within 8 of it.
+        A point near the saddles, which are searched for within a distance of 8.
 
     Examples
     --------
-    The Bessel function J_100(100) at its turning point, where saddle points coalesce, and Temme's
-    incomplete gamma function, where the maximum of log(x) - x is near the end mu:
+    The Bessel function J_100(100) at its turning point, at which the saddle points coalesce, and
+    Temme's incomplete gamma function, with the maximum of log(x) - x near the end mu:
 
     >>> import symasym as sa
     >>> bessel = sa.uniform_integral(
@@ -226,7 +226,7 @@ def uniform_integral(
             f"f = {f}, g = {g}, a = {a}, b = {b}; give real f, g and ends, or real f and I*g with "
             "ends such as oo - I*pi and oo + I*pi (take a constant factor out)."
         )
-    # Where g's zeros leave nothing of the terms and of the differences, these prove nothing.
+    # If g has zeros of high order, all computed terms may vanish, and their sizes say nothing.
     zeros = [p.exp for p in g.atoms(sympy.Pow) if p.base.has(x) and p.exp.is_Integer]
     if path and sum(n for n in zeros if n > 0) > 2 * (order + _NEXT - 1):
         raise InputError(
