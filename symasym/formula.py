@@ -1,4 +1,4 @@
-"""A formula as a value: what it says, what it supposes, how wrong it is, how it was derived."""
+"""A derived formula with its assumptions, its error and the steps of its derivation."""
 
 from __future__ import annotations
 
@@ -13,28 +13,29 @@ if TYPE_CHECKING:
 
 __all__ = ["Formula", "formula", "labels"]
 
-#: The arguments that come first, in this order; all others follow by name.
+#: The arguments that come first, in this order; all others follow in alphabetical order.
 _FIRST = ("u", "v", "kappa", "r", "epsilon", "mu", "alpha", "z0", "a_minus", "a_plus")
 
 
 class Formula:
-    """One derived formula of the paper, as its derivation states it. Sentences are TeX.
+    """A formula of the paper with its derivation. Texts are in TeX.
 
     Attributes
     ----------
     label : str
-        The paper's equation label, or this project's name for a result without one.
+        The label of the equation in the paper, or a name for a result that has none there.
     title : str
     assumptions : tuple of str
-        What it supposes, and conditions as printed that are not enough, with what shows it.
+        The assumptions; conditions in the paper that are not sufficient have a counterexample.
     error : str
-        What the formula leaves out, and when.
+        The terms that the formula omits, and in which limit.
     note : str
-        What its own symbols mean.
+        The meaning of symbols that occur only in this formula.
     rests_on : tuple of str
-        Labels of the formulas it was derived from.
+        The labels of the formulas from which it was derived.
     steps, concluded : tuple of Step
-        All steps, and those that state it: ``name``, ``left``, ``right``, ``why``, ``latex()``.
+        All steps, and those that state the result: ``name``, ``left``, ``right``, ``why``,
+        ``latex()``.
     """
 
     def __init__(self, d: Derivation) -> None:
@@ -52,18 +53,18 @@ class Formula:
 
     @property
     def expression(self) -> Any:
-        """The right side as a SymPy expression; a tuple where it says several things."""
+        """The right side as a SymPy expression; a tuple if the formula has several equations."""
         return self._derivation.right()
 
     def latex(self) -> str:
-        """``left = right`` in LaTeX, with the order of what is left out."""
+        """``left = right`` in LaTeX, with the order of the omitted terms."""
         return self._derivation.latex()
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
 
     def functions(self) -> tuple[Any, ...]:
-        """What it says as `symasym.emit.Function` objects, one for each right side."""
+        """The right sides of the formula as `symasym.emit.Function` objects."""
         from sympy import Symbol, Tuple
 
         from symasym.emit import Function
@@ -82,25 +83,25 @@ class Formula:
         return tuple(found)
 
     def emit(self, target: str = "numpy", parameters: Any = None, **more: Any) -> Any:
-        """Source code of the formula: `symasym.emit` of it."""
+        """Source code of the formula, by `symasym.emit`."""
         from symasym.emit import emit
 
         return emit(self, target, parameters, **more)
 
     def lambdify(self, module: str = "mpmath", **more: Any) -> Any:
-        """The formula, the first of several, as a function of mpmath's or NumPy's numbers."""
+        """The formula, or its first equation, as a function of mpmath's or NumPy's numbers."""
         source = self.emit(module, **more)
         return getattr(source.load(), source.functions[0])
 
 
 def _plain(text: str) -> str:
-    """A name in code."""
+    """A text changed to a name that is valid in source code."""
     text = text.replace("^-", "_minus").replace("^+", "_plus").replace("'", "d")
     return re.sub(r"\W+", "_", text).strip("_") or "value"
 
 
 def labels() -> tuple[str, ...]:
-    """Every label that `formula` knows."""
+    """All labels that `formula` accepts."""
     import derivations.sections  # noqa: F401
     from symasym.derivation.derivation import MODULES
 
@@ -108,18 +109,18 @@ def labels() -> tuple[str, ...]:
 
 
 def formula(label: str) -> Formula:
-    """The formula of a label, built from its derivation.
+    """The formula with a label, from its derivation, which is carried out.
 
     Parameters
     ----------
     label : str
-        A label of the paper (``"eq:Ttilde"``, ``"fr1"``) or a name from `labels`. That of a series
-        may have an order behind it: ``"saddle-series-5"``, which is derived then.
+        A label of the paper (``"eq:Ttilde"``, ``"fr1"``) or a name from `labels`. The label of a
+        series may end with an order, to which it is then derived: ``"saddle-series-5"``.
 
     Raises
     ------
     InputError
-        If there is no such formula, or the label is a definition.
+        If there is no such formula, or the label is that of a definition.
 
     Examples
     --------

@@ -1,15 +1,15 @@
-"""The paper's own leading-order formulas in balls (``method="paper"``).
+"""The paper's leading-order formulas in ball arithmetic (``method="paper"``).
 
-With lam = 2/kappa^2, a well u1 and a barrier u2 behind it, the drift to the right, start 0:
+For lam = 2/kappa^2, a well u1 < u2 and a barrier u2, a drift to the right and the start 0:
 
     T ~ r/a+ + S 2 pi/sqrt(-A'(u1) A'(u2)) e^{lam (V(u2) - V(u1))}     eq:Ttildesmall
     C <= 2 a- (1/a+ + lam) e^{-a- r/kappa^2}                           C-bound
     P ~ 4/(kappa^2 (1/a- - 1/a+))                                      eq:Plarge2
     P >= 1/(1 + (e^{lam (V(1) - V(-1))}/a- - 1/a+)/(lam L))            L-bound
 
-S, eq:S, is 1 for 0 < u2 and 0 elsewhere, which leaves eq:Ttildelarge. P is its leading term where
-that is below 1, else the lower bound behind eq:Psmall2 with the largest L that the drift allows:
-V is below V(1) on [1 - L, 1]. None but the bounds claims an error.
+S (eq:S) is 1 if 0 < u2 and 0 otherwise, which leaves eq:Ttildelarge. P is the leading term of
+eq:Plarge2 if that is below 1, else the lower bound from which eq:Psmall2 follows, with the largest
+L such that V <= V(1) on [1 - L, 1]. Errors are claimed only for the bounds.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from symasym.expansions.ball_drift import LINE, BallDrift, doubled
 
 
 def of_scene(scene: Scene, request: Request) -> Answer:
-    """T, C or P of one scene, as the paper has it; its assumptions are checked."""
+    """T, C or P of one scene by the paper's formula, whose assumptions are checked."""
     name, digits, kinds = request.name[-1], request.digits, list[ErrorKind]()
     if name != "P" and scene.start != 0:
         raise InputError(
@@ -49,7 +49,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     bits = int(3.4 * digits) + 136 + bits_of_way(rational(scene.lam), fmpq(2))
     value, other = doubled(found, bits - bits % -64, digits + 6)
     with precision(int(3.4 * digits) + 64):
-        # C and 1 - P are between 0 and twice the value, log P between the value and 0.
+        # The error is the distance to the other end of the proved interval for C, P or log P.
         value, error, kind = other if request.name == "1 - P" else value, other, kinds[-1]
         if request.log:
             value, error = value.log(), -value.log()
@@ -61,9 +61,9 @@ def of_scene(scene: Scene, request: Request) -> Answer:
 
 @lru_cache(maxsize=64)
 def _seen(drift: Drift, mirrored: bool, bits: int, time: bool = False) -> tuple[Any, ...]:
-    """phi(-1), phi(1), wells, barriers and V at flint's precision, which has as many bits.
+    """phi(-1), phi(1), the wells, the barriers and V for flint's current precision of `bits`.
 
-    A well or a barrier is a pair of its place and A' there; all perhaps in the mirror.
+    A well or a barrier is a pair of its position and A' there; `mirrored` reflects u to -u.
     """
     field, sign = BallDrift(drift, LINE, time), -1 if mirrored else 1
     low, high = (sign * field.ends[sign * side] for side in (-1, 1))
@@ -94,9 +94,9 @@ def _escape_time(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorK
 
 
 def _exit_bound(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKind]:
-    """Of C for a drift to the right, and mirrored of 1 - C for one to the left.
+    """The bound on C for a drift to the right, and by reflection on 1 - C for one to the left.
 
-    What C-bound needs is checked: r >= 4, V <= a- r/4 on [0, 1] and e^{3 a- r/(2 kappa^2)} >= 4.
+    The assumptions are checked: r >= 4, V <= a- r/4 on [0, 1] and e^{3 a- r/(2 kappa^2)} >= 4.
     """
     r, lam = exact_ball(scene.ends[1]), exact_ball(scene.lam)
     if not all(a < 0 if request.complement else a > 0 for a in scene.drift.ends):
@@ -107,7 +107,7 @@ def _exit_bound(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKi
             f"{name}; use method='bound' or 'exact'."
         )
     low, high, _, barriers, V = _seen(scene.drift, request.complement, bits)
-    # V is highest at an end of [0, 1], or at a barrier.
+    # The maximum of V on [0, 1] is at an end or at a barrier.
     places = (arb(0), arb(1), *(u for u, _ in barriers if u > 0))
     top = max((V(u) for u in places), key=float) - V(arb(-1))
     if not (r >= 4 and top <= low * r / 4 and (3 * low * r * lam / 4).exp() >= 4):
@@ -126,7 +126,7 @@ def _occupation(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKi
         return share, "none"
     if V(arb(1)) > V(arb(-1)):
         low, high, wells, barriers, V = _seen(scene.drift, True, bits)
-    # V stays below V(1) from the last place where it is as high: behind the last peak above, or -1.
+    # The last point with V = V(1) lies to the right of the last barrier above V(1); else it is -1.
     top = V(arb(1))
     left = ([arb(-1)] + [u for u, _ in barriers if V(u) > top])[-1]
     if V(left) > top:
@@ -137,5 +137,5 @@ def _occupation(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKi
         left = right
     rise = (lam * (top - V(arb(-1)))).exp()
     share = 1 / (1 + (rise / low - 1 / high) / (lam * (1 - left)))
-    # That A has no other zeros is known of polynomials.
+    # Only for polynomials is it proved that A has no other zeros.
     return share, "bound" if scene.drift.exact_coefficients() is not None else "estimate"

@@ -1,4 +1,4 @@
-"""Curves of a quantity against its noise, radius, start or a parameter, with their errors."""
+"""Plots of a quantity against the noise, the radius, the start or a parameter, with error bands."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LABELS = {
     "p_ss": "stationary density",
 }
 _NUMBERS = {"kappa": "κ", "y": "u"}
-# Ratio of the largest to the smallest value from which on the axis is logarithmic.
+# The axis is logarithmic if the ratio of the largest to the smallest value is above this.
 _MANY = 100.0
 
 
@@ -42,33 +42,33 @@ def plot(
     label: str | None = None,
     **options: Any,
 ) -> Axes:
-    """Draw a quantity against the one argument or parameter that is an array.
+    """Plot a quantity against the one argument or parameter that is an array.
 
     Parameters
     ----------
     quantity : {"T", "C", "1 - C", "P", "1 - P", "p_ss"}
     drift : Drift
-        With a value for each of its parameters; one of them may be the array.
+        A drift whose parameters all have values; one of these may be the array.
     kappa, r, start, y : number or array_like
         Scaled noise amplitude; radius and starting point, for ``"T"``, ``"C"`` and ``"1 - C"``;
         position, for the stationary density ``"p_ss"``.
     ax : matplotlib Axes, optional
-        Where to draw; a new figure's when left out.
+        The axes to draw in, by default those of a new figure.
     label : str, optional
-        In the legend; the method when left out.
+        The label in the legend, by default the method.
     **options
-        Of the function: `method`, `order`, `rtol`; `log` for values beyond float64.
+        Options of the quantity's function: `method`, `order`, `rtol`, `log`.
 
     Returns
     -------
     matplotlib Axes
-        With a line, a legend and, where an error is stated, the band of it; an element without a
-        value leaves a gap. Axes are logarithmic for an array that is spaced so.
+        The axes with a line, a legend and a band for a stated error. Elements without a value
+        leave a gap. The horizontal axis is logarithmic if the array is logarithmically spaced.
 
     Raises
     ------
     InputError
-        Unless exactly one argument is an array, of one axis; and as the function does.
+        Unless exactly one argument is an array, and this has one axis; or as by the function.
 
     Examples
     --------

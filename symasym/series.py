@@ -1,15 +1,15 @@
-"""Truncated power series over any ring, and local expansions of Laplace-type integrals by them.
+"""Truncated power series over any ring, and local expansions of Laplace-type integrals.
 
-A series is the list of its coefficients of t^0, t^1, ...; what is beyond the list is unknown, and
-an operation keeps as many as are known. Elements need + and * with each other, * and / with whole
-numbers; quotients and powers divide by the first coefficient alone.
+A series is the list of its known coefficients of t^0, t^1, ...; an operation returns all
+coefficients that these determine. Elements of the ring need + and * with each other, * and / with
+integers; quotients and powers of series divide only by the first coefficient.
 
-With V' = -phi, e^(lam V) and e^(-lam V) are expanded at a critical point (Watson's lemma), at any
-other point (repeated integration by parts), and between the points (finite parts); each may have a
-weight, as noise that depends on u gives them. A ring gives the functions of its elements:
-`gamma(n)` = Gamma(n/2), `root(x, n)` = x^(n/2), `log`, `euler`, `ratio`; and `generic(c)`: the
-series 1 + c_1 t + ... with a way back from its coefficients, which over SymPy are polynomials in
-symbols for c_1, c_2, ... meanwhile.
+With V' = -phi, the integrals of e^(lam V) and e^(-lam V) are expanded at critical points (Watson's
+lemma) and at other points (repeated integration by parts); the regular part of T needs finite
+parts between the points. If the noise depends on u, the integrands have weights. A ring provides
+`gamma(n)` = Gamma(n/2), `root(x, n)` = x^(n/2), `log`, `euler`, `ratio`, and `generic(c)`, the
+series 1 + c_1 t + ... with a map of results back to the ring; with SymPy, the coefficients are
+meanwhile polynomials in symbols that stand for c_1, c_2, ...
 """
 
 from __future__ import annotations
@@ -44,14 +44,14 @@ class Series:
         return Series(-a for a in self.c)
 
     def __mul__(self, other: Any) -> Series:
-        """The product with a series, or with an element of the ring."""
+        """The product with a series or with an element of the ring."""
         if not isinstance(other, Series):
             return Series(a * other for a in self.c)
         a, b = self.c, other.c
         return Series(dot(a[: k + 1], b[k::-1]) for k in range(min(len(a), len(b))))
 
     def __truediv__(self, other: Any) -> Series:
-        """The quotient q, from b q = a term by term."""
+        """The quotient q = a/b, from the coefficients of b q = a."""
         if not isinstance(other, Series):
             return Series(a / other for a in self.c)
         b, q = other.c, list[Any]()
@@ -60,7 +60,7 @@ class Series:
         return Series(q)
 
     def power(self, p: Any, first: Any = None) -> Series:
-        """The power p, rational or an element of the ring; `first` is that of the coefficient c[0].
+        """The power p, rational or an element of the ring; `first` is c[0]^p, if known.
 
         J. C. P. Miller's recurrence n a_0 b_n = sum (p k - n + k) a_k b_(n-k) (D. E. Knuth, The Art
         of Computer Programming 2, 4.7).
@@ -82,23 +82,23 @@ class Series:
         return Series(a * k for k, a in enumerate(self.c) if k)
 
     def theta(self) -> Series:
-        """t d/dt."""
+        """The series t dc/dt."""
         return Series(a * k for k, a in enumerate(self.c))
 
 
 def dot(a: list[Any], b: list[Any]) -> Any:
-    """The sum of a_k b_k."""
+    """The sum of the products a_k b_k."""
     row = [x * y for x, y in zip(a, b, strict=False)]
     return sum(row[1:], row[0])
 
 
 def _over(x: Any, y: Any) -> Any:
-    """x/y; nothing is asked of a polynomial over 1."""
+    """x/y; for y = 1 there is no division, which polynomials may not support."""
     return x if (y == 1) is True else x / y
 
 
 def _power(x: Any, p: Any) -> Any:
-    """x^p; 1 stays 1, in whatever ring."""
+    """x^p; for x = 1 or p = 1 it is x without a computation."""
     if (x == 1) is True or p == 1:
         return x
     if not isinstance(p, (int, Fraction)):
@@ -113,12 +113,12 @@ def watson(
     steep: Series, weight: Series | None, contact: int = 2, beta: Any = 1, *,
     first: int = 0, step: int = 1,
 ) -> Iterator[Any]:  # fmt: skip
-    """d_k, k = first, first + step, ..., of Watson's lemma at any contact mu and power beta > 0.
+    """The d_k, k = first, first + step, ..., of Watson's lemma for any `contact` mu and beta > 0.
 
     int_0 t^(beta-1) g(t) e^(-lam a t^mu (1 + alpha_1 t + ...)) dt ~ sum_k d_k Gamma(s_k)/(mu (a
-    lam)^s_k), s_k = (k + beta)/mu, d_k = [t^k] g (1 + alpha_1 t + ...)^(-s_k): Lagrange's reversion
-    in Watson's lemma (Perron's formula; DLMF 2.3(iii), 2.4(i); J. Wojdylo, SIAM Rev. 48 (2006) 76).
-    `steep` is 1 + alpha_1 t + ..., `weight` is g, or None for 1; beta is rational or of the ring.
+    lam)^s_k), s_k = (k + beta)/mu, d_k = [t^k] g (1 + alpha_1 t + ...)^(-s_k): Watson's lemma with
+    Lagrange's reversion (Perron's formula; DLMF 2.3(iii), 2.4(i); J. Wojdylo, SIAM Rev. 48 (2006)
+    76). `steep` is 1 + alpha_1 t + ..., `weight` is g (None for 1), beta rational or in the ring.
     """
     beta = Fraction(beta) if isinstance(beta, int) else beta
     for k in range(first, len(steep), step):
@@ -129,7 +129,7 @@ def watson(
 def _generic(
     shape: Sequence[Any], weights: Sequence[Sequence[Any]], ring: Any
 ) -> tuple[Series, list[Series], Callable[[Any], Any]]:
-    """1 + shape_1 t + ..., the weights over their first coefficients, as long, and the way back."""
+    """Generic series 1 + shape_1 t + ..., the weights over their first terms, and the way back."""
     size = len(shape)
     tails = [c / w[0] for w in weights for c in w[1 : size + 1]]
     every, back = ring.generic([*shape, *tails])
@@ -144,8 +144,8 @@ def _generic(
 def steepness(
     phi: Sequence[Any], ring: Any, weights: Sequence[Sequence[Any]] = ()
 ) -> tuple[Any, Series, list[Series], Callable[[Any], Any]]:
-    """a, and 1 + alpha_1 t + ..., weights, and their way back: V - V(z) = ±a t^2 (1 + alpha_1 t +
-    ...) at a zero z of phi."""
+    """a, 1 + alpha_1 t + ..., the weights, and the way back from generic series, where
+    V - V(z) = ±a t^2 (1 + alpha_1 t + ...) at a zero z of phi."""
     alpha = [c * 2 / (j + 2) / phi[1] for j, c in enumerate(phi[2:], start=1)]
     return (abs(phi[1]) / 2, *_generic(alpha, weights, ring))
 
@@ -153,8 +153,8 @@ def steepness(
 def gaussian(
     phi: Sequence[Any], count: int, ring: Any, step: int = 2, weights: Sequence[Any] = ()
 ) -> list[Any]:
-    """c_n of a peak at a zero of phi, sum of c_n lam^-(n+1/2), n < count; with step 1 those of its
-    right half, c_k lam^-(k+1)/2."""
+    """The c_n, n < count, of the contribution sum c_n lam^-(n+1/2) of a zero of phi; with step 1
+    the c_k of its right half, sum c_k lam^(-(k+1)/2)."""
     a, steep, rows, back = steepness(phi[: 2 * count + 1], ring, weights)
     row = watson(steep, rows[0] if rows else None, step=step)
     return [
@@ -164,10 +164,10 @@ def gaussian(
 
 
 def slow(phi: Sequence[Any], count: int, ring: Any, weights: Sequence[Any] = ()) -> list[Any]:
-    """h_1, ..., h_count at t = 0 where phi(0) is not 0: h_1 = weight/phi, h_(k+1) = -h_k'/phi.
+    """h_1, ..., h_count at t = 0 for phi(0) != 0, where h_1 = w/phi, h_(k+1) = -h_k'/phi.
 
-    int w e^(-lam V) = e^(-lam V) sum h_k lam^-k and int w e^(lam V) = e^(lam V) sum h_k (-lam)^-k,
-    w being the weight, formally, by repeated integration by parts (DLMF 2.3(i)).
+    With the weight w, repeated integration by parts (DLMF 2.3(i)) gives, as formal antiderivatives,
+    int w e^(-lam V) = e^(-lam V) sum h_k lam^-k and int w e^(lam V) = e^(lam V) sum h_k (-lam)^-k.
     """
     shape, rows, back = _generic([c / phi[0] for c in phi[1:count]], weights, ring)
     h, row = shape**-1, []
@@ -182,9 +182,9 @@ def slow(phi: Sequence[Any], count: int, ring: Any, weights: Sequence[Any] = ())
 def slow_at_zero(
     phi: Sequence[Any], count: int, ring: Any, weights: Sequence[Sequence[Any]] = ()
 ) -> list[list[Any]]:
-    """The coefficients of t^(1-2k), ..., t^-1 of h_k, k = 1 to count, at a simple zero of phi.
+    """For k = 1 to count, the coefficients of t^(1-2k), ..., t^-1 of h_k at a simple zero of phi.
 
-    With two weights h_k has the second, and the first is a factor.
+    If there are two weights, h_1 contains the second, and each h_k is multiplied by the first.
     """
     shape, rows, back = _generic([c / phi[1] for c in phi[2 : 2 * count]], weights, ring)
     f, found = shape**-1, []
@@ -199,13 +199,13 @@ def slow_at_zero(
 def corner(
     c: Sequence[Any], barrier: bool, ring: Any, other: Sequence[Any]
 ) -> tuple[list[Any], list[Any]]:
-    """Beside a start on a zero of phi, the double integral's coefficients of x^(n+1), and of
-    x^(n+1) log lam.
+    """For a start on a zero of phi, the coefficients in the double integral of lam^-(n+1) and of
+    lam^-(n+1) log lam.
 
-    The finite part of int_0^oo s^i e^(-lam s^2/2) int_0^s t^j e^(lam t^2/2) dt ds for even i, j, a
-    Mellin transform at its pole; psi(1/2 + m) = sum 2/(2k-1) - gamma - 2 log 2 (DLMF 5.4.15). What
-    is odd in s or t is a product of one-sided series. `c` are Laplace's of both halves, of the
-    density that has its peak there, `other` those with the weight of the other one.
+    They come from the finite part of int_0^oo s^i e^(-lam s^2/2) int_0^s t^j e^(lam t^2/2) dt ds
+    for even i, j, a Mellin transform at its pole; psi(1/2 + m) = sum 2/(2k-1) - gamma - 2 log 2
+    (DLMF 5.4.15). Terms odd in s or t are products of one-sided series. `c` is the Laplace series
+    of the density with its peak there, `other` the one with the weight of the other density.
     """
     # du = sum a_i s^i ds, c_n = a_2n Gamma(n + 1/2) 2^(n + 1/2).
     a, b = (
@@ -229,10 +229,10 @@ def corner(
 def finite_parts_in_s(
     phi: Sequence[Any], count: int, ring: Any, weights: Sequence[Sequence[Any]] = ()
 ) -> list[Any]:
-    """How much int_x h_k grows when powers and log of s, not of u - x, are left out; phi(x) = 0.
+    """The increase of the finite part of int_x h_k, phi(x) = 0, if the divergent terms omitted are
+    powers and the logarithm of s instead of u - x.
 
-    V - V(x) = ±s^2/2 and s = t sqrt(2 a) w(t): the constant term of t^-p in powers of s is
-    [t^p] t w'/w, a residue (Lagrange).
+    V - V(x) = ±s^2/2, s = t sqrt(2 a) w(t); t^-p has in s the constant term [t^p] t w'/w (Lagrange)
     """
     a, steep, _, back = steepness(phi[: 2 * count + 1], ring)
     q = [back(c) / 2 for c in (steep.theta() / steep).c]
@@ -243,9 +243,9 @@ def finite_parts_in_s(
 
 
 def pole_sums(poles: Any, lo: Any, hi: Any, count: int, ring: Any) -> list[Any]:
-    """Finite parts of int h_k over [lo, hi] where h_k is the sum of its principal parts, as for a
-    polynomial phi. `poles` are all its zeros z with phi's Taylor coefficients, whether z is real,
-    and those of the weights."""
+    """Finite parts of int h_k over [lo, hi] if h_k is the sum of its principal parts, as for a
+    polynomial phi. `poles` has every zero z of phi with phi's Taylor coefficients, whether z is
+    real, and the weights' Taylor coefficients."""
     row = [0] * count
     for z, phi, real, *weights in poles:
         high, low = hi - z, lo - z
@@ -257,16 +257,16 @@ def pole_sums(poles: Any, lo: Any, hi: Any, count: int, ring: Any) -> list[Any]:
 
 
 def _finite_part(t: Any, p: int) -> Any:
-    """t^p; at t = 0 its finite part."""
+    """t^p, or its finite part 0 at t = 0."""
     return 0 if (t == 0) is True else t**p
 
 
 def by_parts(ends: Any, integral: Callable[[int, int], Any], count: int) -> list[Any]:
-    """int f_1 g_k phi, k = 1 to count, from f and g at both ends and `integral`(m, n) of f_(m+1)
-    g_(n+1) phi, f and g being h with the two weights.
+    """int f_1 g_k phi du, k = 1 to count, where f and g are h with the first and second weight.
+    `ends` has f and g at both ends, and `integral`(m, n) is that of f_(m+1) g_(n+1) phi.
 
-    g_(n+1) = (d/dV)^n g_1 and du = -dV/phi: half of the derivatives go over to the other factor, so
-    that without weights of even k nothing but the ends is left.
+    As g_(n+1) = (d/dV)^n g_1 and du = -dV/phi, integration by parts moves half of the derivatives
+    to f; without weights only end-point terms remain for even k.
     """
 
     def jump(i: int, j: int) -> Any:

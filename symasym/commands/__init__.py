@@ -1,1 +1,1 @@
-"""The command line: a table of commands (`main`), and what carries them out."""
+"""The command line: its parser and table of commands (`main`), and the commands (`verbs`)."""

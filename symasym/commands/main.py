@@ -1,8 +1,8 @@
 """The command ``symasym``.
 
-A command is a function of `verbs`: its documentation is the help, what it gives an exit status or
-None, and it takes what argparse read. `COMMANDS` says which arguments a command has, and `OPTIONS`
-what each of them is, for all commands.
+Each command is a function in `verbs`, which takes the namespace of argparse and returns an exit
+status or None (for 0); its docstring is the help text. `COMMANDS` lists the arguments of each
+command, `OPTIONS` describes the arguments of all commands.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from symasym.methods import METHODS
 
 
 def parameter(text: str) -> tuple[str, str]:
-    """The name and the value of ``NAME=X``."""
+    """The name and the value in an argument ``NAME=X``."""
     if text.count("=") != 1:
         raise argparse.ArgumentTypeError(f"{text!r} is not NAME=X")
     name, value = text.split("=")
@@ -32,14 +32,14 @@ def parameter(text: str) -> tuple[str, str]:
 
 
 def order(text: str) -> int | str:
-    """An order as a number, or ``"optimal"``."""
+    """The order of an expansion: an int or ``"optimal"``."""
     return text if text == "optimal" else int(text)
 
 
 _X, _N = {"metavar": "X"}, {"metavar": "N", "type": int}
 _NAME, _ON = {"metavar": "NAME"}, {"action": "store_true"}
 _MODELS = "; ".join(f"{name}, with {taken}" for name, taken in drift_signatures().items())
-#: What each argument is, and what argparse is told of it.
+#: The help text of each argument, and the keywords for argparse.
 OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "quantity": ("one of %(choices)s", {"choices": verbs.QUANTITIES, "metavar": "QUANTITY"}),
     "label": ("such as eq:Ttilde, folds, expansion:C", {}),
@@ -65,7 +65,7 @@ OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "--case": ('of an expansion, such as "start well barrier"', {"metavar": "WORDS"}),
     "--ends": ("the interval in place of (-r, r); of occupation, reflecting ends",
                {"nargs": 2, **_X}),
-    "--interval": ("whose occupation is asked for, in place of the layer", {"nargs": 2, **_X}),
+    "--interval": ("the interval of occupation, in place of the layer", {"nargs": 2, **_X}),
     "--reflecting": ("the end that reflects: left or right", _NAME),
     "--moment": ("k from 1 to 20: the mean of the time to the power k", _N),
     "value --method": (f"{', '.join(METHODS)} (exact)", _NAME),
@@ -94,7 +94,7 @@ OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "--out": ("the file or folder to write (%(default)s)", {"metavar": "PLACE"}),
 }  # fmt: skip
 _DRIFT = "--drift --expr --set --no-layer"
-#: The commands: options that each needs, what else it takes, and defaults that are not None.
+#: The commands, each with its required options, its other arguments, and defaults except None.
 COMMANDS: tuple[tuple[Callable[[Any], int | None], str, str, dict[str, Any]], ...] = (
     (verbs.value, "--kappa", f"quantity {_DRIFT} --noise --r --ends --start --reflecting --moment "
      "--interval --y --complement --method --order --rtol --log --dps --json", {}),
@@ -113,7 +113,7 @@ COMMANDS: tuple[tuple[Callable[[Any], int | None], str, str, dict[str, Any]], ..
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser that names what is close to a wrong word, and takes -1/3 and -u for values."""
+    """A parser that suggests a word for a misspelt one, and accepts -1/3 and -u as values."""
 
     def __init__(self, **told: Any) -> None:
         shown = argparse.RawDescriptionHelpFormatter
@@ -153,20 +153,20 @@ def _parser() -> _Parser:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command line, by default that of the process, and give its exit status.
+    """Run a command line, by default that of the process, and return its exit status.
 
-    0, or 1 for a check that fails or a value that does not exist, 2 after an error that is said in
-    one sentence, 130 after an interrupt.
+    The status is 0; 1 if a check fails or a value does not exist; 2 after an error, which is
+    printed in one sentence; 130 after an interrupt.
     """
     if argv is None:
-        # A batch system that stops the job is owed the same tidiness as Ctrl-C.
+        # Termination by a batch system is handled like Ctrl-C.
         signal.signal(signal.SIGTERM, signal.default_int_handler)
         argv = sys.argv[1:]
     try:
         given = _parser().parse_args(argv or ["--help"])
         return int(given.run(given) or 0)
     except SymasymError as error:
-        # A stranger's file may hold what a terminal would obey.
+        # A text from a file may contain control characters for the terminal.
         text = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(error))
         print(f"symasym: {text}", file=sys.stderr)
         return 2

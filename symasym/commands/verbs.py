@@ -1,4 +1,4 @@
-"""What the commands of ``symasym`` do, each with what argparse read of its arguments."""
+"""The commands of ``symasym``, each a function of the namespace of arguments from argparse."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ QUANTITIES = ("escape-time", "exit-probability", "occupation", "stationary-densi
 
 
 def _drift(a: Any, noise: str | None = None) -> sa.Drift:
-    """The drift of --drift or --expr, --set and --no-layer."""
+    """The drift given by --drift or --expr, --set and --no-layer."""
     more: Any = {"layer": None if a.no_layer else (-1, 1), "noise": noise}
     if a.expr is not None:
         return sa.Drift(a.expr, **more).bind(**dict(a.set))
@@ -55,7 +55,7 @@ def value(a: Any) -> None:
         inspect.signature(verb).bind(None, **inputs)
     except TypeError as wrong:
         raise InputError(f"{a.quantity}: {wrong}; see symasym value --help.") from None
-    # A few digits more than are printed, so that the last printed one is rounded right.
+    # A few more digits than are printed, so that the last printed one is rounded correctly.
     more = None if a.dps is None else min(digits(a.dps) + 5, 10_000)
     start = time.perf_counter()
     found = verb(_drift(a, a.noise), **inputs, dps=more, full=True)
@@ -72,11 +72,11 @@ def value(a: Any) -> None:
 
 
 def release(a: Any) -> None:
-    """Print when a block that sticks comes free while its slow variable moves.
+    """Print the time of release of a sticking block while its slow variable moves.
 
-    The friction oscillator, with mu = 3 and alpha = 1 unless they are set; or any system
-    du = phi dt + kappa noise dW, dz = eps velocity dt. All inputs are scaled and exact as written.
-    Methods: march, the parabolic equation of (u, z), to rtol; simulate, Monte Carlo.
+    The system is the friction oscillator, with mu = 3 and alpha = 1 unless they are set, or any
+    system du = phi dt + kappa noise dW, dz = eps velocity dt. All inputs are scaled and exact as
+    written. Methods: march, the parabolic equation in (u, z), to rtol; simulate, Monte Carlo.
 
     examples:
       symasym release --kappa 0.3 --r 10 --eps 0.01 --z -0.4
@@ -99,8 +99,8 @@ def release(a: Any) -> None:
 def table(a: Any) -> int:
     """Make a table of exact values from a spec.
 
-    JSON lines, with CSV and LaTeX beside them, or what is missing of them; status 1 if some values
-    do not exist or could not be had.
+    The table is written as JSON lines, CSV and LaTeX; an interrupted table is completed. The exit
+    status is 1 if some values do not exist or could not be computed.
 
     examples:
       symasym table well.toml -o well.jsonl
@@ -131,7 +131,7 @@ def table(a: Any) -> int:
 
 
 def _end_with_parent() -> None:
-    """End this process when its parent is gone, killed for example."""
+    """End this process when its parent process has ended, for example because it was killed."""
     parent: Any = multiprocessing.parent_process()
     threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
 
@@ -140,7 +140,7 @@ def _end_with_parent() -> None:
 
 
 def _expansion(label: str, a: Any, **options: Any) -> Any:
-    """What a label such as ``expansion:T`` asks for; None for others, which have no options."""
+    """The expansion for a label such as ``expansion:T``; None for others, which have no options."""
     kind, _, name = label.partition(":")
     given: Any = {n: x for n, x in options.items() if x is not None}
     if kind == "expansion":
@@ -153,7 +153,7 @@ def _expansion(label: str, a: Any, **options: Any) -> Any:
 
 
 def derive(a: Any) -> None:
-    """Check the derivation of a label and of all it rests on (default: every one).
+    """Check the derivations of formulas and of all formulas they rest on (default: all).
 
     examples:
       symasym derive
@@ -180,7 +180,7 @@ def emit(a: Any) -> None:
     if (expansion := _expansion(a.label, a, order=a.order)) is not None:
         source = expansion.emit(a.target)
     else:
-        # What shapes a drift is needed to make it; `emit` binds the rest.
+        # Parameters that determine the form of a drift are set here; `emit` binds the others.
         shapes = {n: x for n, x in a.set if a.drift and re.fullmatch(r"c\d+|waves|n", n)}
         drift = named_drift(a.drift, a.expr, shapes) if a.drift or a.expr else None
         rest = {n: x for n, x in a.set if n not in shapes}
@@ -218,7 +218,7 @@ def show(a: Any) -> None:
 
 
 def _show(shown: Any, latex: bool, steps: bool) -> None:
-    """Print a formula, and what belongs to it unless only LaTeX is wanted."""
+    """Print a formula in LaTeX, or drawn with its error, note and assumptions."""
     if latex:
         print(shown.latex())
     else:
@@ -231,7 +231,7 @@ def _show(shown: Any, latex: bool, steps: bool) -> None:
 
 
 def _drawn(step: Any) -> str:
-    """A step drawn with characters, as wide as it needs; in LaTeX where its left side is."""
+    """A step drawn in characters without line breaks; in LaTeX if its left side is LaTeX."""
     import sympy
 
     from symasym.derivation.tex import tex
@@ -251,7 +251,7 @@ def _drawn(step: Any) -> str:
 def reproduce(a: Any) -> None:
     """Make the paper's figures, reference values, standard problems and the derivations.
 
-    What is up to date stays.
+    Files that are up to date are not made again.
 
     examples:
       symasym reproduce --only phase
@@ -268,8 +268,8 @@ def reproduce(a: Any) -> None:
 def figure(a: Any) -> None:
     """Draw one of the paper's figures from the model and print its caption.
 
-    It is written to NAME.png and NAME.svg, or to the .png, .svg or .pdf file of --out. Without a
-    name the figures are listed.
+    It is written to NAME.png and NAME.svg, or to the .png, .svg or .pdf file given by --out.
+    Without a name the figures are listed.
 
     examples:
       symasym figure fric1 -o fric1.svg
@@ -292,9 +292,9 @@ def figure(a: Any) -> None:
 
 
 def verify(a: Any) -> int:
-    """Hold every method's stated error against the truth, on all scenes.
+    """Compare the stated error of every method with the true error, on all scenes.
 
-    Status 1 if an error is above the stated one.
+    The exit status is 1 if a true error exceeds the stated one.
 
     examples:
       symasym verify
@@ -308,9 +308,9 @@ def verify(a: Any) -> int:
 
 
 def report(a: Any) -> int:
-    """Measure error against run time, of all methods and other programs.
+    """Measure error and run time of all methods and of other programs.
 
-    Status 1 if one of our methods claims more digits than are right.
+    The exit status is 1 if a method of symasym claims more digits than are correct.
 
     examples:
       symasym report --quick
