@@ -25,6 +25,7 @@ from symasym.drift.model import Model
 # Limits for the halvings of [-1, 1] and for the boxes; a smooth drift needs a few hundred boxes.
 _DEEPEST, _MOST_BOXES = 120, 5_000
 _OVERLAP = fmpq(9, 16)  # with 1/2 neighbouring boxes would only touch
+_MOST = arb(10) ** 300
 _MOST_PIECES = 30
 
 
@@ -129,19 +130,19 @@ def _symbol(formula: Any, u: Any) -> Any:
 def check_regular(formula: Formula, values: Mapping[str, Fraction], name: str = "A") -> None:
     """Refuse an A, or sigma, that is singular or complex on [-1, 1], by enclosures over boxes.
 
-    If the enclosure stays infinite however small the box is, the box contains a singularity (or a
-    removable one, which should be cancelled in the formula). The boxes overlap, so that together
+    If the enclosure stays beyond 1e300 however small the box is, the box contains a singularity (or
+    a removable one, which should be cancelled in the formula). The boxes overlap, so that together
     they cover a neighbourhood of [-1, 1].
     """
 
     def finite(phi: Any, middle: fmpq, half: fmpq) -> bool:
         size = 2 * _OVERLAP * half
-        return bool(phi(box(middle, size, size)).is_finite())
+        return bool(abs(phi(box(middle, size, size))) < _MOST)
 
     _, lost = _lost(formula, values, fmpq(-1), fmpq(1), finite)
     if lost is not None:
         raise InputError(
-            f"{name} = {formula.expression} is singular, complex or too steep to tell near "
+            f"{name} = {formula.expression} is singular, complex, beyond 1e300 or too steep near "
             f"u = {float(arb(lost)):.6g}; give one that is real and smooth on [-1, 1]."
         )
 

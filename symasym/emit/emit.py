@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 from sympy import Expr, Rational
@@ -14,13 +14,11 @@ from sympy.printing.codeprinter import CodePrinter
 
 from symasym.base.errors import InputError
 from symasym.base.inputs import choice, exact, is_name, shown
+from symasym.drift.drift import Drift
 from symasym.drift.expressions import parse
 from symasym.drift.scenes import require_drift
 from symasym.emit.drifts import helpers_of, put_in
 from symasym.emit.printing import SHAPES, TARGETS, Function, Source, by_printer, reserved, written
-
-if TYPE_CHECKING:
-    from symasym.drift.drift import Drift
 
 
 def emit(
@@ -59,7 +57,10 @@ def emit(
     'constant_drift_from_0'
     """
     kind = "" if isinstance(target, CodePrinter) else choice("target", target, TARGETS)
-    values = {n: exact(n, x) for n, x in (parameters or {}).items()}
+    given = {} if parameters is None else parameters
+    if not isinstance(given, Mapping):
+        raise InputError(f"parameters is {shown(given)}; give a mapping from names to numbers.")
+    values = {str(n): exact(str(n), x) for n, x in given.items()}
     if isinstance(what, str):  # by name: a formula is printed here
         what = import_module("symasym.formula").formula(what)
     if kind == "latex" and hasattr(what, "latex") and drift is None and not values:
@@ -76,7 +77,7 @@ def emit(
         )
     more: dict[str, str] = {}
     if drift is not None:
-        require_drift(drift, bound=False)
+        require_drift(drift, bound=drift == Drift.general())
         drift = drift.bind(**{n: values.pop(n) for n in drift.free if n in values})
         functions = put_in(functions, label, drift)
         more = helpers_of(drift, kind) if kind in SHAPES else {}

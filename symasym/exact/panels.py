@@ -30,6 +30,7 @@ _PANELS, _PANELS_A_BIT = 1_500, 12  # the largest number, and what each bit of l
 _WORK = 3e12  # about a minute: products of coefficients, times bits
 _GROWTH = 0.15  # exponent per digit: 1,000 digits take the least time with 0.1 to 0.2
 _LOG2, _LOG10 = math.log(2.0), math.log(10.0)
+_STEEP = arb(10) ** 1_000  # beyond what numbers within 1e300 make of lam A
 ENDS = arb(-1), arb(1)
 # Radii of discs: for Cauchy's estimate; and those on which a slow solution's coefficients are
 # bounded, with the share of g(0) that bounds |g| from below there.
@@ -115,7 +116,7 @@ def panel_of(piece: Piece, lam: Any, middle: fmpq, half: fmpq, digits: int) -> P
     scale = lam * half
     # An absolute error of lam V is a relative error of e.
     size = abs(scale * piece.phi(arb(middle, arb(half)))).upper()
-    if not size.is_finite():
+    if not size < _STEEP:
         return None
     more = math.ceil(float(size.log()) / _LOG10) if size > 1 else 0
     series, missed = piece.phi.taylor(middle, half, digits + more)

@@ -221,10 +221,11 @@ def uniform_integral(
     up = high.has(far) and sympy.im(high).is_positive and low == high.conjugate()
     path = sympy.Tuple(a, b).has(sympy.I)
     weight = sympy.expand(sympy.I * g) if path and up else g
-    if f.has(sympy.I) or weight.has(sympy.I) or (path and not up):
+    ordered = path or sympy.Tuple(a, b).free_symbols or number(a) < number(b)
+    if f.has(sympy.I) or weight.has(sympy.I) or (path and not up) or not ordered:
         raise InputError(
-            f"f = {f}, g = {g}, a = {a}, b = {b}; give real f, g and ends, or real f and I*g with "
-            "ends such as oo - I*pi and oo + I*pi (take a constant factor out)."
+            f"f = {f}, g = {g}, a = {a}, b = {b}; give real f, g and ends a < b, or real f and I*g "
+            "with ends such as oo - I*pi and oo + I*pi (take a constant factor out)."
         )
     # If g has zeros of high order, all computed terms may vanish, and their sizes say nothing.
     zeros = [p.exp for p in g.atoms(sympy.Pow) if p.base.has(x) and p.exp.is_Integer]

@@ -319,6 +319,7 @@ REFUSED: list[Any] = [
     lambda: sa.emit(sympy.hyper([1, 2], [3], x), "c"), lambda: sa.emit(x, "c", {"y": 1}),
     lambda: sa.emit("eq:Ttilde", drift=sa.Drift("kappa - u", u)), lambda: sa.emit(x, "c").load(),
     lambda: sa.expand(sa.tanh(1, -1, 3), "density", order=1).emit("c"),
+    lambda: sa.emit("eq:Ttilde", drift=sa.Drift.general()), lambda: sa.emit(x, "c", 1e300),
     lambda: sa.expand(sa.linear(1, 2)).emit(name="f(): pass\nimport os\ndef g"),
 ]  # fmt: skip
 

@@ -181,3 +181,11 @@ def test_exponents_of_more_digits_than_are_asked_for(method: Any, c: int, k: int
             # The slopes of V at the ends are e - 1 and 1 - 1/e.
             wanted = mpmath.exp(lam * (left - right)) * e
             assert abs(share.value + wanted) <= abs(share.error)
+
+
+@pytest.mark.parametrize("c", [2**12, 2**40, 2**63])
+@pytest.mark.parametrize("layer", [(-1, 1), None])
+def test_a_drift_beyond_the_domain_is_refused(c: int, layer: Any) -> None:
+    """Not by running out of memory."""
+    with pytest.raises(sa.SymasymError):
+        sa.escape_time(sa.Drift("exp(-c*u) - 1/2", layer=layer).bind(c=c), 1, 2)

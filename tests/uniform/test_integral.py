@@ -76,6 +76,7 @@ def test_arrays_and_refusals() -> None:
         lambda: sa.uniform_integral("t", 1, "t", "oo - I*pi", "oo + I*pi").evaluate(3),
         lambda: sa.uniform_integral("I*t**3", 1, "t", 0, 1),
         lambda: sa.uniform_integral(waves, 1, "x", -1, 1),
+        lambda: sa.uniform_integral("-x**2", 1, "x", "-oo", "-oo"),
         *(lambda e=e: sa.uniform_integral("sinh(t) - t", *e).evaluate(3) for e in PATHS),
         lambda: sa.uniform_integral("-x**2", "1 + I*x", "x", -1, 1),
         lambda: sa.uniform_integral("-x - sqrt((x - 1)**2)/2", 1, "x", 0, 2).evaluate(9),
