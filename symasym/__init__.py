@@ -1,4 +1,4 @@
-"""symasym: escape times and Laplace-type integrals, derived, evaluated, with their errors."""
+"""symasym: escape times and Laplace-type integrals as derived formulas and values with errors."""
 
 import ast
 import importlib
@@ -54,7 +54,7 @@ __all__ = [
     "sine", "stationary_density", "stokes_multiplier", "tanh", "uniform_integral",
 ]  # fmt: skip
 
-#: The module of each public name, as the imports above have it; it is loaded when first asked for.
+#: The module of each public name, from the imports above; it is loaded at the first use.
 _HOMES = {
     alias.name: str(node.module)
     for node in ast.walk(ast.parse(Path(__file__).read_bytes()))
@@ -64,10 +64,10 @@ _HOMES = {
 
 
 class _Package(ModuleType):
-    """This package, whose public names are loaded when first asked for.
+    """This package, whose public names are loaded at their first use.
 
-    Six verbs have the name of their module (``symasym.plan``): importing the module
-    would put it in the verb's place.
+    Six functions have the name of their module (such as ``symasym.plan``), which would replace
+    the function in this namespace when it is imported.
     """
 
     def __setattr__(self, name: str, value: Any) -> None:

@@ -1,25 +1,24 @@
 """The law of the exit time tau: moments, transform, rates, survival, density and quantiles.
 
-With eta and zeta from the left end (-) and the right one (+) to the start (`symasym.exact.balls`),
+With eta and zeta from the left end (-) and the right end (+) at the start (`symasym.exact.balls`),
 
     W = eta_- zeta_+ + eta_+ zeta_-,    W(s)/W(0) = prod (1 + s/lambda_k),
     E[e^{-s tau}; right] = eta_- zeta_+(0)/W,    E[e^{-s tau}; left] = eta_+ zeta_-(0)/W
 
 (Darling & Siegert, Ann. Math. Statist. 24 (1953) 624; Kent, Ann. Probab. 8 (1980) 206).
 
-- *Rates.* S_n = sum lambda_k^-n is known from W, and S_n^(-1/n) < lambda_1 (Euler, Rayleigh).
-  Newton's steps for a polynomial with real zeros never pass the first one: each is a proved lower
-  bound, and a change of sign of W the upper one. Division of W by 1 + s/lambda_1, from the last
-  coefficient down, leaves the others.
+- *Rates.* S_n = sum lambda_k^-n follows from W, and S_n^(-1/n) < lambda_1 (Euler, Rayleigh).
+  Newton's iterates for a polynomial with real zeros do not pass the first zero, so that each is a
+  proved lower bound; a change of sign of W proves an upper bound. The other rates follow after
+  division of W by 1 + s/lambda_1, which starts at the last coefficient.
 - *Large times.* P(tau > t) = sum c_k e^{-lambda_k t}, c_k lambda_k = N(-lambda_k)/W'(-lambda_k). By
-  Cauchy and Schwarz the terms from Lambda on are below (Lambda G M)^(1/2) e^{-Lambda t} where
-  2 Lambda t > 1: G is what is left of Green's function eta_- eta_+/W at 0, M the mass of the speed
-  measure. A bound.
-- *Small times.* The transform on Talbot's contour (Weideman & Trefethen, Math. Comp. 76 (2007)
-  1341); two numbers of nodes tell the error: an estimate.
+  the Cauchy-Schwarz inequality the sum of the terms with lambda_k >= Lambda is below
+  (Lambda G M)^(1/2) e^{-Lambda t} if 2 Lambda t > 1, where G is their part of Green's function
+  eta_- eta_+/W at s = 0 and M the mass of the speed measure. The error is a bound.
+- *Small times.* Talbot's contour for the inverse transform (Weideman & Trefethen, Math. Comp. 76
+  (2007) 1341); the error is an estimate, from two numbers of nodes.
 - *Narrow laws and rare times.* The trapezoidal rule on Re s = c (Abate & Whitt, Queueing Systems 10
-  (1992) 5), where e^{c t} E[e^{-c tau}], which is above the probability, is about the least.
-"""
+  (1992) 5), with c near the minimum of e^{c t} E[e^{-c tau}], a bound on the probability."""
 
 from __future__ import annotations
 
@@ -62,21 +61,21 @@ def exit_law(
     Parameters
     ----------
     drift : Drift
-        With a number for each of its parameters.
+        A drift whose parameters all have numerical values.
     kappa : number
         Scaled noise amplitude, greater than 0.
     r : number
-        Scaled radius.
+        Scaled escape radius.
     ends : pair of numbers, optional
-        In place of -r and r.
+        The ends of the interval in place of -r and r.
     start : number, optional
         Scaled starting point, between the ends.
     reflecting : {"left", "right"}, optional
-        The end that reflects.
+        The end that is reflecting.
     dps : int, optional
-        Digits of an mpf, 1 to 1,000. None: floats.
+        The number of digits of an mpf, 1 to 1,000. By default results are floats.
     full : bool
-        All numbers are an `Estimate`.
+        Return every number as an `Estimate`.
 
     Returns
     -------
@@ -85,7 +84,7 @@ def exit_law(
     Raises
     ------
     InputError
-        For a value outside its range, an array, a free parameter.
+        If a value is outside its range or an array, or if a parameter is free.
 
     Examples
     --------
@@ -104,10 +103,10 @@ def exit_law(
 
 
 class ExitLaw:
-    """The law of the exit time of one scene, made by `exit_law`.
+    """The law of the exit time of one scene, returned by `exit_law`.
 
-    All is in scaled time, and computed when it is first asked for. Numbers are floats, mpf, or an
-    `Estimate` where the law was asked for with ``full=True``.
+    Times are scaled. Numbers are computed at their first use; they are floats or mpf, or each an
+    `Estimate` if ``full=True``.
     """
 
     def __init__(
@@ -127,7 +126,7 @@ class ExitLaw:
         return self.moment(1)
 
     def moment(self, k: int) -> Any:
-        """E[tau^k], k from 1 to 20."""
+        """E[tau^k] for k from 1 to 20."""
         inputs.count("k", k, 1, 20)
         return self._number(lambda f: f.moment(k), k + 1)
 
@@ -143,12 +142,12 @@ class ExitLaw:
 
     @property
     def left(self) -> Side:
-        """What holds given that u leaves on the left."""
+        """The law conditional on an exit at the left end."""
         return self._side("left")
 
     @property
     def right(self) -> Side:
-        """What holds given that u leaves on the right."""
+        """The law conditional on an exit at the right end."""
         return self._side("right")
 
     def _side(self, side: str) -> Side:
@@ -162,7 +161,7 @@ class ExitLaw:
         Raises
         ------
         RegionError
-            If Re s is not above -`rate`, the first pole.
+            If Re s is not greater than -`rate`, the first pole of the transform.
         """
         return self._laplace(s, None)
 
@@ -189,7 +188,7 @@ class ExitLaw:
         return found
 
     def rates(self, many: int) -> list[Any]:
-        """The first eigenvalues, 1 to 12 of them, ascending."""
+        """The first `many` eigenvalues (1 to 12) in ascending order."""
         size = float(self.rate)
 
         def eigenvalue(k: int) -> Any:
@@ -198,15 +197,15 @@ class ExitLaw:
         return [eigenvalue(k) for k in range(1, inputs.count("many", many, 1, 12) + 1)]
 
     def survival(self, t: Numbers) -> Any:
-        """P(tau > t), t >= 0, a number or an array."""
+        """P(tau > t) for t >= 0, a number or an array."""
         return self._of_times(t, "survival")
 
     def cdf(self, t: Numbers) -> Any:
-        """P(tau <= t), t >= 0, a number or an array."""
+        """P(tau <= t) for t >= 0, a number or an array."""
         return self._of_times(t, "cdf")
 
     def pdf(self, t: Numbers) -> Any:
-        """The density of tau at t >= 0, a number or an array."""
+        """The density of tau at t >= 0, which is a number or an array."""
         return self._of_times(t, "pdf")
 
     def _of_times(self, t: Any, name: str) -> Any:
@@ -223,7 +222,7 @@ class ExitLaw:
         return Estimate(value, error, kind, "exact") if self._full else value
 
     def quantile(self, p: Number) -> Any:
-        """t with P(tau <= t) = p, 0 < p < 1; its error is an estimate."""
+        """The t with P(tau <= t) = p, where 0 < p < 1; its error is an estimate."""
         wanted = inputs.exact("p", p)
         if not 0 < wanted < 1:
             raise InputError(f"p is {inputs.shown(p)}; give a probability between 0 and 1.")
@@ -240,26 +239,26 @@ class ExitLaw:
 
 
 class Side(NamedTuple):
-    """The law given the side on which u leaves."""
+    """The law conditional on an exit at the end `side`."""
 
     law: ExitLaw
     side: str
 
     @property
     def probability(self) -> Any:
-        """That of this side (eq:C on the left)."""
+        """The probability of an exit at this end (eq:C for the left end)."""
         return self.law._number(lambda f: f.moments(0, self.side)[0], 3)
 
     @property
     def mean(self) -> Any:
-        """E[tau | this side]."""
+        """E[tau | exit at this end]."""
         return self.law._number(lambda f: f.given(self.side), 3)
 
     @property
     def variance(self) -> Any:
-        """The variance of tau given this side."""
+        """The variance of tau conditional on an exit at this end."""
         return self.law._number(lambda f: f.variance(self.side), 4)
 
     def laplace(self, s: Number | complex) -> Any:
-        """E[e^{-s tau} | this side]."""
+        """E[e^{-s tau} | exit at this end]."""
         return self.law._laplace(s, self.side)

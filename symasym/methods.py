@@ -1,15 +1,15 @@
-"""The methods with what each of them answers, and the one driver of all of them.
+"""The table of methods with the quantities of each, and the function `ask` that calls a method.
 
-A method is a row of `METHODS`. Its module, loaded when the method is first asked, has
+A method is an entry of `METHODS`. Its module, which is loaded at the first use, provides
 
 ``of_scene(scene, request)``
     the `Answer` for one scene in exact numbers, to ``request.digits`` digits;
 ``of_scenes(scenes, request)``
-    in some modules: the `Answer` for many scenes in float64. Where it is missing, scenes are asked
-    one by one.
+    in some modules only, the `Answer` for many scenes in float64. In other modules ``of_scene``
+    is called for each scene.
 
-`ask` reads the numbers, asks the method, and hands the answer back as a float, an array, an mpf
-or an `Estimate`. In an array a scene that a method refuses is nan.
+`ask` reads the numbers, calls the method, and returns the answer as a float, an array, an mpf or
+an `Estimate`. In an array, a scene that the method refuses is nan.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ from symasym.drift.scenes import (
 )
 
 _LARGEST, _SMALLEST = 709.78, -708.39
-_BITS = 128  # of Arb's numbers behind an array
+_BITS = 128  # Arb's precision for arrays
 
 
 class Method(NamedTuple):
-    """A method of the table.
+    """An entry of the table of methods.
 
-    `orders` of an expansion are the one that is taken where none is given, and the highest; where
-    the series diverges it may be ``"optimal"``. `anywhere`: also for drifts of pieces, noise that
-    depends on u, any ends and reflecting ones.
+    For an expansion, `orders` are the default and the highest order; if the series `diverges`, the
+    order may be ``"optimal"``. A method that holds `anywhere` admits piecewise drifts, noise that
+    depends on u, and any ends, also reflecting ones.
     """
 
     module: str
@@ -53,7 +53,7 @@ class Method(NamedTuple):
     anywhere: bool = False
 
 
-#: By their names, in the order in which messages list them.
+#: The methods by their names, in the order in which messages list them.
 METHODS = {
     "exact": Method("symasym.exact.floats", (*QUANTITIES, "p_ss"), anywhere=True),
     "paper": Method("symasym.paper"),
@@ -66,7 +66,7 @@ METHODS = {
 
 
 def ask(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
-    """The quantity of a request at these numbers; all options are read here."""
+    """The value of the requested quantity at these numbers; all options are checked here."""
     require_drift(drift, plain=False)
     name, method, order, dps, log, full, moment, reflecting, rtol = request
     choice("method", method, [m for m, row in METHODS.items() if name in row.quantities])
@@ -90,7 +90,7 @@ def ask(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
 
 
 def _order(method: str, order: Any) -> Any:
-    """The order of an expansion; all of the method's for ``"optimal"``."""
+    """The order of an expansion; for ``"optimal"`` the range of all orders of the method."""
     row = METHODS[method]
     if row.orders is None:
         if order is not None:
@@ -106,7 +106,7 @@ def _order(method: str, order: Any) -> Any:
 
 def _asked(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
     name, method = request.name, METHODS[request.method]
-    # An expansion's moments and stationary states are the paper's, too.
+    # Expansions of higher moments and of stationary quantities exist only for the paper's scenes.
     elsewhere = method.anywhere and (not method.orders or name[-1] in "TC" and request.moment == 1)
     if not elsewhere and not is_usual(drift, numbers, request):
         raise RegionError(
@@ -128,13 +128,13 @@ def _asked(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
 
 
 def is_usual(drift: Drift, numbers: dict[str, Any], request: Request) -> bool:
-    """True for a scene of the paper: a layer, constant noise, from -r to r."""
+    """True for a scene of the paper: a drift with a layer, constant noise, the interval (-r, r)."""
     other = numbers.keys() & {"left", "low"} or request.moment > 1 or request.reflecting
     return drift.model.plain and not other
 
 
 def of_scenes(scenes: Scenes, request: Request) -> Answer:
-    """The answer of a method for many scenes, whatever Arb's precision is outside."""
+    """The answer of a method for many scenes, independent of the caller's precision in Arb."""
     module: Any = importlib.import_module(METHODS[request.method].module)
     with precision(_BITS):
         if hasattr(module, "of_scenes"):
@@ -160,7 +160,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answer:
 
 
 def in_floats(request: Request, shape: tuple[int, ...], answer: Answer) -> Any:
-    """Logarithms and their errors as what was asked for; nan where there is no value."""
+    """The result in the requested form from logarithms and their errors; nan without a value."""
     log, logs, why = request.log, answer.value.reshape(shape), answer.why
     fits = np.isfinite(logs) & (log | (logs >= _SMALLEST) & (logs <= _LARGEST))
     if not fits.all():
@@ -172,10 +172,10 @@ def in_floats(request: Request, shape: tuple[int, ...], answer: Answer) -> Any:
     value: Any = logs if log else np.exp(logs)
     error: Any = None
     if answer.error is not None:
-        # A logarithm close to 0 may have underflowed.
+        # The logarithm of a value close to 1 may have underflowed.
         error = answer.error.reshape(shape) + 1e-300
         if not log:
-            # exp rounds once more, and so does the product; what is left out may have any error.
+            # exp and the product round once more. Elements replaced by nan may have any error.
             with np.errstate(over="ignore"):
                 error = value * (np.expm1(error) * (1 + 1e-15) + 4e-16)
     notes: tuple[str, ...] = ()
@@ -186,7 +186,7 @@ def in_floats(request: Request, shape: tuple[int, ...], answer: Answer) -> Any:
 
 
 def in_digits(request: Request, answer: Answer) -> Any:
-    """A ball as a float, or an mpf of so many digits, with its error, as what was asked for."""
+    """The result in the requested form from a ball: a float, or an mpf with its error."""
     ball = answer.value
     value, error = rounded(ball, request.dps)
     if request.dps is None:
@@ -202,7 +202,7 @@ def in_digits(request: Request, answer: Answer) -> Any:
 def _as_asked(
     request: Request, value: Any, error: Any, answer: Answer, notes: tuple[str, ...] = ()
 ) -> Any:
-    """The value, or an `Estimate`, which tells of a probability that prints 1."""
+    """The value, or an `Estimate`, with a note if a probability is rounded to 1."""
     if not request.full:
         return value
     if request.name[-1] in "CP" and not request.log and np.any(value == 1):

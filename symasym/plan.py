@@ -1,9 +1,9 @@
-"""Which terms of T a scene needs for a tolerance, and the order that suffices; method="auto".
+"""The terms of T that are needed for a tolerance, and the order that suffices; method="auto".
 
-The exact value is cheap, so that the error is known, not estimated; what a plan adds is which terms
-carry T. ``method="auto"`` takes the exact value, but for many kappa of one drift an expansion up to
-the kappa at which exact values beside it say that its error is allowed, as errors grow with kappa.
-"""
+A plan compares partial sums of the weak-noise expansion with the exact value, so that their error
+is known and not estimated. ``method="auto"`` gives exact values; for many kappa with one drift it
+uses the expansion for all kappa below a threshold, fixed by comparison with exact values at sampled
+kappa, as the error of the expansion grows with kappa."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from symasym.expansions.ball_drift import Between, doubled
 from symasym.expansions.weak import local
 from symasym.methods import is_usual
 
-# The order for many kappa of one drift, how many these are at least, and which of them are tried.
+# For many kappa with one drift: the order, the least number of kappa, and the sampling stride.
 _ORDER, _MANY, _STRIDE = 5, 5_000, 100
 
 
 class Term(NamedTuple):
-    """A part of T: its name, whether it is kept, and its size relative to T, with its sign."""
+    """A term of T: its name, whether it is kept, and its ratio to T."""
 
     name: str
     kept: bool
@@ -40,10 +40,10 @@ class Term(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Plan:
-    """The first order in weak noise whose error is allowed, else the one of the least error.
+    """The lowest order of the weak-noise expansion whose error is allowed, else the best order.
 
-    `terms` are T's parts to it, largest first; `value` is the sum of those that are kept, `error`
-    its relative distance to the exact T; `suffices` says whether that is allowed.
+    `terms` are the terms of T to this order, largest first; `value` is the sum of the kept ones,
+    `error` its relative distance to the exact T; `suffices` is True if this error is allowed.
     """
 
     order: int
@@ -63,14 +63,14 @@ class Plan:
 
 
 def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: Number = 0) -> Plan:
-    """The terms of T that this scene needs, and those left out.
+    """The terms of T that are needed in a scene for a tolerance, and those that are not.
 
     Parameters
     ----------
     drift, kappa, r, start
         One scene, as in `escape_time`.
     rtol : number
-        Relative error allowed, at most 1/2.
+        The relative error allowed, at most 1/2.
 
     Examples
     --------
@@ -88,7 +88,7 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
     more = int(3.4 * digits) + 116 + way
 
     def parts(order: int, bits: int) -> list[tuple[str, Any]]:
-        """T to an order in weak noise as named parts, largest first."""
+        """The named terms of T to an order of the weak-noise expansion, largest first."""
         known = local(drift, Between(*scene.ends, scene.start), "T", order + 1, bits)
         at, rows = InBalls(exact_ball(scene.lam), order), []
         for side, pair, value in weak.parts(known.points, known.regular, at):
@@ -120,7 +120,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
 
 
 def of_scenes(scenes: Scenes, request: Request) -> Answer:
-    """Exact values, or of many kappa of one drift those of an expansion where it is good enough."""
+    """Exact values; for many kappa with one drift, the expansion below a threshold for kappa."""
     alike = not scenes.drift.shape and scenes.numbers.keys() - scenes.exactly.keys() == {"kappa"}
     usual = is_usual(scenes.drift, scenes.numbers, request)
     if not (alike and usual) or len(scenes.lam) < _MANY:
@@ -133,7 +133,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answer:
 
     some = rising[::_STRIDE]
     apart = np.abs(expanded(some) - floats.of_scenes(scenes.some(some), request).value)
-    # The expansion up to the last of those before the first that is too far off.
+    # The threshold is the last sample before the first with too large an error.
     known = int(np.argmin(np.append(apart <= most / 2, False)))
     below, above = np.split(rising, [max(0, _STRIDE * (known - 1) + 1)])
     logs, errors = np.empty(len(rising)), np.full(len(rising), most * (1 - 1e-12))

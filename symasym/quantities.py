@@ -1,4 +1,4 @@
-"""The public functions: one for each question about a drift."""
+"""The public functions for T, C, P and the stationary density of a scalar drift."""
 
 from __future__ import annotations
 
@@ -33,65 +33,65 @@ def escape_time(
 ) -> Any:
     """Mean escape time T from ``|u| < r`` (eq:Ttilde with eq:C; any region), or a higher moment.
 
-    T belongs to the scalar equation du = phi(u) dt + kappa dW, or that of the drift's noise: the
-    slow variables of a system that was reduced to it are frozen where it starts. It is the whole
-    system's time only where they change it little meanwhile (docs/release.md), that is where T is
-    far shorter than `System.drag_time`.
+    T is that of the scalar equation du = phi(u) dt + kappa sigma(u) dW. If the equation is the
+    reduction of a system, the slow variables are frozen at the start; T is then the escape time
+    of the system only if it is much shorter than `System.drag_time`, so that the slow variables
+    change the drift little in this time (docs/release.md).
 
     Parameters
     ----------
     drift : Drift
-        With a value for each of its parameters; values may be arrays.
+        A drift whose parameters all have values, which may be arrays.
     kappa : number or array_like
         Scaled noise amplitude, kappa_p/sqrt(eps), greater than 0.
     r : number or array_like
-        Scaled radius, r_p/eps, greater than 0.
+        Scaled escape radius, r_p/eps, greater than 0.
     ends : pair of numbers or array_like, optional
-        In place of -r and r.
+        The ends of the interval in place of -r and r.
     start : number or array_like, optional
         Scaled starting point, between the ends.
     reflecting : {"left", "right"}, optional
-        The end that reflects: the way out is the other one.
+        The end that is reflecting; the path escapes through the other one.
     moment : int, optional
-        k of E[tau^k], tau being the time of the exit: 1 to 20.
+        The order k, 1 to 20, of the moment E[tau^k] of the exit time tau, by default 1.
     method : {"exact", "paper", "laplace", "uniform", "strong_noise", "auto"}
 
-        - ``"exact"``: the integral itself.
-        - ``"laplace"``: its expansion for weak noise, in powers of kappa^2/2.
-        - ``"uniform"``: an expansion for weak noise that also holds where a well and a barrier, or
-          one of them and the start or u = 1 or -1, are close to each other or coalesce.
+        - ``"exact"``: the value of the integral.
+        - ``"laplace"``: its expansion for weak noise in powers of kappa^2/2.
+        - ``"uniform"``: a weak-noise expansion that remains valid as a well and a barrier coalesce,
+          or one of them and the start or u = 1 or -1.
         - ``"strong_noise"``: the expansion in powers of 2/kappa^2.
-        - ``"paper"``: the paper's leading order, eq:Ttildesmall with its step Stokes multiplier
-          (eq:Ttildelarge where there is no well); only for start 0.
-        - ``"auto"``: the exact value, or where many kappa share a drift an expansion whose
+        - ``"paper"``: the paper's leading order, eq:Ttildesmall with a step function as Stokes
+          multiplier (eq:Ttildelarge if there is no well); only for start 0.
+        - ``"auto"``: the exact value, or, for many kappa with one drift, an expansion whose
           relative error is at most `rtol`.
     order : int or "optimal", optional
-        Highest power that an expansion keeps, 2 if left out. ``"optimal"``, for ``"laplace"``:
+        The highest power kept in an expansion, by default 2. ``"optimal"``, for ``"laplace"``, is
         the order with the smallest stated error.
     rtol : number, optional
-        Relative error allowed, for ``"auto"`` alone.
+        The relative error allowed, only for ``"auto"``.
     dps : int, optional
-        Number of digits of an mpf, 1 to 10,000, for one scene. None: float64, vectorised, right
-        to 1e-12.
+        The number of digits, 1 to 10,000, of an mpf for one scene. By default results are float64
+        numbers or arrays, correct to 1e-12.
     log : bool
-        Return the natural logarithm, which is finite where T overflows.
+        Return the natural logarithm, which is finite even if T overflows.
     full : bool
         Return an `Estimate` with the error.
 
     Returns
     -------
     float, ndarray, mpf or Estimate
-        In scaled time; multiply by ``rescale(...).time`` for physical time. In an array an element
-        without a value is nan; ``full=True`` says why.
+        T in scaled time; multiply by ``rescale(...).time`` for physical time. In an array, an
+        element without a value is nan; the notes for ``full=True`` give the reason.
 
     Raises
     ------
     InputError
-        For a value outside its range, a free parameter, shapes that do not broadcast.
+        If a value is outside its range, a parameter is free, or shapes do not broadcast.
     RangeError
-        If the value of one scene does not fit float64 and `log` is False.
+        If the value of one scene is outside the range of float64 and `log` is False.
     AccuracyError
-        If the expansion does not hold for one scene, or nothing reaches `rtol`.
+        If the expansion is not valid for one scene, or if `rtol` is not reached.
 
     Examples
     --------
@@ -123,16 +123,16 @@ def exit_probability(
     log: bool = False,
     full: bool = False,
 ) -> Any:
-    """Probability C of leaving ``|u| < r`` through -r, or the left of two ends (eq:C).
+    """Probability C of leaving ``|u| < r`` through -r, or through the left of two ends (eq:C).
 
     All other parameters, the type returned and the errors are those of `escape_time`.
 
     Parameters
     ----------
     complement : bool
-        Return 1 - C, the probability of leaving through +r, with digits of its own: for C near 1.
+        Return 1 - C, the probability of leaving through r, without cancellation for C near 1.
     method : {"exact", "paper", "laplace", "uniform", "strong_noise", "bound", "auto"}
-        ``"bound"``: the middle of two proved bounds, with half their distance as the error.
+        ``"bound"``: the mean of a lower and an upper bound, with half their difference as error.
         ``"paper"``: the paper's upper bound (docs/weak-noise.md).
 
     Examples
@@ -164,28 +164,28 @@ def occupation(
 ) -> Any:
     """Stationary probability P of ``|u| <= 1`` (eq:P), or of another interval.
 
-    There is a stationary state on the line where the drift leads inwards from both sides, in the
-    paper's drifts a sliding region, or between two ends that reflect.
+    A stationary density exists on the real line if the drift points inwards on both sides (for
+    the paper's drifts, in a sliding region), and always between two reflecting ends.
 
     All other parameters, the type returned and the errors are those of `escape_time`.
 
     Parameters
     ----------
     interval : pair of numbers or array_like, optional
-        Whose share is asked for, -1 and 1 when left out.
+        The ends of the interval whose probability is computed, by default -1 and 1.
     ends : pair of numbers or array_like, optional
-        Reflecting ends around it.
+        Reflecting ends that bound the motion.
     complement : bool
-        Return 1 - P, with digits of its own: for P near 1.
+        Return 1 - P, without cancellation for P near 1.
     method : {"exact", "paper", "laplace", "uniform", "strong_noise", "auto"}
-        ``"paper"``: the leading term of eq:Plarge2 or, where that is above 1, the lower bound
+        ``"paper"``: the leading term of eq:Plarge2 or, if that is above 1, the lower bound
         from which eq:Psmall2 follows.
 
     Raises
     ------
     RegionError
-        Where no stationary state exists, or it is not known to: without a layer A must be a
-        polynomial, and the noise bounded or a polynomial.
+        If no stationary density exists, or if its existence is not known: without a layer A must
+        be a polynomial, and the noise bounded or a polynomial.
 
     Examples
     --------
@@ -213,24 +213,24 @@ def stationary_density(
     log: bool = False,
     full: bool = False,
 ) -> Any:
-    """Stationary density p_ss at the scaled position u = `y` (eq:pss), where `occupation` has a P.
+    """Stationary density p_ss at the scaled position u = `y` (eq:pss).
 
     All other parameters, the type returned and the errors are those of `escape_time`.
 
     Parameters
     ----------
     y : number or array_like
-        The scaled position u, anywhere; the physical one is epsilon times it.
+        The scaled position u, any real number; the physical position is eps u.
 
     Returns
     -------
     float, ndarray, mpf or Estimate
-        Per unit of u.
+        The density with respect to u.
 
     Raises
     ------
     RegionError
-        Where no stationary state exists, or it is not known to.
+        If no stationary density exists, or if its existence is not known (see `occupation`).
 
     Examples
     --------

@@ -1,8 +1,8 @@
-"""How much a quantity changes with each of its parameters, by the complex step.
+"""Derivatives of a quantity with respect to its parameters, by the complex-step method.
 
-For an analytic Q of real values dQ/dp = Im Q(p + ih)/h + O(h^2), where nothing is subtracted
-(Squire and Trapp 1998): both exact engines take complex parameters as they are. In the start x and
-the radius r the derivatives are closed forms of the sweeps (eq:Ttilde, eq:C; docs/exact.md).
+For an analytic Q, real on the real axis, dQ/dp = Im Q(p + ih)/h + O(h^2) without cancellation
+(W. Squire and G. Trapp, SIAM Rev. 40 (1998) 110); both exact methods admit complex parameters. The
+derivatives in the start x and the radius r follow from the sweeps (eq:Ttilde, eq:C; docs/exact.md).
 """
 
 from __future__ import annotations
@@ -38,17 +38,17 @@ from symasym.exact.float_panels import ULP
 __all__ = ["Sensitivity", "sensitivity"]
 
 _MOST_DIGITS, _FLOAT_DIGITS = 1_000, 17
-_MOST_BITS = 20_000  # beyond those that the digits take
-_RADIUS = 70  # 10^-70 of a parameter survives what a panel's series cancels
+_MOST_BITS = 20_000  # the most bits in addition to those for the requested digits
+_RADIUS = 70  # the relative radius 10^-70 is below the cancellation in a panel's series
 _STEP = 1e-40
-# An error of p d/dp in float64, beside the largest of the scene or 1, above which it is in doubt.
+# The largest accepted error of p d/dp in float64, relative to the scene's largest |p d/dp| or 1.
 _ENOUGH = 1e-7
-_FACTOR = 4.0  # of errors of derivatives over that of the value, checked against balls
+_FACTOR = 4.0  # ratio of the errors of derivatives to that of the value, checked in ball arithmetic
 
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """Derivatives and condition numbers by the name of the parameter.
+    """Logarithmic derivatives and condition numbers by the names of the parameters.
 
     Attributes
     ----------
@@ -58,9 +58,9 @@ class Sensitivity:
     error : dict of str to float, mpf or ndarray
         Absolute error of `derivative`.
     condition : dict of str to float, mpf or ndarray
-        ``|parameter * derivative|``: the relative change of the quantity over the parameter's.
+        ``|parameter * derivative|``: relative change of the quantity by that of the parameter.
     error_kind : {"bound", "estimate"}
-        ``"bound"``: proved.
+        ``"bound"`` if the errors are proved.
     """
 
     quantity: str
@@ -70,7 +70,7 @@ class Sensitivity:
     error_kind: ErrorKind
 
     def __str__(self) -> str:
-        """A line for each parameter: the derivative with its error, and the condition number."""
+        """One line per parameter: the derivative with its error, and the condition number."""
         rows = [f"d log({self.quantity})/d(parameter), {IN_WORDS[self.error_kind]}; condition"]
         for name, value in self.derivative.items():
             shown = with_error(value, self.error[name])
@@ -95,25 +95,26 @@ def sensitivity(
     Parameters
     ----------
     drift : Drift
-        With a value for each of its parameters; values may be arrays.
+        A drift whose parameters all have values, which may be arrays.
     kappa, r, start : number or array_like
-        As in `escape_time`, scaled.
+        Scaled numbers as in `escape_time`.
     quantity : {"T", "C", "1 - C", "P", "1 - P"}
-        Escape time, exit probability, occupation; the last two take no `r`.
+        Escape time, exit probability or occupation; P and 1 - P do not depend on `r`.
     dps : int, optional
-        Digits, 1 to 1,000. None: float64, arrays allowed, mostly right to 1e-11.
+        The number of digits, 1 to 1,000, for one scene. By default results are float64 numbers or
+        arrays, usually correct to 1e-11.
 
     Returns
     -------
     Sensitivity
-        For each drift parameter and for kappa, r and start. With `dps` each derivative is right to
-        so many digits, or places where it is below 1, and proved.
+        For each drift parameter and for kappa, r and start. With `dps` each derivative is proved
+        to be correct to so many digits, or decimal places if its absolute value is below 1.
 
     Notes
     -----
-    In float64 the error is an estimate, the value's own error times the largest derivative of the
-    scene. Where that is above 1e-7 of the largest ``|p d/dp|`` of the scene or of 1, and for an
-    expression of one's own that is no polynomial, the scene is answered in balls.
+    In float64 the error is an estimate: that of the value times the largest derivative of the
+    scene. If it is above 1e-7 times the largest ``|p d/dp|`` of the scene or 1, and for a drift
+    that is neither ready-made nor a polynomial, ball arithmetic is used.
 
     Examples
     --------
@@ -139,7 +140,7 @@ def sensitivity(
 
 
 def _named(quantity: str, names: Iterable[str], columns: Any, kind: ErrorKind) -> Sensitivity:
-    """Derivatives, errors and condition numbers by the names of the parameters."""
+    """The result from columns of derivatives, errors and condition numbers."""
     slopes, errors, conditions = (dict(zip(names, x, strict=True)) for x in columns)
     return Sensitivity(quantity, slopes, errors, conditions, kind)
 
@@ -147,10 +148,10 @@ def _named(quantity: str, names: Iterable[str], columns: Any, kind: ErrorKind) -
 def _by_ends(
     quantity: str, near: Any, far: Any, whole: Any, product: Callable[..., Any]
 ) -> dict[str, tuple[Any, Any]]:
-    """What adds to d log(quantity)/dr and d log(quantity)/d(start), and what is taken off.
+    """The positive and the negative part of d log(quantity)/dr and of d log(quantity)/d(start).
 
-    Of y = 1/sigma and w = lam Q/sigma of both sides, at the start and at the other end, and the
-    sum of the w at the start; `product` is that of numbers over another one.
+    `near` and `far` are y = 1/sigma and w = lam Q/sigma of both sweeps, at the start and at the
+    opposite end, `whole` is the sum of w at the start; `product` multiplies, and divides by `over`.
     """
     (y, w), (far_y, far_w) = near, far
     if quantity == "T":
@@ -166,24 +167,24 @@ def _by_ends(
 
 
 def _proved(quantity: str, scene: Scene, digits: int) -> dict[str, Any]:
-    """Balls with the derivatives, right to `digits` digits, or places below 1."""
+    """Balls for the derivatives, correct to `digits` digits, or decimal places if below 1."""
     numbers = {name: rational(x) for name, x in scene.numbers.items()}
     parameters = {name: rational(x) for name, x in scene.drift.scalars().items()}
     (low, high), kappa = balls.span(quantity, numbers), numbers["kappa"]
     guard = balls.bits_of_way(rational(scene.lam), high)
 
     def log(working: int, **moved: Any) -> Any:
-        """log(quantity), some parameters moved."""
+        """log(quantity) with changed values of some parameters."""
         drift = pieces(scene.drift, low, high, {n: x for n, x in moved.items() if n in parameters})
         noise = moved.get("kappa", arb(kappa))
         return balls.enclosure(quantity, drift, 2 / noise**2, numbers, working, log=True)
 
     def slope(name: str, x: fmpq, working: int, more: int) -> Any:
-        """The complex step, and a bound of what it misses.
+        """The complex-step derivative in a ball that includes a bound on its error.
 
-        On a box of half width R about x the engine encloses log(quantity) by M and shows it to be
-        analytic, so that by Cauchy's estimate h^2 M/R^3 + h^4 M/R^5 + ... is missed. A panel's
-        series may cancel 10^52, and exponents move by lam R.
+        A finite enclosure |log(quantity)| <= M over a box of half-width R about x proves that it is
+        analytic there; by Cauchy's estimate the error is at most h^2 M/R^3 + h^4 M/R^5 + ... A
+        panel's series may cancel 52 digits, and exponents change by lam R.
         """
         unit = abs(x) or fmpq(1)
         places = _RADIUS + guard // 3, _RADIUS + guard // 2 + working // 2 + _RADIUS // 2
@@ -216,7 +217,7 @@ def _proved(quantity: str, scene: Scene, digits: int) -> dict[str, Any]:
 def _ends_in_balls(
     quantity: str, drift: list[Piece], numbers: Mapping[str, fmpq], digits: int
 ) -> dict[str, Any]:
-    """d log(quantity)/dr and d log(quantity)/d(start)."""
+    """Balls for d log(quantity)/dr and d log(quantity)/d(start)."""
     r, start, lam = numbers["r"], numbers["start"], arb(2 / numbers["kappa"] ** 2)
     near = balls.sides(drift, lam, (-r, r), start, digits)
     far = [balls.sides(drift, lam, (-r, r), end, digits)[k] for k, end in enumerate((r, -r))]
@@ -236,7 +237,7 @@ def _ends_in_balls(
 
 @np.errstate(all="ignore")
 def _in_floats(quantity: str, scenes: Scenes) -> Sensitivity:
-    """Derivatives of many scenes in float64; in balls where these say little."""
+    """Derivatives of many scenes in float64, or by balls for scenes with too large an error."""
     count, shape, model = len(scenes.lam), scenes.shape, scenes.drift.model
     names = [*scenes.drift.values, *scenes.numbers]
     given = [*scenes.drift.values.values(), *scenes.numbers.values()]
@@ -244,8 +245,8 @@ def _in_floats(quantity: str, scenes: Scenes) -> Sensitivity:
     unit = np.where(np.abs(values) < 1e-200, 1.0, np.abs(values))
     slopes, errors = _by_floats(quantity, scenes, values, unit)
     size = np.maximum(1.0, np.abs(slopes * unit).max(axis=0))
-    # A needle of dA/dp may lie between the nodes that suffice for A; and beside an end a start that
-    # is no float is another one.
+    # The nodes that suffice for A may miss a narrow peak of dA/dp. A start near an end must not be
+    # rounded to float64.
     closer = not model.name and model.pieces[0].powers is None
     closer |= any(x != float(x) for n, x in scenes.exactly.items() if n != "kappa")
     for k in np.flatnonzero(closer | ~(errors * unit <= _ENOUGH * size).all(axis=0)):
@@ -264,7 +265,7 @@ def _in_floats(quantity: str, scenes: Scenes) -> Sensitivity:
 def _by_floats(
     quantity: str, scenes: Scenes, values: FloatArray, unit: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """The derivatives by every parameter, and their estimated errors."""
+    """The derivatives with respect to every parameter, and their estimated errors."""
     names, count = [*scenes.drift.values, "kappa"], len(scenes.lam)
     many, each = len(names), np.arange(len(names))
     unit = unit[:many]
@@ -276,7 +277,7 @@ def _by_floats(
     of = Field(scenes.drift, parameters, many * count)
     logs, errors = floats.logs_of(quantity, of, numbers)
     slopes, errors = logs.imag.reshape(-1, count) / (_STEP * unit), errors.reshape(-1, count)
-    # An exponent that is off moves all derivatives like the value, at most as the largest of them.
+    # An error of an exponent changes the derivatives relatively as the value, at most by `largest`.
     largest = np.abs(slopes * unit).max(axis=0)
     errors = _FACTOR * (errors.max(axis=0) + 1e-15) * (np.abs(slopes) + (1.0 + largest) / unit)
     if "r" not in numbers:

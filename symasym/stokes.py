@@ -1,9 +1,8 @@
-"""The Stokes multiplier of a well as it is born: a step, or the smooth function behind it (eq:S).
+"""The Stokes multiplier of a well at a fold: the paper's step (eq:S), or a smooth function.
 
-Where a well and a barrier coalesce, phi du = (s^2 - zeta) ds takes the pair to the canonical Airy
-form (Chester, Friedman and Ursell), in which the well's exponential is switched on by
-Ai^2 + Bi^2 of Z = lam^(2/3) zeta.
-"""
+As a well and a barrier coalesce, phi du = (s^2 - zeta) ds maps the pair to the canonical Airy form
+(C. Chester, B. Friedman, F. Ursell, Proc. Camb. Phil. Soc. 53 (1957) 599). The exponential of the
+well then appears through Ai^2 + Bi^2 at Z = lam^(2/3) zeta."""
 
 from __future__ import annotations
 
@@ -31,29 +30,29 @@ def stokes_multiplier(
     method: Literal["step", "uniform"] = "uniform",
     dps: int | None = None,
 ) -> Any:
-    """Share of a well's exponential in T, from 0 before the fold to 1 beyond it (eq:Ttildesmall).
+    """The factor of a well's exponential in T, between 0 and 1 (eq:Ttildesmall).
 
-    With phi du = (s^2 - zeta) ds for the well and the barrier next to each other,
-    Z = lam^(2/3) zeta and G = Ai^2 + Bi^2, it is G(Z)/(G(Z) + G(-Z)): 1/2 at the fold, and over
-    a width of lam^(-2/3) in the least value of phi from 0 to 1. The leading term goes with it as
-    pi^2 p_0^2 lam^(1/3) (G(Z) + G(-Z)), which is even in Z and for Z >> 1 is the paper's.
+    With phi du = (s^2 - zeta) ds for a well and the adjacent barrier, Z = lam^(2/3) zeta and
+    G = Ai^2 + Bi^2, it is S = G(Z)/(G(Z) + G(-Z)). It is 1/2 at the fold and increases from 0 to 1
+    while the extremum of phi there changes by the order of lam^(-2/3). The leading term of T is S
+    pi^2 p_0^2 lam^(1/3) (G(Z) + G(-Z)); the factor of S is even in Z, and the paper's for Z >> 1.
 
     Parameters
     ----------
     drift : Drift
-        With a value for each of its parameters; values may be arrays. With several wells, the one
-        that is nearest to its fold counts.
+        A drift whose parameters all have values, which may be arrays. If it has several wells,
+        the multiplier is that of the well nearest to its fold.
     kappa : number or array_like
         Scaled noise amplitude, greater than 0.
     method : {"uniform", "step"}
-        ``"step"``: 0, 1/2 or 1, as the paper has it.
+        ``"step"``: 0, 1/2 or 1, as in the paper.
     dps : int, optional
-        Digits, 1 to 10,000, for scalars. None: float64.
+        Number of digits, 1 to 10,000, for numbers. By default the result is in float64.
 
     Returns
     -------
     float, ndarray or mpf
-        Between 0 and 1.
+        A number between 0 and 1.
 
     Raises
     ------
@@ -83,7 +82,7 @@ def stokes_multiplier(
 
 
 def _multiplier(scene: Scene, method: str, places: Any) -> Any:
-    """G(Z)/(G(Z) + G(-Z)) of the pair that is nearest to its fold."""
+    """G(Z)/(G(Z) + G(-Z)) for the pair nearest to its fold."""
     bits = 4 * places + 60 + int(math.log2(2 + scene.lam))
     with precision(bits):
         ctx.cap = 4 * places + 40
@@ -94,9 +93,9 @@ def _multiplier(scene: Scene, method: str, places: Any) -> Any:
                 centre, pi = field.factor(cluster)
                 found = central_map(field.taylor(centre), pi)
                 psi0, psi1 = found.chi[0], found.chi[1]
-                # Beyond that the slope of (y^2 - D)(psi0 + psi1 y) vanishes nowhere.
+                # Otherwise (y^2 - D)(psi0 + psi1 y) has no turning point.
                 if 3 * pi.square * psi1 * psi1 > -psi0 * psi0:
-                    # On the fold to all digits that the zeros have.
+                    # zeta is 0 within the accuracy of the zeros.
                     on = abs(found.zeta) < arb(2) ** (-bits // 2)
                     zetas.append(arb(0) if on else found.zeta)
         if not zetas:

@@ -1,8 +1,8 @@
-"""Reference tables: the exact values of a grid as JSON lines, CSV and LaTeX (docs/command-line.md).
+"""Reference tables: exact values on a grid as JSON lines, CSV and LaTeX (docs/command-line.md).
 
-The lines are written in the order of the grid, so that at any moment the file is the beginning of
-the finished one; a run that was stopped, however, goes on behind the last whole line. Each line
-ends with a checksum of itself.
+The lines are written in the order of the grid, so that at any time the file is an initial part of
+the complete one; an interrupted run resumes after the last complete line. Each line ends with its
+checksum.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ from symasym.methods import ask
 
 _NUMBERS = ("kappa", "r", "start")
 _KEYS = (*_NUMBERS, "drift", "expr", "quantities", "dps", "parameters")
-_MOST = 10_000_000  # values of a table
-_GUARD = 5  # digits beyond those printed, so that the last printed one is rounded right
-_AT_ONCE = 256  # values that are asked for before the first of them is written
+_MOST = 10_000_000  # the largest number of values
+_GUARD = 5  # digits beyond those printed, so that the last printed one is rounded correctly
+_AT_ONCE = 256  # the number of values computed at a time by the executor
 
 
 class Spec(NamedTuple):
     """The contents of a table.
 
-    `axes` are the numbers and parameters, each with its values as exact texts, the last one varying
-    fastest; `heads` what each line says of its value beforehand.
+    `axes` maps numbers and parameters to their values as exact texts, the last axis varying
+    fastest; `heads` are the parts of the lines that are known before the values are computed.
     """
 
     axes: dict[str, list[str]]
@@ -48,17 +48,17 @@ class Spec(NamedTuple):
 
 
 def read_spec(path: str | os.PathLike[str]) -> Spec:
-    """Read a spec and check its keys and values; an InputError names the file and the key."""
+    """Read and check the specification of a table; an InputError names the file and the key."""
     try:
         with open(path, "rb") as file:
-            # A decimal stands for what it says, not for the nearest binary number.
+            # Decimals are read as texts, as they stand for exact values.
             return _spec(tomllib.load(file, parse_float=str))
     except (SymasymError, OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(f"{path} is no spec of a table: {error}") from None
 
 
 def _spec(given: dict[str, Any]) -> Spec:
-    """The spec of what a file says."""
+    """The specification from the contents of its file."""
     of: dict[str, Any] = {n: given[n] for n in ("drift", "expr") if n in given}
     own = given.get("parameters", {})
     unknown = given.keys() - set(_KEYS)
@@ -85,7 +85,7 @@ def _spec(given: dict[str, Any]) -> Spec:
 
 
 def _axis(name: str, given: Any) -> list[Fraction]:
-    """The values of one number, a list of them, or a range."""
+    """The values on an axis, given by a number, a list or a range."""
     if not isinstance(given, dict):
         return [exact(name, x) for x in (given if isinstance(given, list) else [given])]
     low, high = (exact(f"{name}.{end}", given.get(end)) for end in ("from", "to"))
@@ -103,7 +103,7 @@ def _drift(head: dict[str, Any]) -> Any:
 
 
 def line_of(head: dict[str, Any]) -> bytes:
-    """The line of one value, with its error; with a reason where there is none."""
+    """The line with one value and its error, or with the reason why there is no value."""
     name, dps = head["quantity"], head["dps"]
     numbers = {n: head["x"].get(n, 0) for n in QUANTITIES[name]}
     try:
@@ -115,18 +115,18 @@ def line_of(head: dict[str, Any]) -> bytes:
 
 
 def _sealed(text: bytes) -> bytes:
-    """The line of a record without its last brace: with a checksum instead."""
+    """A complete line from a record without its closing brace; a checksum is added."""
     return text + b', "sum": "' + hashlib.sha256(text).hexdigest()[:16].encode() + b'"}\n'
 
 
 def write_table(
     spec: Spec, path: str | os.PathLike[str], executor: Executor | None = None
 ) -> tuple[list[dict[str, Any]], int]:
-    """Make a table's JSON lines, or what is missing of them; CSV and LaTeX files go beside them.
+    """Write or complete the JSON lines of a table, and its CSV and LaTeX files in the same folder.
 
-    Values are computed by the executor, here if it is left out. Given are the records of the lines,
-    and how many of them were there before. An OutputError says that the file is no beginning of
-    this table, that a line of it was changed, or that it can't be written.
+    Values are computed by the executor, by default in this process. Returns the records of all
+    lines and the number of lines that existed before. Raises OutputError if the existing file is
+    not an initial part of this table, if a line of it was changed, or if it cannot be written.
     """
     target, heads = Path(path), spec.heads
     run = map if executor is None else executor.map
@@ -159,7 +159,7 @@ def write_table(
 
 
 def _known(target: Path, file: IO[bytes], heads: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The records of the whole lines of a file, which is left behind the last of them."""
+    """The records of the complete lines of a file, whose position is then set to their end."""
     file.seek(0)
     found, end = [], 0
     for number, line in enumerate(file):
@@ -179,7 +179,7 @@ def _known(target: Path, file: IO[bytes], heads: list[dict[str, Any]]) -> list[d
 
 
 def _rows(spec: Spec, records: list[dict[str, Any]]) -> list[list[str]]:
-    """A head, and a row for each point: the inputs, then value, error and decimal logarithm."""
+    """A header, and a row for each point: the inputs, then value, error and decimal logarithm."""
     head = [name for q in spec.quantities for name in (q, f"{q}_error", f"log10_{q}")]
     rows, each = [[*spec.axes, *head]], iter(records)
     for point in itertools.product(*spec.axes.values()):

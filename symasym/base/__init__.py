@@ -1,1 +1,1 @@
-"""Used by every room: reading input, balls, errors, estimates and their texts, files, progress."""
+"""Modules used by all others: input, ball arithmetic, errors, estimates, and output of files."""

@@ -1,4 +1,4 @@
-"""The one place that sets the precision of python-flint, and numbers to and from its balls."""
+"""Control of python-flint's precision, and conversion of numbers to balls and back."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _lock = threading.RLock()
 
 @contextmanager
 def precision(bits: int) -> Iterator[None]:
-    """Arb at `bits` bits. Its context is global: one thread at a time, and put back after."""
+    """Set Arb's precision to `bits` in a block. The context is global, so one thread enters."""
     context = flint.ctx
     with _lock:
         before = context.prec, context.cap
@@ -32,7 +32,7 @@ def precision(bits: int) -> Iterator[None]:
 
 
 def extra_bits(most: int) -> Iterator[int]:
-    """0, 60, 180, ... below `most`: bits to add until a ball has the digits wanted."""
+    """Additional bits 0, 60, 180, ... below `most`, to be tried until a ball is narrow enough."""
     more = 0
     while more < most:
         yield more
@@ -40,22 +40,22 @@ def extra_bits(most: int) -> Iterator[int]:
 
 
 def exact_ball(value: Fraction) -> Any:
-    """The ball of a rational: exact but for the rounding of a quotient."""
+    """A rational number as a ball, whose radius is the rounding error of the quotient."""
     return flint.arb(flint.fmpq(value.numerator, value.denominator))
 
 
 def rounded(ball: arb | acb, dps: int | None) -> tuple[Any, Any]:
-    """The middle of a finite ball in float64, or an mpf of `dps` digits, and a radius for it all.
+    """The midpoint of a finite ball in float64, or as an mpf of `dps` digits, and its error.
 
-    The precision of mpmath's global context is neither used nor changed.
-    """
+    The error includes the rounding of the midpoint. mpmath's global precision is neither used nor
+    changed."""
     if not ball.is_finite():
         raise AccuracyError("the ball is not finite and has no midpoint; enclose the value first.")
     parts = [x.mid() for x in ((ball.real, ball.imag) if isinstance(ball, acb) else (ball,))]
     near: list[Any] = [float(x) if dps is None else _mpf(x, dps) for x in parts]
     with precision(64):
         radius = abs(ball - acb(*near)).upper()
-    # What is below the range of float64 is flushed to 0.
+    # float() turns a radius below the range of float64 into 0, so the next float64 is taken.
     error = math.nextafter(float(radius), math.inf) if dps is None else _mpf(radius)
     if len(near) == 1:
         return near[0], error
@@ -63,7 +63,7 @@ def rounded(ball: arb | acb, dps: int | None) -> tuple[Any, Any]:
 
 
 def _mpf(point: arb, dps: int | None = None) -> mpf:
-    """A ball without a radius, to `dps` digits if not as it is."""
+    """An exact ball (radius 0) as an mpf, rounded to `dps` digits if these are given."""
     exactly = libmp.from_man_exp(*(int(x) for x in point.man_exp()))
     near = exactly if dps is None else libmp.mpf_pos(exactly, libmp.dps_to_prec(dps), "n")
     return mp.make_mpf(near)

@@ -1,7 +1,7 @@
-"""The family of errors that symasym raises.
+"""The exceptions that symasym raises.
 
-Every message is one sentence that names the value, the rule it broke, and
-what to do about it.
+Every message is one sentence that states the value, the rule that it violates, and
+what to do instead.
 """
 
 import re
@@ -10,31 +10,31 @@ _LONGEST = 1000
 
 
 class SymasymError(Exception):
-    """Base of every error that symasym raises on purpose."""
+    """Base class of the exceptions that symasym raises."""
 
     def __init__(self, message: str) -> None:
-        # Values are quoted as they were given, which may be many lines or digits.
+        # A quoted value may have many lines or digits.
         one_line = re.sub(r"\s+", " ", message)
         text = re.sub(r"(\w{20})\w{60,}", r"\1...", one_line)
-        # What is wrong stands first, and what to do last.
+        # The beginning and the end of a message are its most useful parts.
         super().__init__(text if len(text) <= _LONGEST else f"{text[:400]} ... {text[-400:]}")
 
 
 class InputError(SymasymError, ValueError):
-    """An argument is outside what the function takes."""
+    """An argument is outside the domain of the function."""
 
 
 class RegionError(InputError):
-    """The quantity asked for does not exist in the drift's region."""
+    """The requested quantity does not exist for this drift, for example in its region."""
 
 
 class AccuracyError(SymasymError, ArithmeticError):
-    """The digits asked for cannot be promised by the method that was chosen."""
+    """The chosen method cannot guarantee the requested accuracy."""
 
 
 class RangeError(AccuracyError, OverflowError):
-    """The value does not fit the number type asked for (``log=True`` always fits)."""
+    """The value is outside the range of the requested number type (``log=True`` avoids this)."""
 
 
 class OutputError(SymasymError, OSError):
-    """A result cannot be written; what was there before is untouched."""
+    """A result cannot be written; an existing file is left unchanged."""

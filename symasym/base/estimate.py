@@ -1,4 +1,4 @@
-"""Numbers as texts: exact ones, values to the digits that their errors leave, and `Estimate`."""
+"""`Estimate`, a value with its error, and the conversion of numbers and errors to texts."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ IN_WORDS = {"bound": "proved bound", "estimate": "estimate", "none": "no error c
 class Estimate:
     """The result of a function with ``full=True``.
 
-    ``value, error = estimate`` unpacks it, and ``float(estimate)`` is its value.
+    It unpacks as ``value, error = estimate``; ``float(estimate)`` is the value.
 
     Attributes
     ----------
     value : float, mpf or ndarray
     error : float, mpf, ndarray or None
-        Absolute error of `value`; None for kind ``"none"``.
+        Absolute error of `value`; None if `error_kind` is ``"none"``.
     error_kind : {"bound", "estimate", "none"}
-        ``"bound"``: proved. ``"estimate"``: expected to hold, not proved.
-        ``"none"``: nothing is claimed.
+        ``"bound"``: the error is proved. ``"estimate"``: it is expected to hold, but not proved.
+        ``"none"``: no error is claimed.
     method : str
     order : int or None
-        Order of the expansion, where there is one.
+        Order of the expansion, if the method is one.
     notes : tuple of str
-        What else a reader should know; the text ends with them.
+        Remarks, which are also printed at the end of the text.
 
     Notes
     -----
-    As text the value goes on to the third digit of its error, and the error is rounded upwards,
-    what is cut off the value included.
+    In a text the value is printed to the third digit of its error; the printed error includes the
+    rounding of the printed value and is rounded upwards.
 
     Examples
     --------
@@ -72,7 +72,7 @@ class Estimate:
 
 
 def with_error(value: Any, error: Any) -> str:
-    """``value ± error``, true as it stands; of an array each element, as NumPy lays them out.
+    """The text ``value ± error`` with rounding included in the error; arrays in NumPy's layout.
 
     Examples
     --------
@@ -84,14 +84,14 @@ def with_error(value: Any, error: Any) -> str:
     if not np.ndim(value):
         return _element(value, error)
     errors = np.broadcast_to(np.asarray(error), value.shape)
-    # Of many elements NumPy shows some.
+    # NumPy abbreviates long arrays, so that only the elements shown are converted.
     show: Any = {"int": lambda k: _element(value.flat[k], errors.flat[k])}
     places = np.arange(value.size).reshape(value.shape)
     return np.array2string(places, separator=", ", formatter=show)
 
 
 def _element(value: Any, error: Any) -> str:
-    """A value to the third digit of its error."""
+    """The text of one value, printed to the third digit of its error, and of the error."""
     if isinstance(value, complex) or hasattr(value, "_mpc_"):
         return "({}) + ({})i".format(*(_element(x, error) for x in (value.real, value.imag)))
     if not error or value != value:
@@ -112,7 +112,7 @@ def _element(value: Any, error: Any) -> str:
 
 
 def number_text(x: Fraction) -> str:
-    """An exact number as a decimal where it is a short one, else as a quotient.
+    """An exact number as a decimal of fewer than 20 places if possible, else as a quotient.
 
     Examples
     --------
@@ -126,7 +126,7 @@ def number_text(x: Fraction) -> str:
 
 
 def number_repr(x: Fraction) -> str:
-    """Python source of an exact number: an int, a float where it is one, else a text.
+    """The Python source of an exact number: an int, or a float if exactly equal, else a string.
 
     Examples
     --------
@@ -139,10 +139,10 @@ def number_repr(x: Fraction) -> str:
 
 
 def interval_text(value: Any, error: Any, digits: int, more: bool = False) -> tuple[str, str]:
-    """Middle and radius of ``value ± error``, true as they stand: Arb rounds the radius upwards.
+    """Texts of midpoint and radius that enclose ``value ± error``; Arb rounds the radius upwards.
 
-    The middle has at most `digits` digits, and unless `more` are wanted only those that the error
-    leaves: the last one is off by at most one.
+    The midpoint has at most `digits` digits. Unless `more` is set, digits that are uncertain
+    because of the error are omitted: the last one printed is wrong by at most one unit.
 
     Examples
     --------

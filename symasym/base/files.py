@@ -1,4 +1,4 @@
-"""Writing results: whole files or none, the format of reference values, progress."""
+"""Atomic output of files, the format of reference values, and the progress bar."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from symasym.base.estimate import Estimate, interval_text
 
 
 def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
-    """Write a file that is either whole or as it was before, and make its folder where needed."""
+    """Write a file atomically: on failure the old file remains. Its folder is made if needed."""
     target = Path(path)
     beside = Path(f"{target}.{os.getpid()}.tmp")
     try:
@@ -38,12 +38,12 @@ def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
 
 
 def write_json(path: str | os.PathLike[str], data: object) -> None:
-    """Write `data` as JSON, whole or not at all (see `write_bytes`)."""
+    """Write `data` as JSON, atomically (see `write_bytes`)."""
     write_bytes(path, (json.dumps(data, indent=1, ensure_ascii=False) + "\n").encode())
 
 
 def read_json(path: str | os.PathLike[str]) -> Any:
-    """The content of a JSON file, or None where there is no readable one."""
+    """The content of a JSON file, or None if there is no readable one."""
     try:
         return json.loads(Path(path).read_bytes())
     except (OSError, ValueError):
@@ -51,9 +51,9 @@ def read_json(path: str | os.PathLike[str]) -> Any:
 
 
 def reference_value(x: Mapping[str, str], estimate: Estimate, dps: int) -> dict[str, Any]:
-    """One value, of exact inputs `x`, as it stands in a JSON file: decimal strings, never floats.
+    """The record of one value and its exact inputs `x` for a JSON file; numbers are strings.
 
-    The estimate's numbers are mpf, best with a few more than `dps` digits.
+    The estimate's numbers are mpf, preferably with a few more than `dps` digits.
     """
     mid, rad = interval_text(estimate.value, estimate.error, dps, more=True)
     return {
@@ -69,13 +69,13 @@ def reference_value(x: Mapping[str, str], estimate: Estimate, dps: int) -> dict[
 
 @cache
 def versions(*libraries: str) -> dict[str, str]:
-    """Versions of symasym, Python and `libraries`."""
+    """The versions of symasym, Python and the given libraries."""
     python = {"symasym": metadata.version("symasym"), "python": platform.python_version()}
     return python | {name: metadata.version(name) for name in libraries}
 
 
 def progress(name: str, total: int, done: int = 0) -> Any:
-    """A bar on the standard error stream, of what takes longer than two seconds."""
+    """A progress bar on the standard error stream, which appears after two seconds."""
     from tqdm import tqdm
 
     return tqdm(total=total, initial=done, desc=name, delay=2, mininterval=1)

@@ -1,7 +1,7 @@
-"""Reading arguments: what a caller may write, and the exact value it stands for.
+"""Conversion of arguments to exact values, with checks.
 
-Every public argument that is no expression (`symasym.drift.texts`) is read here, and what lies
-beyond the declared domain, 1e-300 to 1e300 in size, is refused here.
+All public arguments other than expressions (`symasym.drift.texts`) are read here. Numbers other
+than 0 whose absolute value is not between 1e-300 and 1e300 are refused.
 """
 
 from __future__ import annotations
@@ -20,38 +20,38 @@ from symasym.base.errors import InputError
 
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 IntArray = np.ndarray[Any, np.dtype[np.intp]]
-#: A value in float64, or an array of them.
+#: A float64 number or an array.
 Floats = float | FloatArray
-#: What a caller may write for a number, and for a number or an array of them; numbers of mpmath
-#: and SymPy, which have no types, as well.
+#: The types accepted for a number, and for a number or an array; numbers of mpmath and SymPy,
+#: which provide no type hints, are accepted as well.
 Number = int | float | str | Fraction | Decimal
 Numbers = ArrayLike | Fraction | Decimal
 
-#: The declared domain: every number but 0 is between these in size, 1e300 as a float among them.
+#: The limits for the absolute values of numbers other than 0; the float 1e300 is within them.
 MOST = Fraction(10**300) + 10**285
 LEAST = 1 / MOST
-_LONGEST = 20_000  # digits of a number: reading longer ones would fill the memory
+_LONGEST = 20_000  # the largest number of digits, as longer numbers might exhaust the memory
 _SHOWN = 80
 
 
 def shown(value: object) -> str:
-    """A value as messages quote it: on one line, cut where it is long, whatever it is."""
+    """The text of any value for messages: on one line, and shortened if it is long."""
     try:
         text = re.sub(r"\s+", " ", repr(value))
-    except Exception:  # a stranger's object may fail in any way, and a long number does
+    except Exception:  # repr may raise any exception, and does for a very long integer
         text = f"an object of type {type(value).__name__}"
     return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
 
 
 def flag(name: str, value: object) -> bool:
-    """True or False; InputError for anything else."""
+    """A value that must be True or False, as a bool."""
     if isinstance(value, (bool, np.bool_)):
         return bool(value)
     raise InputError(f"{name} is {shown(value)}; give True or False.")
 
 
 def choice(name: str, value: Any, known: Iterable[str | None]) -> Any:
-    """The one of the `known` words that `value` is, where None is one."""
+    """A value that must be one of the `known` words, of which one may be None."""
     words = list(known)
     if (value is None or isinstance(value, str)) and value in words:
         return value
@@ -59,7 +59,7 @@ def choice(name: str, value: Any, known: Iterable[str | None]) -> Any:
 
 
 def count(name: str, value: object, low: int, high: int, of: str = "", also: str = "") -> int:
-    """A whole number from `low` to `high`; `of` what, and what else would do, messages say."""
+    """An integer from `low` to `high`; messages name its unit `of` and the alternatives `also`."""
     try:
         if isinstance(value, (bool, np.bool_, np.ndarray)):
             raise TypeError
@@ -78,17 +78,17 @@ def digits(dps: object, most: int = 10_000) -> Any:
 
 
 def is_name(value: object) -> bool:
-    """True for a name that any language takes: ASCII letters, digits and _, a letter first."""
+    """True for a name of ASCII letters, digits and _ that begins with a letter."""
     return isinstance(value, str) and re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,59}", value) is not None
 
 
 def is_array(value: object) -> bool:
-    """True for what broadcasts: arrays with at least one axis, lists and tuples."""
+    """True for arrays with at least one axis, lists and tuples, which are broadcast."""
     return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
 def common_shape(shapes: Mapping[str, tuple[int, ...]]) -> tuple[int, ...]:
-    """The shape to which arrays of these shapes broadcast; messages call them by their names."""
+    """The shape to which arrays of these shapes broadcast; the keys are names for messages."""
     try:
         return np.broadcast_shapes(*shapes.values())
     except ValueError:
@@ -99,7 +99,7 @@ def common_shape(shapes: Mapping[str, tuple[int, ...]]) -> tuple[int, ...]:
 
 
 def sequence(name: str, value: object) -> list[Any]:
-    """The items of a list, tuple, array or other collection; InputError for anything else."""
+    """The items of a value that must be a list, tuple, array or other collection."""
     try:
         if isinstance(value, (str, bytes, dict)):
             raise TypeError
@@ -110,7 +110,7 @@ def sequence(name: str, value: object) -> list[Any]:
 
 
 def axes(name: str, value: Any, many: int = 1) -> list[Any]:
-    """Matplotlib's axes, one or so many; InputError for anything else."""
+    """A list of the given matplotlib Axes, whose number must be `many`."""
     from matplotlib.axes import Axes
 
     given = list(np.asarray(value, dtype=object).ravel())
@@ -120,9 +120,9 @@ def axes(name: str, value: Any, many: int = 1) -> list[Any]:
 
 
 def exact(name: str, value: object) -> Fraction:
-    """The rational that a number or text stands for: a float its binary value, a text what it says.
+    """The exact rational value of a number or text; that of a float is its binary value.
 
-    `name` is what messages call it.
+    Messages call it `name`.
 
     Examples
     --------
@@ -142,7 +142,7 @@ def exact(name: str, value: object) -> Fraction:
 
 
 def _rational(value: Any) -> Fraction:
-    """The rational that a value stands for; an error for what is none, or far out of the domain."""
+    """The rational value; raises if the value is not rational or far outside the domain."""
     if isinstance(value, (np.generic, np.ndarray)):
         value = value.item() if value.ndim == 0 else None
     if isinstance(value, (bool, complex)) or hasattr(value, "_mpc_"):
@@ -152,7 +152,7 @@ def _rational(value: Any) -> Fraction:
         power = text.lower().partition("e")[2] or "0"
         if len(text) > _LONGEST or abs(int(power[:10])) > _LONGEST:
             raise OverflowError
-        # Decimal reads any number of digits; int and with it Fraction stop at 4300.
+        # Decimal reads any number of digits, whereas int and Fraction are limited to 4300.
         return Fraction(text) if "/" in text else Fraction(Decimal(text))
     if hasattr(value, "_mpf_"):
         sign, mantissa, power, _ = value._mpf_
@@ -168,12 +168,12 @@ def _rational(value: Any) -> Fraction:
 
 
 def floats(name: str, value: Numbers) -> FloatArray:
-    """`value` as a float64 array (0-dimensional for a scalar), finite and not empty."""
+    """A number or array as a finite, nonempty float64 array (0-dimensional for a number)."""
     if not is_array(value):
         return np.asarray(float(exact(name, value)))
     try:
         array = np.asarray(value)
-    except ValueError:  # ragged
+    except ValueError:  # rows of different lengths
         array = np.empty(0)
     if array.dtype.kind in "OUS":
         array = np.array([float(exact(name, x)) for x in array.flat]).reshape(array.shape)
@@ -204,5 +204,5 @@ def within(name: str, value: object, low: float, high: float) -> Fraction:
 
 
 def float_text(value: Any) -> str:
-    """A short text of a number within the domain, for messages."""
+    """A short text of a number for messages."""
     return f"{float(value):.6g}"

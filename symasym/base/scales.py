@@ -1,4 +1,4 @@
-"""From the physical parameters (eps, kappa, r) to the scaled ones, and back."""
+"""Conversion of the physical parameters (eps, kappa, r) to scaled ones."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ class Scales:
     Attributes
     ----------
     kappa, r : number
-        kappa/sqrt(eps) and r/eps, to pass to functions such as `escape_time`.
+        kappa/sqrt(eps) and r/eps, the arguments of functions such as `escape_time`.
     time : number
-        Physical time per unit of scaled time, eps. So slow variables, frozen in the scaled
-        equation, move by this times their velocity in a unit of scaled time.
+        The unit of scaled time in physical time, eps. In one such unit, slow variables, which are
+        frozen in the scaled equation, move by eps times their velocity.
     """
 
     kappa: Any
@@ -42,8 +42,8 @@ class Scales:
 def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
     """Scale noise amplitude and radius by the width of the switch (eq:tildexykappa, eq:tilder).
 
-    A time T of the scaled equation describes the whole system where eps T, the way that a slow
-    variable of unit velocity goes meanwhile, changes its drift by little (docs/release.md).
+    A time T of the scaled equation is valid for the whole system if the drift changes little when
+    a slow variable moves by eps T times its velocity (docs/release.md).
 
     Parameters
     ----------
@@ -53,13 +53,13 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
     kappa : number or array_like
         Physical noise amplitude, greater than 0.
     r : number or array_like
-        Physical radius of escape, greater than 0.
+        Physical escape radius, greater than 0.
 
     Returns
     -------
     Scales
-        Exact rationals where the square root of `eps` is rational; otherwise
-        `kappa` is an mpf right to 60 digits.
+        Exact rationals if the square root of `eps` is rational; otherwise
+        `kappa` is an mpf that is correct to 60 digits.
 
     Raises
     ------
