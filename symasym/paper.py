@@ -76,8 +76,8 @@ def _escape_time(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorK
     a_minus, a_plus = (Fraction(a) for a in scene.drift.ends)
     if a_minus * a_plus <= 0:
         raise RegionError(
-            f"a- = {float_text(a_minus)} and a+ = {float_text(a_plus)} are no crossing region, "
-            "where the paper gives no escape time; use method='exact'."
+            f"a- = {float_text(a_minus)} and a+ = {float_text(a_plus)} are not those of a crossing "
+            "region, to which the paper's escape time is limited; use method='exact'."
         )
     _, ahead, wells, barriers, V = _seen(scene.drift, a_plus < 0, bits, time=True)
     if (len(wells), len(barriers)) not in ((0, 0), (1, 1)):

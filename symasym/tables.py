@@ -54,7 +54,7 @@ def read_spec(path: str | os.PathLike[str]) -> Spec:
             # Decimals are read as texts, as they stand for exact values.
             return _spec(tomllib.load(file, parse_float=str))
     except (SymasymError, OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
-        raise InputError(f"{path} is no spec of a table: {error}") from None
+        raise InputError(f"{path} is not a valid spec of a table: {error}") from None
 
 
 def _spec(given: dict[str, Any]) -> Spec:
@@ -64,8 +64,8 @@ def _spec(given: dict[str, Any]) -> Spec:
     unknown = given.keys() - set(_KEYS)
     if len(of) != 1 or unknown or not isinstance(own, dict):
         raise InputError(
-            f"{', '.join(unknown) or 'drift or expr, or parameters'} are not as they should be; "
-            f"give either drift or expr, parameters as a table, and of the rest {', '.join(_KEYS)}."
+            f"{', '.join(unknown) or 'drift or expr, or parameters'}: not valid here; give either "
+            f"drift or expr, parameters as a table, and no keys other than {', '.join(_KEYS)}."
         )
     numbers = {name: given[name] for name in _NUMBERS if name in given}
     axes = {n: [number_text(value) for value in _axis(n, x)] for n, x in (numbers | own).items()}

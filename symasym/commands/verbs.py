@@ -84,7 +84,7 @@ def release(a: Any) -> None:
     """
     given = {"mu": "3", "alpha": "1", **dict(a.set)}
     if unknown := min(given.keys() - {"mu", "alpha"}, default=""):
-        raise InputError(f"{unknown} is no parameter of the oscillator; it has mu and alpha.")
+        raise InputError(f"{unknown} is not a parameter of the oscillator; give mu or alpha.")
     block = sa.oscillator(**given)
     system = sa.System(a.phi or block.phi, a.velocity or block.velocity, a.noise)
     more = {name: getattr(a, name) for name in ("eps", "method", "rtol", "paths", "seed")}

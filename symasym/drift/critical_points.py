@@ -64,7 +64,7 @@ def critical_points(drift: Parametrized) -> list[CriticalPoint]:
     """
     drift.scalars()
     if not drift.model.layered:
-        raise RegionError(f"{drift!r} has no layer (-1, 1) whose critical points are asked for.")
+        raise RegionError(f"{drift!r} has no layer; give a drift with a layer (-1, 1).")
     return list(known(*formula_of(drift, 0), fmpq(-1), fmpq(1)))
 
 
@@ -195,7 +195,7 @@ def _of_analytic(formula: Formula, values: Values, low: Any, high: Any) -> list[
             return [_point(_refined(formula, values, z), z.multiplicity, z.rising) for z in found]
     raise AccuracyError(
         "A is 0 on [-1, 1], or has zeros or terms that 1,000 digits do not tell apart; give "
-        "A as a polynomial, or so that its terms do not cancel."
+        "A as a polynomial, or in a form in which its terms do not cancel."
     )
 
 

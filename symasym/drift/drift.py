@@ -131,8 +131,8 @@ class Drift(Parametrized):
             if name not in self.parameters:
                 known = ", ".join(self.parameters) or "none at all"
                 raise InputError(
-                    f"{name if is_name(name) else shown(name)} is no parameter of this drift; its "
-                    f"parameters are {known}."
+                    f"{name if is_name(name) else shown(name)} is not a parameter of this drift; "
+                    f"its parameters are {known}."
                 )
             if is_array(value):
                 bound[name] = floats(name, value)

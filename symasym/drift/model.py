@@ -131,8 +131,8 @@ class Parametrized:
         for name, value in self._values.items():
             if is_array(value):
                 raise InputError(
-                    f"{name} is an array, where one value is taken; pass one at a time, or leave "
-                    "dps and full out where they are given."
+                    f"{name} is an array, but a single value is required; pass one value at a "
+                    "time, or omit dps and full."
                 )
         return self._values
 
@@ -161,7 +161,7 @@ class Parametrized:
         self.require_bound()
         if not self.model.layered:
             raise RegionError(
-                f"{self!r} has no layer, and so no a- and a+; give ends=(…) to what is asked of it."
+                f"{self!r} has no layer and therefore no a- and a+; give the interval by ends=(…)."
             )
         if not self.shape:
             return self.model.pieces[0].ends(self._values)

@@ -160,7 +160,7 @@ def polynomial(*coefficients: Numbers, **named: Numbers) -> Drift:
     if named:
         for name in named:
             if not re.fullmatch(r"c(0|[1-9][0-9]{0,2})", name):
-                raise InputError(f"{shown(name)} is no coefficient; name them c0, c1, c2, …, c200.")
+                raise InputError(f"{shown(name)} is not a coefficient; give c0, c1, c2, …, c200.")
         degree = max(int(name[1:]) for name in named)
         coefficients = tuple(named.get(f"c{k}", 0) for k in range(degree + 1))
     names = [f"c{k}" for k in range(len(coefficients))]
@@ -267,7 +267,7 @@ def named_drift(name: str | None, expression: str | None, values: Mapping[str, A
     if expression is not None:
         return Drift(expression).bind(**values)
     if name not in DRIFTS:
-        raise InputError(f"{name} is no ready-made drift; they are {', '.join(DRIFTS)}.")
+        raise InputError(f"{name} is not a ready-made drift; give one of {', '.join(DRIFTS)}.")
     given = {
         key: int(x) if key in ("waves", "n") and str(x).isdecimal() else x
         for key, x in values.items()

@@ -77,8 +77,8 @@ class Reduction:
         )
         if not (minus * plus).is_negative:
             raise RegionError(
-                f"the normal components are {minus} and {plus} there, which is no sliding; "
-                "choose a point where they have opposite signs."
+                f"the normal components are {minus} and {plus} there, so that the point is not in "
+                "a sliding region; choose a point where they have opposite signs."
             )
         return tuple(map(sympy.simplify, along))
 

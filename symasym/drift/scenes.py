@@ -107,8 +107,8 @@ class Scenes(Scene):
         """The scene, if there is only one; raises InputError otherwise."""
         if self.shape:
             raise InputError(
-                f"arrays of shape {self.shape} were given where one scene is taken; give numbers, "
-                "or leave dps out where it is given, as arrays are float64."
+                f"arrays of shape {self.shape} were given, but a single scene is required; give "
+                "numbers, or omit dps, as arrays are computed in float64."
             )
         return self.at(0)
 
@@ -198,8 +198,8 @@ def require_drift(drift: object, bound: bool = True, plain: bool = True) -> None
         drift.require_bound()
     if plain and not drift.model.plain:
         raise RegionError(
-            f"{drift!r} has pieces, no layer, or noise of its own, for which there are the exact "
-            "values, method='laplace' and exit_law; give a drift that is constant outside [-1, 1]."
+            f"{drift!r} has pieces, no layer, or noise that depends on u, so that only exact "
+            "values, method='laplace' and exit_law exist; give one constant outside [-1, 1]."
         )
 
 

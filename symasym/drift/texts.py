@@ -84,7 +84,7 @@ def _read(node: ast.AST, text: str, names: Mapping[str, Any]) -> _Part:
             decimal = text[node.col_offset : node.end_col_offset]
             if not _DECIMAL.fullmatch(decimal):
                 raise ValueError(
-                    f"has {shown(decimal)}, which is no decimal of at most 1,000 digits"
+                    f"has {shown(decimal)}, which is not a decimal of at most 1,000 digits"
                 )
             return _part(sympy.Rational(decimal))
         case ast.Name(id=word) if word not in FUNCTIONS:
@@ -104,7 +104,7 @@ def _read(node: ast.AST, text: str, names: Mapping[str, Any]) -> _Part:
             if word not in FUNCTIONS:
                 raise ValueError(f"has the function {word}; known are {', '.join(FUNCTIONS)}")
             return _call(word, _read(inner, text, names))
-    raise ValueError(f"has {shown(ast.unparse(node))}, which is no part of a formula")
+    raise ValueError(f"has {shown(ast.unparse(node))}, which is not allowed in a formula")
 
 
 def _size(x: Any) -> int:

@@ -71,8 +71,8 @@ class Expansion:
         for s in sorted(A.free_symbols - {U}, key=str):
             if bare(_name_of(s.name)) in names:
                 raise InputError(
-                    f"A = {A} has a parameter {s}, which the formula has as a name of its own; "
-                    "rename the parameter."
+                    f"A = {A} has a parameter {s}, a name that the formula uses for another "
+                    "quantity; rename the parameter."
                 )
 
     @property
@@ -108,8 +108,8 @@ class Expansion:
         """
         if not self.drift.model.plain and "ends" not in options:
             raise InputError(
-                f"r is {shown(r)}, but the formula is of the way over one barrier; give ends=(…), "
-                "one of them beyond it, and the other beyond a higher one."
+                f"r is {shown(r)}, but the formula is for the escape over one barrier; give "
+                "ends=(…), one beyond it and the other beyond a higher barrier."
             )
         known = {"method": _METHODS[self.noise], "order": self.order, **options}
         known |= {"complement": True} if self.quantity[0] == "1" else {}
@@ -270,8 +270,8 @@ def expand(
     ):
         raise InputError(
             f"{quantity} to order {order} from {float(at):.6g} has no formula for {noise} noise; "
-            "give -1 <= start <= 1, T of Drift.general(), T to order 0 for uniform noise, or take "
-            f"numbers of method={_METHODS[noise]!r}."
+            "give -1 <= start <= 1, T of Drift.general(), T to order 0 for uniform noise, or use "
+            f"method={_METHODS[noise]!r} for numbers."
         )
     return _expanded(drift, quantity, noise, order, at, asked)
 

@@ -246,7 +246,7 @@ class Pair(Field):
             self._solve(poly)
         if not found:
             raise InputError(
-                f"{drift!r} does not lead from {self.start} to a well with a barrier beside it, as "
+                f"{drift!r} does not lead from {self.start} to a well with an adjacent barrier, as "
                 f"in the case '{case}'; give another start or case."
             )
         if not self.values:

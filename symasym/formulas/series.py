@@ -244,7 +244,7 @@ def strong(drift: Drift, name: str, order: int, start: Fraction, _: Any) -> dict
     if of.poly is None:
         raise InputError(
             f"A = {of.A} is no polynomial in u, so that the moments of V have no closed form; "
-            "sa.escape_time(method='strong_noise') and its like take numbers."
+            "use sa.escape_time(method='strong_noise') and its like for numbers."
         )
     for side, letter, mark in ((1, "L", "-"), (-1, "R", "+")) if name[-1] != "P" else ():
         x, whole = side * of.start, straight(side * of.slopes[-side], R - 1, ring)
@@ -324,6 +324,6 @@ def uniform(
             formula = airy + REST + (R - 1) / SLOPE
             return {"case": own, "formula": formula, "definitions": known, "conditions": where}
     raise InputError(
-        f"{drift!r} from {float(start):.6g} has no uniform formula, which is of a cubic A with a "
-        'well and a barrier behind the start; take numbers of method="uniform".'
+        f"{drift!r} from {float(start):.6g} has no uniform formula, which exists for a cubic A, a "
+        'well next to the start and a barrier beyond it; use method="uniform" for numbers.'
     )

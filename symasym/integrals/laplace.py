@@ -100,16 +100,16 @@ def contribution(
         first = int(front % 2) if both else 0
         n = first + step * (order - 1) + 1
         if ring.sign(-lead[contact]) != 1 or (both and contact % 2):
-            raise NotAnalytic(f"{f} is flat or not surely largest")
+            raise NotAnalytic(f"{f} is flat, or not proved to have a maximum,")
         if len(weight) < n:
-            raise NotAnalytic(f"{g} vanishes, or cancels, to all orders looked at")
+            raise NotAnalytic(f"{g} vanishes, or cancels, to all computed orders")
         if sign_of(front + 1) != 1:
             raise NotAnalytic(f"{g} behaves as a power {sympy.simplify(front)} of the distance")
     except NotAnalytic as error:
         raise InputError(
-            f"{error} at {x} = {point}, where f is largest; Laplace's method takes f with a Taylor "
-            "series there, and g such a series times a power of the distance, above -1 and whole "
-            "inside: change f or g, split the integral, or give symbols assumptions."
+            f"{error} at {x} = {point}, where f is largest; Laplace's method needs a Taylor series "
+            "of f there, and of g such a series times a power above -1 of the distance (inside, an "
+            "integer power): change f or g, split the integral, or give symbols assumptions."
         ) from None
     beta, a = front + 1, ring.expression(-lead[contact])
     exponents, values = tuple((k + beta) / contact for k in range(first, n, step)), []

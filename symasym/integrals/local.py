@@ -133,7 +133,7 @@ def exactly(work: Callable[[Exact], Any]) -> Any:
         except _Missing as missing:
             constants.append(missing.args[0])
     raise AccuracyError(
-        "the constants of the expansion did not close under arithmetic; put numbers in."
+        "the expansion contains too many independent constants; give numbers for parameters."
     )
 
 
@@ -178,7 +178,7 @@ class Point:
         (front, series), p = self.term(e.base), e.exp
         real = len(series) and self.ring.sign(series[0]) == 1 and (self.side or front == 0)
         if not len(series) or not (p.is_Integer or real):
-            raise NotAnalytic(f"{e} is not surely a real power times a power series")
+            raise NotAnalytic(f"{e} is not known to be a real power times a power series")
         first = series[0] ** int(p) if p.is_Integer else self.ring.power(series[0], p)
         return sympy.expand(front * p), series.power(exponent(p, self.ring), first)
 

@@ -58,8 +58,8 @@ def located(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Maximum]:
         if not tops or tops != found:
             first, *_ = names = sorted(map(str, free))
             raise InputError(
-                f"where f = {f} is largest, if anywhere, depends on {', '.join(names)}; give "
-                f"numbers, or symbols with assumptions that decide, such as Symbol('{first}', "
+                f"the points where f = {f} is largest depend on {', '.join(names)}; give numbers, "
+                f"or symbols with assumptions that determine them, such as Symbol('{first}', "
                 "positive=True)."
             )
     return found
@@ -95,9 +95,8 @@ def _highest(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Maximum]:
     rests = [cut(large, end, inside, _TINY)[1] for end in (lo, hi)]
     if not all(rest.is_finite() for rest in rests) or not all(m.side for m in tops):
         raise InputError(
-            f"f = {f} is not largest at a point of [{a}, {b}], or does not fall, or g = {g} grows, "
-            "towards an end, so that the integral diverges or has no maximum to expand at; give "
-            "others, or ends."
+            f"f = {f} does not attain a maximum on [{a}, {b}], or, towards an end, f does not fall "
+            f"or g = {g} grows, so that the integral diverges; give other functions or ends."
         )
     return tops
 

@@ -130,7 +130,7 @@ class UniformExpansion(IntegralExpansion):
         if line[0] or line[-1] or sum(q and not p for p, q in pairwise(line)) != 1:
             raise InputError(
                 f"from {self.a} to {self.b} f = {self.f} does not fall, rise and fall once; give "
-                "ends in the two valleys beside its saddles."
+                "ends in the two valleys of its saddles."
             )
         return []
 

@@ -272,7 +272,7 @@ def test_numbers_of_a_bound_drift() -> None:
         (sa.Drift.general(), {"case": "well barrier start"}, "case 'well barrier start'"),
         (sa.friction(), {"start": "-9/8"}, "from -1.125 has no formula"),
         (sa.Drift("c + sin(2*u) + 2*u**2"), {"noise": "uniform", "case": "start"},
-         "take numbers of method=.uniform"),
+         "use method=.uniform. for numbers"),
         *[(drift, {"noise": "strong"}, "no polynomial in u, so that the moments")
           for drift in (sa.Drift.general(), sa.Drift("1 + sin(u)"))],
         *[(sa.Drift(f"{name} + u - 4*u**3"), {"order": 1}, f"has a parameter {name}")
