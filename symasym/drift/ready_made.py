@@ -277,7 +277,7 @@ def named_drift(name: str | None, expression: str | None, values: Mapping[str, A
     except TypeError:
         unknown = given.keys() - inspect.signature(DRIFTS[name]).parameters
         raise InputError(
-            f"{min(unknown)} is no parameter of {name}; its parameters are "
+            f"{min(unknown)} is not a parameter of {name}; its parameters are "
             f"{drift_signatures()[name]}."
         ) from None
 
