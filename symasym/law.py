@@ -218,7 +218,7 @@ class ExitLaw:
             return self._as_asked(*found[0])
         near = zip(*(rounded(ball, None) for ball, _ in found), strict=True)
         value, error = (np.reshape(x, times.shape) for x in near)
-        kind = max(kind for _, kind in found)  # an estimate, if one of them is
+        kind = max(kind for _, kind in found)  # an estimate if one of the errors is
         return Estimate(value, error, kind, "exact") if self._full else value
 
     def quantile(self, p: Number) -> Any:

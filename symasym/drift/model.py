@@ -16,7 +16,7 @@ from symasym.base.estimate import number_repr
 from symasym.base.inputs import common_shape, floats, is_array
 from symasym.drift.formula import Formula
 
-_MOST_SHOWN = 1000  # values of an array
+_MOST_SHOWN = 1000  # the longest array that is printed in full
 
 
 @dataclass(frozen=True, kw_only=True)

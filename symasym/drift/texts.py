@@ -21,7 +21,7 @@ from symasym.base.errors import InputError
 from symasym.base.inputs import is_name, shown
 from symasym.drift import formula
 
-#: Functions of one argument.
+#: The functions of one argument that a text may contain.
 FUNCTIONS = (*formula.FUNCTIONS, "ln")
 #: Names of constants.
 CONSTANTS = {"pi": sympy.pi, "E": sympy.E, "I": sympy.I, "oo": sympy.oo}

@@ -149,7 +149,7 @@ class Exit:
         return self.ball(lambda f: abs(f.transform(s, None)), ORDER, size, wanted=3).upper()
 
     def _on_line(self, t: Fraction, name: str, wanted: int) -> Any:
-        """By the vertical line Re s = c on which the integrand is about the smallest."""
+        """The value by inversion along the line Re s = c with nearly the smallest integrand."""
         c, most = self._tilt(t)
         complement = name == ("survival" if c > 0 else "cdf")
         if most < (arb(10) ** -wanted if complement else _NOTHING):
@@ -176,7 +176,7 @@ class Exit:
         return not narrow and float(high - low) / math.pi * math.sqrt(wanted) < _MODES
 
     def _on_contour(self, t: Fraction, name: str, wanted: int) -> Any:
-        """By Talbot's contour; the difference of two numbers of nodes estimates the error."""
+        """The value by Talbot's contour; its error is estimated from two numbers of nodes."""
         nodes = 2 * math.ceil(0.9 * wanted) + 8
         one, two = (
             self.ball(

@@ -86,7 +86,7 @@ def float_logs(scenes: Scenes, request: Request) -> Logs:
 
 
 def _moved(scenes: Scenes) -> tuple[float, FloatArray | float]:
-    """How far places move, all together, that are read as floats, and the least way between two."""
+    """Total rounding displacement of start and ends in float64, and the least distance of two."""
     places = [x for name, x in scenes.exactly.items() if name != "kappa"]
     moved = sum(abs(float(x)) for x in (*places, *scenes.drift.model.cuts) if x != float(x))
     known = [x for name, x in scenes.numbers.items() if name not in ("kappa", "r", "y")]

@@ -72,7 +72,7 @@ class WeightedPanel(NamedTuple):
 
     @property
     def work(self) -> float:
-        """As `Panel.work`."""
+        """The estimated cost, in the unit of `Panel.work`."""
         return 4 * self.of.work
 
 
@@ -215,7 +215,7 @@ def _ball(radius: Any) -> arb:
 
 
 def _moderate_matrix(p: WeightedPanel, lam: arb, digits: int, order: int, s: float) -> Matrix:
-    """By power series about the middle: y' = h a z, z' = -g z + s lam h b y, z = e F."""
+    """The matrix by power series about the middle: y' = h a z, z' = -g z + s lam h b y, z = e F."""
     g, h = p.of.slope, p.of.half
     a, b = list(p.a.series * h), list(p.b.series * (lam * h))
     terms, *rests = _cauchy(p, lam, digits, order, s)
@@ -302,7 +302,7 @@ def _cauchy(p: WeightedPanel, lam: arb, digits: int, order: int, s: float) -> tu
 
 
 def _slow_matrix(p: WeightedPanel, lam: arb, digits: int, order: int) -> Matrix:
-    """By the slow solutions t = y/z and v = z/y."""
+    """The matrix of a panel from the slow solutions t = y/z and v = z/y."""
     h, q = p.of.half, p.of.q
     terms = max(p.of.terms, len(list(p.a.series)), len(list(p.b.series)))
     inverse = (q(ENDS[1]) - q(ENDS[0]) + _ball(2 * p.of.blur)).exp()

@@ -111,7 +111,7 @@ class InFloats(InBalls):
         return Scaled(np.ones_like(self.lam), height, self.lam)
 
     def exprel(self, height: Any, n: int) -> Scaled:
-        """The same function, transformed for height > 0 (DLMF 13.2.39)."""
+        """The function of `InBalls.exprel`, transformed for height > 0 (DLMF 13.2.39)."""
         from scipy.special import hyp1f1
 
         up, fall = float(height) > 0, -self.lam * abs(float(height))

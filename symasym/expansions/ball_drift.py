@@ -255,7 +255,7 @@ class BallDrift:
         return next(filter(None, self.sides(u, count)))
 
     def sides(self, u: Any, count: int) -> tuple[Any, Any]:
-        """The same on the left and on the right of a point, None beyond an end."""
+        """The result of `around` on the left and on the right of a point; None beyond an end."""
         left, right = (self._beside(u, side) for side in (-1, 1))
         before = left and left.local(u, count)
         return before, before if left is right else right and right.local(u, count)

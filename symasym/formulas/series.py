@@ -13,8 +13,8 @@ B. Friedman, F. Ursell, Proc. Camb. Phil. Soc. 53 (1957) 599),
 
     T = pi^2 [p^2 lam^(1/3) (Ai^2 + Bi^2)(Z) - q^2 lam^(-1/3) (Ai'^2 + Bi'^2)(Z)] + R + (r - 1)/a+,
 
-Z = lam^(2/3) zeta (DLMF 9.11.4 and its derivative), for a well to the right of the start and a
-barrier to its right; R is the finite part of int du/phi from the start to 1 without their part.
+Z = lam^(2/3) zeta (DLMF 9.11.4 and its derivative), for a start left of a well left of a barrier;
+R is the finite part of int du/phi from the start to 1, without the contribution of this pair.
 
 All symbols are explicit and analytic at the fold D = 0: A = (y^2 - D)(psi0 + psi1 y), y = u - m,
 m = b + k T_(1/3)(w), where b +- k are the zeros of A', 2 c3 k^3 w = A(b) and
