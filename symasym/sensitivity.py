@@ -150,7 +150,7 @@ def _by_ends(
 ) -> dict[str, tuple[Any, Any]]:
     """The positive and the negative part of d log(quantity)/dr and of d log(quantity)/d(start).
 
-    `near` and `far` are y = 1/sigma and w = lam Q/sigma of both sweeps, at the start and at the
+    `near` and `far` are y = 1/eta and w = lam Q/eta of both sweeps, at the start and at the
     opposite end, `whole` is the sum of w at the start; `product` multiplies, and divides by `over`.
     """
     (y, w), (far_y, far_w) = near, far

@@ -183,6 +183,8 @@ def emit(a: Any) -> None:
         # Parameters that determine the form of a drift are set here; `emit` binds the others.
         shapes = {n: x for n, x in a.set if a.drift and re.fullmatch(r"c\d+|waves|n", n)}
         drift = named_drift(a.drift, a.expr, shapes) if a.drift or a.expr else None
+        if drift and a.no_layer:
+            drift = sa.Drift(drift.expression(), layer=None)
         rest = {n: x for n, x in a.set if n not in shapes}
         source = sa.emit(a.label, a.target, rest, drift=drift)
     if a.out is None:

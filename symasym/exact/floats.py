@@ -32,7 +32,7 @@ from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray, is_array
 from symasym.drift.sampled import Field
 from symasym.drift.scenes import Answer, Request, Scenes, ends_of
-from symasym.exact.balls import of_scene
+from symasym.exact.balls import of_scene  # the table of methods asks for it here
 from symasym.exact.float_panels import OF_A, ULP, Logs, SampledDrift, constant, panels, seen
 
 #: Relative error of float64 values (of the logarithm, where that is larger than 1).

@@ -176,8 +176,8 @@ def _exact(kind: type[PartialSums], scene: Scene, request: Request) -> Answer | 
 
 def _refusal(kind: type[PartialSums], kappa: str, orders: Sequence[int]) -> AccuracyError:
     return AccuracyError(
-        f"kappa is {kappa}, {kind.reason}: beyond order {orders[-1]} the error is as large as "
-        "the value; give another order, or use method='exact'."
+        f"kappa is {kappa}, {kind.reason}: up to order {orders[-1]} the error exceeds half the "
+        "value; give another order, or use method='exact'."
     )
 
 

@@ -14,8 +14,8 @@ that of e^{-lam V}, and let x be the start. Then, with E = 0 at zeros of phi,
                                 + m_x L(x) R(x) ),      rho± = ± sum lam^-k f.p. int h_k
 
 with Hadamard's finite parts from the start to either end (Green's function of the mean exit time:
-Gardiner, Stochastic Methods, 5.5; G(x) cancels between the two sides). At a reflecting end ("wall")
-let L = S -> oo, so that L(p)/S -> 1; a wall contributes a term m_p, an absorbing end does not.
+Gardiner, Stochastic Methods, 5.5; G(x) cancels between the two sides). If the left end
+reflects (a "wall"), L = S -> oo, so that L(p)/S -> 1; a wall has a term m_p, an absorbing end none.
 
 An arithmetic (`symasym.expansions.arithmetic`, or SymPy's) gives `lam`, `log_lam` and
 `term(letter, point, height, halves, row)`; SymPy's makes of each term a symbol with that letter,
@@ -269,8 +269,8 @@ class WeakNoise(answer.PartialSums):
     """The expansion in powers of 1/lam."""
 
     reason = (
-        "where the noise is too strong, or a well, a barrier or the start too close to another or "
-        "to an end, for Laplace's method"
+        "where the noise is too strong for Laplace's method, or a well, a barrier or the start too "
+        "close to another or to an end, where method='uniform' holds"
     )
 
     def known(self, bits: int) -> Coefficients:

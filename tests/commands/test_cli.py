@@ -143,6 +143,7 @@ def test_value_loads_no_matplotlib() -> None:
         ("figure phase -o phase.doc", "phase.doc"),
         ("emit folds --target pyton", "pyton"),
         ("emit eq:V --target c --order 2", "--order"),
+        ("emit eq:Ttilde --target c --expr u-u**3 --no-layer", "no layer"),
         ("emit fr1 --target c -o ''", "cannot be written"),
         ("show eq:Ttilde --order 2", "--order"),
         ("show eq:Ttilde --drift friction", "--drift"),
