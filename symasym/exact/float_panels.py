@@ -245,10 +245,7 @@ def _tested(act: Any, c: Any, powers: Any, order: int) -> Any:
 def records(
     half: Any, c: Any, off: Any, strength: Any, powers: Any, loose: float, order: int
 ) -> Logs:
-    """Logarithms of a panel: f, c, c I, f m00, f m01, f c m02, c m10, c m11, f t0, f t1.
-
-    f and c are such that e(right) = f/c and max(f, c) = 1.
-    """
+    """Logarithms of f, c, c I, f m00, f m01, f c m02, c m10, c m11, f t0, f t1; e(right) = f/c."""
     slope, act = c[0], matrices(c.shape[1])
     falls = times(act.integrals[-1], slope)  # lam (V(a) - V(b))
     found, slow = np.ones((3 if order == 1 else 8, len(falls)), falls.dtype), strength > 0
