@@ -31,8 +31,7 @@ if TYPE_CHECKING:
         tanh,
     )
     from symasym.drift.reduction import Reduction, reduce
-    from symasym.emit import emit
-    from symasym.formula import Formula, formula, labels
+    from symasym.formula import Formula, emit, formula, labels
     from symasym.formulas.expand import Expansion, expand
     from symasym.integrals.laplace import LaplaceExpansion, laplace_integral
     from symasym.integrals.uniform import UniformExpansion, uniform_integral
@@ -66,14 +65,13 @@ _HOMES = {
 class _Package(ModuleType):
     """This package, whose public names are loaded at their first use.
 
-    Six functions have the name of their module (such as ``symasym.plan``), which would replace
-    the function in this namespace when it is imported.
+    Six functions have the name of a module (such as ``symasym.plan``), which would replace the
+    function in this namespace when it is imported.
     """
 
     def __setattr__(self, name: str, value: Any) -> None:
-        if name in _HOMES and isinstance(value, ModuleType):
-            value = getattr(value, name)
-        super().__setattr__(name, value)
+        if not (name in _HOMES and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
 
     def __getattr__(self, name: str) -> Any:
         if name not in _HOMES:

@@ -1,4 +1,4 @@
-"""A derived formula with its assumptions, its error and the steps of its derivation."""
+"""A derived formula with its assumptions, its error and its derivation; its source code."""
 
 from __future__ import annotations
 
@@ -9,9 +9,14 @@ from symasym.base.errors import InputError
 from symasym.base.inputs import shown
 
 if TYPE_CHECKING:
-    from symasym.derivation.derivation import Derivation
+    from collections.abc import Mapping
 
-__all__ = ["Formula", "formula", "labels"]
+    from symasym.base.inputs import Number
+    from symasym.derivation.derivation import Derivation
+    from symasym.drift.drift import Drift
+    from symasym.emit import Source
+
+__all__ = ["Formula", "emit", "formula", "labels"]
 
 #: The arguments that come first, in this order; all others follow in alphabetical order.
 _FIRST = ("u", "v", "kappa", "r", "epsilon", "mu", "alpha", "z0", "a_minus", "a_plus")
@@ -84,9 +89,9 @@ class Formula:
 
     def emit(self, target: str = "numpy", parameters: Any = None, **more: Any) -> Any:
         """Source code of the formula, by `symasym.emit`."""
-        from symasym.emit import emit
+        from symasym.emit import source
 
-        return emit(self, target, parameters, **more)
+        return source(self, target, parameters, **more)
 
     def lambdify(self, module: str = "mpmath", **more: Any) -> Any:
         """The formula, or its first equation, as a function of mpmath's or NumPy's numbers."""
@@ -139,3 +144,45 @@ def formula(label: str) -> Formula:
         if str(label) in DEFINITIONS:
             told = f"defines {DEFINITIONS[label][1]}: there is nothing to derive."
         raise InputError(f"{shown(label)} {told}") from missing
+
+
+def emit(
+    what: Any,
+    target: Any = "numpy",
+    parameters: Mapping[str, Number] | None = None,
+    *,
+    drift: Drift | None = None,
+    name: str = "f",
+) -> Source:
+    """Source code of a formula or an expression, as functions of scaled variables.
+
+    Parameters
+    ----------
+    what : label, Formula, Expansion, or SymPy expression
+        Or a tuple of expressions, or a list of `Function`; they form one file.
+    target : {"numpy", "mpmath", "c", "javascript", "latex"} or a CodePrinter of SymPy
+    parameters : mapping of str to number, optional
+        Substituted exactly: ``"-0.4"`` is -2/5.
+    drift : Drift, optional
+        Substituted into a formula in V, phi or A. T (``"eq:Ttilde"``), C (``"eq:C"``), P
+        (``"eq:P"``) and the stationary density (``"eq:pss"``) are then exact. Its free parameters
+        become arguments.
+    name : str
+        The name of the function for an expression.
+
+    Notes
+    -----
+    If an exponential may overflow, the logarithm is emitted, too, as ``log_NAME``. A value that
+    does not exist is nan; in Python a ValueError is raised if no element of an array has one.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> sa.emit("constant-drift", "c", {"a": 2}).functions[0]
+    'constant_drift_from_0'
+    """
+    from symasym.emit import source
+
+    return source(
+        formula(what) if isinstance(what, str) else what, target, parameters, drift=drift, name=name
+    )

@@ -1,11 +1,10 @@
-"""`emit`: a label, a formula or an expression as functions in a programming language."""
+"""Writes a formula or an expression as functions in a programming language."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
-from importlib import import_module
 from typing import Any
 
 import sympy
@@ -21,7 +20,7 @@ from symasym.emit.drifts import helpers_of, put_in
 from symasym.emit.printing import SHAPES, TARGETS, Function, Source, by_printer, reserved, written
 
 
-def emit(
+def source(
     what: Any,
     target: str | CodePrinter = "numpy",
     parameters: Mapping[str, Any] | None = None,
@@ -29,40 +28,12 @@ def emit(
     drift: Drift | None = None,
     name: str = "f",
 ) -> Source:
-    """Source code of a formula or an expression, as functions of scaled variables.
-
-    Parameters
-    ----------
-    what : label, Formula, Expansion, or SymPy expression
-        Or a tuple of expressions, or a list of `Function`; they form one file.
-    target : {"numpy", "mpmath", "c", "javascript", "latex"} or a CodePrinter of SymPy
-    parameters : mapping of str to number, optional
-        Substituted exactly: ``"-0.4"`` is -2/5.
-    drift : Drift, optional
-        Substituted into a formula in V, phi or A. T (``"eq:Ttilde"``), C (``"eq:C"``), P
-        (``"eq:P"``) and the stationary density (``"eq:pss"``) are then exact. Its free parameters
-        become arguments.
-    name : str
-        The name of the function for an expression.
-
-    Notes
-    -----
-    If an exponential may overflow, the logarithm is emitted, too, as ``log_NAME``. A value that
-    does not exist is nan; in Python a ValueError is raised if no element of an array has one.
-
-    Examples
-    --------
-    >>> import symasym as sa
-    >>> sa.emit("constant-drift", "c", {"a": 2}).functions[0]
-    'constant_drift_from_0'
-    """
+    """The source code, as `symasym.emit` describes it, of anything but a label."""
     kind = "" if isinstance(target, CodePrinter) else choice("target", target, TARGETS)
     given = {} if parameters is None else parameters
     if not isinstance(given, Mapping):
         raise InputError(f"parameters is {shown(given)}; give a mapping from names to numbers.")
     values = {str(n): exact(str(n), x) for n, x in given.items()}
-    if isinstance(what, str):  # by name: a formula is printed here
-        what = import_module("symasym.formula").formula(what)
     if kind == "latex" and hasattr(what, "latex") and drift is None and not values:
         return Source(f"{what.latex()}\n", kind)
     label, functions = _functions(what, name)

@@ -21,7 +21,7 @@ from symasym.base.inputs import Number, Numbers, choice, count, exact, shown
 from symasym.derivation.tex import tex
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import require_drift
-from symasym.emit import emit
+from symasym.emit import source
 from symasym.emit.expansions import of_expansion
 from symasym.formulas.cases import Case, U, cases_of, numbers_of
 from symasym.formulas.letters import KAPPA, FinitePart, R, put_in
@@ -120,7 +120,7 @@ class Expansion:
 
     def emit(self, target: str = "numpy", name: str = "f") -> Any:
         """Source code of the formula as a function of its free symbols (`symasym.emit`)."""
-        return emit(self, target, name=name)
+        return source(self, target, name=name)
 
     def functions(self, name: str = "f") -> Any:
         """The functions that `symasym.emit` writes."""
