@@ -26,6 +26,7 @@ from symasym.base.balls import exact_ball, precision, rounded
 from symasym.base.errors import InputError
 from symasym.base.inputs import count, exact
 from symasym.expansions import canonical, coalescence
+from symasym.expansions.answer import NEXT, estimates
 from symasym.expansions.coalescence import Factor, Phi
 from symasym.expansions.sides import Stretch
 from symasym.integrals.integral import (
@@ -40,7 +41,7 @@ from symasym.integrals.integral import (
 
 __all__ = ["UniformExpansion", "uniform_integral"]
 
-_MOST, _NEXT, _SAFETY = 40, 3, 3
+_MOST = 40
 # The distance from `near` within which saddles are searched for.
 _CORE = 8
 # The distance at which the valleys of a path are tested.
@@ -81,13 +82,12 @@ class UniformExpansion(IntegralExpansion):
         nats = math.log(10) * (wanted + 2) + math.log(2 + lam)
         with precision(int(2 * nats) + 60):
             ctx.cap = math.ceil(-nats / math.log(coalescence.SHARE))
-            large, row, kind = exact_ball(lam), [arb.nan()], "estimate"
+            large, row, kind = exact_ball(lam), [arb.nan()] * (NEXT + 1), "estimate"
             ends = self._valleys() if self.path else self._ends(large, nats)
             with suppress(ArithmeticError, ValueError):  # raised at zeros and singularities
                 row = self._by_airy(large) if self.path else self._by_panels(large, nats, *ends)
             found = row[0]
-            gaps = sum((abs(y - x) for x, y in pairwise(row)), arb(0))
-            error = _SAFETY * gaps + abs(found) * arb(10) ** -wanted
+            error = abs(found) * arb(10) ** -wanted + (estimates(row, 1)[0] if self.path else 0)
             if full and not self.path and found.is_finite():
                 marks = [number(self.a), number(self.b)]
                 # The integral is computed in units of the sum.
@@ -135,7 +135,7 @@ class UniformExpansion(IntegralExpansion):
         return []
 
     def _by_airy(self, lam: Any) -> list[Any]:
-        eps, zeta, pairs, level = self._pair(self.order + _NEXT)
+        eps, zeta, pairs, level = self._pair(self.order + NEXT)
         third, total, rows = lam.root(3), arb(0), []
         ai, slope, _, _ = (zeta * third**2).airy()
         front = 2 * arb.pi() * (lam * level).exp() * self._weight()[0]
@@ -229,7 +229,7 @@ def uniform_integral(
         )
     # If g has zeros of high order, all computed terms may vanish, and their sizes say nothing.
     zeros = [p.exp for p in g.atoms(sympy.Pow) if p.base.has(x) and p.exp.is_Integer]
-    if path and sum(n for n in zeros if n > 0) > 2 * (order + _NEXT - 1):
+    if path and sum(n for n in zeros if n > 0) > 2 * (order + NEXT - 1):
         raise InputError(
             f"g = {g} has zeros of too high an order for order = {order}; give a larger order."
         )
