@@ -23,14 +23,13 @@ With eta and zeta from the left end (-) and the right end (+) at the start (`sym
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from flint import acb, arb
 
 from symasym.base import inputs
-from symasym.base.balls import exact_ball, rounded
+from symasym.base.balls import cached_property, exact_ball, rounded
 from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import Number, Numbers

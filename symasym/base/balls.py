@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import threading
 from collections.abc import Iterator
@@ -29,6 +30,20 @@ def precision(bits: int) -> Iterator[None]:
             yield
         finally:
             context.prec, context.cap = before
+
+
+class cached_property(functools.cached_property[Any]):
+    """A cached property that is computed without a lock, as from Python 3.12 on.
+
+    Python 3.11 holds a lock meanwhile. A thread that computes with balls then waits for the lock of
+    `precision`, and the thread that has this one for the property: a deadlock.
+    """
+
+    def __get__(self, instance: Any, owner: Any = None) -> Any:
+        if instance is None:
+            return self
+        value = instance.__dict__[str(self.attrname)] = self.func(instance)
+        return value
 
 
 def extra_bits(most: int) -> Iterator[int]:

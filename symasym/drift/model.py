@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 import sympy
 
+from symasym.base.balls import cached_property
 from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import number_repr
 from symasym.base.inputs import common_shape, floats, is_array
@@ -108,7 +108,8 @@ class Parametrized:
     @property
     def parameters(self) -> tuple[str, ...]:
         """The names of all parameters, bound or free."""
-        return self.model.parameters
+        names: tuple[str, ...] = self.model.parameters
+        return names
 
     @cached_property
     def free(self) -> tuple[str, ...]:

@@ -8,13 +8,13 @@ the scale and speed densities (`symasym.drift.evaluate.Piece`).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from flint import acb, arb, fmpq
 
-from symasym.base.balls import precision
+from symasym.base.balls import cached_property, precision
 from symasym.base.inputs import FloatArray, common_shape, floats
 from symasym.drift.evaluate import Analytic, box, halved, over_noise
 from symasym.drift.formula import Formula, rational

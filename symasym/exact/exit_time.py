@@ -11,12 +11,12 @@ import math
 from collections.abc import Callable
 from contextlib import suppress
 from fractions import Fraction
-from functools import cache, cached_property, partial
+from functools import cache, partial
 from typing import Any
 
 from flint import arb
 
-from symasym.base.balls import exact_ball, extra_bits, precision
+from symasym.base.balls import cached_property, exact_ball, extra_bits, precision
 from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import float_text

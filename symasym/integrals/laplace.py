@@ -34,14 +34,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 import sympy
 from flint import acb, acb_poly, arb, arb_mat
 from sympy import Expr, Float, Rational, S, Symbol
 
-from symasym.base.balls import exact_ball, precision
+from symasym.base.balls import cached_property, exact_ball, precision
 from symasym.base.errors import InputError
 from symasym.base.inputs import count
 from symasym.derivation.tex import tex

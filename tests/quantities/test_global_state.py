@@ -6,6 +6,8 @@ import dataclasses
 import json
 import subprocess
 import sys
+import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,6 +18,7 @@ import numpy as np
 import pytest
 
 import symasym as sa
+from symasym.base.balls import precision
 from symasym.drift.scenes import Request
 from symasym.methods import ask
 
@@ -126,3 +129,23 @@ def test_answers_do_not_depend_on_global_precision(
 
 if __name__ == "__main__":
     print(json.dumps(answers(int(sys.argv[1]), int(sys.argv[2]))))
+
+
+def test_threads_do_not_wait_for_each_other_forever() -> None:
+    """One is inside a block of its own precision, the other computes a cached property."""
+    asked, done = threading.Event(), threading.Event()
+
+    def inside() -> None:
+        with precision(60):
+            asked.set()
+            time.sleep(0.2)
+            _ = sa.friction(3, 1, "-0.4").ends
+        done.set()
+
+    def outside() -> None:
+        asked.wait()
+        _ = sa.friction(3, 1, "-0.3").ends
+
+    for work in (inside, outside):
+        threading.Thread(target=work, daemon=True).start()
+    assert done.wait(30)
