@@ -1,7 +1,7 @@
 """Pictures of the docs that are not figures of the paper. ``python docs/website/pictures.py``.
 
-expansions: what the expansions reach (docs/choose.md). bessel: a Bessel function about its turning
-point (docs/uniform.md). law: how long a well holds (docs/law.md).
+expansions: what the expansions reach (docs/choose.md). law: how long a well holds
+(docs/law.md).
 """
 
 from __future__ import annotations
@@ -58,40 +58,6 @@ def expansions(count: int = 50) -> Any:
     return figure
 
 
-def bessel(nu: int = 10, count: int = 170) -> Any:
-    """J_nu(nu z), by Debye's leading term (DLMF 10.19.3 and 10.19.6) and uniformly."""
-    from matplotlib.figure import Figure
-    from scipy.special import jv, yv
-
-    z = np.linspace(0.3, 2, count)
-    exact = jv(nu, nu * z)
-    turn = np.arccosh(1 / z + 0j)  # imaginary beyond z = 1
-    slope = np.abs(np.tanh(turn))
-    phase = nu * (slope - np.abs(turn))
-    wave = np.where(z < 1, np.exp(phase), 2 * np.cos(phase - np.pi / 4))
-    rows: dict[str, Any] = {"one saddle at a time": wave / np.sqrt(2 * np.pi * nu * slope)}
-    for terms, name in ((1, "uniform, 1 term"), (2, "uniform, 2 terms"), (4, "uniform, 4 terms")):
-        formula = sa.uniform_integral(
-            "z*sinh(t) - t", "1/(2*pi*I)", "t", "oo - I*pi", "oo + I*pi", order=terms
-        )
-        rows[name] = np.array([float(formula.bind(z=x).evaluate(nu, dps=15)) for x in z.tolist()])
-    looks = dict(zip(rows, ("C1:", "C2--", "C3-.", "k-"), strict=True))
-    amplitude = np.where(z < 1, exact, np.hypot(exact, yv(nu, nu * z)))
-    with style():
-        figure = Figure(figsize=(6.4, 5.6))
-        above, below = figure.subplots(2, 1, sharex=True)
-        above.plot(z, exact, label="exact")
-        for name, row in rows.items():
-            if name in ("one saddle at a time", "uniform, 1 term"):
-                above.plot(z, row, looks[name], label=name)
-            below.semilogy(z, np.abs(row - exact) / amplitude, looks[name], label=name)
-        above.set(ylim=(-0.32, 0.42), ylabel=rf"$J_{{{nu}}}({nu}z)$")
-        above.legend(loc="upper right")
-        below.set(xlabel="$z$", ylabel="relative error", ylim=(1e-12, 10))
-        below.legend(loc="lower center", ncols=2)
-    return figure
-
-
 def law(count: int = 40) -> Any:
     """From a well's bottom to the barrier: densities, and P(tau > t) beside e^{-rate t}."""
     from matplotlib.figure import Figure
@@ -115,7 +81,7 @@ def law(count: int = 40) -> Any:
     return figure
 
 
-PICTURES = {"expansions": expansions, "bessel": bessel, "law": law}
+PICTURES = {"expansions": expansions, "law": law}
 
 if __name__ == "__main__":
     for name, draw in PICTURES.items():
