@@ -18,7 +18,7 @@ from concurrent.futures import Executor
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from typing import IO, Any
 
 from symasym.base.errors import InputError, OutputError, SymasymError
 from symasym.base.estimate import number_text
@@ -29,59 +29,52 @@ from symasym.drift.scenes import QUANTITIES, Request, taken
 from symasym.methods import ask
 
 _NUMBERS = ("kappa", "r", "start")
-_KEYS = (*_NUMBERS, "drift", "expr", "quantities", "dps", "parameters")
+_DRIFT = ("drift", "expr", "layer", "noise", "ito")
+_KEYS = (*_DRIFT, *_NUMBERS, "quantities", "dps", "parameters")
 _MOST = 10_000_000  # the largest number of values
 _GUARD = 5  # digits beyond those printed, so that the last printed one is rounded correctly
 _AT_ONCE = 256  # the number of values computed at a time by the executor
 
+Record = dict[str, Any]
 
-class Spec(NamedTuple):
-    """The contents of a table.
 
-    `axes` maps numbers and parameters to their values as exact texts, the last axis varying
-    fastest; `heads` are the parts of the lines that are known before the values are computed.
+def read_spec(path: str | os.PathLike[str]) -> list[Record]:
+    """The heads of the lines of a table from its file; an InputError names the file and the key.
+
+    The last axis varies fastest, and all quantities follow each other at each point.
     """
-
-    axes: dict[str, list[str]]
-    quantities: tuple[str, ...]
-    heads: list[dict[str, Any]]
-
-
-def read_spec(path: str | os.PathLike[str]) -> Spec:
-    """Read and check the specification of a table; an InputError names the file and the key."""
     try:
         with open(path, "rb") as file:
             # Decimals are read as texts, as they stand for exact values.
-            return _spec(tomllib.load(file, parse_float=str))
+            return _heads(tomllib.load(file, parse_float=str))
     except (SymasymError, OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
-        raise InputError(f"{path} is not a valid spec of a table: {error}") from None
+        why = getattr(error, "strerror", None) or error
+        raise InputError(f"{path} is not a valid spec of a table: {why}") from None
 
 
-def _spec(given: dict[str, Any]) -> Spec:
-    """The specification from the contents of its file."""
-    of: dict[str, Any] = {n: given[n] for n in ("drift", "expr") if n in given}
-    own = given.get("parameters", {})
-    unknown = given.keys() - set(_KEYS)
-    if len(of) != 1 or unknown or not isinstance(own, dict):
+def _heads(given: Record) -> list[Record]:
+    of = {n: given[n] for n in _DRIFT if n in given}
+    own, unknown = given.get("parameters", {}), given.keys() - set(_KEYS)
+    if unknown or not isinstance(own, dict):
         raise InputError(
-            f"{', '.join(unknown) or 'drift or expr, or parameters'}: not valid here; give either "
-            f"drift or expr, parameters as a table, and no keys other than {', '.join(_KEYS)}."
+            f"{', '.join(unknown) or 'parameters'}: not valid here; give parameters as a table, "
+            f"and no keys other than {', '.join(_KEYS)}."
         )
-    numbers = {name: given[name] for name in _NUMBERS if name in given}
+    numbers = {name: x for name, x in given.items() if name in _NUMBERS}
     axes = {n: [number_text(value) for value in _axis(n, x)] for n, x in (numbers | own).items()}
     wanted = sequence("quantities", given.get("quantities", ["T"]))
-    names = tuple(choice("quantities", q, QUANTITIES) for q in wanted)
+    names = dict.fromkeys(choice("quantities", q, QUANTITIES) for q in wanted)
     for name in names:
         taken(name, QUANTITIES[name], **{n: axes.get(n) for n in QUANTITIES[name]})
     count("the number of values", math.prod(map(len, axes.values())) * len(names), 1, _MOST)
     dps = digits(given.get("dps", 50), 10_000 - _GUARD)
-    heads: list[dict[str, Any]] = []
+    heads = list[Record]()
     for point, name in itertools.product(itertools.product(*axes.values()), names):
-        x = dict(zip(axes, point, strict=True))
-        used = {n: x[n] for n in axes if n not in _NUMBERS or n in QUANTITIES[name]}
-        heads.append({**of, "quantity": name, "x": used, "dps": dps})
+        left_out = set(_NUMBERS).difference(QUANTITIES[name])
+        x = {n: text for n, text in zip(axes, point, strict=True) if n not in left_out}
+        heads.append({**of, "quantity": name, "x": x, "dps": dps})
     _drift(heads[0]).scalars()
-    return Spec(axes, names, heads)
+    return heads
 
 
 def _axis(name: str, given: Any) -> list[Fraction]:
@@ -97,12 +90,12 @@ def _axis(name: str, given: Any) -> list[Fraction]:
     return [low, *(Fraction(f"{float(low) * ratio ** float(x):.6g}") for x in parts[1:-1]), high]
 
 
-def _drift(head: dict[str, Any]) -> Any:
+def _drift(head: Record) -> Any:
     values = {n: text for n, text in head["x"].items() if n not in _NUMBERS}
-    return named_drift(head.get("drift"), head.get("expr"), values)
+    return named_drift(values, **{n: head[n] for n in _DRIFT if n in head})
 
 
-def line_of(head: dict[str, Any]) -> bytes:
+def line_of(head: Record) -> bytes:
     """The line with one value and its error, or with the reason why there is no value."""
     name, dps = head["quantity"], head["dps"]
     numbers = {n: head["x"].get(n, 0) for n in QUANTITIES[name]}
@@ -120,22 +113,20 @@ def _sealed(text: bytes) -> bytes:
 
 
 def write_table(
-    spec: Spec, path: str | os.PathLike[str], executor: Executor | None = None
-) -> tuple[list[dict[str, Any]], int]:
+    heads: list[Record], path: str | os.PathLike[str], executor: Executor | None = None
+) -> tuple[list[Record], int]:
     """Write or complete the JSON lines of a table, and its CSV and LaTeX files in the same folder.
 
     Values are computed by the executor, by default in this process. Returns the records of all
     lines and the number of lines that existed before. Raises OutputError if the existing file is
     not an initial part of this table, if a line of it was changed, or if it cannot be written.
     """
-    target, heads = Path(path), spec.heads
-    run = map if executor is None else executor.map
+    target, run = Path(path), map if executor is None else executor.map
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with open(target, "a+b") as file:
             fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             records = _known(target, file, heads)
-            file.truncate()
             done = len(records)
             with progress(target.name, len(heads), done) as bar:
                 for low in range(done, len(heads), _AT_ONCE):
@@ -149,43 +140,37 @@ def write_table(
             f"{target} cannot be written ({error.strerror or error}); make room, choose another "
             "place, or wait for another run that is at work on it."
         ) from None
-    rows = _rows(spec, records)
-    body = [" & ".join(row).replace("_", r"\_") + r" \\" for row in rows]
-    body = [rf"\begin{{tabular}}{{{'l' * len(rows[0])}}}", body[0], r"\hline", *body[1:]]
-    lines = {".csv": [",".join(row) for row in rows], ".tex": [*body, r"\end{tabular}"]}
-    for kind, text in lines.items():
-        write_bytes(target.with_suffix(kind), "\n".join([*text, ""]).encode())
+    rows = _rows(records)
+    head, *body = (" & ".join(row).replace("_", r"\_") + r" \\" for row in rows)
+    tex = [rf"\begin{{tabular}}{{{'l' * len(rows[0])}}}", head, r"\hline", *body, r"\end{tabular}"]
+    for kind, lines in ((".csv", [",".join(row) for row in rows]), (".tex", tex)):
+        write_bytes(target.with_suffix(kind), "\n".join([*lines, ""]).encode())
     return records, done
 
 
-def _known(target: Path, file: IO[bytes], heads: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The records of the complete lines of a file, whose position is then set to their end."""
+def _known(target: Path, file: IO[bytes], heads: list[Record]) -> list[Record]:
+    """The records of the complete lines of a file; an incomplete last line is removed."""
     file.seek(0)
-    found, end = [], 0
-    for number, line in enumerate(file):
-        if not line.endswith(b"\n"):
-            break
+    lines = [line for line in file if line.endswith(b"\n")]
+    for number, line in enumerate(lines):
         whole = number < len(heads) and line == _sealed(line.rpartition(b', "sum": "')[0])
-        record: Any = json.loads(line) if whole else {}
-        if not whole or not heads[number].items() <= record.items():
+        if not (whole and heads[number].items() <= json.loads(line).items()):
             raise OutputError(
                 f"{target}, line {number + 1}, was changed or belongs to another table; it is left "
                 "as it is: choose another file, or remove this one."
             )
-        found.append(record)
-        end += len(line)
-    file.seek(end)
-    return found
+    file.truncate(sum(map(len, lines)))
+    return [json.loads(line) for line in lines]
 
 
-def _rows(spec: Spec, records: list[dict[str, Any]]) -> list[list[str]]:
+def _rows(records: list[Record]) -> list[list[str]]:
     """A header, and a row for each point: the inputs, then value, error and decimal logarithm."""
-    head = [name for q in spec.quantities for name in (q, f"{q}_error", f"log10_{q}")]
-    rows, each = [[*spec.axes, *head]], iter(records)
-    for point in itertools.product(*spec.axes.values()):
-        row = [*point]
-        for record in itertools.islice(each, len(spec.quantities)):
-            mid, rad = record["mid"], record["rad"]
-            row += ["", "", ""] if mid is None else [mid, rad, f"{Decimal(mid).log10():.16g}"]
+    rows = list[Record]()
+    for some in zip(*[iter(records)] * len({r["quantity"] for r in records}), strict=True):
+        row = {name: x for record in some for name, x in record["x"].items()}
+        for record in some:
+            name, mid = record["quantity"], record["mid"]
+            log = mid and f"{Decimal(mid).log10():.16g}"
+            row |= {name: mid, f"{name}_error": record["rad"], f"log10_{name}": log}
         rows.append(row)
-    return rows
+    return [[*rows[0]], *([x or "" for x in row.values()] for row in rows)]

@@ -116,12 +116,21 @@ def test_a_changed_digit_is_found(tmp_path: Path) -> None:
         assert out.read_bytes() == bytes_
 
 
+def test_a_table_without_a_layer(tmp_path: Path) -> None:
+    text = 'expr = "-u"\nlayer = false\nnoise = "1 + u**2/4"\nito = "stratonovich"\nr = 2\n'
+    (line,) = made(tmp_path, f"{text}kappa = 1\ndps = 20\n").splitlines()
+    drift = sa.Drift("-u", layer=None, noise="1 + u**2/4", ito="stratonovich")
+    with mp.workdps(30):
+        assert abs(mpf(json.loads(line)["mid"]) - sa.escape_time(drift, 1, 2, dps=25)) < 1e-18
+
+
 @pytest.mark.parametrize(
     ("old", "new"),
     [
         ("friction", "fricton"), ('"T"', '"U"'), ("dps = 20", "dps = 0"), ("dps", "digits"),
-        ('["0.5", 1.0]', '["0.5", "x"]'), ("r = 3\n", ""), ("mu = 3", "nu = 3"), ("alpha = 1", ""),
-        ("points = 2", "points = 1"), ("points = 2", "step = 0.1"), ("[parameters]", "[parameters"),
+        ('["0.5", 1.0]', '["0.5", "x"]'), ("r = 3\n", ""), ("r = 3", "r = 3\nlayer = 'no'"),
+        ("mu = 3", "nu = 3"), ("alpha = 1", ""), ("points = 2", "points = 1"),
+        ("points = 2", "step = 0.1"), ("[parameters]", "[parameters"),
         ("points = 2", "points = 9999999999"), ("points = 2", 'points = 2, spacing = "lg"'),
         ('to = "-0.6", ', ""), ('["0.5", 1.0]', "[]"), ("= 3\nalpha", "= [[3]]\nalpha"),
     ],

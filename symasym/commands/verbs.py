@@ -1,4 +1,4 @@
-"""The commands of ``symasym``, each a function of the namespace of arguments from argparse."""
+"""The commands of ``symasym``: functions of the options that were given on the command line."""
 
 from __future__ import annotations
 
@@ -12,66 +12,67 @@ import threading
 import time
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import nullcontext
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import symasym as sa
-from symasym.base.errors import InputError, OutputError
+from symasym.base.errors import InputError
 from symasym.base.estimate import interval_text
 from symasym.base.files import progress, write_bytes
 from symasym.base.inputs import choice, count, digits
 from symasym.drift.ready_made import named_drift
 
-QUANTITIES = ("escape-time", "exit-probability", "occupation", "stationary-density")
+#: The quantities of `value`, by their letters.
+QUANTITIES = {
+    "T": "escape-time", "C": "exit-probability", "P": "occupation", "p": "stationary-density",
+}  # fmt: skip
+_DRIFT = ("drift", "expr", "layer", "noise", "ito")
+_NOISES = {"laplace": "weak", "strong_noise": "strong", "uniform": "uniform"}
 
 
-# -- numbers ---------------------------------------------------------------------------------------
+def _drift(options: dict[str, Any], values: dict[str, str]) -> Any:
+    """The drift of the options for one, which are removed; None if there are none."""
+    of = {name: options.pop(name) for name in _DRIFT if name in options}
+    return named_drift(values, **of) if of else None
 
 
-def _drift(a: Any, noise: str | None = None) -> sa.Drift:
-    """The drift given by --drift or --expr, --set and --no-layer."""
-    more: Any = {"layer": None if a.no_layer else (-1, 1), "noise": noise}
-    if a.expr is not None:
-        return sa.Drift(a.expr, **more).bind(**dict(a.set))
-    made = named_drift(a.drift, None, dict(a.set))
-    return sa.Drift(made.expression(), **more) if a.no_layer or noise else made
-
-
-def value(a: Any) -> None:
+def value(quantity: str, kappa: str, dps: Any = None, **options: Any) -> None:
     """Print one number. All inputs are scaled (u = y/eps) and exact as written.
 
     examples:
       symasym value escape-time --expr "1/2 - u + b*u**3" --set b=3/4 --kappa 0.3 --r 5 --dps 30
-      symasym value escape-time --expr "u - u**3" --no-layer --kappa 1/2 --ends -2 0 --start -1
+      symasym value T --expr "u - u**3" --no-layer --kappa 1/2 --ends -2 0 --start -1
       symasym value exit-probability --expr -1/3 --kappa 1/10 --r 5 --log --method laplace --json
       symasym value occupation --drift linear --set a_minus=1 --set a_plus=-1 --kappa 1 --complement
       symasym value stationary-density --expr "-u" --no-layer --noise "1 + u**2" --kappa 1 --y 1/2
     """
-    verb = getattr(sa, a.quantity.replace("-", "_"))
-    own = ("run", "quantity", "drift", "expr", "set", "no_layer", "noise", "dps", "json")
-    given = {n: x for n, x in vars(a).items() if x is not None and x is not False}
-    inputs = {n: x for n, x in given.items() if n not in own}
+    name, as_json = QUANTITIES.get(quantity, quantity), options.pop("json", False)
+    values = dict(options.pop("set", ()))
+    inputs = {"set": values, "kappa": kappa, **options}
+    options.setdefault("drift", None)
+    drift = _drift(options, values)
+    p = options.pop("quantile", None) if name == "escape-time" else None
+    verb: Any = sa.exit_law if p else getattr(sa, name.replace("-", "_"))
     try:
-        inspect.signature(verb).bind(None, **inputs)
+        inspect.signature(verb).bind(drift, kappa, **options)
     except TypeError as wrong:
-        raise InputError(f"{a.quantity}: {wrong}; see symasym value --help.") from None
+        told = str(wrong).replace("keyword ", "")
+        raise InputError(f"{name}{' --quantile' if p else ''}: {told}; see --help.") from None
     # A few more digits than are printed, so that the last printed one is rounded correctly.
-    more = None if a.dps is None else min(digits(a.dps) + 5, 10_000)
+    more = None if dps is None else min(digits(dps) + 5, 1_000 if p else 10_000)
     start = time.perf_counter()
-    found = verb(_drift(a, a.noise), **inputs, dps=more, full=True)
-    seconds = time.perf_counter() - start
+    answer = verb(drift, kappa, **options, dps=more, full=True)
+    found = answer.quantile(p) if p else answer
     claims = found.error is not None
-    shown, error = interval_text(found.value, found.error or 0, a.dps or (17 if claims else 12))
-    record: dict[str, Any] = {"quantity": a.quantity, "value": shown}
-    record |= {"error": error if claims else None}
-    record |= {name: getattr(found, name) for name in ("error_kind", "method", "notes")}
-    record |= {"dps": a.dps, "seconds": round(seconds, 6)}
-    drift = {n: given[n] for n in ("drift", "expr", "no_layer", "noise") if n in given}
-    record["inputs"] = {**drift, "set": dict(a.set), **inputs}
-    print(json.dumps(record, indent=1) if a.json else shown)
+    shown, error = interval_text(found.value, found.error or 0, dps or (17 if claims else 12))
+    record: dict[str, Any] = {"quantity": name, "value": shown, "error": error if claims else None}
+    record |= {known: getattr(found, known) for known in ("error_kind", "method", "notes")}
+    record |= {"dps": dps, "seconds": round(time.perf_counter() - start, 6), "inputs": inputs}
+    print(json.dumps(record, indent=1) if as_json else shown)
 
 
-def release(a: Any) -> None:
+def release(kappa: str, r: str, eps: str, z: str, start: str = "0", **options: Any) -> None:
     """Print the time of release of a sticking block while its slow variable moves.
 
     The system is the friction oscillator, with mu = 3 and alpha = 1 unless they are set, or any
@@ -82,21 +83,20 @@ def release(a: Any) -> None:
       symasym release --kappa 0.3 --r 10 --eps 0.01 --z -0.4
       symasym release --phi "7/5 - u - z" --velocity -1 --kappa 1 --r 5 --eps 0.01 --z 0
     """
-    given = {"mu": "3", "alpha": "1", **dict(a.set)}
+    given = {"mu": "3", "alpha": "1", **dict(options.pop("set", ()))}
     if unknown := min(given.keys() - {"mu", "alpha"}, default=""):
         raise InputError(f"{unknown} is not a parameter of the oscillator; give mu or alpha.")
-    block = sa.oscillator(**given)
-    system = sa.System(a.phi or block.phi, a.velocity or block.velocity, a.noise)
-    more = {name: getattr(a, name) for name in ("eps", "method", "rtol", "paths", "seed")}
-    answer = sa.release(system, a.kappa, a.r, start=(a.start, a.z), **more)
+    block, as_json = sa.oscillator(**given), options.pop("json", False)
+    system = sa.System(*(options.pop(n, getattr(block, n)) for n in ("phi", "velocity", "noise")))
+    answer = sa.release(system, kappa, r, eps=eps, start=(start, z), **options)
     stated = ("mean", "error", "method", "std", "exit", "notes")
     known: dict[str, Any] = {name: getattr(answer, name) for name in stated}
     for name, law in (("time", answer.time), ("z", answer.z)):
         known[name] = {str(p): float(law.quantile(p)) for p in (0.05, 0.5, 0.95)}
-    print(json.dumps(known, indent=1) if a.json else answer)
+    print(json.dumps(known, indent=1) if as_json else answer)
 
 
-def table(a: Any) -> int:
+def table(spec: str, out: str, workers: int = 1, cluster: str | None = None) -> int:
     """Make a table of exact values from a spec.
 
     The table is written as JSON lines, CSV and LaTeX; an interrupted table is completed. The exit
@@ -109,22 +109,16 @@ def table(a: Any) -> int:
     from symasym.tables import read_spec, write_table
 
     where: Any = nullcontext()
-    if a.cluster is not None:
-        try:
-            from distributed import Client
+    if cluster is not None:
+        from distributed import Client
 
-            where = Client(a.cluster, timeout=10).get_executor()
-        except (ImportError, OSError, ValueError) as error:
-            raise OutputError(
-                f"no cluster is reached at {a.cluster!r} ({error}); start a dask scheduler, with "
-                "the extra symasym[cluster] installed."
-            ) from None
-    elif count("--workers", a.workers, 1, 1_000) > 1:
-        where = ProcessPoolExecutor(a.workers, initializer=_end_with_parent)
+        where = Client(cluster, timeout=10).get_executor()
+    elif count("--workers", workers, 1, 1_000) > 1:
+        where = ProcessPoolExecutor(workers, initializer=_end_with_parent)
     with where as executor:
-        records, done = write_table(read_spec(a.spec), a.out, executor)
+        records, done = write_table(read_spec(spec), out, executor)
     made = f"{len(records) - done} of them new" if done < len(records) else "up to date"
-    print(f"{a.out}, with CSV and LaTeX beside it: {len(records)} values, {made}")
+    print(f"{out}, with CSV and LaTeX beside it: {len(records)} values, {made}")
     if refused := sum(record["mid"] is None for record in records):
         print(f"Without a value: {refused}; their lines say why.")
     return 1 if refused else 0
@@ -136,23 +130,21 @@ def _end_with_parent() -> None:
     threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
 
 
-# -- formulas --------------------------------------------------------------------------------------
-
-
-def _expansion(label: str, a: Any, **options: Any) -> Any:
-    """The expansion for a label such as ``expansion:T``; None for others, which have no options."""
+def _expansion(label: str, options: dict[str, Any], others: tuple[str, ...] = ()) -> Any:
+    """The expansion for a label such as ``expansion:T``; None for others, with these options."""
     kind, _, name = label.partition(":")
-    given: Any = {n: x for n, x in options.items() if x is not None}
     if kind == "expansion":
-        drift = _drift(a) if a.drift or a.expr else sa.Drift.general().bind(**dict(a.set))
-        more = {n: x for n, x in given.items() if n not in ("drift", "expr")}
-        return sa.expand(drift, name.replace("1-", "1 - "), **more)  # type: ignore[arg-type]
-    if given:
-        raise InputError(f"--{min(given)} is for an expansion such as expansion:T; leave it out.")
+        more = dict(options)
+        values, method = dict(more.pop("set", ())), more.pop("method", "laplace")
+        noise: Any = _NOISES[choice("method", method, _NOISES)]
+        drift = _drift(more, values) or sa.Drift.general().bind(**values)
+        return sa.expand(drift, name.replace("1-", "1 - "), noise=noise, **more)  # type: ignore[arg-type]
+    if wrong := options.keys() - set(others):
+        raise InputError(f"--{min(wrong)} is for an expansion such as expansion:T; leave it out.")
     return None
 
 
-def derive(a: Any) -> None:
+def derive(labels: Any = (), out: str = "build/derivations") -> None:
     """Check the derivations of formulas and of all formulas they rest on (default: all).
 
     examples:
@@ -160,41 +152,34 @@ def derive(a: Any) -> None:
       symasym derive eq:Ttilde
     """
     from derivations import pages
-    from symasym.formula import formula, labels
 
-    chosen = pages.with_roots(formula(label).label for label in a.labels or labels())
+    chosen = pages.with_roots(sa.formula(label).label for label in labels or sa.labels())
     with progress("derivations", len(chosen)) as bar:
-        pages.derive(chosen, Path(a.out), bar.update)
-    for f in map(formula, a.labels or chosen):
+        pages.derive(chosen, Path(out), bar.update)
+    for f in map(sa.formula, labels or chosen):
         print(f"{f.label}: {f.title}; {len(f.steps)} steps hold; error: {f.error}")
-    print(f"{len(chosen)} derivations hold; pages in {a.out}")
+    print(f"{len(chosen)} derivations hold; pages in {out}")
 
 
-def emit(a: Any) -> None:
+def emit(label: str, target: str = "numpy", out: str | None = None, **options: Any) -> None:
     """Write a formula as source code.
 
     examples:
       symasym emit eq:Ttilde --target c --drift friction --set mu=3 --set alpha=1 -o time.c
       symasym emit expansion:T --target c --drift friction --order 2 -o time.c
     """
-    if (expansion := _expansion(a.label, a, order=a.order)) is not None:
-        source = expansion.emit(a.target)
+    if (expansion := _expansion(label, options, (*_DRIFT, "set"))) is not None:
+        source = expansion.emit(target)
     else:
         # Parameters that determine the form of a drift are set here; `emit` binds the others.
-        shapes = {n: x for n, x in a.set if a.drift and re.fullmatch(r"c\d+|waves|n", n)}
-        drift = named_drift(a.drift, a.expr, shapes) if a.drift or a.expr else None
-        if drift and a.no_layer:
-            drift = sa.Drift(drift.expression(), layer=None)
-        rest = {n: x for n, x in a.set if n not in shapes}
-        source = sa.emit(a.label, a.target, rest, drift=drift)
-    if a.out is None:
-        print(source, end="")
-    else:
-        print(source.write(a.out))
+        rest = dict(options.pop("set", ()))
+        shapes = {n: rest.pop(n) for n in [*rest] if options and re.fullmatch(r"c\d+|waves|n", n)}
+        source = sa.emit(label, target, rest, drift=_drift(options, shapes))
+    print(source if out is None else f"{source.write(out)}\n", end="")
 
 
-def show(a: Any) -> None:
-    """Print formulas.
+def show(labels: Any = (), latex: bool = False, steps: bool = False, **options: Any) -> None:
+    """Print formulas; without a label, list them.
 
     examples:
       symasym show fr1 --latex --steps
@@ -202,34 +187,31 @@ def show(a: Any) -> None:
     """
     from derivations.labels import DEFINITIONS
     from derivations.pages import document
-    from symasym.formula import formula, labels
+    from symasym.derivation.derivation import LABELS, MODULES
 
-    names = ("drift", "expr", "noise", "order", "start", "case")
-    options = {name: getattr(a, name) for name in names}
-    if a.latex and not a.labels:
+    if latex and not labels:
         print(document(), end="")
-        return
-    for label in a.labels or labels():
-        if (expansion := _expansion(label, a, **options)) is not None:
-            print(expansion.latex() if a.latex else expansion)
-        elif label in DEFINITIONS:
+    elif not labels:
+        for label in sa.labels():
+            import_module(MODULES[label])
+        print("\n".join(f"{label:20} {LABELS[label][0]}" for label in sa.labels()))
+    for label in labels:
+        if (expansion := _expansion(label, options)) is not None:
+            print(expansion.latex() if latex else expansion)
+            continue
+        if label in DEFINITIONS:
             shown, text = DEFINITIONS[label]
-            print(shown if a.latex else f"{shown}\n\n{label} defines {text}.")
+            print(shown if latex else f"{shown}\n\n{label} defines {text}.")
+            continue
+        f = sa.formula(label)
+        if latex:
+            print(f.latex())
         else:
-            _show(formula(label), a.latex, a.steps)
-
-
-def _show(shown: Any, latex: bool, steps: bool) -> None:
-    """Print a formula in LaTeX, or drawn with its error, note and assumptions."""
-    if latex:
-        print(shown.latex())
-    else:
-        print(f"{shown.label}: {shown.title}\n")
-        print(*(f"{_drawn(step)}\n" for step in shown.concluded), sep="\n")
-        notes = [f"Here {shown.note}."] if shown.note else []
-        print(*[f"Error: {shown.error}.", *notes, *shown.assumptions], sep="\n")
-    for number, step in enumerate(shown.steps if steps else (), 1):
-        print(f"{number}. {step.name}{': ' * bool(step.why)}{step.why}\n   {step.latex()}")
+            notes = [f"Here {f.note}."] if f.note else []
+            print(f"{label}: {f.title}\n", *map(_drawn, f.concluded), sep="\n")
+            print(f"Error: {f.error}.", *notes, *f.assumptions, sep="\n")
+        for number, step in enumerate(f.steps if steps else (), 1):
+            print(f"{number}. {step.name}{': ' * bool(step.why)}{step.why}\n   {step.latex()}")
 
 
 def _drawn(step: Any) -> str:
@@ -239,18 +221,15 @@ def _drawn(step: Any) -> str:
     from symasym.derivation.tex import tex
 
     if isinstance(step.left, str):
-        return str(step.latex())
+        return f"{step.latex()}\n"
     relation = "==" if step.relation == "=" else step.relation
     equation = sympy.Rel(step.left, step.right, relation, evaluate=False)
-    names = {s: re.sub(r"\\(mathrm|tilde|hat)?|[{}]", "", tex(s)) for s in equation.free_symbols}
-    named = equation.xreplace({s: sympy.Symbol(name) for s, name in names.items()})
-    return str(sympy.pretty(named, num_columns=10_000))
+    plain = r"\\(mathrm|tilde|hat|var)?|[{}]|_(?=\w\))"
+    names = {s: sympy.Symbol(re.sub(plain, "", tex(s))) for s in equation.free_symbols}
+    return f"{sympy.pretty(equation.xreplace(names), num_columns=10_000)}\n"
 
 
-# -- the workshop ----------------------------------------------------------------------------------
-
-
-def reproduce(a: Any) -> None:
+def reproduce(out: str = "build", only: Any = None, dps: int = 50, force: bool = False) -> None:
     """Make the paper's figures, reference values, standard problems and the derivations.
 
     Files that are up to date are not made again.
@@ -262,12 +241,12 @@ def reproduce(a: Any) -> None:
     from symasym.workshop import reproduce as workshop
 
     with ProcessPoolExecutor(initializer=_end_with_parent) as pool:
-        for stage, files, seconds in workshop.reproduce(a.out, a.only, a.dps, a.force, pool):
+        for stage, files, seconds in workshop.reproduce(out, only, dps, force, pool):
             spent = "up to date" if seconds is None else f"{seconds:.1f} s"
-            print(f"{stage}: {len(files)} files in {a.out} ({spent})", flush=True)
+            print(f"{stage}: {len(files)} files in {out} ({spent})", flush=True)
 
 
-def figure(a: Any) -> None:
+def figure(name: str | None = None, out: str | None = None) -> None:
     """Draw one of the paper's figures from the model and print its caption.
 
     It is written to NAME.png and NAME.svg, or to the .png, .svg or .pdf file given by --out.
@@ -279,21 +258,19 @@ def figure(a: Any) -> None:
     """
     from symasym.workshop.figures import FIGURES, KINDS, encode
 
-    if a.name is None:
+    if name is None:
         for known, draw in FIGURES.items():
             print(f"{known:16} {str(draw.__doc__).partition(chr(10))[0]}")
         return
-    name = choice("the figure", a.name, FIGURES)
-    files = [a.out] if a.out is not None else [f"{name}.png", f"{name}.svg"]
-    kinds = [choice(f"the ending of {file}", Path(file).suffix[1:], KINDS) for file in files]
-    drawn = FIGURES[name]()
-    for file, kind in zip(files, kinds, strict=True):
+    files = [out] if out else [f"{name}.png", f"{name}.svg"]
+    kinds = {file: choice(f"the ending of {file}", Path(file).suffix[1:], KINDS) for file in files}
+    drawn = FIGURES[choice("the figure", name, FIGURES)]()
+    for file, kind in kinds.items():
         write_bytes(file, encode(drawn, kind))
-        print(file)
-    print(textwrap.fill(str(drawn.get_label()), 100))
+    print(*files, textwrap.fill(str(drawn.get_label()), 100), sep="\n")
 
 
-def verify(a: Any) -> int:
+def verify(level: str = "quick", seed: int = 1) -> int:
     """Compare the stated error of every method with the true error, on all scenes.
 
     The exit status is 1 if a true error exceeds the stated one.
@@ -304,12 +281,12 @@ def verify(a: Any) -> int:
     """
     from symasym.workshop import check
 
-    found, table = check.verify(a.level, a.seed)
+    found, table = check.verify(level, seed)
     print(table)
-    return 0 if all(r.holds for r in found) else 1
+    return int(not all(r.holds for r in found))
 
 
-def report(a: Any) -> int:
+def report(scene: Any = None, quick: bool = False, out: str = "build/report") -> int:
     """Measure error and run time of all methods and of other programs.
 
     The exit status is 1 if a method of symasym claims more digits than are correct.
@@ -320,8 +297,8 @@ def report(a: Any) -> int:
     """
     from symasym.workshop import check
 
-    found, paths = check.report(a.out, a.scene, a.quick)
+    found, paths = check.report(out, scene, quick)
     wrong = [r for r in found if not r.holds]
     told = (f"{r.scene}, {r.method}: states {r.stated:.2g}, off by {r.error:.2g}" for r in wrong)
     print(*paths, *told, sep="\n")
-    return 1 if wrong else 0
+    return int(bool(wrong))

@@ -16,7 +16,7 @@ import numpy as np
 from sympy import Symbol
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import Numbers, count, floats, shown
+from symasym.base.inputs import Numbers, count, flag, floats, shown
 from symasym.drift.drift import Drift
 from symasym.drift.formula import Formula
 from symasym.drift.model import Model
@@ -254,32 +254,41 @@ DRIFTS: dict[str, Callable[..., Drift]] = {
 }
 
 
-def named_drift(name: str | None, expression: str | None, values: Mapping[str, Any]) -> Drift:
-    """The drift of this name in `DRIFTS`, or the drift with the formula A(u) in `expression`.
+def named_drift(
+    values: Mapping[str, Any],
+    drift: str | None = None,
+    expr: str | None = None,
+    layer: bool = True,
+    noise: str | None = None,
+    ito: Any = 0,
+) -> Drift:
+    """The drift of this name in `DRIFTS`, or that with the formula A(u) in `expr`.
 
-    `values` are those of parameters and of the integer arguments `waves` and `n`.
+    `values` are those of parameters and of the integer arguments `waves` and `n`. With ``layer``
+    False, A is the drift for all u; `noise` and `ito` are as in `Drift`.
 
     Examples
     --------
-    >>> named_drift("sine", None, {"a_minus": "1", "a_plus": "1", "waves": "2"}).free
+    >>> named_drift({"a_minus": "1", "a_plus": "1", "waves": "2"}, "sine").free
     ('b',)
     """
-    if expression is not None:
-        return Drift(expression).bind(**values)
-    if name not in DRIFTS:
-        raise InputError(f"{name} is not a ready-made drift; give one of {', '.join(DRIFTS)}.")
-    given = {
-        key: int(x) if key in ("waves", "n") and str(x).isdecimal() else x
-        for key, x in values.items()
-    }
+    more: Any = {"layer": (-1, 1) if flag("layer", layer) else None, "noise": noise, "ito": ito}
+    if (drift is None) == (expr is None):
+        raise InputError("no drift or two are given; name one (drift), or give its formula (expr).")
+    if expr is not None:
+        return Drift(expr, **more).bind(**values)
+    if drift not in DRIFTS:
+        raise InputError(f"{drift} is not a ready-made drift; give one of {', '.join(DRIFTS)}.")
+    whole = {n: int(x) for n, x in values.items() if n in ("waves", "n") and str(x).isdecimal()}
     try:
-        return DRIFTS[name](**given)
+        made = DRIFTS[drift](**{**values, **whole})
     except TypeError:
-        unknown = given.keys() - inspect.signature(DRIFTS[name]).parameters
+        unknown = values.keys() - inspect.signature(DRIFTS[drift]).parameters
         raise InputError(
-            f"{min(unknown)} is not a parameter of {name}; its parameters are "
-            f"{drift_signatures()[name]}."
+            f"{min(unknown)} is not a parameter of {drift}; its parameters are "
+            f"{drift_signatures()[drift]}."
         ) from None
+    return made if (layer, noise, ito) == (True, None, 0) else Drift(made.expression(), **more)
 
 
 def drift_signatures() -> dict[str, str]:

@@ -88,7 +88,7 @@ def _read(node: ast.AST, text: str, names: Mapping[str, Any]) -> _Part:
                 )
             return _part(sympy.Rational(decimal))
         case ast.Name(id=word) if word not in FUNCTIONS:
-            plain = word[:-1] if keyword.iskeyword(word[:-1]) else word
+            plain = word.removesuffix("_") if keyword.iskeyword(word[:-1]) else word
             if plain in names:
                 return _Part(names[plain], 1)
             if not is_name(plain):

@@ -104,6 +104,9 @@ def test_as_many_digits_as_the_error_carries(program: Program, words: str) -> No
         ("escape-time --expr -u --no-layer --noise 1+u**2/4 --kappa 1 --ends -1 2 --moment 2",
          lambda: sa.escape_time(sa.Drift("-u", layer=None, noise="1 + u**2/4"), 1, ends=(-1, 2),
                                 moment=2)),
+        ("T --expr -u --noise 1+u**2/4 --stratonovich --kappa 1 --r 2 --quantile 1/2",
+         lambda: sa.exit_law(sa.Drift("-u", noise="1 + u**2/4", ito="stratonovich"), 1,
+                             2).quantile("1/2")),
         (f"escape-time {FRICTION} --no-layer --kappa 1 --ends -2 2",
          lambda: sa.escape_time(sa.Drift("7/5 - u - 3*(u - u**3)", layer=None), 1, ends=(-2, 2))),
     ],
@@ -130,6 +133,8 @@ def test_value_loads_no_matplotlib() -> None:
         ("value occupation --expr -u --kappa 1 --r 2", "'r'"),
         (f"{ESCAPE} --r 0", "r is 0"),
         (f"{ESCAPE} --dps 0", "dps is 0"),
+        (f"{ESCAPE} --quantile 1/2 --method laplace", "method"),
+        ("value T --kappa 1 --r 2", "drift"),
         (f"{ESCAPE} --method magic", "magic"),
         (f"{ESCAPE} --kappa 0.01", "log"),
         (f"{ESCAPE} --set nu=1", "nu"),
@@ -219,8 +224,8 @@ def test_files_are_written_where_asked(program: Program) -> None:
 def test_show_prints_the_expansion_of_the_library(program: Program) -> None:
     drift = sa.Drift("1/2 - u + b*u**3").bind(b="1/10")
     want = sa.expand(drift, "1 - C", noise="strong", order=1, start="-1/4").latex()
-    line = "show expansion:1-C --expr '1/2 - u + b*u**3' --set b=1/10 --start -1/4 --noise strong"
-    assert program.out(f"{line} --order 1 --latex") == f"{want}\n"
+    line = "show expansion:1-C --expr '1/2 - u + b*u**3' --set b=1/10 --start -1/4"
+    assert program.out(f"{line} --method strong_noise --order 1 --latex") == f"{want}\n"
     assert program.out("show eq:Ttilde --latex") == f"{sa.formula('eq:Ttilde').latex()}\n"
     assert program.out("show folds").startswith("folds: ")
     emitted = program.out("emit expansion:1-P --target numpy --drift linear --order 0")

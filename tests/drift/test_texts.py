@@ -35,6 +35,7 @@ READ = {
     "oo - I*pi": sympy.oo - sympy.I * sympy.pi,
     "S*u + N": sympy.Symbol("S") * U + sympy.Symbol("N"),
     "lambda*u": sympy.Symbol("lambda") * U,
+    "inf*u": sympy.Symbol("inf") * U,  # not the keyword in
 }  # fmt: skip
 
 
