@@ -20,8 +20,8 @@ and speed density turns eta into the speed measure left of x over its density: h
 p_ss(x) = 1/(eta_L + eta_R), and P.
 
 A panel of the interval acts by the matrix of (y, F) across it: to first order in s three integrals
-of e and 1/e, and e at its end (`first_order`); for noise sigma(u), and for the moments E[tau^k],
-power series in s (`transform`).
+of e and 1/e, and e at its end (`first_order`); for the moments E[tau^k] power series in s
+(`transform`).
 
 Numbers may be complex balls at first order, as the complex step of `symasym.sensitivity` needs.
 """
@@ -98,13 +98,10 @@ def _records(
     state: State,
     order: int,
 ) -> list[Record]:
-    if all(p.scale is p.speed is None for p in drift):
-        found = panels(drift, lam, begin, end, digits, panel_of)
-        if state.zeta[0] == 0:  # It remains 0, so that its factors change no digit.
-            found = [p._replace(bounds=(-math.inf, p.bounds[1], -math.inf)) for p in found]
-        return records(found, lam, state.eta, digits, order)
-    found = transform.matrices(drift, lam, begin, end, digits, order)
-    return [Record(p.y2[0], p.z1[1], p.z2[1], p.inverse) for p in found]
+    found = panels(drift, lam, begin, end, digits, panel_of)
+    if state.zeta[0] == 0:  # It remains 0, so that its factors change no digit.
+        found = [p._replace(bounds=(-math.inf, p.bounds[1], -math.inf)) for p in found]
+    return records(found, lam, state.eta, digits, order)
 
 
 def sides(

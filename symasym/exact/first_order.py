@@ -1,9 +1,9 @@
-"""The matrix of (y, F) across a panel to first order in s, for noise that does not depend on u.
+"""The matrix of (y, F) across a panel to first order in s.
 
-Its entries are the integrals of e and 1/e and the nested integral of e(u)/e(x) over u < x, by power
-series about the middle of a moderate panel or by the slow solution of t' = 1 + lam phi t. A first
-pass decides which integrals change a digit; the others are enclosed by bounds. `transform` at order
-1 gives the same matrix, ten times slower, because it takes any noise and any order.
+Its entries are the integrals of a e and b/e and the nested integral of a(u) b(x) e(u)/e(x) over
+u < x, by power series about the middle of a moderate panel or by the slow solution of
+t' = a + g t. A first pass decides which integrals change a digit; the others are enclosed by
+bounds. `transform` gives the same matrix to any order in s, ten times slower.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from flint import acb_poly, acb_series, arb, arb_series, ctx
 
-from symasym.exact.panels import ENDS, Panel, poly, slow_solver, within
+from symasym.exact.panels import ENDS, ONE, Panel, TaylorModel, poly, slow_solver, within
 
 _SHORT = 8  # terms of a polynomial drift up to which recurrence is faster than multiplication
 _LOG10 = math.log(10.0)
@@ -24,8 +24,8 @@ _NEVER = -math.inf
 class Record(NamedTuple):
     """The matrix ((1, y2), (s z1, 1 + s z2)) of (y, F) across a panel, with e = 1 at its left end.
 
-    `y2` is the integral of e, `z1` and `z2` are lam times the integrals of 1/e and of e(u)/e(x)
-    over u < x; the s-terms of the first row are not needed. `inverse` is 1/e at the right end.
+    `y2` is the integral of a e, `z1` and `z2` are lam times that of b/e and the nested integral;
+    the s-terms of the first row are not needed. `inverse` is 1/e at the right end.
     """
 
     y2: Any
@@ -54,7 +54,7 @@ def records(found: list[Panel], lam: Any, eta: Any, digits: int, order: int) -> 
             order > 0 and first - whole > small,
             order > 0 and second - whole > small,
         )
-        out.append(_record(p, lam, wanted))
+        out.append(record(p, lam, wanted))
         allowed = min(allowed + after - before, small + whole - first if order else math.inf)
     return out[::-1]
 
@@ -65,7 +65,7 @@ def _log_sum(x: Any, y: Any) -> Any:
     return top if low == _NEVER else top + math.log1p(math.exp(max(float(low - top), -800.0)))
 
 
-def _record(p: Panel, lam: Any, wanted: tuple[bool, bool, bool]) -> Record:
+def record(p: Panel, lam: Any, wanted: tuple[bool, bool, bool] = (True, True, True)) -> Record:
     """The panel's record; integrals that are not wanted are enclosed by their bounds."""
     # blur is integrated over [-1, 1], of length 2.
     rise = p.q(ENDS[1]) - p.q(ENDS[0]) + within(2 * p.blur, p.q)
@@ -85,34 +85,45 @@ def _moderate_integrals(p: Panel, _: Any, wanted: tuple[bool, bool, bool]) -> tu
     n, h, kind = p.terms, p.half, acb_series if isinstance(p.q, acb_poly) else arb_series
     ctx.cap = n  # `precision` restores it
     series, low = kind(list(p.q), n), p.q(ENDS[0]).exp()
-    # On |t| <= rho, |q| <= height (`panels._moderate`): e^{+-q} and y = int_0 e^{q(t) - q(w)} dw
-    # have integrals below rho^2 e^height. Cauchy's estimate bounds the sum of the terms from n on.
-    rest = within(2 * height.exp() / rho ** (n - 2), p.q)
+    # On |t| <= rho, |q| <= height (`panels._moderate`): a e^{-q}, b e^q and b y with
+    # y = int_0 a e^{q(t) - q(w)} dw have integrals below rho^2 e^height times the largest weights.
+    # Cauchy's estimate bounds the sum of the terms from n on.
+    rest = 2 * height.exp() / rho ** (n - 2)
     # blur changes an exponent by at most 2 blur.
-    other = (2 * p.blur).expm1()
-    missed = [within(other * arb(x).exp(), p.q) if other > 0 else 0 for x in p.bounds]
+    off = [2 * p.blur + x for x in (p.a.relative, p.b.relative, p.a.relative + p.b.relative)]
+    missed = [
+        within(x.expm1() * arb(bound).exp(), p.q) if x > 0 else 0
+        for x, bound in zip(off, p.bounds, strict=True)
+    ]
+
+    def weighted(x: Any, w: TaylorModel) -> Any:
+        return x if w is ONE else x * kind(list(w.series), n)
+
     int_e = int_inverse = nested = None
     if need_e or need_nested:
-        down = (-series).exp().integral()
-        begin, end = _at_ends(down, rest)
+        down = weighted((-series).exp(), p.a).integral()
+        begin, end = _at_ends(down, within(rest * p.a.size, p.q))
         int_e = h * (end - begin) * low + missed[0]
     if need_inverse or need_nested:
         up = series.exp()
-        first, last = _at_ends(up.integral(), rest)
+        first, last = _at_ends(weighted(up, p.b).integral(), within(rest * p.b.size, p.q))
         int_inverse = h * (last - first) / low + missed[1]
     if need_nested:
-        # y = e^q int_0 e^{-q} also solves y' = 1 + g y, a short recurrence if g is short.
-        y = kind(_by_equation(p.slope, n), n) if len(p.slope) < _SHORT else up * down
-        below, above = _at_ends(y.integral(), rest)
+        # y also solves y' = a + g y, a short recurrence if g is short.
+        short = len(p.slope) < _SHORT
+        y = kind(_by_equation(p.slope, list(p.a.series), n), n) if short else up * down
+        outer = within(rest * p.a.size * p.b.size, p.q)
+        below, above = _at_ends(weighted(y, p.b).integral(), outer)
         nested = h * h * (above - below - begin * (last - first)) + missed[2]
     return int_e, int_inverse, nested
 
 
-def _by_equation(g: list[Any], n: int) -> list[Any]:
-    """The coefficients of the solution of y' = 1 + g y with y(0) = 0."""
-    y, turned, m = [arb(0), arb(1)], g[::-1], len(g)
-    for k in range(1, n - 1):
-        y.append(sum(map(mul, turned[-k - 1 :], y[max(k + 1 - m, 0) :])) / (k + 1))
+def _by_equation(g: list[Any], a: list[Any], n: int) -> list[Any]:
+    """The coefficients of the solution of y' = a + g y with y(0) = 0."""
+    y, turned, m = [arb(0)], g[::-1], len(g)
+    a = [*a, *[arb(0)] * (n - len(a))]
+    for k in range(n - 1):
+        y.append(sum(map(mul, turned[-k - 1 :], y[max(k + 1 - m, 0) :]), a[k]) / (k + 1))
     return y
 
 
@@ -123,7 +134,7 @@ def _at_ends(series: Any, rest: Any) -> tuple[Any, Any]:
 
 
 def _slow_integrals(p: Panel, rise: Any, wanted: tuple[bool, bool, bool]) -> tuple[Any, ...]:
-    """The integrals of a slow panel: t' = h + g t implies (t e)' = h e, and with -g that of 1/e."""
+    """The integrals of a slow panel: t' = h a + g t implies (t e)' = h a e; for b/e with -g."""
     need_e, need_inverse, need_nested = wanted
     int_e = int_inverse = nested = None
     if need_inverse or need_nested:
@@ -133,13 +144,17 @@ def _slow_integrals(p: Panel, rise: Any, wanted: tuple[bool, bool, bool]) -> tup
         start, end, whole = _slow_solution(p, 1)
         int_e = end * (-rise).exp() - start
         if need_nested:
-            # The integral of e from the left end, divided by e, is t - t(-1)/e.
+            # The integral of a e from the left end, divided by e, is t - t(-1)/e.
             nested = whole - start * int_inverse
     return int_e, int_inverse, nested
 
 
 def _slow_solution(p: Panel, sign: int) -> tuple[Any, Any, Any]:
-    """The slow solution of t' = h + sign g t at -1 and 1, and h times its integral."""
-    t, bound = slow_solver([sign * c for c in p.slope], p.blur, p.terms)([p.half], arb(0))
-    error, whole = within(bound, p.q), poly(t).integral()
-    return *_at_ends(t, error), p.half * (whole(ENDS[1]) - whole(ENDS[0]) + 2 * error)
+    """The slow solution of t' = h a + g t at -1 and 1, and the integral of h b t; if `sign` is -1
+    with -g, and a and b interchanged."""
+    source, other = (p.a, p.b)[::sign]
+    solved = slow_solver([sign * c for c in p.slope], p.blur, p.terms)
+    t, bound = solved([p.half * c for c in source.series], p.half * source.missed)
+    error, whole = within(bound, p.q), (poly(t) * other.series).integral()
+    rest = within(2 * (other.size * bound + other.missed * sum(map(abs, t), arb(0))), p.q)
+    return *_at_ends(t, error), p.half * (whole(ENDS[1]) - whole(ENDS[0]) + rest)

@@ -1,6 +1,8 @@
 """Subdivision of the interval into panels on which e = e^{lam V} has a proved expansion.
 
-With g = lam phi/sigma^2 times half the panel's width, t in [-1, 1] and e = exp(-int g), a panel is
+With g = lam phi/sigma^2 times half the panel's width, t in [-1, 1], e = exp(-int g), and the
+weights a = sigma^(-2 alpha) of the scale and b = sigma^(2 alpha - 2) of the speed density, a panel
+is
 
 - *moderate* if int |g| is at most a few dozen: power series in t, truncated with a bound by
   Cauchy's estimate; or
@@ -47,6 +49,30 @@ def largest_exponent(digits: int) -> float:
 # -- panels ----------------------------------------------------------------------------------------
 
 
+class TaylorModel(NamedTuple):
+    """A polynomial, and a bound of its difference from a function on [-1, 1]."""
+
+    series: Any
+    missed: arb
+
+    def __call__(self, x: Any) -> Any:
+        return self.series(x) + within(self.missed, x)
+
+    @property
+    def size(self) -> arb:
+        """A bound of the function's absolute value."""
+        return sum(map(abs, self.series), self.missed)
+
+    @property
+    def relative(self) -> arb:
+        """A bound of the relative error."""
+        return self.missed / abs(self.series(arb(0, 1))) if self.missed > 0 else arb(0)
+
+
+#: The weight 1.
+ONE = TaylorModel(arb_poly([1]), arb(0))
+
+
 class Panel(NamedTuple):
     """A panel, mapped to -1 <= t <= 1, and bounds of its integrals."""
 
@@ -55,9 +81,11 @@ class Panel(NamedTuple):
     q: Any  # the integral of g from 0; e = exp(-q) up to a factor
     blur: arb  # a bound of |lam phi half - g| on [-1, 1]
     terms: int  # number of terms of its power series, or of its slow solutions
-    cauchy: Any  # rho and a bound of int |g| from 0 to |t| = rho; None if slow
+    cauchy: Any  # rho, and int |g| to |t| = rho with log of a/max a, b/max b; None if slow
+    a: TaylorModel
+    b: TaylorModel
     rise: arb  # q(1) - q(-1)
-    bounds: tuple[Any, Any, Any]  # logarithms of bounds of int e, int 1/e and the nested integral
+    bounds: tuple[Any, Any, Any]  # logarithms of bounds of int a e, int b/e, the nested integral
 
     @property
     def work(self) -> float:
@@ -121,26 +149,42 @@ def panel_of(piece: Piece, lam: Any, middle: fmpq, half: fmpq, digits: int) -> P
     more = math.ceil(float(size.log()) / _LOG10) if size > 1 else 0
     series, missed = piece.phi.taylor(middle, half, digits + more)
     slope, blur = list(series * scale) or [arb(0)], abs(missed * scale)
+    a, b = (
+        ONE if w is None else TaylorModel(*w.taylor(middle, half, digits))
+        for w in (piece.scale, piece.speed)
+    )
+    varied = [w for w in (a, b) if w.series.degree() > 0]
     majorant = arb_poly([abs(c) for c in slope])
-    terms, cauchy = _moderate(majorant, digits)
-    if len(slope) == 1 and abs(slope[0].real) > 1:
+    terms, cauchy = _moderate(majorant, varied, digits)
+    if len(slope) == 1 and abs(slope[0].real) > 1 and not varied:
         terms, cauchy = 1, None
-    terms = terms or slow_terms(majorant, digits * _LOG10)
-    if not (terms and blur < 1):
+    if not terms and (terms := slow_terms(majorant, digits * _LOG10)):
+        terms = max(terms, a.series.length(), b.series.length())
+    if not (terms and blur < 1 and all(4 * w.relative < 1 for w in (a, b))):
         return None
     q = poly(slope).integral()
-    known = _bounds(slope, q, majorant, cauchy, half, blur)
-    return Panel(arb(half), slope, q, blur, terms, cauchy, *known)
+    rise, bounds = _bounds(slope, q, majorant, cauchy, half, blur)
+    if piece.scale or piece.speed:
+        of_a, of_b = a.size.log(), b.size.log()
+        bounds = bounds[0] + of_a, bounds[1] + of_b, bounds[2] + of_a + of_b
+    return Panel(arb(half), slope, q, blur, terms, cauchy, a, b, rise, bounds)
 
 
-def _moderate(majorant: arb_poly, digits: int) -> tuple[int, tuple[arb, arb] | None]:
+def _moderate(
+    majorant: arb_poly, weights: list[TaylorModel], digits: int
+) -> tuple[int, tuple[arb, arb] | None]:
     """The number of terms of a moderate panel's power series, and `Panel.cauchy`; else 0, None."""
     grown, reach = majorant.integral(), largest_exponent(digits)
     whole = grown(ENDS[1])
     if not whole < reach:
         return 0, None
     wanted = float(whole) + math.log1p(float(whole)) + digits * _LOG10
-    terms, *cauchy = fewest_terms(grown, wanted)
+    sizes = [arb_poly([abs(c) for c in w.series]) for w in weights]
+
+    def height(rho: arb) -> arb:
+        return sum(((w(rho) / w(ENDS[1])).log() for w in sizes), grown(rho))
+
+    terms, *cauchy = fewest_terms(height, wanted)
     # Where A varies fast the number may be astronomic: such a panel is halved.
     if terms + 2 >= 8 * (digits * _LOG10 + 2 * reach):
         return 0, None
@@ -224,7 +268,7 @@ def slow_solver(
 
 def poly(terms: list[Any]) -> Any:
     """The polynomial with these coefficients."""
-    return (acb_poly if isinstance(terms[-1], acb) else arb_poly)(terms)
+    return (acb_poly if terms and isinstance(terms[-1], acb) else arb_poly)(terms)
 
 
 def within(bound: arb, like: Any) -> Any:

@@ -15,9 +15,9 @@ from symasym.base.errors import AccuracyError
 from symasym.drift.evaluate import pieces
 from symasym.drift.formula import rational
 from symasym.drift.scenes import Scene
+from symasym.exact.panels import TaylorModel
 from symasym.exact.transform import (
     STARTS,
-    TaylorModel,
     Undecided,
     carried,
     matrices,

@@ -32,11 +32,11 @@ from symasym.drift.evaluate import Piece
 from symasym.exact.panels import (
     ENDS,
     Panel,
+    TaylorModel,
     fewest_terms,
     panel_of,
     panels,
     slow_solver,
-    within,
 )
 
 # The largest int |g| on a panel of an A that is no polynomial: shorter panels have shorter series.
@@ -51,29 +51,6 @@ _ONE, _NOTHING = arb_poly([1]), arb_poly([0])
 
 class Undecided(ArithmeticError):
     """More powers of s or more bits are needed."""
-
-
-class TaylorModel(NamedTuple):
-    """A polynomial, and a bound of its difference from a function."""
-
-    series: arb_poly
-    missed: arb
-
-    def __call__(self, x: Any) -> Any:
-        return self.series(x) + within(self.missed, x)
-
-
-class WeightedPanel(NamedTuple):
-    """A panel, and its weights a and b as functions of t."""
-
-    of: Panel
-    a: TaylorModel
-    b: TaylorModel
-
-    @property
-    def work(self) -> float:
-        """The estimated cost, in the unit of `Panel.work`."""
-        return 4 * self.of.work
 
 
 class Matrix(NamedTuple):
@@ -102,10 +79,10 @@ def matrices(
     drift: Sequence[Piece], lam: arb, begin: fmpq, end: fmpq, digits: int, order: int, s: float = 0
 ) -> list[Matrix]:
     """The panels' matrices from `begin` to `end`, to s^order, on panels for numbers up to |s|."""
-    found = panels(drift, lam, begin, end, digits, partial(_weighted_panel, s))
+    found = panels(drift, lam, begin, end, digits, partial(_short_panel, s))
     return [
         _moderate_matrix(p, lam, digits, order, s)
-        if p.of.cauchy
+        if p.cauchy
         else _slow_matrix(p, lam, digits, order)
         for p in found
     ]
@@ -177,34 +154,23 @@ def _quotients(
 # -- panels ----------------------------------------------------------------------------------------
 
 
-def _weighted_panel(
+def _short_panel(
     s: float, piece: Piece, lam: arb, middle: fmpq, half: fmpq, digits: int
-) -> WeightedPanel | None:
+) -> Panel | None:
     """The panel [middle - half, middle + half], or None if it must be halved."""
     if not (p := panel_of(piece, lam, middle, half, digits)):
         return None
     whole = sum((abs(c) / (k + 1) for k, c in enumerate(p.slope)), arb(0))
     if p.cauchy and len(p.slope) > _SHORT and not whole < _REACH:
         return None
-    local = [
-        TaylorModel(_ONE, arb(0)) if w is None else TaylorModel(*w.taylor(middle, half, digits))
-        for w in (piece.scale, piece.speed)
-    ]
-    if not all(4 * _relative(w) < 1 for w in local):
-        return None
     if s:
         # Solutions grow like exp(sqrt(g^2/4 + s lam a b) -+ g/2).
-        a, b = (w.series(arb(0, 1)) for w in local)
+        a, b = (w.series(arb(0, 1)) for w in (p.a, p.b))
         travel = (lam * s * abs(a * b)).sqrt() * p.half
         least = abs(p.slope[0]) - sum(map(abs, p.slope[1:]), arb(0))
         if not (2 * travel < _TRAVEL or 2 * travel**2 < _DELAY * least):
             return None
-    return WeightedPanel(p, *local)
-
-
-def _relative(w: TaylorModel) -> arb:
-    """A bound of the relative error of a weight's polynomial."""
-    return w.missed / abs(w.series(_ball(1))) if w.missed > 0 else arb(0)
+    return p
 
 
 def _ball(radius: Any) -> arb:
@@ -214,9 +180,9 @@ def _ball(radius: Any) -> arb:
 # -- moderate panels -------------------------------------------------------------------------------
 
 
-def _moderate_matrix(p: WeightedPanel, lam: arb, digits: int, order: int, s: float) -> Matrix:
+def _moderate_matrix(p: Panel, lam: arb, digits: int, order: int, s: float) -> Matrix:
     """The matrix by power series about the middle: y' = h a z, z' = -g z + s lam h b y, z = e F."""
-    g, h = p.of.slope, p.of.half
+    g, h = p.slope, p.half
     a, b = list(p.a.series * h), list(p.b.series * (lam * h))
     terms, *rests = _cauchy(p, lam, digits, order, s)
     ends = []
@@ -230,10 +196,10 @@ def _moderate_matrix(p: WeightedPanel, lam: arb, digits: int, order: int, s: flo
         ends.append((_at_ends(ys, of_y), _at_ends(zs, of_z)))
     (y1, z1), (y2, z2) = ends
     up, down = (
-        p.of.q(ENDS[1]).exp(),
-        p.of.q(ENDS[0]).exp(),
+        p.q(ENDS[1]).exp(),
+        p.q(ENDS[0]).exp(),
     )  # 1/e at both ends, with e = 1 in the middle
-    wide = 2 * p.of.blur + _relative(p.a) + _relative(p.b)
+    wide = 2 * p.blur + p.a.relative + p.b.relative
 
     def entry(first: arb_poly, second: arb_poly, scale: arb) -> list[arb]:
         whole = list(((first + second) * scale).truncate(order + 1))
@@ -246,7 +212,7 @@ def _moderate_matrix(p: WeightedPanel, lam: arb, digits: int, order: int, s: flo
         entry(y2[1] * y1[0], -y1[1] * y2[0], down),
         entry(z1[1] * z2[0], -z2[1] * z1[0], up),
         entry(z2[1] * y1[0], -z1[1] * y2[0], up),
-        up / down * (1 + _ball((2 * p.of.blur).expm1())),
+        up / down * (1 + _ball((2 * p.blur).expm1())),
     )
 
 
@@ -268,7 +234,7 @@ def _at_ends(series: list[arb_poly], rest: arb_poly) -> tuple[arb_poly, arb_poly
     return even - odd, even + odd
 
 
-def _cauchy(p: WeightedPanel, lam: arb, digits: int, order: int, s: float) -> tuple[Any, ...]:
+def _cauchy(p: Panel, lam: arb, digits: int, order: int, s: float) -> tuple[Any, ...]:
     """The number of terms, and for every power of s a bound of the sum of the others, for y and z
     from (1, 0) and from (0, 1).
 
@@ -276,8 +242,8 @@ def _cauchy(p: WeightedPanel, lam: arb, digits: int, order: int, s: float) -> tu
     of s^k is at most e^G A^i B^k/(i + k)! with G = int |g|, A = rho |a|, B = rho |b| and i = k,
     k - 1, k + 1, k. At numbers s the last coefficients need to be right to e^-8 only.
     """
-    grown = arb_poly([abs(c) for c in p.of.slope]).integral()
-    weights = [(arb_poly([abs(c) for c in w.series]), p.of.half) for w in (p.a, p.b)]
+    grown = arb_poly([abs(c) for c in p.slope]).integral()
+    weights = [(arb_poly([abs(c) for c in w.series]), p.half) for w in (p.a, p.b)]
     whole = float(grown(ENDS[1]))
     wanted = whole + math.log1p(whole) + digits * _LOG10
 
@@ -301,13 +267,13 @@ def _cauchy(p: WeightedPanel, lam: arb, digits: int, order: int, s: float) -> tu
 # -- slow panels -----------------------------------------------------------------------------------
 
 
-def _slow_matrix(p: WeightedPanel, lam: arb, digits: int, order: int) -> Matrix:
+def _slow_matrix(p: Panel, lam: arb, digits: int, order: int) -> Matrix:
     """The matrix of a panel from the slow solutions t = y/z and v = z/y."""
-    h, q = p.of.half, p.of.q
-    terms = max(p.of.terms, len(list(p.a.series)), len(list(p.b.series)))
-    inverse = (q(ENDS[1]) - q(ENDS[0]) + _ball(2 * p.of.blur)).exp()
+    h, q = p.half, p.q
+    terms = p.terms
+    inverse = (q(ENDS[1]) - q(ENDS[0]) + _ball(2 * p.blur)).exp()
     a, b = (TaylorModel(w.series * c, w.missed * c) for w, c in ((p.a, h), (p.b, lam * h)))
-    of_t, of_v = _solver(p.of, 1, terms), _solver(p.of, -1, terms)
+    of_t, of_v = _solver(p, 1, terms), _solver(p, -1, terms)
     t, v = [of_t(a)], [TaylorModel(_NOTHING, arb(0)), of_v(b)]
     for k in range(1, order + 1):
         t.append(of_t(_product(b, _squared(t, k - 1), -1, terms)))

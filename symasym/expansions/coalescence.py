@@ -13,7 +13,7 @@ Camb. Phil. Soc. 53 (1957) 599). With L = eps lam, the weight g(u) and
 integration by parts (N. Bleistein, Comm. Pure Appl. Math. 19 (1966) 353) turns the panel's
 integrals with g e^{lam V} and g e^{-lam V}, V' = -phi, into canonical ones with psi in place of phi
 and sum L^-k p_k, sum (-L)^-k p_k in place of g, the values of c_k at the ends, and integrals of c_k
-(`symasym.expansions.canonical`). The ends are arbitrary: a start or an end of the layer may lie
+(`symasym.expansions.uniform`). The ends are arbitrary: a start or an end of the layer may lie
 anywhere near the zeros. The numbers are midpoints of balls: rounding is not enclosed.
 """
 

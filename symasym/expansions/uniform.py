@@ -1,7 +1,12 @@
 """T, C and P for weak noise, uniform as wells, barriers, the start and the ends of the layer meet.
 
 The layer on each side of the start (`symasym.expansions.sides`) is a row of panels in canonical
-form, whose records are expansions in powers of kappa^2 (`symasym.expansions.canonical`). Each
+form (`symasym.expansions.coalescence`), whose records are expansions in powers of kappa^2. With
+L = eps lam, p_- = sum (-L)^-k p_k and p_+ = sum L^-k p_k, a panel's integrals with e^{lam V} and
+e^{-lam V} reduce to those of p_+ and p_- with e and 1/e, e' = -L psi e: Airy functions over all s,
+erfc and Dawson's integral over half of it, otherwise incomplete Airy functions. For any ends they
+are those of the exact engine for the drift psi, -L in place of lam, so that its e is 1/e here, and
+the weights p_- and p_+. The numbers are midpoints of balls: rounding is not enclosed, but each
 partial sum is compared with the exact value in a ball, which costs less than the expansion.
 """
 
@@ -9,19 +14,53 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from functools import lru_cache, partial
+from functools import lru_cache, partial, reduce
 from typing import Any
 
-from flint import ctx, fmpq
+import numpy as np
+from flint import arb, ctx, fmpq
 
-from symasym.base.balls import exact_ball
+from symasym.base.balls import exact_ball, precision
 from symasym.drift.drift import Drift
-from symasym.drift.evaluate import pieces
+from symasym.drift.evaluate import Piece, Polynomial, pieces
+from symasym.exact import balls, first_order
+from symasym.exact.panels import panel_of, panels
 from symasym.expansions import answer
 from symasym.expansions.arithmetic import InBalls
-from symasym.expansions.canonical import ways
 from symasym.expansions.coalescence import SHARE, CanonicalForm, Phi
 from symasym.expansions.sides import Sides, Stretch, StretchAt, sides_of
+
+
+def record(one: CanonicalForm, lam: Any, nats: float, order: int) -> Stretch:
+    """The record of a panel at one lam, to an order up to N and to e^-nats."""
+    L, p, c = one.eps * lam, np.array(one.p), np.array(one.c)
+    minus = plus = slow = ends = np.zeros(2, object)
+    regular: Any = 0
+    for k in range(order + 1):
+        sign, power = (-1) ** k, 1 / L ** (k + 1)
+        minus, plus = minus + sign * power * L * p[k], plus + power * L * p[k]
+        slow, ends = slow + sign * power * c[k], ends + power * c[k]
+        mixed = sum((-1) ** (k - i) * row[k - i] for i, row in enumerate(one.mixed[: k + 1]))
+        regular += power * (one.own[k] + mixed)
+    digits, psi = math.ceil(nats / math.log(10)), ([1], [0, 1], [-one.zeta, 0, 1])[one.degree]
+    with precision(balls.bits(digits)):
+        low, high = map(_rational, one.ends)
+        rows = psi, minus[: one.degree], plus[: one.degree]
+        piece = Piece(low, high, *(Polynomial([arb(x).mid() for x in row]) for row in rows))
+        row = panels([piece], -L.mid(), low, high, digits, panel_of)
+        parts = [first_order.record(panel, 1) for panel in row]
+        known = reduce(
+            Stretch.then, (Stretch(x.z1, x.y2 * x.inverse, x.z2, x.inverse) for x in parts)
+        )
+    speed = known.speed + slow[1] - slow[0] * known.climb
+    nested = known.nested - slow[0] * known.scale + regular - speed * ends[1]
+    return Stretch(known.scale + ends[0] - known.climb * ends[1], speed, nested, known.climb)
+
+
+def _rational(s: Any) -> fmpq:
+    """The midpoint of a ball."""
+    mantissa, power = s.mid().man_exp()
+    return fmpq(mantissa) * fmpq(2) ** int(power)
 
 
 @lru_cache(maxsize=16)
@@ -64,7 +103,7 @@ class Uniform(answer.PartialSums):
 
 
 def _record(panel: CanonicalForm, at: InBalls) -> Stretch:
-    return ways(panel, at.lam, _nats(ctx.prec))[at.order]
+    return record(panel, at.lam, _nats(ctx.prec), at.order)
 
 
 def _nats(bits: int) -> float:

@@ -1,7 +1,7 @@
 """Expansions of int g e^{lam f} dx, uniform as two saddles, or a saddle and an end, coalesce.
 
 The integral is that of e^{lam V} with the weight g and phi = -f', over panels in canonical form
-(`symasym.expansions.coalescence`, `symasym.expansions.canonical`).
+(`symasym.expansions.coalescence`, `symasym.expansions.uniform`).
 """
 
 from __future__ import annotations
@@ -19,9 +19,10 @@ from flint import arb, ctx
 from symasym.base.balls import exact_ball, precision
 from symasym.base.errors import InputError
 from symasym.base.inputs import count, exact
-from symasym.expansions import canonical, coalescence
+from symasym.expansions import coalescence
 from symasym.expansions.coalescence import Factor, Phi
 from symasym.expansions.sides import Stretch
+from symasym.expansions.uniform import record
 from symasym.integrals.integral import (
     IntegralExpansion,
     code,
@@ -85,7 +86,7 @@ class UniformExpansion(IntegralExpansion):
             for at, p, q in ((low, lo, low), (high, high, hi))
         )
         parts = [*before, *field.panels(low, high, last, weight), *after]
-        whole = reduce(Stretch.then, (canonical.ways(one, lam, nats)[-1] for one in parts))
+        whole = reduce(Stretch.then, (record(one, lam, nats, last) for one in parts))
         return number(constant) * (lam * code(self.f, self.x)(lo)).exp() * whole.scale
 
     def _ends(self, lam: Any, nats: float) -> list[Any]:
