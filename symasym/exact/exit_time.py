@@ -29,11 +29,11 @@ from symasym.exact.transform import Undecided
 #: Powers of s at first.
 ORDER = 12
 _MOST, _MOST_BITS = 120, 1_500  # of powers; of bits beyond those that the digits take
-_MODES = 6  # the largest number of modes for a probability
+_MODES = 8  # the largest number of modes for a probability
 _NARROW = 0.3  # std/mean below which the sum over the modes cancels
 _WIDTHS = 40.0  # the largest t/std
 _EARLY = 0.01  # t/mean below which the probability may be negligible
-_LEFT = 7.0  # t/std above which Talbot's contour is not used
+_LEFT = 14.0  # t/std above which Talbot's contour is not used
 _ROUGH, _SURE = 8, 12  # digits of a first attempt; bits of it that show the contour to be suitable
 _NOTHING = arb(10) ** -305
 _STEPS = 200
@@ -100,16 +100,11 @@ class Exit:
         wanted = max(wanted or self.digits, _ROUGH)
         if t == 0:
             return arb(name == "survival"), "bound"
-        for modes in (1, 2, 4, _MODES) if self._few_modes(float(min(t, _LONG))) else ():
-            with suppress(TooEarly):
+        for modes in self._modes(float(min(t, _LONG))):
+            with suppress(TooEarly, AccuracyError):
                 late = partial(ExitTransform.late, t=rational(t), name=name, count=modes)
                 order, size = ORDER + 6 * (modes - 1), modes**2 * float(self.rate)
                 return self.ball(late, order, size, wanted), "bound"
-        if float(t) > _WIDTHS * self.std:
-            raise AccuracyError(
-                f"t is {float_text(t)} and the standard deviation {self.std:.6g}, too little for a "
-                "contour; take a larger kappa, or the normal law to which this one is close."
-            )
         # Talbot's contour loses the digits of a value that is small compared with its integrand.
         early = float(t) < _EARLY * float(self.mean) and self._tilt(t)[1] < _NOTHING
         if early or float(t) > _LEFT * self.std:
@@ -154,6 +149,11 @@ class Exit:
         complement = name == ("survival" if c > 0 else "cdf")
         if most < (arb(10) ** -wanted if complement else _NOTHING):
             return self._named(name, c, arb(0, most))
+        if float(t) > _WIDTHS * self.std:
+            raise AccuracyError(
+                f"t is {float_text(t)} and the standard deviation {self.std:.6g}, too little for a "
+                "contour; take a larger kappa, or the normal law to which this one is close."
+            )
         with precision(64):
             other = 1 + (2 * exact_ball(t) * arb(c)).exp() * self._transform(arb(2 * c))
         line = partial(
@@ -168,12 +168,15 @@ class Exit:
             return found
         return abs(found) if (name == "cdf") == (c > 0) else 1 - abs(found)
 
-    def _few_modes(self, t: float) -> bool:
-        """True if by Weyl's law `_MODES` eigenvalues should suffice at t."""
+    def _modes(self, t: float) -> tuple[int, ...]:
+        """The numbers of modes to be tried: more than one if by Weyl's law `_MODES` should suffice
+        at t, and none for a narrow law."""
+        if self.std < _NARROW * float(self.mean):
+            return ()
         low, high = self.scene.ends
         wanted = self.digits * math.log(10) * float(self.scene.lam) / t
-        narrow = self.std < _NARROW * float(self.mean)
-        return not narrow and float(high - low) / math.pi * math.sqrt(wanted) < _MODES
+        few = float(high - low) / math.pi * math.sqrt(wanted) < _MODES
+        return (1, 2, 4, _MODES) if few or t > _LEFT * self.std else (1,)
 
     def _on_contour(self, t: Fraction, name: str, wanted: int) -> Any:
         """The value by Talbot's contour; its error is estimated from two numbers of nodes."""

@@ -180,20 +180,33 @@ def test_narrow_laws_and_rare_times(t: str, names: list[str]) -> None:
             assert found.error < 1e-15 * true[name]
 
 
-def test_survival_of_brownian_motion() -> None:
+@pytest.mark.parametrize(
+    ("a", "kappa", "r", "times"),
+    [(0, "1", "1", ("0.1", "0.4", "100")), (1, "1", "5", ("18", "26", "60"))],
+)
+def test_survival_of_a_constant_drift(a: int, kappa: str, r: str, times: tuple[str, ...]) -> None:
     """Theta series, from early times to late ones."""
-    law = sa.exit_law(sa.polynomial(0), 1, 1, full=True)
+    law = sa.exit_law(sa.polynomial(a), kappa, r, full=True)
     with mp.workdps(50):
-        for t in ("0.1", "0.4", "100"):
-            terms = [
-                (mpf(-1) ** k / (k + mpf(1) / 2), ((k + mpf(1) / 2) * mp.pi) ** 2 / 2)
-                for k in range(200)
-            ]
-            survival = sum(2 / mp.pi * c * mp.exp(-x * mpf(t)) for c, x in terms)
-            density = sum(2 / mp.pi * c * x * mp.exp(-x * mpf(t)) for c, x in terms)
+        noise, width = mpf(kappa) ** 2, 2 * mpf(r)
+        sides = mp.exp(a * mpf(r) / noise), mp.exp(-a * mpf(r) / noise)
+        for t in times:
+            survival = density = mpf(0)
+            for k in range(1, 400, 2):
+                rate = a**2 / (2 * noise) + noise * (k * mp.pi / width) ** 2 / 2
+                size = noise * mp.pi * k / width**2 * (-1) ** (k // 2) * sum(sides)
+                density += size * mp.exp(-rate * mpf(t))
+                survival += size / rate * mp.exp(-rate * mpf(t))
             holds(law.survival(t), survival, 14)
             holds(law.cdf(t), 1 - survival, 14)
             holds(law.pdf(t), density, 14)
+
+
+def test_late_times_of_a_narrow_law() -> None:
+    """P(tau > t) is below any digit, by Markov's inequality, and tau is no later."""
+    found = sa.exit_law(sa.friction(mu=3, alpha=1, z0=-2), "0.3", 10, full=True).cdf("25")
+    assert found.value == 1.0
+    assert found.error < 1e-20
 
 
 # -- collocation -----------------------------------------------------------------------------------
