@@ -31,7 +31,7 @@ _BOLD: dict[str, Any] = {**_SURFACE, "linewidth": 2.2}
 _BAND: dict[str, Any] = {"color": "0.93", "linewidth": 0, "zorder": 0}
 
 
-@style.figure("frictionOsc", 6.6, 2.7)
+@style.figure("frictionOsc", 5.6, 2.4)
 def friction_osc(figure: Figure) -> None:
     """The oscillator with a block that sticks, and the forces on it (Fig. frictionOsc).
 
@@ -106,7 +106,7 @@ def fricforce(figure: Figure) -> None:
     axes.legend(loc="lower right")
 
 
-@style.figure("potentialSketch", 9.6, 3.0)
+@style.figure("potentialSketch", 7.0, 2.6)
 def potential_sketch(figure: Figure) -> None:
     """The potential in the three cases of flows (Fig. potentialSketch).
 
@@ -242,7 +242,7 @@ def _smoothed(drift: Any, z: float, u: float, time: float, way: int = 1) -> Any:
     return solve_ivp(field, (0, time), (z, u), "LSODA", max_step=0.01, rtol=1e-8, atol=1e-10).y.T
 
 
-@style.figure("flows", 9.6, 3.4)
+@style.figure("flows", 7.6, 3.2)
 def flows(figure: Figure) -> None:
     """Orbits through the layer of the smoothed switch, in three cases (Fig. flows).
 

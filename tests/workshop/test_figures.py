@@ -51,8 +51,7 @@ LONG = [pytest.mark.slow]
         ("fricforce", [(r"$y/\varepsilon$", r"$\mathcal{F}(y)$")]),
         ("fric1", [("$z_0$", r"$\log T$")] * 2),
         pytest.param("fric2", [("$z_0$", r"$\log T$")], marks=LONG),
-        pytest.param("stokes", [("$z_0$", "$T$"), ("$z_0$", ""), ("$z_0$", "relative error"),
-                    ("$z_0$", r"$\kappa$"), ("", r"$\log_{10}$ relative error")], marks=LONG),
+        pytest.param("stokes", [("", "$T$"), ("", ""), ("$z_0$", "relative error")], marks=LONG),
         pytest.param("release", [("$z$", "$u$"), ("$z$ at release", "density"),
                                  (r"$\kappa$ (scaled)", "mean time")], marks=LONG),
         pytest.param("regimes", [(r"$\varepsilon$", r"$\kappa_p$")], marks=LONG),
@@ -121,7 +120,7 @@ def test_escape_times_against_z0(name: str, panel: int, shapes: list[tuple[str, 
 
 @pytest.mark.slow
 def test_stokes() -> None:
-    times, shares, errors, plane, _ = drawn("stokes").axes
+    times, shares, errors = drawn("stokes").axes
     named = {line.get_label(): np.asarray(line.get_xydata()) for line in times.get_lines()}
     for z0, time in some(named["exact"]):
         assert np.log(time) == pytest.approx(log_time(3, z0, 0.01), rel=1e-10)
@@ -136,7 +135,6 @@ def test_stokes() -> None:
     apart = {line.get_label(): np.asarray(line.get_xydata()) for line in errors.get_lines()}
     worst = [apart[f"uniform, order {n}"][:, 1].max() for n in range(3)]
     assert worst == sorted(worst, reverse=True)
-    assert plane.collections[0].get_array().size == 19 * 12
 
 
 # -- orbits ----------------------------------------------------------------------------------------
