@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 import mpmath
+import numpy as np
 import pytest
 from flint import acb, arb, arb_poly, fmpq
 
@@ -81,12 +82,17 @@ def test_what_a_series_misses_is_in_its_balls(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["survival", "cdf", "pdf"])
 def test_modes_left_out_are_in_the_ball(name: str) -> None:
-    """One mode of Brownian motion, at times where the next ones are a hundredth of it."""
+    """One mode of Brownian motion, at times where the next ones are a hundredth of it; the part of
+    Green's function that they leave."""
     numbers = {"kappa": 1, "r": 1, "start": "1/4"}
     scene = read(sa.Drift("0", layer=None), numbers).one()
     with precision(bits(30)):
         series = spectral.ExitTransform(scene, None, 44, 64.0, 30)
-        series.modes(1), series.modes(4)
+        parts = [(np.sin(k * np.pi * 0.625) / k) ** 2 for k in range(1, 100_000)]
+        for count in (1, 4):
+            share = sum(parts[count:]) / sum(parts)
+            found = series.modes(count).green / series.modes(0).green
+            assert float(found) == pytest.approx(share, rel=1e-4)
         for t in (fmpq(1), fmpq(3, 2)):
             series.digits = 6
             true = series.late(t, name, 4)
