@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import symasym as sa
-from symasym.base.errors import InputError
+from symasym.base.errors import InputError, OutputError
 from symasym.base.estimate import interval_text
 from symasym.base.files import progress, write_bytes
 from symasym.base.inputs import choice, count, digits
@@ -110,9 +110,15 @@ def table(spec: str, out: str, workers: int = 1, cluster: str | None = None) -> 
 
     where: Any = nullcontext()
     if cluster is not None:
-        from distributed import Client
+        try:
+            from distributed import Client
 
-        where = Client(cluster, timeout=10).get_executor()
+            where = Client(cluster, timeout=10).get_executor()
+        except (ImportError, OSError, ValueError) as error:
+            raise OutputError(
+                f"no cluster is reached at {cluster!r} ({error}); start a dask scheduler, with "
+                "the extra symasym[cluster] installed."
+            ) from None
     elif count("--workers", workers, 1, 1_000) > 1:
         where = ProcessPoolExecutor(workers, initializer=_end_with_parent)
     with where as executor:

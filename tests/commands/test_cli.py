@@ -155,6 +155,7 @@ def test_value_loads_no_matplotlib() -> None:
         ("show expansion:Q --drift friction", "Q"),
         ("derive eq:nothing", "eq:nothing"),
         ("table none.toml -o t.jsonl", "none.toml"),
+        ("table none.toml -o t.jsonl --cluster tcp://127.0.0.1:1", "cluster"),
         ("verify --level fulll", "fulll"),
         ("report --scene weka", "weka"),
     ],
