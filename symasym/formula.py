@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import InputError
@@ -140,7 +141,8 @@ def formula(label: str) -> Formula:
     try:
         return Formula(build(str(label)))
     except KeyError as missing:
-        told = "is no formula; give one of sa.labels()."
+        near = get_close_matches(str(label)[:60], labels(), 3, 0)
+        told = f"is no formula; the labels nearest to it are {', '.join(near)}."
         if str(label) in DEFINITIONS:
             told = f"defines {DEFINITIONS[label][1]}: there is nothing to derive."
         raise InputError(f"{shown(label)} {told}") from missing

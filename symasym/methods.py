@@ -71,9 +71,9 @@ def ask(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
     name, method, order, dps, log, full, moment, reflecting, rtol = request
     choice("method", method, [m for m, row in METHODS.items() if name in row.quantities])
     if method == "auto":
-        rtol = within("rtol", rtol, 1e-12 if dps is None else 1e-300, 0.5)
+        rtol = within("rtol", 1e-6 if rtol is None else rtol, 1e-12 if dps is None else 1e-300, 0.5)
     elif rtol is not None:
-        raise InputError(f"rtol is {shown(rtol)}, which is for method='auto'; leave it out.")
+        raise InputError(f"rtol is {shown(rtol)}, which is for method 'auto'; leave it out.")
     count("moment", moment, 1, 20)
     choice("reflecting", reflecting, [None, "left", "right"])
     asked = digits(dps), flag("log", log), flag("full", full), moment, reflecting, rtol
@@ -111,7 +111,7 @@ def _asked(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
     if not elsewhere and not is_usual(drift, numbers, request):
         raise RegionError(
             f"method {request.method!r} holds for means in (-r, r), drifts that are constant "
-            "outside a layer, and constant noise; use method='exact'."
+            "outside a layer, and constant noise; use method 'exact'."
         )
     if name[-1] not in "TC" and drift.model.layered and "left" not in numbers:
         require_sliding(drift)
@@ -206,7 +206,7 @@ def _as_asked(
     if not request.full:
         return value
     if request.name[-1] in "CP" and not request.log and np.any(value == 1):
-        way = "leave complement out for" if request.complement else "complement=True has"
+        way = "leave complement out for" if request.complement else "complement has"
         notes = (f"{request.name} is 1 to these digits; {way} the rest", *notes)
     order = request.order if isinstance(request.order, int) else answer.order
     method = answer.method or request.method
@@ -215,7 +215,7 @@ def _as_asked(
 
 def _misfit(name: str, log: float) -> str:
     if log != log:
-        return f"{name} has no value by this method; use method='exact'."
+        return f"{name} has no value by this method; use method 'exact'."
     if not np.isfinite(log):
-        return f"log {name} is outside the range of float64; pass dps=…."
-    return f"{name} is e^{log:.6g}, outside the range of float64; pass log=True, or dps=…."
+        return f"log {name} is outside the range of float64; ask for digits (dps)."
+    return f"{name} is e^{log:.6g}, outside the range of float64; ask for log or for digits (dps)."

@@ -37,7 +37,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     if name != "P" and scene.start != 0:
         raise InputError(
             f"start is {float_text(scene.start)}; the paper's formula is for start 0, use "
-            "method='exact'."
+            "method 'exact'."
         )
 
     def found(bits: int) -> Any:
@@ -77,13 +77,13 @@ def _escape_time(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorK
     if a_minus * a_plus <= 0:
         raise RegionError(
             f"a- = {float_text(a_minus)} and a+ = {float_text(a_plus)} are not those of a crossing "
-            "region, to which the paper's escape time is limited; use method='exact'."
+            "region, to which the paper's escape time is limited; use method 'exact'."
         )
     _, ahead, wells, barriers, V = _seen(scene.drift, a_plus < 0, bits, time=True)
     if (len(wells), len(barriers)) not in ((0, 0), (1, 1)):
         raise InputError(
             f"A has {len(wells + barriers)} zeros in (-1, 1), but the paper's formula is for none, "
-            "or for one well followed by one barrier; use method='exact'."
+            "or for one well followed by one barrier; use method 'exact'."
         )
     total = exact_ball(scene.ends[1]) / ahead
     for (u, low), (v, high) in zip(wells, barriers, strict=True):
@@ -104,7 +104,7 @@ def _exit_bound(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKi
         low, high = (float_text(Fraction(a)) for a in scene.drift.ends)
         raise RegionError(
             f"a- = {low} and a+ = {high} are not both {sign}, where alone the paper bounds "
-            f"{name}; use method='bound' or 'exact'."
+            f"{name}; use method 'bound' or 'exact'."
         )
     low, high, _, barriers, V = _seen(scene.drift, request.complement, bits)
     # The maximum of V on [0, 1] is at an end or at a barrier.
@@ -114,7 +114,7 @@ def _exit_bound(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKi
         raise InputError(
             f"r is {float(r):.6g} and kappa is {scene.noise}; the paper's bound needs r of "
             f"at least 4, V <= a- r/4 on [0, 1], where it reaches {float(top):.6g}, and "
-            "exp(3 a- r/(2 kappa^2)) of at least 4; use method='bound' or 'exact'."
+            "exp(3 a- r/(2 kappa^2)) of at least 4; use method 'bound' or 'exact'."
         )
     return 2 * low * (1 / high + lam) * (-low * r * lam / 2).exp(), "bound"
 

@@ -69,7 +69,7 @@ def escape_time(
         The highest power kept in an expansion, by default 2. ``"optimal"``, for ``"laplace"``, is
         the order with the smallest stated error.
     rtol : number, optional
-        The relative error allowed, only for ``"auto"``.
+        The relative error allowed, only for ``"auto"``, by default 1e-6.
     dps : int, optional
         The number of digits, 1 to 10,000, of an mpf for one scene. By default results are float64
         numbers or arrays, correct to 1e-12.

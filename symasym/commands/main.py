@@ -75,7 +75,7 @@ OPTIONS: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
     ("value show emit", "--order", 'of an expansion; of a value also "optimal"',
      {"type": order, "metavar": "N"}),
     ("show emit", "--case", 'of an expansion, such as "start well barrier"', {"metavar": "WORDS"}),
-    ("value release", "--rtol", "relative error allowed, of --method auto or march", _X),
+    ("value release", "--rtol", "relative error allowed, of --method auto or march (1e-6)", _X),
     ("value", "--log", "the natural logarithm", _ON),
     ("value reproduce", "--dps", "significant digits", _N),
     ("release", "--paths", "number of paths of --method simulate (10000)", _N),

@@ -121,8 +121,8 @@ def _symbol(formula: Any, u: Any) -> Any:
     named = [s for s in formula.free_symbols if s.name == "u"]
     if not named and len(formula.free_symbols) == 1:
         raise InputError(
-            f"A = {formula} has no symbol u; name its variable, as in "
-            f"sa.Drift({shown(str(formula))}, '{next(iter(formula.free_symbols))}')."
+            f"A = {formula} has no symbol u; write it in u, or name {formula.free_symbols.pop()} "
+            "as its variable."
         )
     return named[0] if named else sympy.Symbol("u")
 

@@ -141,12 +141,11 @@ class Parametrized:
         """Raise InputError unless A is specified and every parameter has a value."""
         if self.model.name == "Drift.general":
             raise InputError(
-                f"{self!r} names no drift and has no numbers; give one such as sa.friction()."
+                f"{self!r} names no drift and has no numbers; give one such as friction."
             )
         if self.free:
             raise InputError(
-                f"the drift's parameters {', '.join(self.free)} have no value; set them with "
-                f"bind({self.free[0]}=…)."
+                f"the drift's parameters {', '.join(self.free)} have no value; bind each to one."
             )
 
     def exact_coefficients(self) -> list[Fraction] | None:
@@ -161,9 +160,7 @@ class Parametrized:
         """The pair a-, a+: Fractions if they are rational, else floats; arrays of float64."""
         self.require_bound()
         if not self.model.layered:
-            raise RegionError(
-                f"{self!r} has no layer and therefore no a- and a+; give the interval by ends=(…)."
-            )
+            raise RegionError(f"{self!r} has no layer and therefore no a- and a+; give two ends.")
         if not self.shape:
             return self.model.pieces[0].ends(self._values)
         values = {name: floats(name, x) for name, x in self._values.items()}

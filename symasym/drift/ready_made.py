@@ -65,7 +65,7 @@ class Friction(Drift):
         -0.7777777777777777
         """
         if missing := [name for name in ("mu", "alpha") if name in self.free]:
-            raise InputError(f"{missing[0]} has no value; set it with bind({missing[0]}=…).")
+            raise InputError(f"{missing[0]} has no value; bind it to one.")
         mu, alpha = (np.asarray(floats(n, self._values[n])) for n in ("mu", "alpha"))
         with np.errstate(divide="ignore", invalid="ignore"):
             u = np.where(mu > 0.5, np.sqrt((1 + mu) / (3 * mu)), np.nan)

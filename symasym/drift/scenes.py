@@ -199,7 +199,7 @@ def require_drift(drift: object, bound: bool = True, plain: bool = True) -> None
     if plain and not drift.model.plain:
         raise RegionError(
             f"{drift!r} has pieces, no layer, or noise that depends on u, so that only exact "
-            "values, method='laplace' and exit_law exist; give one constant outside [-1, 1]."
+            "values, method 'laplace' and exit_law exist; give one constant outside [-1, 1]."
         )
 
 
@@ -209,7 +209,7 @@ def require_sliding(drift: Drift) -> None:
     _require(
         (left > 0) & (right < 0),
         "a- = {left} and a+ = {right} make no sliding region (a- > 0 > a+), so there is no "
-        "stationary density; ask for escape_time instead.",
+        "stationary density; ask for the escape time instead.",
         RegionError, left=left, right=right,
     )  # fmt: skip
 
@@ -225,9 +225,7 @@ def pair(name: str, value: Any) -> list[Any]:
 def between(kappa: Any, r: Any, ends: Any, start: Any) -> dict[str, Any]:
     """kappa, r or the two ends, and the start, not yet converted to numbers."""
     if (r is None) == (ends is None):
-        raise InputError(
-            f"r is {shown(r)} and ends are {shown(ends)}; give the radius r, or the two ends."
-        )
+        raise InputError("r and ends are both given, or neither; give the radius r or two ends.")
     if ends is None:
         return {"kappa": kappa, "r": r, "start": start}
     left, right = pair("ends", ends)

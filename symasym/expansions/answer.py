@@ -178,7 +178,7 @@ def _exact(kind: type[PartialSums], scene: Scene, request: Request) -> Answer | 
 def _refusal(kind: type[PartialSums], kappa: str, orders: Sequence[int]) -> AccuracyError:
     return AccuracyError(
         f"kappa is {kappa}, {kind.reason}: up to order {orders[-1]} the error exceeds half the "
-        "value; give another order, or use method='exact'."
+        "value; give another order, or use method 'exact'."
     )
 
 

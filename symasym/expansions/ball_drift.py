@@ -77,7 +77,7 @@ def doubled(find: Callable[[int], Any], bits: int, digits: int = 0) -> Any:
                 return found
     raise AccuracyError(
         f"A varies too fast, or its zeros are too close to each other or to an end, for many times "
-        f"{bits:,} bits; use method='exact'."
+        f"{bits:,} bits; use method 'exact'."
     )
 
 
@@ -97,7 +97,7 @@ LINE = Between(Fraction(-2), Fraction(2), Fraction(-1))
 def _no_series(u: float, where: str) -> AccuracyError:
     return AccuracyError(
         f"A vanishes at u = {u:.6g}, {where}, where the series for weak noise do not exist; use "
-        "method='uniform' or 'exact'."
+        "method 'uniform' or 'exact'."
     )
 
 

@@ -252,7 +252,7 @@ def three_together(u: Any) -> AccuracyError:
     """The refusal of a drift with more zeros close together than a panel may have."""
     return AccuracyError(
         f"A has three zeros close together near u = {float(u):.4g}, of which the uniform expansion "
-        "takes two; use method='exact'."
+        "takes two; use method 'exact'."
     )
 
 

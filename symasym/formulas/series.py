@@ -244,7 +244,7 @@ def strong(drift: Drift, name: str, order: int, start: Fraction, _: Any) -> dict
     if of.poly is None:
         raise InputError(
             f"A = {of.A} is no polynomial in u, so that the moments of V have no closed form; "
-            "use sa.escape_time(method='strong_noise') and its like for numbers."
+            "use method 'strong_noise' for numbers."
         )
     for side, letter, mark in ((1, "L", "-"), (-1, "R", "+")) if name[-1] != "P" else ():
         x, whole = side * of.start, straight(side * of.slopes[-side], R - 1, ring)

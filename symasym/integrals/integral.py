@@ -90,7 +90,7 @@ class IntegralExpansion(ABC):
         """
         if self.parameters:
             names = ", ".join(map(str, self.parameters))
-            raise InputError(f"parameters have no value: {names}; call bind(…) first.")
+            raise InputError(f"parameters have no value: {names}; bind each to one.")
         log, full = inputs.flag("log", log), inputs.flag("full", full)
         dps = inputs.digits(dps)
         request = Request("the integral", self.method, None, dps, log, full)

@@ -132,7 +132,7 @@ def release(
         raise InputError(f"phi or velocity has no value at some |u| < r, z = {z:.6g}; change it.")
     if method == "march":
         if colour:
-            raise InputError(f"tau is {colour:g}; coloured noise is for method='simulate'.")
+            raise InputError(f"tau is {colour:g}; coloured noise is for method 'simulate'.")
         rough, fine, error = march(scene, allowed)
         left = min(max(float(fine.p[0][0]), 0.0), 1.0)
         time, place = _laws(fine)
@@ -215,7 +215,7 @@ def _simulated(scene: Scene, paths: int, h: float, seed: int, tau: float) -> Flo
         if drawn > _MOST:
             raise AccuracyError(
                 f"{u.size} paths are held after {step} steps of {h:.3g}; "
-                "give a longer step or fewer paths, or take method='march'."
+                "give a longer step or fewer paths, or take method 'march'."
             )
         push = (h * colour if tau else np.sqrt(h) * normal(u.size)) * scene.noise(u)
         if tau:

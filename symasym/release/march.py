@@ -95,7 +95,7 @@ def mesh(scene: Scene, way: float, coarse: float) -> FloatArray:
         if not count[-1] + len(points) <= _MOST_ELEMENTS:
             raise AccuracyError(
                 f"the march would need {count[-1]:.4g} elements in u or more at kappa = "
-                f"{kappa:g}, above {_MOST_ELEMENTS}; take kappa larger, or method='simulate'."
+                f"{kappa:g}, above {_MOST_ELEMENTS}; take kappa larger, or method 'simulate'."
             )
         parts = np.linspace(0.0, count[-1], max(1, int(np.ceil(count[-1]))) + 1)
         points.append(np.append(np.interp(parts[1:-1], count, u), high))
@@ -163,7 +163,7 @@ class March:
             raise InputError(
                 f"z = {z[row]:.6g} is no clock, its velocity changes sign by u = "
                 f"{self.u[column]:.3g}; take r eps smaller (below 1 for friction), or "
-                "method='simulate'."
+                "method 'simulate'."
             )
         return np.asarray(1.0 / (self.scene.eps * g))
 
