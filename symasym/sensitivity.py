@@ -7,8 +7,7 @@ derivatives in the start x and the radius r follow from the sweeps (eq:Ttilde, e
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -33,7 +32,6 @@ from symasym.drift.scenes import (
     taken,
 )
 from symasym.exact import balls, floats
-from symasym.exact.float_panels import ULP
 
 __all__ = ["Sensitivity", "sensitivity"]
 
@@ -42,7 +40,7 @@ _MOST_BITS = 20_000  # the most bits in addition to those for the requested digi
 _RADIUS = 70  # the relative radius 10^-70 is below the cancellation in a panel's series
 _STEP = 1e-40
 # The largest accepted error of p d/dp in float64, relative to the scene's largest |p d/dp| or 1.
-_ENOUGH = 1e-7
+_ENOUGH = 1e-9
 _FACTOR = 4.0  # ratio of the errors of derivatives to that of the value, checked in ball arithmetic
 
 
@@ -113,7 +111,7 @@ def sensitivity(
     Notes
     -----
     In float64 the error is an estimate: that of the value times the largest derivative of the
-    scene. If it is above 1e-7 times the largest ``|p d/dp|`` of the scene or 1, and for a drift
+    scene. If it is above 1e-9 times the largest ``|p d/dp|`` of the scene or 1, and for a drift
     that is neither ready-made nor a polynomial, ball arithmetic is used.
 
     Examples
@@ -145,22 +143,21 @@ def _named(quantity: str, names: Iterable[str], columns: Any, kind: ErrorKind) -
     return Sensitivity(quantity, slopes, errors, conditions, kind)
 
 
-def _by_ends(
-    quantity: str, near: Any, far: Any, whole: Any, product: Callable[..., Any]
-) -> dict[str, tuple[Any, Any]]:
-    """The positive and the negative part of d log(quantity)/dr and of d log(quantity)/d(start).
+def _by_ends(quantity: str, near: Any, far: Any) -> dict[str, list[tuple[int, Any]]]:
+    """The terms of d log(quantity)/dr and of d log(quantity)/d(start): signs and positive numbers.
 
     `near` and `far` are y = 1/eta and w = lam Q/eta of both sweeps, at the start and at the
-    opposite end, `whole` is the sum of w at the start; `product` multiplies, and divides by `over`.
+    opposite end.
     """
     (y, w), (far_y, far_w) = near, far
     if quantity == "T":
-        rises = product(y[1], far_w[0], over=whole) + product(y[0], far_w[1], over=whole)
-        start = product(y[0], w[1], over=whole), product(y[1], w[0], over=whole)
-        return {"r": (rises, 0), "start": start}
-    a, b = (0, 1) if quantity == "C" else (1, 0)
-    start = (0, product(y[b])) if quantity == "C" else (product(y[b]), 0)
-    return {"r": (product(y[b], far_y[a], over=y[a]), product(far_y[b])), "start": start}
+        whole = w[0] + w[1]
+        return {
+            "r": [(1, y[1] * far_w[0] / whole), (1, y[0] * far_w[1] / whole)],
+            "start": [(1, y[0] * w[1] / whole), (-1, y[1] * w[0] / whole)],
+        }
+    a, b, sign = (0, 1, -1) if quantity == "C" else (1, 0, 1)
+    return {"r": [(1, y[b] * far_y[a] / y[a]), (-1, far_y[b])], "start": [(sign, y[b])]}
 
 
 # -- in balls --------------------------------------------------------------------------------------
@@ -221,15 +218,9 @@ def _ends_in_balls(
     r, start, lam = numbers["r"], numbers["start"], arb(2 / numbers["kappa"] ** 2)
     near = balls.sides(drift, lam, (-r, r), start, digits)
     far = [balls.sides(drift, lam, (-r, r), end, digits)[k] for k, end in enumerate((r, -r))]
-    near_end, far_end = (
-        [[1 / x.eta for x in two], [x.zeta[1] / x.eta for x in two]] for two in (near, far)
-    )
-
-    def product(*factors: Any, over: Any = 1) -> Any:
-        return math.prod(factors) / over
-
-    found = _by_ends(quantity, near_end, far_end, sum(near_end[1], arb(0)), product)
-    return {name: more - less for name, (more, less) in found.items()}
+    ends = ([[1 / x.eta for x in two], [x.zeta[1] / x.eta for x in two]] for two in (near, far))
+    found = _by_ends(quantity, *ends)
+    return {name: sum((sign * x for sign, x in row), arb(0)) for name, row in found.items()}
 
 
 # -- in float64 ------------------------------------------------------------------------------------
@@ -275,26 +266,29 @@ def _by_floats(
     numbers = {n: np.tile(x, many) for n, x in scenes.numbers.items()}
     numbers["kappa"] = parameters.pop("kappa")
     of = Field(scenes.drift, parameters, many * count)
-    logs, errors = floats.logs_of(quantity, of, numbers)
-    slopes, errors = logs.imag.reshape(-1, count) / (_STEP * unit), errors.reshape(-1, count)
+    logs = floats.logs_of(quantity, of, numbers)
+    slopes, errors = logs.log.imag.reshape(-1, count) / (_STEP * unit), logs.error
     # An error of an exponent changes the derivatives relatively as the value, at most by `largest`.
     largest = np.abs(slopes * unit).max(axis=0)
-    errors = _FACTOR * (errors.max(axis=0) + 1e-15) * (np.abs(slopes) + (1.0 + largest) / unit)
+    errors = (
+        _FACTOR
+        * (errors.reshape(-1, count).max(axis=0) + 1e-15)
+        * (np.abs(slopes) + (1.0 + largest) / unit)
+    )
     if "r" not in numbers:
         return slopes, errors
     r, start = scenes.numbers["r"], scenes.numbers["start"]
     of = Field(scenes.drift, {}, count)
-    sides = [
-        floats.sides(of, scenes.lam, (-r, r), until, np.arange(count))
+    near, far = (
+        [
+            [x.rounded() for x in two]
+            for two in floats.sides(of, scenes.lam, (-r, r), until, np.arange(count))
+        ]
         for until in ((start, start), (r, -r))
-    ]
-    near, far = ([[x.log for x in two] for two in side] for side in sides)
-
-    def product(*factors: Any, over: Any = 0.0) -> Any:
-        return np.exp(sum(factors) - over)
-
-    found = _by_ends(quantity, near, far, np.logaddexp(*near[1]), product).values()
-    more, less = (np.array([pair[k] + 0 * r for pair in found]) for k in (0, 1))
-    lost = [x.error + ULP * np.abs(x.log) for side in sides for two in side for x in two]
-    off = (more + less) * (2e-15 + 3 * np.max(lost, axis=0))
-    return np.vstack((slopes, more - less)), np.vstack((errors, off))
+    )
+    for row in _by_ends(quantity, near, far).values():
+        sizes = [np.exp(x.log) for _, x in row]
+        slope = sum(sign * size for (sign, _), size in zip(row, sizes, strict=True))
+        off = sum(size * (x.error + 2e-15) for (_, x), size in zip(row, sizes, strict=True))
+        slopes, errors = np.vstack((slopes, slope)), np.vstack((errors, off))
+    return slopes, errors

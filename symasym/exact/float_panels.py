@@ -29,8 +29,8 @@ import numpy as np
 from flint import arb
 
 from symasym.drift.sampled import Field, Sampled
+from symasym.exact.logs import ULP, Logs
 
-ULP = 2.3e-16
 OF_A = 0.37 * ULP  # relative rounding error of A, for each of its terms
 _OWN = 4e-15  # relative error of a panel's integrals
 _LONG = float(np.finfo(np.longdouble).eps / np.finfo(float).eps)
@@ -46,23 +46,6 @@ _WIDTHS = np.array([1, 1, 2, 3, 2, 3, 3, 4])[:, None]
 _AXES = 2.0 ** np.array([1.25, 2.0, 2.75, 3.5])[:, None]  # sums of half axes of ellipses
 _ELLIPSES = np.array([3.0, 4.5, 8.0])[:, None]  # right ends of others
 _STRENGTH = (_ELLIPSES - 1.0) ** 2 / (2 * _ELLIPSES)
-
-
-class Logs(NamedTuple):
-    """Natural logarithms of positive numbers, and estimates of their errors; rows come last."""
-
-    log: Any
-    error: Any
-
-    def of(self, rows: Any) -> Logs:
-        return Logs(self.log.take(rows, axis=-1), self.error.take(rows, axis=-1))
-
-    def each(self) -> list[Logs]:
-        return [Logs(*x) for x in zip(*self, strict=True)]
-
-    def put(self, rows: Any, new: Logs) -> None:
-        for x, y in zip((*self.log, *self.error), (*new.log, *new.error), strict=True):
-            x[rows] = y
 
 
 @cache

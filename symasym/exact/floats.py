@@ -23,8 +23,7 @@ parameters may be complex (complex step).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import reduce
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -33,12 +32,14 @@ from symasym.base.inputs import FloatArray, is_array
 from symasym.drift.sampled import Field
 from symasym.drift.scenes import Answer, Request, Scenes, ends_of
 from symasym.exact.balls import of_scene  # the table of methods asks for it here
-from symasym.exact.float_panels import OF_A, ULP, Logs, SampledDrift, constant, panels, seen
+from symasym.exact.float_panels import OF_A, SampledDrift, constant, panels, seen
+from symasym.exact.logs import ULP, Logs
 
 #: Relative error of float64 values (of the logarithm, where that is larger than 1).
 TOLERANCE = 1e-12
 #: Relative error of a logarithm that was computed in balls and rounded to float64.
 ROUNDING = 4e-16
+_ONE = Logs(0.0, 0.0)
 _COEFFICIENTS = 16384  # of all rows at once, so that their panels fit in memory
 # Powers of a and b in the integrals of a record.
 _WEIGHTS = np.array([[1, 0], [0, 1], [1, 1], [2, 1], [1, 1], [2, 1], [1, 2], [2, 2]])
@@ -46,7 +47,8 @@ _WEIGHTS = np.array([[1, 0], [0, 1], [1, 1], [2, 1], [1, 1], [2, 1], [1, 2], [2,
 
 def of_scenes(scenes: Scenes, request: Request) -> Answer:
     """Logarithms right to `TOLERANCE`, and their estimated errors; doubtful rows by balls."""
-    logs, errors = found = float_logs(scenes, request)
+    found = float_logs(scenes, request)
+    logs, errors = found.log, found.error
     closer = request._replace(dps=17, log=True, full=False)
     why = ""
     for row in _in_doubt(found):
@@ -76,7 +78,8 @@ def float_logs(scenes: Scenes, request: Request) -> Logs:
         values = {n: x[some] if is_array(x) else x for n, x in values.items()}
         longer = Field(scenes.drift, values, len(some), span, long=True)
         fewer = {n: x[some] for n, x in numbers.items()}
-        found.log[some], found.error[some] = logs_of(name, longer, fewer, moment, reflecting)
+        closer = logs_of(name, longer, fewer, moment, reflecting)
+        found.log[some], found.error[some] = closer.log, closer.error
     moved, room = _moved(scenes)
     if moved:  # A place that float64 rounds changes logarithms at most at these rates.
         far = np.full(count, max(map(abs, span)))
@@ -123,21 +126,20 @@ def logs_of(
             found.append(_of_exit(name, *both))
         else:
             found.append(_of_stay(name, of, lam[rows], some, rows))
-    logs, errors = map(np.concatenate, zip(*found, strict=True))
+    logs, errors = (np.concatenate(x) for x in zip(*((x.log, x.error) for x in found), strict=True))
     return Logs(logs, np.where(np.isnan(logs + errors), np.inf, errors))
 
 
 def _of_exit(name: str, d0: list[Logs], b0: list[Logs], *second: list[Logs]) -> Logs:
     if name != "T":
         return _share(*(d0 if name == "C" else d0[::-1]))
-    (log, error), (other, of_other) = _total(*b0), _total(*d0)
-    time = Logs(log - other, error + of_other)
+    rate = (d0[0] + d0[1]).rounded()
+    time = (b0[0] + b0[1]).rounded() / rate
     if not second:
         return time
-    d1, b1 = (_total(*x) for x in second)
-    both = Logs(time.log + d1.log, time.error + d1.error)
-    log, error = _total(both, b1)
-    return Logs(np.log(2.0) + log - other, error + of_other + ULP)
+    (d1, other), (b1, beside) = second
+    half = (time * (d1 + other).rounded() + (b1 + beside).rounded()).rounded() / rate
+    return Logs(half.log + np.log(2.0), half.error + ULP)
 
 
 def _of_stay(name: str, of: Field, lam: Any, numbers: Mapping[str, Any], rows: Any) -> Logs:
@@ -157,18 +159,14 @@ def _of_stay(name: str, of: Field, lam: Any, numbers: Mapping[str, Any], rows: A
         power = of.powers[1] if of.powers else 0.0
         state.log[0], state.log[1] = np.log(-two * a) - power * log, 0.0
         state.error[0] = of_a / -a.real + ULP * (2 + np.abs(state.log[0])) + loose
-    (log, *_), (error, *_) = swept(phi, two, begin, end, state)
-    before, after = Logs(-log[:n], error[:n]), Logs(-log[n:], error[n:])
+    mass = _ONE / swept(phi, two, begin, end, state)[0]
+    before, after = mass[:n], mass[n:]
     if name == "p_ss":
-        log, error = _total(before, after)
-        if of.powers:
-            u = np.clip(low, -1.0, 1.0)[None]
-            log = log - of.powers[1] * of.parts[0].log_noise(u, rows)[0]
-        return Logs(-log, error + loose)
-    middle = seen(of, rows, far, -1.0)
-    (y, _, e), (of_y, _, of_e) = swept(middle, lam, low, high, absorbing(lam))
-    outside = _total(Logs(before.log - e, before.error + of_e + 4 * ULP), after)
-    inside = Logs(-y, of_y)
+        u = np.clip(low, -1.0, 1.0)[None]
+        own = of.powers[1] * of.parts[0].log_noise(u, rows)[0] if of.powers else 0.0
+        return Logs(own, loose) / (before + after).rounded()
+    y, _, e = swept(seen(of, rows, far, -1.0), lam, low, high, absorbing(lam))
+    inside, outside = _ONE / y, (before / e * Logs(0.0, 4 * ULP) + after).rounded()
     return _share(inside, outside) if name == "P" else _share(outside, inside)
 
 
@@ -188,11 +186,8 @@ def sides(
     phi = seen(of, rows, np.maximum(np.abs(ends[0]), np.abs(ends[1])), both=True)
     begin, end = (np.concatenate((a, -b)) for a, b in (ends, until))
     back = np.repeat([reflecting == side for side in ("left", "right")], n)
-    log, error = swept(phi, two, begin, end, absorbing(two, order, back))
-    log, error = (x.reshape(-1, 2, n) for x in (log, error))
-    return [
-        [Logs(log[k, side], error[k, side]) for side in (0, 1)] for k in (0, 1, 3, 4)[: 2 * order]
-    ]
+    state = swept(phi, two, begin, end, absorbing(two, order, back))
+    return [[x[:n], x[n:]] for x in (state[k] for k in (0, 1, 3, 4)[: 2 * order])]
 
 
 # -- what is carried -------------------------------------------------------------------------------
@@ -232,7 +227,7 @@ def _inside(
         of, row, ends = panels(phi, some, lam[some], low[some], high[some], order)
         row, at = some[row], 0
         for to in ends:
-            here, panel = row[at:to], Logs(*(x[:, at:to] for x in of))
+            here, panel = row[at:to], of[:, at:to]
             state.put(here, carried(state.of(here), panel, lam[here]))
             at = to
 
@@ -248,102 +243,32 @@ def _outside(phi: SampledDrift, side: int, lam: Any, width: Any, state: Logs, or
         state.put(some, carried(state.of(some), panel, lam))
 
 
-class Quotients(NamedTuple):
-    """Logarithms of D0/d and 1/d with d = c + I D0, and the first-order errors of log d."""
-
-    d0: Logs
-    rate: Any  # log D0/d
-    inverse: Any  # log 1/d
-    lost: Any  # d log d/d log D0
-    of_d: Any  # the error of log d due to c and I
-
-    def total(self, *terms: tuple[int, int, tuple[Logs, ...]]) -> tuple[Any, Any]:
-        """The sum of products over D0^k/d^m, given as k, m and the other factors."""
-        logs = [
-            sum(x.log for x in factors)
-            + (k * self.rate if k else 0.0)
-            + ((m - k) * self.inverse if m > k else 0.0)
-            for k, m, factors in terms
-        ]
-        *part, log = shares(*logs)
-        known = [*zip(part, terms, strict=True)]
-        moved = np.abs(sum(s * (k - m * self.lost) for s, (k, m, _) in known)) * self.d0.error
-        return log, moved + sum(
-            s * (sum(x.error for x in factors) + m * self.of_d) for s, (_, m, factors) in known
-        )
-
-
 def carried(before: Logs, panel: Logs, lam: Any) -> Logs:
-    """The state after a panel, in terms of its record. With d = c + I D0 and
+    """The state after a panel, in terms of its record. With d = c + I D0, q = d/D0 and
     t = (I B0 + lam m10)/d,
 
-    D0' = f D0/d,    B0' = (f B0 + lam m00 + lam m01 D0)/d,    e' = e f/c,
-    D1' = (f c D1 + lam c m00 + 2 lam c m01 D0 + lam m02 D0^2)/d^2,
-    B1' = (f B1 + lam^2 t0 + lam^2 t1 D0 + f t (D1 + lam (m10 + m11 D0)/I))/d.
+    D0' = f/q,    B0' = (f B0 + lam m00)/d + lam m01/q,    e' = e f/c,
+    D1' = c/d ((f D1 + lam m00)/d + 2 lam m01/q) + lam m02/q^2,
+    B1' = (f B1 + lam^2 t0)/d + lam^2 t1/q + f t ((D1 + lam m10/I)/d + lam m11/(I q)).
     """
-    (d0, b0, e, *second), (f, c, i, m00, m01, *others) = before.each(), panel.each()
-    # Whichever of c and I D0 is larger is divided out, so that neither loses the other's digits.
-    x = c.log - d0.log - i.log
-    less = x.real < 0
-    tail, factor = np.exp(-np.maximum(x, -x)), Logs(np.log(lam), 0.0)
-    kept = np.where(less, tail, 1.0).real / (1.0 + tail.real)
-    over = Quotients(
-        d0,
-        np.where(less, -i.log, d0.log - c.log) - np.log1p(tail),
-        np.where(less, -d0.log - i.log, -c.log) - np.log1p(tail),
-        1.0 - kept,
-        kept * c.error + (1.0 - kept) * i.error,
-    )
-    found = [
-        (f.log + over.rate, f.error + kept * d0.error + over.of_d),
-        over.total((0, 1, (f, b0)), (0, 1, (factor, m00)), (1, 1, (factor, m01))),
-        (e.log + f.log - c.log, e.error + f.error + c.error),
-    ]
+    (d0, b0, e, *second), (f, c, i, m00, m01, *others) = before, panel
+    by, two = Logs(np.log(lam), 0.0), Logs(np.log(2.0), 0.0)
+    m00, m01 = by * m00, by * m01
+    d, q = c + i * d0, c / d0 + i
+    found = [f / q, (f * b0 + m00) / d + m01 / q, e * f / c]
     if second:
-        (d1, b1), (m02, m10, m11, t0, t1) = second, others
-        per_i, two = Logs(-i.log, i.error), Logs(np.log(2.0), 0.0)
-        rates = (0, (d1,)), (0, (factor, m10, per_i)), (1, (factor, m11, per_i))
+        (d1, b1), (m02, m10, m11, t0, t1) = second, (by * x for x in others)
+        t = (i * b0 + m10) / d
         found += [
-            over.total(
-                (0, 2, (f, c, d1)),
-                (0, 2, (factor, c, m00)),
-                (1, 2, (two, factor, c, m01)),
-                (2, 2, (factor, m02)),
-            ),
-            over.total(
-                (0, 1, (f, b1)),
-                (0, 1, (factor, factor, t0)),
-                (1, 1, (factor, factor, t1)),
-                *((k, 2, (f, *x, *y)) for x in ((i, b0), (factor, m10)) for k, y in rates),
-            ),
+            c / d * ((f * d1 + m00) / d + two * m01 / q) + m02 / q / q,
+            (f * b1 + by * t0) / d + by * t1 / q + f * t * ((d1 + m10 / i) / d + m11 / i / q),
         ]
-    log, error = map(np.stack, zip(*found, strict=True))
-    return Logs(log, error + _rounding(log))
-
-
-def _rounding(log: Any) -> Any:
-    """The rounding error of logarithms of sums."""
-    size = np.abs(log)
-    return ULP * (2 + np.where(size < np.inf, size, 0.0))
-
-
-def shares(*logs: Any) -> tuple[Any, ...]:
-    """The shares of positive numbers in their sum, and the logarithm of the sum."""
-    top = reduce(np.maximum, logs)
-    parts = [np.exp(x - top) for x in logs]
-    whole = sum(parts[1:], parts[0])
-    return *((p / whole).real for p in parts), top + np.log(whole)
-
-
-def _total(x: Logs, y: Logs) -> Logs:
-    """The sum of positive numbers."""
-    of_x, of_y, log = shares(x.log, y.log)
-    return Logs(log, of_x * x.error + of_y * y.error + ULP * (2 + np.abs(log)))
+    return Logs(np.stack([x.log for x in found]), np.stack([x.error for x in found])).rounded()
 
 
 def _share(x: Logs, rest: Logs) -> Logs:
-    """x/(x + rest)."""
-    part, other, log = shares(x.log, rest.log)
-    value = np.where(part > 0.5, -np.log1p(np.exp(rest.log - x.log)), x.log - log)
-    error = other * (x.error + rest.error + ULP * (np.abs(x.log) + np.abs(rest.log)))
-    return Logs(value, error + ULP * (1 + np.abs(value)))
+    """x/(x + rest) = 1/(1 + rest/x)."""
+    ratio, one = rest / x, Logs(np.zeros_like(x.log), 0.0)
+    off = ULP * (np.abs(x.log) + np.abs(rest.log))
+    whole = one + Logs(ratio.log, ratio.error + off)
+    return Logs(-whole.log, whole.error + ULP * (1 + np.abs(whole.log)))

@@ -19,6 +19,7 @@ import symasym as sa
 from derivations.sections.section5.positive import E_s
 from symasym.derivation.derivation import build, numeric
 from symasym.exact import balls, float_panels, floats
+from symasym.exact.logs import Logs
 from symasym.expansions.arithmetic import InBalls
 from symasym.expansions.sides import straight
 
@@ -61,8 +62,8 @@ def in_floats(k: int, absorbing: bool = False) -> Callable[..., float]:
 
     def value(lam=1, f=1, c=1, E_s=1, F_s=1, D_s=1, sigma=1, w=1):  # type: ignore[no-untyped-def]
         rate = np.array([float(lam)])
-        before = float_panels.Logs(np.log([[1 / sigma], [w], [1]]), np.zeros((3, 1)))
-        crossed = float_panels.Logs(np.log([[f], [c], [E_s], [F_s], [D_s]]), np.zeros((5, 1)))
+        before = Logs(np.log([[1 / sigma], [w], [1]]), np.zeros((3, 1)))
+        crossed = Logs(np.log([[f], [c], [E_s], [F_s], [D_s]]), np.zeros((5, 1)))
         after = floats.carried(floats.absorbing(rate) if absorbing else before, crossed, rate)
         return float(np.exp(after.log[k, 0] * (2 * k - 1)))
 

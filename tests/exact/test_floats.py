@@ -41,7 +41,7 @@ def require_claims(drift: sa.Drift, numbers: dict[str, Any], request: Request) -
     with mp.workdps(DIGITS + 20):
         for row in range(len(scenes.lam)):
             true = true_log(scenes, request, row)
-            for logs, errors in (found, (answers.value, answers.error)):
+            for logs, errors in ((found.log, found.error), (answers.value, answers.error)):
                 assert abs(mpf(float(logs[row])) - true) <= errors[row], (request, row, drift)
     assert (answers.error <= floats.TOLERANCE * np.maximum(1.0, np.abs(answers.value))).all()
     return answers
