@@ -27,15 +27,10 @@ def order(text: str) -> int | str:
     return text if text == "optimal" else int(text)
 
 
-COMMANDS: Any = (
-    verbs.value, verbs.show, verbs.derive, verbs.emit, verbs.release, verbs.figure, verbs.table,
-    verbs.reproduce, verbs.verify, verbs.report,
-)  # fmt: skip
 _QUANTITIES = [*verbs.QUANTITIES.values(), *verbs.QUANTITIES]
 _MODELS = "; ".join(f"{name}, with {taken}" for name, taken in drift_signatures().items())
 _X, _N, _TWO = {"metavar": "X"}, {"metavar": "N", "type": int}, {"metavar": "X", "nargs": 2}
 _NAME, _ON = {"metavar": "NAME"}, {"action": "store_true"}
-_NAMES = {**_NAME, "nargs": "+"}
 _SET = {"action": "append", "type": lambda text: text.partition("=")[::2], "metavar": "NAME=X"}
 #: The commands that take an argument, its name, its help text, and the keywords for argparse.
 OPTIONS: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
@@ -72,8 +67,7 @@ OPTIONS: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
     ("value", "--method", f"{', '.join(METHODS)} (exact)", _NAME),
     ("show emit", "--method", "of an expansion: laplace, strong_noise, uniform (laplace)", _NAME),
     ("release", "--method", "march or simulate (march)", _NAME),
-    ("value show emit", "--order", 'of an expansion; of a value also "optimal"',
-     {"type": order, "metavar": "N"}),
+    ("value show emit", "--order", 'of an expansion; of a value also "optimal"', {"type": order}),
     ("show emit", "--case", 'of an expansion, such as "start well barrier"', {"metavar": "WORDS"}),
     ("value release", "--rtol", "relative error allowed, of --method auto or march (1e-6)", _X),
     ("value", "--log", "the natural logarithm", _ON),
@@ -83,10 +77,10 @@ OPTIONS: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
     ("value release", "--json", "a JSON record with error, method, inputs", _ON),
     ("table", "--workers", "processes (1)", _N),
     ("table", "--cluster", "or the address of a dask.distributed scheduler", _X),
-    ("reproduce", "--only", "these stages, not all", _NAMES),
+    ("reproduce", "--only", "these stages, not all", {"nargs": "+", **_NAME}),
     ("reproduce", "--force", "make everything again", _ON),
     ("verify", "--level", "quick or full (quick)", _NAME),
-    ("report", "--scene", "these scenes, not all", _NAMES),
+    ("report", "--scene", "these scenes, not all", {"nargs": "+", **_NAME}),
     ("report", "--quick", "fewer scenes and programs", _ON),
     ("derive emit figure table reproduce report", "--out", "file or folder to write", _NAME),
 )  # fmt: skip
@@ -101,8 +95,9 @@ class _Parser(argparse.ArgumentParser):
         self._negative_number_matcher = re.compile("-(?!-|[oh]$)")
 
     def error(self, message: str) -> NoReturn:
-        if wrong := re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message):
-            known = re.findall(r"[\w-]+", wrong[2])
+        if wrong := re.search(r"(?:choice: '|arguments: )([\w-]+)", message):
+            listed = re.findall(r"[\w-]+", message.partition("(choose from ")[2])
+            known = listed or [word for _, word, *_ in OPTIONS]
             for near in difflib.get_close_matches(wrong[1], known, 1):
                 message += f"; perhaps you mean {near!r}"
         self.exit(2, f"{self.prog}: {message}; see {self.prog} --help.\n")
@@ -113,19 +108,19 @@ def _parser() -> _Parser:
     about = "Escape times and Laplace-type integrals of smoothed switches with noise."
     more = "examples:\n  symasym value --help\n  symasym show eq:Ttilde"
     whole = _Parser(prog="symasym", description=about, epilog=more)
-    version = f"symasym {metadata.version('symasym')}"
+    version = f"%(prog)s {metadata.version('symasym')}"
     whole.add_argument("--version", action="version", version=version)
     commands = whole.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for run in COMMANDS:
+    for name in dict.fromkeys(" ".join(row[0] for row in OPTIONS).split()):
+        run = getattr(verbs, name)
         about, _, more = inspect.cleandoc(run.__doc__).partition("\n\n")
-        parser = commands.add_parser(run.__name__, help=about, description=about, epilog=more)
+        parser = commands.add_parser(name, help=about, description=about, epilog=more)
         parser.set_defaults(run=run)
         needed = [n for n, p in inspect.signature(run).parameters.items() if p.default is p.empty]
         for takers, word, about, told in OPTIONS:
-            if run.__name__ in takers.split():
-                short = ["-o"] if word == "--out" else []
-                argument = parser.add_argument(*short, word, help=about, **told)
-                argument.required = argument.required or argument.dest in needed
+            if name in takers.split():
+                made = parser.add_argument(*["-o"] * (word == "--out"), word, help=about, **told)
+                made.required = made.required or made.dest in needed
     return whole
 
 

@@ -11,7 +11,6 @@ import textwrap
 import threading
 import time
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import nullcontext
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -108,21 +107,20 @@ def table(spec: str, out: str, workers: int = 1, cluster: str | None = None) -> 
     """
     from symasym.tables import read_spec, write_table
 
-    where: Any = nullcontext()
+    executor: Any = None
     if cluster is not None:
         try:
             from distributed import Client
 
-            where = Client(cluster, timeout=10).get_executor()
+            executor = Client(cluster, timeout=10).get_executor()
         except (ImportError, OSError, ValueError) as error:
             raise OutputError(
                 f"no cluster is reached at {cluster!r} ({error}); start a dask scheduler, with "
                 "the extra symasym[cluster] installed."
             ) from None
     elif count("--workers", workers, 1, 1_000) > 1:
-        where = ProcessPoolExecutor(workers, initializer=_end_with_parent)
-    with where as executor:
-        records, done = write_table(read_spec(spec), out, executor)
+        executor = ProcessPoolExecutor(workers, initializer=_end_with_parent)
+    records, done = write_table(read_spec(spec), out, executor)
     made = f"{len(records) - done} of them new" if done < len(records) else "up to date"
     print(f"{out}, with CSV and LaTeX beside it: {len(records)} values, {made}")
     if refused := sum(record["mid"] is None for record in records):
