@@ -20,7 +20,7 @@ from typing import Any
 
 from flint import arb, fmpq
 
-from symasym.base.balls import exact_ball, precision
+from symasym.base.balls import doubled, exact_ball, precision
 from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import float_text
@@ -28,7 +28,7 @@ from symasym.drift.drift import Drift
 from symasym.drift.formula import rational
 from symasym.drift.scenes import Answer, Request, Scene
 from symasym.exact.balls import bits_of_way
-from symasym.expansions.ball_drift import LINE, BallDrift, doubled
+from symasym.expansions.ball_drift import LINE, BallDrift
 
 
 def of_scene(scene: Scene, request: Request) -> Answer:

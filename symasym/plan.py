@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from mpmath import mpf, nstr
 
-from symasym.base.balls import exact_ball, precision, rounded
+from symasym.base.balls import doubled, exact_ball, precision, rounded
 from symasym.base.inputs import Number, within
 from symasym.drift.drift import Drift
 from symasym.drift.formula import rational
@@ -22,7 +22,7 @@ from symasym.drift.scenes import Answer, Request, Scene, Scenes, read, require_d
 from symasym.exact import balls, floats
 from symasym.expansions import weak
 from symasym.expansions.arithmetic import InBalls
-from symasym.expansions.ball_drift import Between, doubled
+from symasym.expansions.ball_drift import Between
 from symasym.expansions.weak import local
 from symasym.methods import is_usual
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import functools
 import math
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from fractions import Fraction
 from typing import Any
 
@@ -17,6 +17,7 @@ from mpmath import libmp, mp, mpf
 from symasym.base.errors import AccuracyError
 
 _lock = threading.RLock()
+_DOUBLINGS = 6  # of the precision, at most
 
 
 @contextmanager
@@ -52,6 +53,26 @@ def extra_bits(most: int) -> Iterator[int]:
     while more < most:
         yield more
         more = 2 * more + 60
+
+
+class Unresolved(ArithmeticError):
+    """The precision is too low, for example to separate zeros and ends."""
+
+
+def doubled(find: Callable[[int], Any], bits: int, digits: int = 0) -> Any:
+    """The value of `find(bits)` at flint's precision of so many bits.
+
+    These are doubled while `find` raises Unresolved or the balls found have fewer digits.
+    """
+    for more in (bits << k for k in range(_DOUBLINGS)):
+        with suppress(Unresolved), precision(more):
+            found = find(more)
+            if not digits or all(y.rel_accuracy_bits() > 3.33 * digits + 1 for y in found):
+                return found
+    raise AccuracyError(
+        f"a function varies too fast, or its zeros are too close to each other or to an end, for "
+        f"many times {bits:,} bits; give other numbers, or use method 'exact'."
+    )
 
 
 def exact_ball(value: Fraction) -> Any:

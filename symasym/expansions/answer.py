@@ -23,7 +23,7 @@ from typing import Any, Self
 import numpy as np
 from flint import arb
 
-from symasym.base.balls import exact_ball, precision
+from symasym.base.balls import doubled, exact_ball, precision
 from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray, IntArray
@@ -33,7 +33,7 @@ from symasym.drift.scenes import FLOAT_DIGITS, Answer, Request, Scene, Scenes
 from symasym.exact import balls as exact
 from symasym.exact import floats
 from symasym.expansions.arithmetic import InBalls, InFloats
-from symasym.expansions.ball_drift import LINE, Between, doubled
+from symasym.expansions.ball_drift import LINE, Between
 
 _BITS = 192  # of the coefficients and heights behind an array
 #: The number of differences by which an error is estimated.

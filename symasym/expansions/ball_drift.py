@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from fractions import Fraction
 from functools import cached_property, partial
 from itertools import pairwise
@@ -18,15 +17,13 @@ from typing import Any, NamedTuple
 
 from flint import acb, acb_series, arb, arb_poly, arb_series, ctx, fmpq, fmpq_poly
 
-from symasym.base.balls import exact_ball, precision
+from symasym.base.balls import Unresolved, exact_ball
 from symasym.base.errors import AccuracyError
 from symasym.drift.critical_points import Values, formula_of, known
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import Piece, pieces
 from symasym.drift.formula import Formula, rational, vanishes
 from symasym.series import Series, by_parts, finite_parts_in_s, pole_sums, slow
-
-_DOUBLINGS = 6  # of the bits, at most
 
 
 class _BallRing:
@@ -59,26 +56,6 @@ class _BallRing:
 
 
 RING = _BallRing()
-
-
-class Unresolved(ArithmeticError):
-    """The precision is too low to separate zeros and edges."""
-
-
-def doubled(find: Callable[[int], Any], bits: int, digits: int = 0) -> Any:
-    """The value of `find(bits)` at flint's precision of so many bits.
-
-    These are doubled until zeros and edges are apart and the balls found have so many digits.
-    """
-    for more in (bits << k for k in range(_DOUBLINGS)):
-        with suppress(Unresolved), precision(more):
-            found = find(more)
-            if not digits or all(y.rel_accuracy_bits() > 3.33 * digits + 1 for y in found):
-                return found
-    raise AccuracyError(
-        f"A varies too fast, or its zeros are too close to each other or to an end, for many times "
-        f"{bits:,} bits; use method 'exact'."
-    )
 
 
 class Between(NamedTuple):

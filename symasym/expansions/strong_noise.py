@@ -14,12 +14,11 @@ from typing import Any, NamedTuple
 
 from flint import arb, arb_poly, ctx, fmpq
 
-from symasym.base.balls import exact_ball
+from symasym.base.balls import Unresolved, exact_ball
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
 from symasym.drift.formula import rational
 from symasym.expansions import answer
-from symasym.expansions.ball_drift import Unresolved
 from symasym.expansions.sides import Sides, Stretch, sides_of
 
 _MOST_PANELS = 2000

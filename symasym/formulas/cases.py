@@ -22,10 +22,11 @@ import sympy
 from flint import arb
 from sympy import Expr, Symbol
 
+from symasym.base.balls import Unresolved, doubled
 from symasym.base.errors import InputError, SymasymError
 from symasym.base.inputs import shown
 from symasym.drift.drift import Drift
-from symasym.expansions.ball_drift import LINE, RING, BallDrift, Unresolved, doubled
+from symasym.expansions.ball_drift import LINE, RING, BallDrift
 from symasym.series import finite_parts_in_s
 
 U = Symbol("u", real=True)

@@ -1,4 +1,7 @@
-"""The integral of g e^(lam f): its input, its enclosure, and the values of its expansions.
+"""The integral of g e^(lam f): zeros of f', its enclosure, and the values of its expansions.
+
+The error of an expansion at a given lam is the distance of the sum to an enclosure of the integral,
+whatever the expansion has missed.
 
 The enclosure is computed by flint (F. Johansson, Numerical integration in arbitrary-precision ball
 arithmetic, 2018); it is proved on a finite interval if the integrand is analytic at both ends. At
@@ -12,9 +15,10 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import lru_cache
 from itertools import accumulate, pairwise
-from typing import Any, ClassVar
+from math import cos, pi
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import sympy
@@ -22,8 +26,9 @@ from flint import acb, arb, ctx
 from sympy import Expr, S, Symbol
 
 from symasym.base import inputs
-from symasym.base.balls import precision
+from symasym.base.balls import cached_property, exact_ball, precision
 from symasym.base.errors import AccuracyError, InputError
+from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import Number, Numbers, exact
 from symasym.drift.evaluate import box, profile
 from symasym.drift.expressions import parse
@@ -31,22 +36,218 @@ from symasym.drift.formula import FUNCTIONS, interned
 from symasym.drift.scenes import Answer, Request
 from symasym.methods import in_digits
 
-# The largest numbers of operations and functions, for which an expansion takes seconds.
-_OPERATIONS, _CALLS = 250, 12
+# The largest numbers of operations and functions, for which an expansion takes seconds, and of
+# zeros of f'.
+_OPERATIONS, _CALLS, _MOST = 250, 12, 60
+#: The precision at which critical points and ends are compared.
+BITS = 256
+# The number of shells towards an end, the halvings of each, and the bound at which they stop.
+_SHELLS, _DEPTH, _NOTHING = 997, 6, arb(2) ** -(10**9)
+
+
+def code(e: Expr, x: Symbol) -> Any:
+    """The expression as a function of balls; nan on balls that meet a branch cut or a pole."""
+    return profile(interned(e, x), {})
+
+
+def number(e: Any) -> Any:
+    """A constant as a ball; nan if it is not real."""
+    if isinstance(e, Zero):
+        return e.ball()
+    if e in (S.Infinity, S.NegativeInfinity):
+        return arb.pos_inf() if e > 0 else arb.neg_inf()
+    try:
+        return arb(code(e, Symbol("x"))(arb(0)))
+    except InputError:  # for example, a complex value at sampled parameters
+        return arb.nan()
+
+
+def middle(lo: Any, hi: Any) -> Any:
+    """A point inside an interval whose ends are balls."""
+    if lo.is_finite():
+        return (lo + hi) / 2 if hi.is_finite() else lo + 1
+    return hi - 1 if hi.is_finite() else arb(0)
+
+
+# -- zeros -----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Zero:
+    """A point between two numbers at which an expression in x changes sign."""
+
+    equation: Expr
+    x: Symbol
+    lo: Any
+    hi: Any
+
+    def ball(self) -> Any:
+        """The point as a ball, by bisection."""
+        bits = ctx.prec
+        with precision(2 * bits + 200):
+            of, p, q = code(self.equation, self.x), self.lo, self.hi
+            sign = of(p)
+            for _ in range(bits + 100):
+                m = ((p + q) / 2).mid()
+                value = of(m)
+                if value.contains(0):
+                    return m
+                p, q = (m, q) if value * sign > 0 else (p, m)
+            return p.union(q)
+
+    def __str__(self) -> str:
+        return str(self.ball().str(12, radius=False))
+
+
+@lru_cache(maxsize=512)
+def zeros(e: Expr, x: Symbol, lo: Expr, hi: Expr) -> list[Zero]:
+    """The real zeros and poles in (lo, hi); for other than rational functions, sign changes."""
+    a, b, poly = number(lo), number(hi), None
+    if e.is_rational_function(x):
+        poly = sympy.Mul(*sympy.fraction(sympy.together(e))).as_poly(x)
+    if poly and poly.domain in (sympy.ZZ, sympy.QQ):
+        ends = (map(number, pair) for pair, _ in poly.sqf_part().intervals())
+        found = [Zero(poly.sqf_part().as_expr(), x, *pair) for pair in ends]
+    else:
+        found = _on_grid(e, x, a, b)
+    if len(found) > _MOST:
+        raise InputError(
+            f"{e} has more than {_MOST} zeros for {x} in ({lo}, {hi}); give an integral with "
+            "fewer critical points."
+        )
+    return [z for z in found if a < z.ball() < b]
+
+
+def _on_grid(e: Expr, x: Symbol, a: Any, b: Any) -> list[Zero]:
+    """The points at which the sign changes between points of a grid, also at poles and jumps."""
+    of = code(e, x)
+    if (b - a).is_finite():
+        grid = [a + (b - a) * arb((1 - cos(pi * k / 800)) / 2) for k in range(1, 800)]
+    else:
+        reach = [arb(2) ** (arb(k) / 30 - 27) for k in range(1600)]
+        base = a if a.is_finite() else b if b.is_finite() else arb(0)
+        left = [] if a.is_finite() else [base - y for y in reach[::-1]]
+        grid = [*left, base, *([] if b.is_finite() else [base + y for y in reach])]
+    known = [(y.mid(), v) for y in grid if (v := of(y)).is_finite() and not v.contains(0)]
+    return [Zero(e, x, p, q) for (p, u), (q, v) in pairwise(known) if u * v < 0]
+
+
+# -- integrals -------------------------------------------------------------------------------------
+
+
+def integral(f: Expr, g: Expr, x: Symbol, marks: list[Any], lam: Any, top: Any) -> tuple[Any, bool]:
+    """A ball for int g e^(lam (f - top)) dx from the first to the last mark, infinite if there is
+    no enclosure; and True if the enclosure is proved.
+
+    The integral is split at the marks, where f and g may be singular; any marks give enclosures.
+    """
+    height, slope, bend, weight = (code(e, x) for e in (f, f.diff(x), f.diff(x, 2), g))
+
+    def integrand(z: Any) -> Any:
+        value = height(z)
+        # Finiteness of f itself is required, since f'' may be finite where f is not analytic.
+        if value.is_finite() and not lam * value.rad() < 1:
+            # Near a maximum the enclosure by Taylor's formula is narrower.
+            m = z.mid()
+            near = height(m) + (z - m) * (slope(m) + (z - m) * bend(z) / 2)
+            value = near if near.rad() < value.rad() else value
+        return weight(z) * (lam * (value - top)).exp()
+
+    total, tiny, proved = arb(0), arb(2) ** -ctx.prec, True
+    for lo, hi in pairwise(marks):
+        if lo < hi:
+            inside = middle(lo, hi)
+            (a, before), (b, after) = (cut(integrand, end, inside, tiny) for end in (lo, hi))
+            found = acb.integral(lambda z, _: acb(integrand(z)), acb(a), acb(b), tiny, tiny)
+            total += found.real + arb(0, before + after)
+            proved = proved and before == after == 0
+    return total, proved
+
+
+def towards(end: Any, inside: Any, k: int) -> Any:
+    """The point at 2^k towards an infinite end, or at 2^-k of the way from another end."""
+    if end.is_finite():
+        return end + (inside - end) * arb(2) ** -k
+    return inside + (1 if end > 0 else -1) * arb(2) ** k
+
+
+def cut(integrand: Any, end: Any, inside: Any, tiny: Any) -> tuple[Any, Any]:
+    """The point of truncation near an end, and a bound on the tail, which is 0 at a regular end."""
+    far = not end.is_finite()
+    if not far and integrand(acb(end) + box(0, tiny, tiny)).is_finite():
+        return end, arb(0)
+    # Points near an end other than 0 need a higher precision.
+    with precision(ctx.prec + (0 if far or end == 0 else _SHELLS)):
+        at = [towards(end, inside, k) for k in range(_SHELLS)]
+        shells: list[Any] = []
+        for p, q in pairwise(at):
+            shells.append(_bound(integrand, p, q, tiny / _SHELLS, _DEPTH))
+            known = shells[-1] < _NOTHING or (shells[-1] < tiny * tiny and not far)
+            if known and len(shells) > 1 and shells[-1] < shells[-2]:
+                break
+    # Beyond the last shell a geometric decrease is assumed.
+    ratio = shells[-1] / shells[-2] if shells[-1] > _NOTHING else arb(0)
+    last = shells[-1] * ratio / (1 - ratio) if ratio < 1 else arb.pos_inf()
+    rests = list(accumulate(reversed(shells), initial=last))[::-1]
+    found = zip(at, rests, strict=False)
+    return next(((y, r) for y, r in found if r < tiny), (at[len(shells)], last))
+
+
+def _bound(integrand: Any, p: Any, q: Any, small: Any, depth: int) -> Any:
+    """An upper bound of the integral of |integrand| over [p, q], which is bisected if needed."""
+    whole = abs(integrand(p.union(q))) * abs(q - p)
+    if depth and not (whole < small or whole < 64 * abs(q - p) * abs(integrand(p))):
+        m = ((p + q) / 2).mid()
+        return sum((_bound(integrand, *h, small, depth - 1) for h in ((p, m), (m, q))), arb(0))
+    return whole.upper()
+
+
+# -- expansions ------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, repr=False)
 class IntegralExpansion(ABC):
     """An expansion of the integral of g(x) e^(lam f(x)) over [a, b]."""
 
-    f: Expr
-    g: Expr
-    x: Symbol
-    a: Expr
-    b: Expr
+    f: Any
+    g: Any
+    x: Any
+    a: Any
+    b: Any
     order: Any
     #: The name of the method in an `Estimate`.
     method: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        """Raise InputError unless the integral is real, and f and g can be expanded."""
+        f, g, x, ends = self.f, self.g, self.x, sympy.Tuple(self.a, self.b)
+        whole = sympy.Tuple(f, g, ends)
+        with precision(BITS):
+            real = isinstance(x, Symbol) and f.has(x) and not ends.has(x) and not whole.has(sympy.I)
+            ordered = real and (ends.free_symbols or number(self.a) < number(self.b))
+            if not ordered or "lam" in {str(s) for s in whole.free_symbols - {x}}:
+                raise InputError(
+                    f"f = {f}, g = {g}, x = {inputs.shown(x)}, a = {self.a}, b = {self.b}; give "
+                    "real f and g, of which f depends on the symbol x, and real ends, of which a "
+                    "is less than b; no parameter may be called lam."
+                )
+        for e in (f, g):
+            calls = [type(n).__name__ for n in e.atoms(sympy.Function)]
+            odd = {*calls} - {*FUNCTIONS} or e.atoms(sympy.oo, -sympy.oo, sympy.zoo, sympy.nan)
+            if odd or len(calls) > _CALLS or sympy.count_ops(e) > _OPERATIONS:
+                raise InputError(
+                    f"f or g has {sympy.count_ops(e)} operations, {len(calls)} functions and "
+                    f"{', '.join(map(str, odd)) or 'none'} that can't be expanded; give at most "
+                    f"{_OPERATIONS} and {_CALLS}, of {', '.join(FUNCTIONS)}, powers and numbers."
+                )
+
+    @classmethod
+    def of(cls, f: Any, g: Any, x: Any, a: Any, b: Any, *rest: Any) -> Self:
+        """The expansion for expressions, texts and numbers."""
+        symbol = Symbol(x) if inputs.is_name(x) else x
+        names = {str(symbol): symbol}
+        f, g, a, b = (parse(*row, names) for row in (("f", f), ("g", g), ("a", a), ("b", b)))
+        return cls(f, g, symbol, a, b, *rest)
 
     @cached_property
     def parameters(self) -> tuple[Symbol, ...]:
@@ -55,14 +256,13 @@ class IntegralExpansion(ABC):
         return tuple(sorted(free, key=str))
 
     @abstractmethod
-    def _again(self, f: Any, g: Any, a: Any, b: Any) -> Any:
-        """The same kind of expansion for another integral."""
+    def _sum(self, lam: Any) -> tuple[Any, Any, int]:
+        """A height, the sum over e^(lam height), and its number of terms.
 
-    @abstractmethod
-    def _at(self, lam: Fraction, dps: int | None, full: bool) -> tuple[Any, ...]:
-        """At one lam: level, sum/e^level, error/e^level, and the other fields of an `Answer`."""
+        Flint's precision is 64 bits more than the digits of the sum need.
+        """
 
-    def bind(self, /, **values: Number) -> Any:
+    def bind(self, /, **values: Number) -> Self:
         """The expansion with exact values of parameters."""
         names, swap = {str(s): s for s in self.parameters}, {}
         for name, value in values.items():
@@ -71,7 +271,7 @@ class IntegralExpansion(ABC):
                 raise InputError(f"{name} is not a parameter of the integral ({known}).")
             swap[names[name]] = sympy.Rational(*exact(name, value).as_integer_ratio())
         f, g, a, b = sympy.Tuple(self.f, self.g, self.a, self.b).xreplace(swap)
-        return self._again(f, g, a, b)
+        return replace(self, f=f, g=g, a=a, b=b)
 
     def evaluate(
         self, lam: Numbers, *, dps: int | None = None, log: bool = False, full: bool = False
@@ -107,168 +307,28 @@ class IntegralExpansion(ABC):
         return replace(each[0], value=value, error=error, error_kind=kind)
 
     def _one(self, lam: Fraction, request: Request) -> Any:
-        """The value at one lam from the sum and its error, both divided by e^level."""
-        level, total, error, *said = self._at(
-            inputs.positive("lam", lam), request.dps, request.full
-        )
-        if not (total.is_finite() and error.is_finite()):
-            raise AccuracyError(
-                f"the integral of f = {self.f} at lam = {inputs.float_text(lam)} could not be "
-                "enclosed, because of a singularity, a slow decay or more than two saddles close "
-                "together; split it there, or leave full out for the sum alone."
-            )
-        with precision(7 * request.digits + 300 + lam.numerator.bit_length()):
-            if request.log and not total > error:
-                raise AccuracyError(
-                    f"the sum at lam = {inputs.float_text(lam)} is not surely positive, so its "
-                    "logarithm is not known; ask for the value, or for a larger lam."
-                )
+        """The value at one lam, and with `full` its distance to an enclosure of the integral."""
+        size = int(inputs.positive("lam", lam)).bit_length()
+        with precision(int(3.33 * (request.dps or 17)) + 64 + size):
+            large, error, proved = exact_ball(lam), arb(0), True
+            height, total, terms = self._sum(large)
+            if request.full and total.is_finite():
+                x, a, b = self.x, self.a, self.b
+                inside = [z.ball() for z in zeros(self.f.diff(x), x, a, b)]
+                marks = [number(a), *sorted(inside, key=float), number(b)]
+                whole, proved = integral(self.f, self.g, x, marks, large, height)
+                error = abs(total - whole)
+            level = large * height
             if request.log:
                 value, error = level + total.log(), -(-error / total).log1p()
             else:
                 value, error = level.exp() * total, level.exp() * error
-            return in_digits(request, Answer(value + arb(0, error.upper()), *said))
-
-
-def read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, ...]:
-    """(f, g, x, a, b) as expressions, with a check of their functions and their size."""
-    symbol = Symbol(x) if inputs.is_name(x) else x
-    names = {str(symbol): symbol}
-    row = (("f", f), ("g", g), ("a", a), ("b", b))
-    f, g, a, b = (parse(name, e, names) for name, e in row)
-    if not isinstance(symbol, Symbol) or not f.has(symbol) or a.has(symbol) or b.has(symbol):
-        raise InputError(
-            f"x is {inputs.shown(x)}, f = {f}, a = {a} and b = {b}; give a SymPy symbol on which f "
-            "depends, and ends that do not."
-        )
-    for e in (f, g):
-        calls = [type(n).__name__ for n in e.atoms(sympy.Function)]
-        odd = {*calls} - {*FUNCTIONS} or e.atoms(sympy.oo, -sympy.oo, sympy.zoo, sympy.nan)
-        if odd or len(calls) > _CALLS or sympy.count_ops(e) > _OPERATIONS:
-            raise InputError(
-                f"f or g has {sympy.count_ops(e)} operations, {len(calls)} functions and "
-                f"{', '.join(map(str, odd)) or 'none'} that can't be expanded; give at most "
-                f"{_OPERATIONS} and {_CALLS}, of {', '.join(FUNCTIONS)}, powers and numbers."
-            )
-    return f, g, symbol, a, b
-
-
-# -- in balls ----------------------------------------------------------------------------------
-
-# The number of shells towards an end, the halvings of each, and the bound at which they stop.
-_SHELLS, _DEPTH, _NOTHING = 997, 6, arb(2) ** -(10**9)
-
-
-def code(e: Expr, x: Symbol) -> Any:
-    """The expression as a function of balls; nan on balls that meet a branch cut or a pole."""
-    return profile(interned(e, x), {})
-
-
-def number(e: Any) -> Any:
-    """A constant as a ball; nan if it is not real."""
-    if isinstance(e, Zero):
-        return e.ball()
-    if e in (S.Infinity, S.NegativeInfinity):
-        return arb.pos_inf() if e > 0 else arb.neg_inf()
-    try:
-        return arb(code(e, Symbol("x"))(arb(0)))
-    except InputError:  # for example, a complex value at sampled parameters
-        return arb.nan()
-
-
-@dataclass(frozen=True)
-class Zero:
-    """A point between two numbers at which an expression in x changes sign."""
-
-    equation: Expr
-    x: Symbol
-    lo: Any
-    hi: Any
-
-    def ball(self) -> Any:
-        """The point as a ball, by bisection."""
-        bits = ctx.prec
-        with precision(2 * bits + 200):
-            of, p, q = code(self.equation, self.x), self.lo, self.hi
-            sign = of(p)
-            for _ in range(bits + 100):
-                m = ((p + q) / 2).mid()
-                value = of(m)
-                if value.contains(0):
-                    return m
-                p, q = (m, q) if value * sign > 0 else (p, m)
-            return p.union(q)
-
-    def __str__(self) -> str:
-        return str(self.ball().str(12, radius=False))
-
-
-def middle(lo: Any, hi: Any) -> Any:
-    """A point inside an interval whose ends are balls."""
-    if lo.is_finite():
-        return (lo + hi) / 2 if hi.is_finite() else lo + 1
-    return hi - 1 if hi.is_finite() else arb(0)
-
-
-def integral(
-    f: Expr, g: Expr, x: Symbol, marks: list[Any], lam: Any, top: Any, bits: int
-) -> tuple[Any, bool]:
-    """A ball for int g e^(lam (f - top)) dx from the first to the last mark, with a radius of about
-    2^-`bits`, or infinite if there is no enclosure; and True if the enclosure is proved.
-
-    The integral is split at the marks, where f and g may be singular; any marks give enclosures.
-    """
-    height, slope, bend, weight = (code(e, x) for e in (f, f.diff(x), f.diff(x, 2), g))
-
-    def integrand(z: Any) -> Any:
-        value = height(z)
-        # Finiteness of f itself is required, since f'' may be finite where f is not analytic.
-        if value.is_finite() and not lam * value.rad() < 1:
-            # Near a maximum the enclosure by Taylor's formula is narrower.
-            m = z.mid()
-            near = height(m) + (z - m) * (slope(m) + (z - m) * bend(z) / 2)
-            value = near if near.rad() < value.rad() else value
-        return weight(z) * (lam * (value - top)).exp()
-
-    total, tiny, proved = arb(0), arb(2) ** -bits, True
-    for lo, hi in pairwise(marks):
-        if lo < hi:
-            inside = middle(lo, hi)
-            (a, before), (b, after) = (cut(integrand, end, inside, tiny) for end in (lo, hi))
-            found = acb.integral(lambda z, _: acb(integrand(z)), acb(a), acb(b), tiny, tiny)
-            total += found.real + arb(0, before + after)
-            proved = proved and before == after == 0
-    return total, proved
-
-
-def cut(integrand: Any, end: Any, inside: Any, tiny: Any) -> tuple[Any, Any]:
-    """The point of truncation near an end, and a bound on the tail, which is 0 at a regular end."""
-    far = not end.is_finite()
-    if not far and integrand(acb(end) + box(0, tiny, tiny)).is_finite():
-        return end, arb(0)
-    # Points near an end other than 0 need a higher precision.
-    with precision(ctx.prec + (0 if far or end == 0 else _SHELLS)):
-        reach = (arb(2) ** (k if far else -k) for k in range(_SHELLS))
-        way = (1 if end > 0 else -1) if far else inside - end
-        at = [(inside if far else end) + way * y for y in reach]
-        shells: list[Any] = []
-        for p, q in pairwise(at):
-            shells.append(_bound(integrand, p, q, tiny / _SHELLS, _DEPTH))
-            known = shells[-1] < _NOTHING or (shells[-1] < tiny * tiny and not far)
-            if known and len(shells) > 1 and shells[-1] < shells[-2]:
-                break
-    # Beyond the last shell a geometric decrease is assumed.
-    ratio = shells[-1] / shells[-2] if shells[-1] > _NOTHING else arb(0)
-    last = shells[-1] * ratio / (1 - ratio) if ratio < 1 else arb.pos_inf()
-    rests = list(accumulate(reversed(shells), initial=last))[::-1]
-    found = zip(at, rests, strict=False)
-    return next(((y, r) for y, r in found if r < tiny), (at[len(shells)], last))
-
-
-def _bound(integrand: Any, p: Any, q: Any, small: Any, depth: int) -> Any:
-    """An upper bound of the integral of |integrand| over [p, q], which is bisected if needed."""
-    whole = abs(integrand(p.union(q))) * abs(q - p)
-    if depth and not (whole < small or whole < 64 * abs(q - p) * abs(integrand(p))):
-        m = ((p + q) / 2).mid()
-        return sum((_bound(integrand, *h, small, depth - 1) for h in ((p, m), (m, q))), arb(0))
-    return whole.upper()
+            if not (value.is_finite() and error.is_finite()):
+                raise AccuracyError(
+                    f"the integral of f = {self.f} at lam = {inputs.float_text(lam)} could not be "
+                    "enclosed, because of a singularity, a slow decay or more than two saddles "
+                    "close together, or its sum is not surely positive, so that it has no "
+                    "logarithm; split it, give a larger lam, or leave full or log out."
+                )
+            kind: ErrorKind = "bound" if proved else "estimate"
+            return in_digits(request, Answer(value + arb(0, error.upper()), kind, terms))

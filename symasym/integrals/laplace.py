@@ -10,44 +10,37 @@ f = f(p) - a t^mu (1 + ...) and g = t^(beta - 1) (g_0 + ...), the contribution i
 Expansions, 2.4; `symasym.series.watson`). At an interior maximum the terms with k + beta - 1 odd
 from the two sides cancel.
 
-The error at a given lam is the distance to an enclosure of the integral: a bound on a finite
-interval with f and g analytic at its ends, even if a maximum was missed, else an estimate
-(`symasym.integrals.integral`).
-
 The median Borel–Padé sum goes beyond the optimal order. With the first exponent s and b = s/2 the
 series is lam^(b - s) times the Laplace transform of t^(b - 1) B(t), B = sum_k c_k t^k/Gamma(b + k),
 which is singular at the singulants F = f(p) - f(q) of the saddles q adjacent to the maximum p (M.
 V. Berry and C. J. Howls, Proc. R. Soc. A 434 (1991) 657). At a minimum q of f, F > 0: real lam is
 on the Stokes line, and the real integral is the mean of the sums along paths above and below F (E.
-Delabaere and F. Pham, Ann. IHP 71 (1999) 1). The point q itself does not contribute unless f''
-vanishes there; such f are refused. A Padé approximant with poles p_j continues B analytically; with
-z = -p_j, t in units of 1/lam and Tricomi's function,
+Delabaere and F. Pham, Ann. IHP 71 (1999) 1); q itself does not contribute unless f'' vanishes
+there. A Padé approximant with poles p_j continues B analytically; with z = -p_j, t in units of
+1/lam and Tricomi's function,
 
     int_0^oo e^(-t) t^(b - 1)/(t - p_j) dt = Gamma(b) z^(b - 1) U(b, b, z)
 
-(DLMF 13.4.4), whose real part is the mean if p_j > 0. For a complex pair of singulants with
-Re F > 0 the approximants may continue to another branch; the error is then of the order
-e^(-lam |F|^2/Re F).
+(DLMF 13.4.4), whose real part is the mean if p_j > 0.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from fractions import Fraction
-from functools import partial
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import sympy
-from flint import acb, acb_poly, arb, arb_mat
+from flint import acb, acb_poly, arb, arb_mat, ctx
 from sympy import Expr, Float, Rational, S, Symbol
 
-from symasym.base.balls import cached_property, exact_ball, precision
+from symasym.base.balls import Unresolved, cached_property, doubled, precision
 from symasym.base.errors import InputError
 from symasym.base.inputs import count
 from symasym.derivation.tex import tex
-from symasym.integrals import maxima
-from symasym.integrals.integral import IntegralExpansion, Zero, integral, number, read
-from symasym.integrals.local import Balls, NotAnalytic, Point, exactly, exponent, sign_of
+from symasym.integrals.integral import BITS, IntegralExpansion, Zero, number
+from symasym.integrals.local import Balls, NotAnalytic, Point, exactly, exponent, maxima, sign_of
 from symasym.series import Series, watson
 
 __all__ = ["Contribution", "LaplaceExpansion", "laplace_integral"]
@@ -56,8 +49,8 @@ __all__ = ["Contribution", "LaplaceExpansion", "laplace_integral"]
 _OPTIMAL, _BOREL, _MOST = 48, 41, 100
 #: The precision of the Padé approximants in bits.
 _PADE = 640
-#: Bits for the comparison of f at critical points; digits of coefficients that are not exact.
-_BITS, _DIGITS = 256, 60
+#: Digits of coefficients that are not exact.
+_DIGITS = 60
 # Coefficients are exact for at most so many terms, and so many functions and roots in f and g.
 _EXACT_TERMS, _FUNCTIONS = 12, 6
 # Terms after which f is taken for a constant; spare orders for factors such as sin(x)/x.
@@ -87,10 +80,11 @@ class Contribution:
 
 
 def contribution(
-    f: Expr, g: Expr, x: Symbol, top: maxima.Maximum, order: int, ring: Any
+    of: IntegralExpansion, top: tuple[Any, str], order: int, ring: Any
 ) -> Contribution:
     """The contribution of a maximum, with `order` terms."""
-    point, side, both = top.point, top.side, top.side == "both"
+    f, g, x, (point, side) = of.f, of.g, of.x, top
+    both = side == "both"
     sign, step = {"left": -1, "both": 0, "right": 1}[side], (2 if both else 1)
     try:
         c = Point(x, point, sign, _FLAT + 1, ring).taylor(f).c
@@ -111,104 +105,93 @@ def contribution(
             "of f there, and of g such a series times a power above -1 of the distance (inside, an "
             "integer power): change f or g, split the integral, or give symbols assumptions."
         ) from None
-    beta, a = front + 1, ring.expression(-lead[contact])
-    exponents, values = tuple((k + beta) / contact for k in range(first, n, step)), []
+    beta, a = front + 1, -lead[contact]
+    exponents = tuple((k + beta) / contact for k in range(first, n, step))
     steep = Series([ring.of(S.One), *(y / lead[contact] for y in lead[contact + 1 :])][:n])
     reduced = watson(
         steep, Series(weight.c[:n]), contact, exponent(beta, ring), first=first, step=step
     )
-    for d, s in zip(reduced, exponents, strict=True):
-        # Each side contributes the moment of t^(mu s - 1) e^(-a t^mu).
-        gamma = sympy.gamma(s) if ring.exact else number(s).gamma()
-        raised = a**s if ring.exact else ring.power(a, s)
-        values.append(ring.expression(d) * (step * (gamma / (contact * raised))))
-    height = ring.expression(lead[0])
-    return Contribution(point, side, height, contact, beta, exponents, tuple(values))
+    # Each side contributes the moment of t^(mu s - 1) e^(-a t^mu).
+    values = tuple(
+        ring.expression(d) * (step * (ring.moment(s, a) / contact))
+        for d, s in zip(reduced, exponents, strict=True)
+    )
+    return Contribution(point, side, ring.expression(lead[0]), contact, beta, exponents, values)
 
 
 @dataclass(frozen=True, repr=False)
 class LaplaceExpansion(IntegralExpansion):
-    """The expansion of the integral of g(x) e^(lam f(x)) over [a, b] for large lam.
-
-    `conditions` were verified at sampled values of the parameters, but not proved from their
-    assumptions.
-    """
+    """The expansion of the integral of g(x) e^(lam f(x)) over [a, b] for large lam."""
 
     method = "laplace"
-    conditions: tuple[str, ...] = ()
-    _tops: tuple[maxima.Maximum, ...] = field(default=(), compare=False)
-    _known: dict[int, list[Contribution]] = field(default_factory=dict, compare=False)
 
-    def _again(self, f: Any, g: Any, a: Any, b: Any) -> LaplaceExpansion:
-        return laplace_integral(f, g, self.x, a, b, self.order)
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        with precision(BITS):
+            steps = {c.step for c in self._expanded(1)}
+        f, x = self.f, self.x
+        known = not self.parameters and f.is_polynomial(x) and self.g.is_polynomial(x)
+        simple = known and steps == {1} and sympy.Poly(f, x).diff().is_sqf
+        if self.order == "borel" and not simple:
+            raise InputError(
+                f"order is 'borel', f = {self.f} and g = {self.g}; it is for polynomials with "
+                "numbers, simple zeros of f', and terms in steps of 1/lam: give another order, "
+                "such as 'optimal'."
+            )
 
-    def _expanded(self, ring: Any, terms: int = 0) -> list[Contribution]:
-        n = terms or self._terms
-        return [contribution(self.f, self.g, self.x, m, n, ring) for m in self._tops]
+    @cached_property
+    def _tops(self) -> list[tuple[Any, str]]:
+        with precision(BITS):
+            return maxima(self.f, self.g, self.x, self.a, self.b)
+
+    def _expanded(self, terms: int, exact: bool = False) -> list[Contribution]:
+        """The contributions of the maxima, exact if there are parameters."""
+
+        def work(ring: Any) -> list[Contribution]:
+            return [contribution(self, m, terms, ring) for m in self._tops]
+
+        return exactly(work) if exact or self.parameters else work(Balls())
 
     @property
     def _terms(self) -> int:
         return int({"optimal": _OPTIMAL, "borel": _BOREL}.get(self.order, self.order))
+
+    @property
+    def conditions(self) -> tuple[str, ...]:
+        """What was verified at sampled values of the parameters, but not proved."""
+        where = (f"f is largest at {self.x} = {z}" for z, _ in self._tops if self.parameters)
+        return tuple(f"{words} (compared at sampled parameters)" for words in where)
 
     @cached_property
     def contributions(self) -> tuple[Contribution, ...]:
         """The contributions of the maxima of f."""
         roots = sympy.Tuple(self.f, self.g).atoms(sympy.Function, sympy.Pow)
         roots = {n for n in roots if not n.args[-1].is_Integer}
-        closed = all(isinstance(m.point, Expr) for m in self._tops)
+        closed = all(isinstance(z, Expr) for z, _ in self._tops)
         few = len(roots) <= _FUNCTIONS and self._terms <= _EXACT_TERMS
         if self.parameters or (closed and few):
-            return tuple(exactly(self._expanded))
-        bits = int(3.4 * _DIGITS) + 64
-        with precision(bits):
-            return tuple(
-                Contribution(*(_rounded(y) for y in vars(c).values())) for c in self._in_balls(bits)
-            )
-
-    def _in_balls(self, bits: int) -> list[Contribution]:
-        """The contributions in ball arithmetic; the result is cached."""
-        if bits not in self._known:
-            with precision(bits + 6 * self._terms):
-                self._known[bits] = self._expanded(Balls())
-        return self._known[bits]
+            return tuple(self._expanded(self._terms, exact=True))
+        found = in_balls(self, int(3.4 * _DIGITS) + 64)
+        with precision(4 * _DIGITS):
+            return tuple(Contribution(*(_rounded(y) for y in vars(c).values())) for c in found)
 
     # -- numbers ------------------------------------------------------------------------------
 
-    def _at(self, lam: Fraction, dps: int | None, full: bool) -> tuple[Any, ...]:
-        """The sum divided by e^(lam height), and with `full` its distance to the integral."""
-        wanted = dps or 17
-        first = int(3.33 * wanted) + 64 + (_PADE if self.order == "borel" else 0)
-        for bits in (first << k for k in range(4)):
-            with precision(bits):
-                large = exact_ball(lam)
-                total, top, used = self._sum(large, bits)
-            if total.rel_accuracy_bits() > 3.33 * wanted + 4:
-                break
+    def _sum(self, lam: Any) -> tuple[Any, Any, int]:
+        bits = ctx.prec + (_PADE if self.order == "borel" else 0)
+        found, total, used = in_balls(self, bits - bits % -64), arb(0), 0
         with precision(bits):
-            error, proved = arb(0), True
-            if full:
-                f, x, a, b = self.f, self.x, self.a, self.b
-                inside = sorted(map(number, maxima.zeros(f.diff(x), x, a, b)), key=float)
-                marks = [number(a), *inside, number(b)]
-                whole, proved = integral(f, self.g, x, marks, large, top, bits)
-                error = abs(total - whole)
-            kind = "bound" if proved else "estimate"
-            return large * top, total, error, kind, used
-
-    def _sum(self, lam: Any, bits: int) -> tuple[Any, Any, int]:
-        """The sum divided by e^(lam top), the maximum top of f, and the largest number of terms."""
-        found = self._in_balls(bits)
-        top, total, used = found[0].height, arb(0), 0
-        for c in found:
-            s = [number(e) for e in c.exponents]
-            terms = [y * lam**-e for y, e in zip(c.coefficients, s, strict=True)]
-            if self.order == "optimal":
-                sizes = [arb.pos_inf() if t.contains(0) else abs(t.mid()) for t in terms]
-                terms = terms[: max(1, min(range(len(sizes)), key=sizes.__getitem__))]
-            borel = self.order == "borel"
-            part = _median_sum(terms, s[0]) if borel else sum(terms, arb(0))
-            total, used = total + part * (lam * (c.height - top)).exp(), max(used, len(terms))
-        return total, top, used
+            for c in found:
+                s = [number(e) for e in c.exponents]
+                terms = [y * lam**-e for y, e in zip(c.coefficients, s, strict=True)]
+                if self.order == "optimal":
+                    sizes = [arb.pos_inf() if t.contains(0) else abs(t.mid()) for t in terms]
+                    terms = terms[: max(1, min(range(len(sizes)), key=sizes.__getitem__))]
+                borel = self.order == "borel"
+                part = _median_sum(terms, s[0]) if borel else sum(terms, arb(0))
+                total += part * (lam * (c.height - found[0].height)).exp()
+                used = max(used, len(terms))
+        return found[0].height, total, used
 
     # -- as a formula -------------------------------------------------------------------------
 
@@ -233,15 +216,31 @@ class LaplaceExpansion(IntegralExpansion):
 
     def latex(self) -> str:
         """The expansion with its O term in LaTeX."""
-        names = {Symbol("lam", positive=True): Symbol("lambda", positive=True)}
-        total, size = (tex(e.xreplace(names)) for e in (self.expression, self.error))
-        return f"{total} + O\\left({size}\\right)"
+        return f"{tex(self.expression)} + O\\left({tex(self.error)}\\right)"
 
     def _repr_latex_(self) -> str:
         return rf"$\displaystyle {self.latex()}$"
 
     def __repr__(self) -> str:
-        return f"{short(self.expression)} + O({short(self.error)})"
+        total, size = (
+            e.xreplace({y: y.n(12) for y in e.atoms(Float)}) for e in (self.expression, self.error)
+        )
+        return f"{total} + O({size})"
+
+
+@lru_cache(maxsize=64)
+def in_balls(of: LaplaceExpansion, bits: int) -> list[Contribution]:
+    """The contributions in balls of at least so many bits; a ball that contains 0 counts as 0."""
+
+    def found(_: int) -> list[Contribution]:
+        row = of._expanded(of._terms)
+        balls = [y for c in row for y in c.coefficients]
+        if any(y.rel_accuracy_bits() < bits and not y.contains(0) for y in balls):
+            raise Unresolved
+        return row
+
+    row: list[Contribution] = doubled(found, bits + 6 * of._terms + 64)
+    return row
 
 
 def _rounded(y: Any) -> Any:
@@ -252,50 +251,28 @@ def _rounded(y: Any) -> Any:
     return Float(y.mid().str(_DIGITS, radius=False), _DIGITS) if isinstance(y, arb) else y
 
 
-def short(value: Any) -> str:
-    """An expression as a text, with numbers rounded to twelve digits."""
-    value = _rounded(value)
-    return str(value.xreplace({y: y.n(12) for y in value.atoms(Float)}))
-
-
-def _simple(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> bool:
-    """True if f and g are polynomials, and f' and f'' have no common zero in (a, b)."""
-    if not (f.is_polynomial(x) and g.is_polynomial(x)):
-        return False
-    slope = sympy.Poly(f, x).diff(x)
-    return not any(a < z and z < b for z in sympy.gcd(slope, slope.diff(x)).real_roots())
-
-
 def _median_sum(terms: list[Any], first: Any) -> Any:
-    """The median Borel–Padé sum of the terms c_k lam^-(first + k), which are balls."""
-    b = first / 2
-    whole, poles = _approximant([x / (b + k).gamma() for k, x in enumerate(terms)])
-    total = sum((a * (b + k).gamma() for k, a in enumerate(whole)), arb(0))
-    for pole, residue in poles:
-        share = (-pole) ** (b - 1) * (-pole).hypgeom_u(b, b)
-        total += b.gamma() * (residue * share).real
-    return total
-
-
-def _approximant(b: list[Any]) -> tuple[list[Any], list[tuple[Any, Any]]]:
-    """The Padé approximant of sum b_k t^k: its polynomial part, and its poles with residues.
+    """The median Borel–Padé sum of the terms c_k lam^-(first + k), which are balls.
 
     Numerator and denominator have half the degree of the series, or a lower degree if the linear
     equations for the denominator are singular.
     """
+    s = first / 2
+    b = [x / (s + k).gamma() for k, x in enumerate(terms)]
     for m in range((len(b) - 1) // 2, 0, -1):
-        rows = [[b[m + i - j] for j in range(1, m + 1)] for i in range(1, m + 1)]
-        try:
-            solved = arb_mat(rows).solve(arb_mat([[-b[m + i]] for i in range(1, m + 1)]))
+        rows = [[b[m + i - j] for j in range(m)] for i in range(m)]
+        with suppress(ValueError, ZeroDivisionError):
+            solved = arb_mat(rows).solve(arb_mat([[-y] for y in b[m + 1 : 2 * m + 1]]))
             q = acb_poly([arb(1), *(x.mid() for x in solved.entries())])
-            zeros = q.roots(tol=arb(2) ** (-_PADE // 2)) if q.degree() == m else []
-        except (ValueError, ZeroDivisionError):
-            continue
-        if zeros:
             p = acb_poly((acb_poly(b[: m + 1]) * q).coeffs()[: m + 1])
-            poles = [acb(z.real) if z.imag.contains(0) else z for z in zeros]
-            return [(p[m] / q[m]).real], [(z, p(z) / q.derivative()(z)) for z in poles]
-    return b, []
+            total = (p[m] / q[m]).real * s.gamma()
+            for z in q.roots(tol=arb(2) ** (-_PADE // 2)):
+                pole = acb(z.real) if z.imag.contains(0) else z
+                share = (-pole) ** (s - 1) * (-pole).hypgeom_u(s, s)
+                total += s.gamma() * (p(z) / q.derivative()(z) * share).real
+            if q.degree() == m:
+                return total
+    return sum(terms, arb(0))
 
 
 def laplace_integral(f: Any, g: Any, x: Any, a: Any, b: Any, order: Any = 3) -> LaplaceExpansion:
@@ -325,7 +302,7 @@ def laplace_integral(f: Any, g: Any, x: Any, a: Any, b: Any, order: Any = 3) -> 
     Notes
     -----
     With ``full=True`` the error is a bound if the interval is finite with regular ends, else an
-    estimate (`symasym.integrals.laplace`). The method is Watson's lemma after Lagrange's
+    estimate (`symasym.integrals.integral`). The method is Watson's lemma after Lagrange's
     reversion: DLMF 2.3(iii); J. Wojdylo, SIAM Rev. 48 (2006) 76.
 
     Examples
@@ -343,26 +320,4 @@ def laplace_integral(f: Any, g: Any, x: Any, a: Any, b: Any, order: Any = 3) -> 
     """
     if not isinstance(order, str) or order not in ("optimal", "borel"):
         order = count("order", order, 1, _MOST, " of terms", ', "optimal" or "borel"')
-    f, g, x, a, b = read(f, g, x, a, b)
-    with precision(_BITS):
-        ends = [number(e) for e in (a, b) if not e.free_symbols]
-        free = sympy.Tuple(f, g, a, b).free_symbols - {x}
-        known = len(ends) < 2 or ends[0] < ends[1]
-        if sympy.Tuple(f, g, a, b).has(sympy.I) or not known or "lam" in map(str, free):
-            raise InputError(
-                f"f = {f}, g = {g}, a = {a}, b = {b}; give real f and g (oscillating integrals "
-                "need stationary phase), real ends with a less than b, and no parameter lam."
-            )
-        tops = maxima.located(f, g, x, a, b)
-        how = "compared at sampled parameters"
-        said = tuple(f"f is largest at {x} = {m.point} ({how})" for m in tops if free)
-        found = LaplaceExpansion(f, g, x, a, b, order, said, tuple(tops))
-        one = partial(found._expanded, terms=1)
-        steps = {c.step for c in (exactly(one) if free else one(Balls()))}
-        if order == "borel" and not (steps == {1} and not free and _simple(f, g, x, a, b)):
-            raise InputError(
-                f"order is 'borel', f = {f} and g = {g}; it is for polynomials with numbers, f' "
-                "and f'' without common zeros inside, and terms in steps of 1/lam: give another "
-                "order, such as 'optimal'."
-            )
-    return found
+    return LaplaceExpansion.of(f, g, x, a, b, order)
