@@ -7,7 +7,7 @@ derivatives in the start x and the radius r follow from the sweeps (eq:Ttilde, e
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -19,11 +19,12 @@ from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.estimate import IN_WORDS, ErrorKind, with_error
 from symasym.base.inputs import FloatArray, Numbers, choice, digits
 from symasym.drift.drift import Drift
-from symasym.drift.evaluate import Piece, pieces
+from symasym.drift.evaluate import pieces
 from symasym.drift.formula import rational
 from symasym.drift.sampled import Field
 from symasym.drift.scenes import (
     QUANTITIES,
+    Request,
     Scene,
     Scenes,
     read,
@@ -167,14 +168,15 @@ def _proved(quantity: str, scene: Scene, digits: int) -> dict[str, Any]:
     """Balls for the derivatives, correct to `digits` digits, or decimal places if below 1."""
     numbers = {name: rational(x) for name, x in scene.numbers.items()}
     parameters = {name: rational(x) for name, x in scene.drift.scalars().items()}
-    (low, high), kappa = balls.span(quantity, numbers), numbers["kappa"]
+    (low, high), kappa = balls.span(numbers), numbers["kappa"]
     guard = balls.bits_of_way(rational(scene.lam), high)
 
     def log(working: int, **moved: Any) -> Any:
         """log(quantity) with changed values of some parameters."""
         drift = pieces(scene.drift, low, high, {n: x for n, x in moved.items() if n in parameters})
         noise = moved.get("kappa", arb(kappa))
-        return balls.enclosure(quantity, drift, 2 / noise**2, numbers, working, log=True)
+        engine = balls.Engine(drift, 2 / noise**2, working)
+        return balls.enclosure(engine, Request(quantity, log=True), numbers)
 
     def slope(name: str, x: fmpq, working: int, more: int) -> Any:
         """The complex-step derivative in a ball that includes a bound on its error.
@@ -202,7 +204,9 @@ def _proved(quantity: str, scene: Scene, digits: int) -> dict[str, Any]:
         found = {n: slope(n, x, working, more) for n, x in {**parameters, "kappa": kappa}.items()}
         with precision(balls.bits(working, guard + more)):
             if "r" in numbers:
-                found |= _ends_in_balls(quantity, pieces(scene.drift, low, high), numbers, working)
+                lam = arb(2 / kappa**2)
+                engine = balls.Engine(pieces(scene.drift, low, high), lam, working)
+                found |= _ends_in_balls(quantity, engine, numbers["r"], numbers["start"])
             if all(map(right, found.values())):
                 return found
     raise AccuracyError(
@@ -211,13 +215,10 @@ def _proved(quantity: str, scene: Scene, digits: int) -> dict[str, Any]:
     )
 
 
-def _ends_in_balls(
-    quantity: str, drift: list[Piece], numbers: Mapping[str, fmpq], digits: int
-) -> dict[str, Any]:
+def _ends_in_balls(quantity: str, engine: balls.Engine, r: fmpq, start: fmpq) -> dict[str, Any]:
     """Balls for d log(quantity)/dr and d log(quantity)/d(start)."""
-    r, start, lam = numbers["r"], numbers["start"], arb(2 / numbers["kappa"] ** 2)
-    near = balls.sides(drift, lam, (-r, r), start, digits)
-    far = [balls.sides(drift, lam, (-r, r), end, digits)[k] for k, end in enumerate((r, -r))]
+    near = engine.sides((-r, r), start)
+    far = [engine.sides((-r, r), end)[k] for k, end in enumerate((r, -r))]
     ends = ([[1 / x.eta for x in two], [x.zeta[1] / x.eta for x in two]] for two in (near, far))
     found = _by_ends(quantity, *ends)
     return {name: sum((sign * x for sign, x in row), arb(0)) for name, row in found.items()}

@@ -180,18 +180,19 @@ def slow(phi: Sequence[Any], count: int, ring: Any, weights: Sequence[Any] = ())
 
 
 def slow_at_zero(
-    phi: Sequence[Any], count: int, ring: Any, weights: Sequence[Sequence[Any]] = ()
+    phi: Sequence[Any], count: int, ring: Any, weights: Sequence[Any] = (), more: int = 0
 ) -> list[list[Any]]:
-    """For k = 1 to count, the coefficients of t^(1-2k), ..., t^-1 of h_k at a simple zero of phi.
+    """For k = 1 to count, the coefficients of t^(1-2k), ..., t^-1, and of `more` powers, of h_k at
+    a simple zero of phi.
 
     If there are two weights, h_1 contains the second, and each h_k is multiplied by the first.
     """
-    shape, rows, back = _generic([c / phi[1] for c in phi[2 : 2 * count]], weights, ring)
+    shape, rows, back = _generic([c / phi[1] for c in phi[2 : 2 * count + more]], weights, ring)
     f, found = shape**-1, []
     f = rows[1] * f if rows else f
     for k in range(1, count + 1):
         of = rows[0] * f if rows else f
-        found.append([back(c) / phi[1] ** k for c in of.c[: 2 * k - 1]])
+        found.append([back(c) / phi[1] ** k for c in of.c[: 2 * k - 1 + more]])
         f = (f * (2 * k - 1) - f.theta()) / shape
     return found
 

@@ -30,22 +30,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from functools import reduce
 from typing import Any, NamedTuple
 
 from flint import arb, fmpq
 
 from symasym.base.balls import extra_bits, precision
-from symasym.base.errors import AccuracyError
+from symasym.base.errors import AccuracyError, RegionError
 from symasym.base.inputs import float_text
-from symasym.drift.evaluate import Piece, pieces
+from symasym.drift.drift import Drift
+from symasym.drift.evaluate import Piece, Polynomial, pieces, profile
 from symasym.drift.formula import rational
-from symasym.drift.scenes import Answer, Request, Scene
-from symasym.exact import stationary, transform
+from symasym.drift.scenes import Answer, Request, Scene, ends_of
+from symasym.exact import transform
 from symasym.exact.first_order import Record, records
 from symasym.exact.panels import largest_exponent, panel_of, panels
-from symasym.exact.transform import mirrored
 
 _MOST_BITS, _MOST_OF_MOMENTS = 20_000, 1_500  # beyond those that the digits need
+_LINE, _BOUNDED = arb(0, 1e300), 1e9  # the declared domain
 
 
 class State(NamedTuple):
@@ -70,163 +73,127 @@ def carried(state: State, p: Record) -> State:
     return State((eta + p.y2 * zeta) * p.inverse, (zeta, slope + p.z1 * eta + p.z2 * zeta))
 
 
-def swept(
-    drift: Sequence[Piece],
-    lam: Any,
-    begin: fmpq,
-    end: fmpq,
-    digits: int,
-    state: State = ABSORBING,
-    order: int = 1,
-) -> State:
-    """The state at `end` from that at `begin`, with panels for so many digits.
+class Engine(NamedTuple):
+    """Sweeps over a drift, with panels for so many digits.
 
-    `order` is that of s: 1, or 0 if only eta is needed. Numbers may be complex balls if the noise
-    does not depend on u.
+    Numbers may be complex balls if the noise does not depend on u.
     """
-    for p in _records(drift, lam, begin, end, digits, state, order):
-        state = carried(state, p)
-    return state
 
+    drift: Sequence[Piece]
+    lam: Any
+    digits: int
 
-def _records(
-    drift: Sequence[Piece],
-    lam: Any,
-    begin: fmpq,
-    end: fmpq,
-    digits: int,
-    state: State,
-    order: int,
-) -> list[Record]:
-    found = panels(drift, lam, begin, end, digits, panel_of)
-    if state.zeta[0] == 0:  # It remains 0, so that its factors change no digit.
-        found = [p._replace(bounds=(-math.inf, p.bounds[1], -math.inf)) for p in found]
-    return records(found, lam, state.eta, digits, order)
+    def mirrored(self) -> Engine:
+        """The engine of -phi(-u) and sigma(-u)."""
+        return self._replace(drift=transform.mirrored(self.drift))
 
+    def records(
+        self, begin: fmpq, end: fmpq, state: State = ABSORBING, order: int = 0
+    ) -> list[Record]:
+        """The panels' records from `begin`, with that state, to `end`, to an order of s up to 1."""
+        found = panels(self.drift, self.lam, begin, end, self.digits, panel_of)
+        if state.zeta[0] == 0:  # It remains 0, so that its factors change no digit.
+            found = [p._replace(bounds=(-math.inf, p.bounds[1], -math.inf)) for p in found]
+        return records(found, self.lam, state.eta, self.digits, order)
 
-def sides(
-    drift: Sequence[Piece],
-    lam: Any,
-    ends: tuple[fmpq, fmpq],
-    start: fmpq,
-    digits: int,
-    order: int = 1,
-    reflecting: str | None = None,
-) -> tuple[State, State]:
-    """The states at the start from the left end and, in mirrored coordinates, from the right.
+    def swept(self, begin: fmpq, end: fmpq, state: State = ABSORBING, order: int = 0) -> State:
+        """The state at `end` from that at `begin`; to order 0 only eta is right."""
+        return reduce(carried, self.records(begin, end, state, order), state)
 
-    Notes
-    -----
-    With eta and w = `zeta[1]` = lam Q from both ends L and R,
+    def sides(
+        self, ends: tuple[fmpq, fmpq], start: fmpq, order: int = 1, reflecting: str | None = None
+    ) -> tuple[State, State]:
+        """The states at the start from the left end and, in mirrored coordinates, from the right.
 
-        dT/dstart = (T - w_L)/eta_L,    dC/dstart = -1/(eta_L + eta_R).
+        Notes
+        -----
+        With eta and w = `zeta[1]` = lam Q from both ends L and R,
 
-    The derivative by an end solves the homogeneous equation and equals minus the slope there: with
-    sweeps of the whole interval, L from -r and R back from r,
+            dT/dstart = (T - w_L)/eta_L,    dC/dstart = -1/(eta_L + eta_R).
 
-        dT/dr = (1 - C) w_L/eta_L + C w_R/eta_R,    dC/dr = (1 - C)/eta_L - C/eta_R.
-    """
-    left, right = (
-        swept(way, lam, begin, end, digits, REFLECTING if reflecting == side else ABSORBING, order)
-        for side, (way, begin, end) in zip(
-            ("left", "right"), transform.ways(drift, ends, start), strict=True
+        The derivative by an end solves the homogeneous equation and equals minus the slope there:
+        with sweeps of the whole interval, L from -r and R back from r,
+
+            dT/dr = (1 - C) w_L/eta_L + C w_R/eta_R,    dC/dr = (1 - C)/eta_L - C/eta_R.
+        """
+        first, last = (
+            REFLECTING if reflecting == side else ABSORBING for side in ("left", "right")
         )
-    )
-    return left, right
+        right = self.mirrored().swept(-ends[1], -start, last, order)
+        return self.swept(ends[0], start, first, order), right
+
+    def moment(
+        self, ends: tuple[fmpq, fmpq], start: fmpq, order: int, reflecting: str | None
+    ) -> Any:
+        """E[tau^order]."""
+        found = [
+            transform.matrices(way, self.lam, begin, end, self.digits, order)
+            for way, begin, end in transform.ways(self.drift, ends, start)
+        ]
+        reflects = [reflecting == side for side in ("left", "right")]
+        return transform.moments(found, reflects, order)[order] * arb(order).fac()
+
+    def stationary(self, numbers: Mapping[str, fmpq], outside: Any) -> Any:
+        """p_ss(y) (eq:pss), or the speed measure inside and outside (eq:P): sweeps with -phi."""
+        back = self._replace(drift=[p.reversed() for p in self.drift])
+        ahead, (first, last) = back.mirrored(), (self.drift[0].left, self.drift[-1].right)
+        if outside is None:
+            outside = [_beside(side.drift[0], self.lam) for side in (back, ahead)]
+        tails = [State(mass, ABSORBING.zeta) for mass in outside]
+        low, high = (
+            numbers.get("y", numbers.get(end, fmpq(side)))
+            for end, side in (("low", -1), ("high", 1))
+        )
+        left = back.swept(first, low, tails[0]).eta
+        right = ahead.swept(-last, -high, tails[1]).eta
+        if "y" in numbers:
+            here = next(p for p in back.drift if p.left <= low <= p.right).scale
+            return (1 if here is None else here(arb(low))) / (left + right)
+        inside = ABSORBING.eta
+        for p in back.records(low, high):
+            inside, left = (inside + p.y2) * p.inverse, left * p.inverse
+        return inside, left + right
 
 
 # -- what is asked for -----------------------------------------------------------------------------
 
 
-def span(name: str, numbers: Mapping[str, fmpq]) -> tuple[fmpq, fmpq]:
+def span(numbers: Mapping[str, fmpq]) -> tuple[fmpq, fmpq]:
     """The interval on which a quantity needs the drift."""
-    if "r" in numbers:
-        return -numbers["r"], numbers["r"]
-    if "left" in numbers:
-        return numbers["left"], numbers["right"]
+    if "r" in numbers or "left" in numbers:
+        return ends_of(numbers)
     places = [numbers[key] for key in ("y", "low", "high") if key in numbers]
     return min(*places, fmpq(-1), fmpq(1)) - 1, max(*places, fmpq(-1), fmpq(1)) + 1
 
 
 def enclosure(
-    name: str,
-    drift: Sequence[Piece],
-    lam: Any,
-    numbers: Mapping[str, fmpq],
-    digits: int,
-    log: bool = False,
-    moment: int = 1,
-    reflecting: str | None = None,
-    outside: tuple[Any, Any] | None = None,
+    engine: Engine, request: Request, numbers: Mapping[str, fmpq], outside: Any = None
 ) -> Any:
     """A ball with the quantity or its natural logarithm, within `precision(bits(digits))` or more.
 
-    `drift` is given on the interval `span`; it may have complex balls as coefficients if the noise
-    is constant. `outside` is the speed measure left and right of it, over the density 1/e at its
-    ends; by default that of a constant drift. The panels are for so many `digits`; the accuracy
-    attained is the ball's.
+    The engine's drift is given on the interval `span`; it may have complex balls as coefficients if
+    the noise is constant. `outside` is the speed measure left and right of it, over the density 1/e
+    at its ends; by default that of a constant drift. The accuracy attained is the ball's.
     """
+    name, reflecting = request.name, request.reflecting
     if name[-1] not in "TC":
-        masses = _stationary(drift, lam, numbers, digits, outside)
+        found = engine.stationary(numbers, outside)
         if name == "p_ss":
-            value = masses
-        else:
-            wanted, rest = masses if name == "P" else masses[::-1]
+            return found.log() if request.log else found
+        wanted, rest = found if name == "P" else found[::-1]
     else:
-        scene = drift, lam, span(name, numbers), numbers["start"], digits
-        if name == "T" and moment > 1:
-            value = _moment(*scene, moment, reflecting)
-        elif name == "T":
-            (eta, zeta), (other, of_other) = sides(*scene, reflecting=reflecting)
-            value = zeta[1] * other + of_other[1] * eta
-            value /= zeta[0] * other + of_other[0] * eta
-        else:
-            left, right = sides(*scene, order=0)
-            wanted, rest = (left.eta, right.eta) if name == "1 - C" else (right.eta, left.eta)
-    if name in ("T", "p_ss"):
-        return value.log() if log else value
-    return -(rest / wanted).log1p() if log else wanted / (wanted + rest)
-
-
-def _moment(
-    drift: Sequence[Piece],
-    lam: Any,
-    ends: tuple[fmpq, fmpq],
-    start: fmpq,
-    digits: int,
-    order: int,
-    reflecting: str | None,
-) -> Any:
-    """E[tau^order]."""
-    found = [
-        transform.matrices(way, lam, begin, end, digits, order)
-        for way, begin, end in transform.ways(drift, ends, start)
-    ]
-    reflects = [reflecting == side for side in ("left", "right")]
-    return transform.moments(found, reflects, order)[order] * arb(order).fac()
-
-
-def _stationary(
-    drift: Sequence[Piece], lam: Any, numbers: Mapping[str, fmpq], digits: int, outside: Any
-) -> Any:
-    """p_ss(y) (eq:pss), or the speed measure inside and outside (eq:P): sweeps with -phi."""
-    back = [p.reversed() for p in drift]
-    first, last = drift[0].left, drift[-1].right
-    if outside is None:
-        outside = [_beside(side[0], lam) for side in (back, mirrored(back))]
-    tails = [State(mass, ABSORBING.zeta) for mass in outside]
-    if "y" in numbers:
-        y = numbers["y"]
-        left = swept(back, lam, first, y, digits, tails[0], 0).eta
-        right = swept(mirrored(back), lam, -last, -y, digits, tails[1], 0).eta
-        here = next(p for p in back if p.left <= y <= p.right).scale
-        return (1 if here is None else here(arb(y))) / (left + right)
-    low, high = numbers.get("low", fmpq(-1)), numbers.get("high", fmpq(1))
-    before = swept(back, lam, first, low, digits, tails[0], 0).eta
-    inside = ABSORBING.eta
-    for p in _records(back, lam, low, high, digits, ABSORBING, 0):
-        inside, before = (inside + p.y2) * p.inverse, before * p.inverse
-    return inside, before + swept(mirrored(back), lam, -last, -high, digits, tails[1], 0).eta
+        scene = ends_of(numbers), numbers["start"]
+        if name == "T":
+            if request.moment > 1:
+                value = engine.moment(*scene, request.moment, reflecting)
+            else:
+                (eta, zeta), (other, of_other) = engine.sides(*scene, 1, reflecting)
+                value = zeta[1] * other + of_other[1] * eta
+                value /= zeta[0] * other + of_other[0] * eta
+            return value.log() if request.log else value
+        left, right = engine.sides(*scene, 0)
+        wanted, rest = (left.eta, right.eta) if name == "1 - C" else (right.eta, left.eta)
+    return -(rest / wanted).log1p() if request.log else wanted / (wanted + rest)
 
 
 def _beside(piece: Piece, lam: Any) -> Any:
@@ -249,7 +216,8 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     numbers = {name: rational(x) for name, x in scene.numbers.items()}
     lam, name, digits = rational(scene.lam), request.name, request.digits + 3
     line = name[-1] not in "TC" and "left" not in numbers
-    low, high = places = span(name, numbers)
+    low, high = span(numbers)
+    far = max(-low, high)
     outside = (arb(0), arb(0)) if "left" in numbers else None
     # The absolute error of lam V, which is of order lam times the length, is a relative one of e.
     guard = bits_of_way(lam, max(abs(low), abs(high)))
@@ -258,16 +226,12 @@ def of_scene(scene: Scene, request: Request) -> Answer:
         working = digits + 4 + more // 8
         with precision(bits(working, guard + more)):
             if line and not scene.drift.model.layered:
-                left, right = stationary.tails(
-                    scene.drift, lam, max(-places[0], places[1]), working
+                (x, left), (high, right) = (
+                    _tail(scene.drift, lam, far, working, side) for side in (-1, 1)
                 )
-                low, high = -left.x, right.x
-                outside = left.mass.union(arb(0)), right.mass.union(arb(0))
-            drift = pieces(scene.drift, low, high)
-            ball = enclosure(
-                name, drift, arb(lam), numbers, working, request.log,
-                request.moment, request.reflecting, outside,
-            )  # fmt: skip
+                low, outside = -x, (left.union(arb(0)), right.union(arb(0)))
+            engine = Engine(pieces(scene.drift, low, high), arb(lam), working)
+            ball = enclosure(engine, request, numbers, outside)
             right = ball.rel_accuracy_bits() > digits * 3.322 + 1
             if right or (request.log and ball.rad() < arb(10) ** (-2 * digits)):
                 return Answer(ball, "bound")
@@ -282,3 +246,58 @@ def bits_of_way(lam: fmpq, far: fmpq) -> int:
     """Bits before the binary point of lam V, with |phi| of order 1 as far as `far`."""
     x = lam * far
     return max(0, int(x.p).bit_length() - int(x.q).bit_length())
+
+
+def _tail(drift: Drift, lam: fmpq, far: fmpq, digits: int, side: int) -> tuple[fmpq, arb]:
+    """A truncation of the line beyond `far` right (`side` 1) or left, mirrored, of the start, and a
+    bound of the speed measure beyond, over 1/e there.
+
+    Let phi be a polynomial, the noise sigma bounded or a polynomial, and R right of all their
+    zeros, so that |phi| does not decrease there. If phi < 0, that measure beyond X is below
+
+        S^2 m^(2 alpha - 2)/(lam |phi(X)|)    for noise with m < sigma < S on the line, or
+        c^(2 alpha - 2) (X - R)^(1 - q)/(q - 1)    with q = (2 - 2 alpha) k > 1
+
+    for a polynomial sigma of degree k with the leading coefficient c.
+    """
+    model: Any = drift.model
+    values = {n: rational(x) for n, x in drift.scalars().items()}
+    phi: Any = profile(model.pieces[-1 if side > 0 else 0], values)
+    places = [far, fmpq(1), *(abs(rational(x)) for x in model.cuts)]
+    weight, degree, sigma = 2 - 2 * model.alpha, 0, arb(1)
+    if model.noise:
+        noise = profile(model.noise, values)
+        sigma = abs(noise(_LINE))
+        if isinstance(noise, Polynomial):
+            degree = len(noise.coefficients) - 1
+            places.append(_beyond(noise.coefficients))
+            sigma = abs(arb(noise.coefficients[-1]))
+    q, known = weight * degree, isinstance(phi, Polynomial)
+    if known:
+        places.append(_beyond(phi.coefficients))
+    begin = 2 * max(places)
+    slope = arb(phi(arb(side * begin))) * -side
+    if not (known and 0 < sigma < _BOUNDED and (not degree or q > 1) and slope > 0):
+        raise RegionError(
+            f"no stationary state of {drift!r} is known; without a layer A must be a polynomial "
+            "that leads inwards and the noise bounded or a polynomial: else give two ends=(…)."
+        )
+    if degree:
+        room = max(places) * fmpq(10) ** math.ceil((digits + 3) / (q - 1))
+        power = arb(room) ** arb(rational(1 - q)) * sigma ** arb(rational(-weight))
+        return begin + room, power / rational(q - 1)
+    most, steep = sigma.lower() ** arb(rational(-weight)), lam / sigma.upper() ** 2
+    wanted = (digits * math.log(10) + 6) / steep
+    room = rational(Fraction(float((wanted / slope).upper())))
+    # As |phi| does not decrease, V(x) - V(x - h) is at least |phi(x - h)| h.
+    while abs(phi(arb(side * (begin + room / 4)))) * (room / 4) > wanted:
+        room /= 2
+    x = begin + room
+    return x, most / (steep * abs(phi(arb(side * x))))
+
+
+def _beyond(coefficients: list[fmpq]) -> Any:
+    """Cauchy's bound of the moduli of a polynomial's zeros."""
+    *others, last = (abs(arb(c)) for c in coefficients)
+    bound = 1 + max((float((c / last).upper()) for c in others), default=0.0)
+    return rational(Fraction(bound))

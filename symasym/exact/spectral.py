@@ -6,7 +6,7 @@ The characteristic function W and the theorems are stated in `symasym.law`.
 from __future__ import annotations
 
 import math
-from functools import cache
+from functools import cache, reduce
 from typing import Any, NamedTuple
 
 from flint import acb, acb_poly, arb, arb_poly, arb_series, ctx, fmpq
@@ -17,11 +17,11 @@ from symasym.drift.formula import rational
 from symasym.drift.scenes import Scene
 from symasym.exact.panels import TaylorModel
 from symasym.exact.transform import (
-    STARTS,
+    Matrix,
     Undecided,
-    carried,
     matrices,
     moments,
+    swept,
     ways,
 )
 
@@ -67,13 +67,12 @@ class ExitTransform:
             matrices(way, lam, begin, end, digits, order, size)
             for way, begin, end in ways(drift, (left, right), start)
         ]
-        self.states = []
-        for state, side in zip((STARTS[x] for x in self.reflecting), self.panels, strict=True):
-            for p in side:
-                state = carried(state, p, order)
-            self.states.append(state)
-        one, other = self.states
-        self.w = (one.eta * other.zeta + other.eta * one.zeta).truncate(order)
+        self.states = [
+            swept(side, reflects, order + 1)
+            for side, reflects in zip(self.panels, self.reflecting, strict=True)
+        ]
+        (eta, zeta), (other, of_other) = self.states
+        self.w = (eta * of_other + other * zeta).truncate(order)
         self.absorbs = [not x for x in self.reflecting]
 
     # -- moments -------------------------------------------------------------------------------
@@ -102,24 +101,19 @@ class ExitTransform:
     def at(self, s: Any, length: int = 1, enclosed: bool = True) -> tuple[Any, Any, dict[str, Any]]:
         """At s, eta from both ends, W, and W E[e^{-s tau}; side] by side.
 
-        W is a polynomial of s' - s with `length` coefficients. Complex balls grow by rotation on
-        many panels: unless rounding is to be `enclosed`, midpoints are kept.
+        W is a polynomial of s' - s with `length` coefficients.
         """
         of = acb_poly if isinstance(s, acb) else arb_poly
         # |s| is rounded up to a power of 2^(1/4), for which entries are kept.
         power = math.ceil(4 * float(abs(s).upper().log()) / math.log(2)) if s != 0 else _TINY
-        known = self._entries(power, length)
-        found = []
-        for side, reflects in zip(known, self.reflecting, strict=True):
-            eta, zeta = (of([x]) for x in ((1, 0) if reflects else (0, 1)))
-            for entries, inverse in side:
-                y1, y2, z1, z2 = (of([g(s) for g in f]) for f in entries)
-                eta, zeta = (y1 * eta + y2 * zeta) * inverse, z1 * eta + z2 * zeta
-                eta, zeta = eta.truncate(length), zeta.truncate(length)
-                if not enclosed:
-                    eta, zeta = (of([c.mid() for c in x]) for x in (eta, zeta))
-            found.append((eta, zeta))
-        (eta, zeta), (other, of_other) = found
+        sides = (
+            [Matrix._make([*(of([g(s) for g in f]) for f in p), inverse]) for p, inverse in side]
+            for side in self._entries(power, length)
+        )
+        (eta, zeta), (other, of_other) = (
+            swept(side, reflects, length, of, enclosed)
+            for side, reflects in zip(sides, self.reflecting, strict=True)
+        )
         w = (eta * of_other + other * zeta).truncate(length)
         exits = {"left": other[0] * self.absorbs[0], "right": eta[0] * self.absorbs[1]}
         return (eta[0], other[0]), w, exits
@@ -180,13 +174,14 @@ class ExitTransform:
 
     def _found_modes(self, count: int) -> Modes:
         rates, w = self.rates(count)
-        one, another = self.states
-        green, residues = one.eta[0] * another.eta[0] / self.w[0], []
+        (one, _), (another, _) = self.states
+        green, residues = one[0] * another[0] / self.w[0], list[dict[str, Any]]()
         for x in rates:
             (eta, other), slope, exits = self.at(-x, 2)
             residues.append({side: n / slope[1] for side, n in exits.items()})
             green -= eta * other / slope[1] / x
-        return Modes(rates, residues, green, one.mass + another.mass, _beyond(w, rates))
+        mass = sum(map(_mass, self.panels), arb(0))
+        return Modes(rates, residues, green, mass, _beyond(w, rates))
 
     # -- times ---------------------------------------------------------------------------------
 
@@ -241,6 +236,11 @@ class ExitTransform:
             small, k = (small + 1 if abs(value) < most * digit / abs(c) else 0), k + 1
         rest = other / (way.exp() - 1) * (abs(c) if density else 1) + most * digit * k
         return total * step / arb.pi() + arb(0, rest.upper())
+
+
+def _mass(found: list[Matrix]) -> arb:
+    """The mass of the speed measure on these panels, divided by 1/e at their end."""
+    return reduce(lambda mass, p: (mass + p.z1[1]) / p.inverse, found, arb(0))
 
 
 def truncated(f: arb_poly, size: arb, digits: int) -> TaylorModel:

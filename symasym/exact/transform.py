@@ -64,17 +64,6 @@ class Matrix(NamedTuple):
     inverse: Any
 
 
-class SeriesState(NamedTuple):
-    """eta = y/e and zeta = F as power series in s, and the speed measure's mass, divided by 1/e."""
-
-    eta: Any
-    zeta: Any
-    mass: Any
-
-
-STARTS = {False: SeriesState(_NOTHING, _ONE, arb(0)), True: SeriesState(_ONE, _NOTHING, arb(0))}
-
-
 def matrices(
     drift: Sequence[Piece], lam: arb, begin: fmpq, end: fmpq, digits: int, order: int, s: float = 0
 ) -> list[Matrix]:
@@ -88,14 +77,24 @@ def matrices(
     ]
 
 
-def carried(state: SeriesState, p: Matrix, order: int) -> SeriesState:
-    """The state after a panel, as power series in s."""
-    eta, zeta = state.eta, state.zeta
-    return SeriesState(
-        ((p.y1 * eta + p.y2 * zeta) * p.inverse).truncate(max(order, 1)),
-        (p.z1 * eta + p.z2 * zeta).truncate(order + 1),
-        (state.mass + p.z1[1]) * p.inverse**-1,
-    )
+def swept(
+    found: Sequence[Matrix],
+    reflecting: bool,
+    length: int,
+    of: Any = arb_poly,
+    enclosed: bool = True,
+) -> tuple[Any, Any]:
+    """eta = y/e and zeta = F after these panels, `length` coefficients of polynomials in s.
+
+    Complex balls grow by rotation on many panels: unless `enclosed`, midpoints are kept.
+    """
+    eta, zeta = (of([x]) for x in ((1, 0) if reflecting else (0, 1)))
+    for p in found:
+        eta, zeta = (p.y1 * eta + p.y2 * zeta) * p.inverse, p.z1 * eta + p.z2 * zeta
+        eta, zeta = eta.truncate(length), zeta.truncate(length)
+        if not enclosed:
+            eta, zeta = (of([c.mid() for c in x]) for x in (eta, zeta))
+    return eta, zeta
 
 
 def mirrored(drift: Sequence[Piece]) -> list[Piece]:

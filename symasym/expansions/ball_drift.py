@@ -23,7 +23,7 @@ from symasym.drift.critical_points import Values, formula_of, known
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import Piece, pieces
 from symasym.drift.formula import Formula, rational, vanishes
-from symasym.series import Series, by_parts, finite_parts_in_s, pole_sums, slow
+from symasym.series import Series, by_parts, finite_parts_in_s, pole_sums, slow, slow_at_zero
 
 
 class _BallRing:
@@ -322,22 +322,11 @@ class BallDrift:
 
         Its radius of convergence is 16 steps (`_by_contour`), and its last term bounds the rest.
         """
-        terms = ctx.prec // 4 + 2 * count + 8
-        phi, weights = part.local(self.x, terms + 1)
-        shape = Series([c / phi[1] for c in phi[1:]])
-        one = [arb(1), *[arb(0)] * (terms - 1)]
-        scale, speed = map(Series, weights or (one, one))
-        f, row = speed / shape, []
-        for k in range(1, count + 1):
-            g = scale * f if weights else f
-            total = g.c[2 * k - 2] * abs(step).log()
-            for j, c in enumerate(g.c):
-                if (p := j + 2 - 2 * k) != 0:
-                    last = c * step**p / p
-                    total += last
-            total += arb(0, abs(last).upper())
-            row.append(total / phi[1] ** k)
-            f = (f * (2 * k - 1) - f.theta()) / shape
+        more, row = ctx.prec // 4 + 8, []
+        phi, weights = part.local(self.x, 2 * count + more + 1)
+        for k, c in enumerate(slow_at_zero(phi, count, RING, weights, more)):
+            terms = [x * step**p / p for p, x in enumerate(c, -2 * k) if p]
+            row.append(sum(terms, c[2 * k] * abs(step).log()) + arb(0, abs(terms[-1]).upper()))
         return row
 
 

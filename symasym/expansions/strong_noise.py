@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 
 from flint import arb, arb_poly, ctx, fmpq
 
-from symasym.base.balls import Unresolved, exact_ball
+from symasym.base.balls import Unresolved
 from symasym.drift.drift import Drift
-from symasym.drift.evaluate import pieces
+from symasym.drift.evaluate import halved, pieces
 from symasym.drift.formula import rational
 from symasym.expansions import answer
 from symasym.expansions.sides import Sides, Stretch, sides_of
@@ -71,18 +71,17 @@ def moments(drift: Drift, count: int, bits: int, mirrored: bool, a: Fraction, b:
 
 def _panels(phi: Any, a: Fraction, b: Fraction) -> list[tuple[Any, Any]]:
     """Half-widths of the panels that cover [a, b], and the Taylor polynomials of phi on them."""
-    found, waiting, bits = list[tuple[Any, Any]](), [(a, b)], ctx.prec
-    for _ in range(_MOST_PANELS):
-        if not waiting:
-            return found
-        low, high = waiting.pop()
-        middle, half = (low + high) / 2, (high - low) / 2
-        of, missed = phi.taylor(rational(middle), rational(half), int(bits / 3.3))
+    found, digits = list[tuple[Any, Any]](), int(ctx.prec / 3.3)
+
+    def known(middle: fmpq, half: fmpq) -> bool:
+        of, missed = phi.taylor(middle, half, digits)
         if missed.is_finite():
-            found.append((exact_ball(half), of + arb(0, missed.upper())))
-        else:
-            waiting += [(middle, high), (low, middle)]
-    raise Unresolved
+            found.append((arb(half), of + arb(0, missed.upper())))
+        return bool(missed.is_finite())
+
+    if halved(rational(a), rational(b), known, _MOST_PANELS, _MOST_PANELS)[1] is not None:
+        raise Unresolved
+    return found
 
 
 class StrongNoise(answer.PartialSums):
