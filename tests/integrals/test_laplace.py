@@ -176,6 +176,16 @@ def test_bad_integrals(given: Any) -> None:
         sa.laplace_integral(*given)
 
 
+@pytest.mark.parametrize("f", ["-x**2/2 + x**3/10", "cos(x)", "-x - x**3"])
+def test_the_first_omitted_term_has_the_stated_order(f: str) -> None:
+    of, lam = sa.laplace_integral(f, "exp(x)", "x", 0, 1, 3), sympy.Symbol("lam", positive=True)
+    one, two = (
+        of.evaluate(n, dps=50, full=True).error / mpf(of.error.subs(lam, n).evalf(50))
+        for n in (10_000, 40_000)
+    )
+    assert 0.8 < one / two < 1.25
+
+
 def test_a_sign_that_decides_is_asked_for() -> None:
     with pytest.raises(sa.InputError, match=r"Symbol\('c', positive=True\)"):
         sa.laplace_integral("-x**2/2 - c*x**4", 1, x, "-oo", "oo")
