@@ -54,12 +54,9 @@ def read_spec(path: str | os.PathLike[str]) -> list[Record]:
 
 def _heads(given: Record) -> list[Record]:
     of = {n: given[n] for n in _DRIFT if n in given}
-    own, unknown = given.get("parameters", {}), given.keys() - set(_KEYS)
-    if unknown or not isinstance(own, dict):
-        raise InputError(
-            f"{', '.join(unknown) or 'parameters'}: not valid here; give parameters as a table, "
-            f"and no keys other than {', '.join(_KEYS)}."
-        )
+    if unknown := given.keys() - set(_KEYS):
+        raise InputError(f"{', '.join(unknown)}: no key of it; the keys are {', '.join(_KEYS)}.")
+    own = dict(given.get("parameters", {}))
     numbers = {name: x for name, x in given.items() if name in _NUMBERS}
     axes = {n: [number_text(value) for value in _axis(n, x)] for n, x in (numbers | own).items()}
     wanted = sequence("quantities", given.get("quantities", ["T"]))

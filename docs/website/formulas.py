@@ -16,7 +16,7 @@ from derivations.pages import slug, words
 from derivations.paper import MEANINGS
 from symasym import friction
 from symasym.base.errors import InputError
-from symasym.derivation.derivation import LABELS, Derivation, build
+from symasym.derivation.derivation import LABELS, Derivation, Step, build
 from symasym.derivation.tex import NAMES, tex
 from symasym.formula import formula, labels
 from website import calls, graph
@@ -41,12 +41,14 @@ _ARXIV = "https://arxiv.org/abs/1310.8328"
 #: Symbols of the problem, which need no explanation in a list of formulas.
 _COMMON = {*"uvyztarTCPVA", "phi", "kappa", "lam", "epsilon", "mu", "alpha", "z0", "u1", "u2"}
 _COMMON |= {"kappa_phys", "r_phys", "a_minus", "a_plus"}
-#: Letters that a formula uses in a sense of its own, which its note explains.
+#: Letters that a page uses in a sense of its own, which its text explains.
 _OWN = {
-    **dict.fromkeys(("airy-form", "cubic-pair", "truncated-gaussian"), {"p", "q"}),
-    "canonical-form": {"L", "M"},
+    **dict.fromkeys(("airy-form", "cubic-pair", "truncated-gaussian"), set("pqRJty")),
+    **dict.fromkeys(("backward", "canonical-form"), set("LMS")),
     "endpoint-series": {"t"},
-    "release-order": {"T_1"},
+    "exit-transform": {"y"},
+    "panel-step": {"F", "D"},
+    **dict.fromkeys(("release-order", "release-time"), {"p", "q", "T_1"}),
 }
 
 
@@ -67,10 +69,10 @@ def page(label: str) -> str:
     used = [other for other in LABELS if label in build(other).rests_on]
     rows = [
         f"| ${NAMES.get(s, tex(sympy.Symbol(s)))}$ | {' | '.join(MEANINGS[s])} |"
-        for s in _symbols(d)
+        for s in _symbols(d, d.steps)
     ]
     table = ["## Symbols", "", "| symbol | meaning | measured in |", "|---|---|---|", *rows, ""]
-    table += ["The text below the formula explains other symbols.", ""]
+    table += ["The text below a formula explains other symbols.", ""]
     lines = [
         *(f"# {heading(d.title)}", "", f"{_place(label)}. {_section(label)}.", ""),
         *made.statement(d, "##"),
@@ -124,16 +126,16 @@ def _links(chosen: Iterable[str]) -> str:
     return "; ".join(map(_link, chosen))
 
 
-def _symbols(d: Derivation) -> list[str]:
-    """The names of the conclusion's symbols that the paper's table explains, in its order."""
+def _symbols(d: Derivation, steps: Iterable[Step]) -> list[str]:
+    """The names of the symbols in steps that the paper's table explains, in its order."""
     held: set[str] = set()
-    for step in d.concluded:
-        for e in (step.left, step.right):
-            if not isinstance(e, str):
-                held |= {s.name for s in e.free_symbols}
-                held |= {type(f).__name__ for f in e.atoms(sympy.core.function.AppliedUndef)}
-            else:
-                held |= {s for s in MEANINGS if e.split() and e.split()[0] == NAMES.get(s, s)}
+    for e in (side for step in steps for side in (step.left, step.right)):
+        if isinstance(e, str):
+            held |= {s for s in MEANINGS if e.split() and e.split()[0] == NAMES.get(s, s)}
+        else:
+            known = sympy.sympify(e)
+            held |= {s.name for s in known.free_symbols}
+            held |= {type(f).__name__ for f in known.atoms(sympy.core.function.AppliedUndef)}
     return [name for name in MEANINGS if name in held - _OWN.get(d.label, set())]
 
 
@@ -222,7 +224,7 @@ def section(number: str) -> str:
     chosen = _of_section(number)
     for label in chosen:
         d = build(label)
-        own = [s for s in _symbols(d) if s not in _COMMON]
+        own = [s for s in _symbols(d, d.concluded) if s not in _COMMON]
         lines += [f"**{_link(label)}**, {_named(label)}; error: {words(d.leaves_out())}.", ""]
         lines += made.display(d.latex())
         means = [f"${NAMES.get(s, tex(sympy.Symbol(s)))}$: {MEANINGS[s][0]}" for s in own]
