@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 from math import prod
+from numbers import Rational
 from typing import Any
 
 
@@ -65,7 +66,7 @@ class Series:
         J. C. P. Miller's recurrence n a_0 b_n = sum (p k - n + k) a_k b_(n-k) (D. E. Knuth, The Art
         of Computer Programming 2, 4.7).
         """
-        rational = isinstance(p, (int, Fraction))
+        rational = isinstance(p, Rational)
         above, below = (p.numerator, p.denominator) if rational else (p, 1)
         a, b = self.c, [_power(self.c[0], p) if first is None else first]
         for n in range(1, len(a)):
@@ -101,9 +102,9 @@ def _power(x: Any, p: Any) -> Any:
     """x^p; for x = 1 or p = 1 it is x without a computation."""
     if (x == 1) is True or p == 1:
         return x
-    if not isinstance(p, (int, Fraction)):
+    if not isinstance(p, Rational):
         return x**p
-    return x ** int(p) if p.denominator == 1 else x ** ((x * 0 + p.numerator) / p.denominator)
+    return x**p.numerator if p.denominator == 1 else x ** ((x * 0 + p.numerator) / p.denominator)
 
 
 # -- local expansions --------------------------------------------------------------------------

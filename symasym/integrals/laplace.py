@@ -13,11 +13,10 @@ from the two sides cancel.
 The median Borel–Padé sum goes beyond the optimal order. With the first exponent s and b = s/2 the
 series is lam^(b - s) times the Laplace transform of t^(b - 1) B(t), B = sum_k c_k t^k/Gamma(b + k),
 which is singular at the singulants F = f(p) - f(q) of the saddles q adjacent to the maximum p (M.
-V. Berry and C. J. Howls, Proc. R. Soc. A 434 (1991) 657). At a minimum q of f, F > 0: real lam is
-on the Stokes line, and the real integral is the mean of the sums along paths above and below F (E.
-Delabaere and F. Pham, Ann. IHP 71 (1999) 1); q itself does not contribute unless f'' vanishes
-there. A Padé approximant with poles p_j continues B analytically; with z = -p_j, t in units of
-1/lam and Tricomi's function,
+V. Berry and C. J. Howls, Proc. R. Soc. A 434 (1991) 657). Those of minima are positive, and the
+real integral is the mean of the sums along paths above and below them (E. Delabaere and F. Pham,
+Ann. IHP 71 (1999) 1). With the poles p_j of a Padé approximant of B, z = -p_j, t in units of 1/lam
+and Tricomi's function,
 
     int_0^oo e^(-t) t^(b - 1)/(t - p_j) dt = Gamma(b) z^(b - 1) U(b, b, z)
 
@@ -40,7 +39,7 @@ from symasym.base.errors import InputError
 from symasym.base.inputs import count
 from symasym.derivation.tex import tex
 from symasym.integrals.integral import BITS, IntegralExpansion, Zero, number
-from symasym.integrals.local import Balls, NotAnalytic, Point, exactly, exponent, maxima, sign_of
+from symasym.integrals.local import Balls, NotAnalytic, Point, exactly, maxima, sign_of
 from symasym.series import Series, watson
 
 __all__ = ["Contribution", "LaplaceExpansion", "laplace_integral"]
@@ -108,9 +107,8 @@ def contribution(
     beta, a = front + 1, -lead[contact]
     exponents = tuple((k + beta) / contact for k in range(first, n, step))
     steep = Series([ring.of(S.One), *(y / lead[contact] for y in lead[contact + 1 :])][:n])
-    reduced = watson(
-        steep, Series(weight.c[:n]), contact, exponent(beta, ring), first=first, step=step
-    )
+    power = beta if beta.is_Rational else ring.of(beta)
+    reduced = watson(steep, Series(weight.c[:n]), contact, power, first=first, step=step)
     # Each side contributes the moment of t^(mu s - 1) e^(-a t^mu).
     values = tuple(
         ring.expression(d) * (step * (ring.moment(s, a) / contact))

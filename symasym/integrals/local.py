@@ -9,7 +9,6 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 from contextlib import suppress
-from fractions import Fraction
 from functools import reduce
 from operator import mul
 from typing import Any
@@ -39,8 +38,7 @@ def samples(symbols: Any) -> list[dict[Symbol, Expr]]:
 
     def one(s: Symbol) -> Expr:
         size = S(draw.randint(1, 6)) if s.is_integer else Rational(draw.randint(11, 5000), 1000)
-        free = not s.is_nonnegative and not s.is_positive
-        return -size if s.is_negative or (free and draw.random() < 0.5) else size
+        return -size if s.is_negative or (not s.is_nonnegative and draw.random() < 0.5) else size
 
     return [{s: one(s) for s in sorted(symbols, key=str)} for _ in range(12 if symbols else 1)]
 
@@ -154,22 +152,20 @@ class Point:
 
     def __init__(self, x: Symbol, point: Any, side: int, count: int, ring: Any) -> None:
         self.x, self.side, self.count, self.ring = x, side, count, ring
-        self.zero, self.line = ring.of(S.Zero), [ring.of(point), ring.of(S(side or 1))]
+        self.padding, self.line = [ring.of(S.Zero)] * count, [ring.of(point), ring.of(S(side or 1))]
 
     def taylor(self, e: Expr) -> Series:
         """The Taylor series of an expression."""
         front, series = self.term(e)
         if not front.is_Integer or front < 0:
             raise NotAnalytic(f"{e} has no Taylor series")
-        return self._padded([self.zero] * int(front) + series.c)
-
-    def _padded(self, c: list[Any]) -> Series:
-        return Series([*c, *[self.zero] * (self.count - len(c))][: self.count])
+        return Series([*self.padding[: int(front)], *series.c, *self.padding][: self.count])
 
     def term(self, e: Expr) -> Term:
         """The exponent and the series of an expression; empty if all known coefficients are 0."""
         if e == self.x or not e.has(self.x):
-            return self._led(S.Zero, self._padded(self.line if e == self.x else [self.ring.of(e)]))
+            c = self.line if e == self.x else [self.ring.of(e)]
+            return self._led(S.Zero, Series([*c, *self.padding][: self.count]))
         if e.is_Add:
             return reduce(self._plus, map(self.term, e.args))
         if e.is_Mul:
@@ -189,7 +185,7 @@ class Point:
         if not len(series) or not (p.is_Integer or real):
             raise NotAnalytic(f"{e} is not known to be a real power times a power series")
         first = series[0] ** int(p) if p.is_Integer else self.ring.power(series[0], p)
-        return sympy.expand(front * p), series.power(exponent(p, self.ring), first)
+        return sympy.expand(front * p), series.power(p if p.is_Rational else self.ring.of(p), first)
 
     def _plus(self, a: Term, b: Term) -> Term:
         if not len(a[1]) or not len(b[1]):
@@ -199,17 +195,12 @@ class Point:
             raise NotAnalytic(f"a sum of powers {a[0]} and {b[0]} of the distance")
         if gap < 0:
             return self._plus(b, a)
-        return self._led(a[0], a[1] + Series([self.zero] * int(gap) + b[1].c))
+        return self._led(a[0], a[1] + Series([*self.padding[: int(gap)], *b[1].c]))
 
     def _led(self, front: Expr, series: Series) -> Term:
         """The term in which leading zeros of the series are moved to the exponent."""
         first = next((k for k, y in enumerate(series.c) if self.ring.sign(y) != 0), len(series))
         return front + first, Series(series.c[first:])
-
-
-def exponent(p: Expr, ring: Any) -> Any:
-    """An exponent as `Series.power` takes it: a Fraction, or an element of the ring."""
-    return Fraction(int(p.p), int(p.q)) if p.is_Rational else ring.of(p)
 
 
 # -- maxima ----------------------------------------------------------------------------------------
