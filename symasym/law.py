@@ -23,7 +23,7 @@ With eta and zeta from the left end (-) and the right end (+) at the start (`sym
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from flint import acb, arb
@@ -98,41 +98,87 @@ def exit_law(
     numbers = scenes.between(kappa, r, ends, start)
     inputs.choice("reflecting", reflecting, [None, "left", "right"])
     scene = scenes.read(drift, numbers, reflecting).one()
-    return ExitLaw(scene, reflecting, inputs.digits(dps, 1_000), inputs.flag("full", full))
+    digits, full = inputs.digits(dps, 1_000), inputs.flag("full", full)
+    found = Exit(scene, reflecting, scenes.FLOAT_DIGITS if digits is None else digits + 3)
+    return ExitLaw(found, digits, full)
 
 
-class ExitLaw:
+class Law:
+    """The law of the exit time, or that conditional on an exit at the end `side`."""
+
+    def __init__(self, of: Exit, dps: int | None, full: bool, side: str | None = None) -> None:
+        self._exit, self._dps, self._full, self._side = of, dps, full, side
+
+    def __repr__(self) -> str:
+        drift, numbers = self._exit.scene.drift, self._exit.scene.numbers
+        given = ", ".join(f"{n}={inputs.float_text(x)}" for n, x in numbers.items())
+        where = f" at the {self._side} end" if self._side else ""
+        return f"<law of the exit time{where} of {drift!r}, {given}>"
+
+    @property
+    def mean(self) -> Any:
+        """E[tau] (eq:Ttilde), or E[tau | side]."""
+        return self._number(lambda f: f.mean(self._side), 3)
+
+    @property
+    def variance(self) -> Any:
+        """E[tau^2] - E[tau]^2, or that given the side."""
+        return self._number(lambda f: f.variance(self._side), 4)
+
+    def laplace(self, s: Number | complex) -> Any:
+        """E[e^{-s tau}], or that given the side, at a real or complex s.
+
+        Raises
+        ------
+        RegionError
+            If Re s is not greater than -`rate`, the first pole of the transform.
+        """
+        z: Any = s
+        parts = (z.real, z.imag) if isinstance(z, complex) or hasattr(z, "_mpc_") else (z,)
+        re, *im = (inputs.exact("s", x) for x in parts)
+        if re < 0 and not exact_ball(re) > -self._exit.rate:
+            raise RegionError(
+                f"s is {inputs.shown(s)}, at or beyond the first pole "
+                f"-{float(self._exit.rate):.6g} of the transform; give an s to its right."
+            )
+
+        def found(f: Series) -> Any:
+            number = [exact_ball(x) for x in (re, *im)]
+            value = f.transform(acb(*number) if im else number[0], self._side)
+            return value / f.moments(0, self._side)[0] if self._side else value
+
+        return self._number(found, ORDER, abs(complex(re, *im)))
+
+    def _number(self, of: Callable[[Series], Any], order: int, size: float = 0.0) -> Any:
+        return self._as_asked(self._exit.ball(of, order, size), "bound")
+
+    def _as_asked(self, ball: Any, kind: ErrorKind, full: bool = False) -> Any:
+        if self._dps is None and abs(ball) < _TINY:
+            ball = type(ball)(arb(0, abs(ball).upper()))
+        asked = scenes.Request("the law", dps=self._dps, full=full or self._full)
+        return in_digits(asked, scenes.Answer(ball, kind))
+
+
+class Side(Law):
+    """The law conditional on an exit at one end."""
+
+    @property
+    def probability(self) -> Any:
+        """The probability of an exit at this end (eq:C for the left end)."""
+        return self._number(lambda f: f.moments(0, self._side)[0], 3)
+
+
+class ExitLaw(Law):
     """The law of the exit time of one scene, returned by `exit_law`.
 
     Times are scaled. Numbers are computed at their first use; they are floats or mpf, or each an
     `Estimate` if ``full=True``.
     """
 
-    def __init__(
-        self, scene: scenes.Scene, reflecting: str | None, dps: int | None, full: bool
-    ) -> None:
-        self._dps, self._full = dps, full
-        self._exit = Exit(scene, reflecting, scenes.FLOAT_DIGITS if dps is None else dps + 3)
-
-    def __repr__(self) -> str:
-        drift, numbers = self._exit.scene.drift, self._exit.scene.numbers
-        given = ", ".join(f"{n}={inputs.float_text(x)}" for n, x in numbers.items())
-        return f"<law of the exit time of {drift!r}, {given}>"
-
-    @property
-    def mean(self) -> Any:
-        """E[tau] (eq:Ttilde)."""
-        return self.moment(1)
-
     def moment(self, k: int) -> Any:
         """E[tau^k] for k from 1 to 20."""
         inputs.count("k", k, 1, 20)
         return self._number(lambda f: f.moment(k), k + 1)
-
-    @property
-    def variance(self) -> Any:
-        """E[tau^2] - E[tau]^2."""
-        return self._number(lambda f: f.variance(), 3)
 
     @property
     def std(self) -> Any:
@@ -142,43 +188,17 @@ class ExitLaw:
     @property
     def left(self) -> Side:
         """The law conditional on an exit at the left end."""
-        return self._side("left")
+        return self._given("left")
 
     @property
     def right(self) -> Side:
         """The law conditional on an exit at the right end."""
-        return self._side("right")
+        return self._given("right")
 
-    def _side(self, side: str) -> Side:
+    def _given(self, side: str) -> Side:
         if side == self._exit.reflecting:
             raise InputError(f"the {side} end reflects, so that u does not leave there.")
-        return Side(self, side)
-
-    def laplace(self, s: Number | complex) -> Any:
-        """E[e^{-s tau}] at a real or complex s.
-
-        Raises
-        ------
-        RegionError
-            If Re s is not greater than -`rate`, the first pole of the transform.
-        """
-        return self._laplace(s, None)
-
-    def _laplace(self, s: Any, side: str | None) -> Any:
-        parts = (s.real, s.imag) if isinstance(s, complex) or hasattr(s, "_mpc_") else (s,)
-        re, *im = (inputs.exact("s", x) for x in parts)
-        if re < 0 and not exact_ball(re) > -self._exit.rate:
-            raise RegionError(
-                f"s is {inputs.shown(s)}, at or beyond the first pole -{float(self.rate):.6g} of "
-                "the transform; give an s to its right."
-            )
-
-        def found(f: Series) -> Any:
-            number = [exact_ball(x) for x in (re, *im)]
-            value = f.transform(acb(*number) if im else number[0], side)
-            return value / f.moments(0, side)[0] if side else value
-
-        return self._number(found, ORDER, abs(complex(re, *im)))
+        return Side(self._exit, self._dps, self._full, side)
 
     @cached_property
     def rate(self) -> Estimate:
@@ -226,38 +246,3 @@ class ExitLaw:
         if not 0 < wanted < 1:
             raise InputError(f"p is {inputs.shown(p)}; give a probability between 0 and 1.")
         return self._as_asked(self._exit.quantile(wanted), "estimate")
-
-    def _number(self, of: Callable[[Series], Any], order: int, size: float = 0.0) -> Any:
-        return self._as_asked(self._exit.ball(of, order, size), "bound")
-
-    def _as_asked(self, ball: Any, kind: ErrorKind, full: bool = False) -> Any:
-        if self._dps is None and abs(ball) < _TINY:
-            ball = type(ball)(arb(0, abs(ball).upper()))
-        asked = scenes.Request("the law", dps=self._dps, full=full or self._full)
-        return in_digits(asked, scenes.Answer(ball, kind))
-
-
-class Side(NamedTuple):
-    """The law conditional on an exit at the end `side`."""
-
-    law: ExitLaw
-    side: str
-
-    @property
-    def probability(self) -> Any:
-        """The probability of an exit at this end (eq:C for the left end)."""
-        return self.law._number(lambda f: f.moments(0, self.side)[0], 3)
-
-    @property
-    def mean(self) -> Any:
-        """E[tau | exit at this end]."""
-        return self.law._number(lambda f: f.given(self.side), 3)
-
-    @property
-    def variance(self) -> Any:
-        """The variance of tau conditional on an exit at this end."""
-        return self.law._number(lambda f: f.variance(self.side), 4)
-
-    def laplace(self, s: Number | complex) -> Any:
-        """E[e^{-s tau} | exit at this end]."""
-        return self.law._laplace(s, self.side)

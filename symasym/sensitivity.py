@@ -7,7 +7,6 @@ derivatives in the start x and the radius r follow from the sweeps (eq:Ttilde, e
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -135,13 +134,8 @@ def sensitivity(
     with precision(balls.bits(dps + 10)):
         sizes = (rounded(abs(found[n] * arb(rational(x))), dps)[0] for n, x in at.items())
         columns = *zip(*(rounded(found[n], dps) for n in at), strict=True), sizes
-        return _named(quantity, at, columns, "bound")
-
-
-def _named(quantity: str, names: Iterable[str], columns: Any, kind: ErrorKind) -> Sensitivity:
-    """The result from columns of derivatives, errors and condition numbers."""
-    slopes, errors, conditions = (dict(zip(names, x, strict=True)) for x in columns)
-    return Sensitivity(quantity, slopes, errors, conditions, kind)
+        slopes, errors, conditions = (dict(zip(at, x, strict=True)) for x in columns)
+    return Sensitivity(quantity, slopes, errors, conditions, "bound")
 
 
 def _by_ends(quantity: str, near: Any, far: Any) -> dict[str, list[tuple[int, Any]]]:
@@ -251,7 +245,8 @@ def _in_floats(quantity: str, scenes: Scenes) -> Sensitivity:
         )
     rows = slopes, np.maximum(errors, 5e-324), np.abs(slopes * values)
     columns = ([x.reshape(shape) if shape else x.item() for x in row] for row in rows)
-    return _named(quantity, names, columns, "estimate")
+    named, off, conditions = (dict(zip(names, x, strict=True)) for x in columns)
+    return Sensitivity(quantity, named, off, conditions, "estimate")
 
 
 def _by_floats(
@@ -267,29 +262,25 @@ def _by_floats(
     numbers = {n: np.tile(x, many) for n, x in scenes.numbers.items()}
     numbers["kappa"] = parameters.pop("kappa")
     of = Field(scenes.drift, parameters, many * count)
-    logs = floats.logs_of(quantity, of, numbers)
+    logs = floats.logs_of(Request(quantity), of, numbers)
     slopes, errors = logs.log.imag.reshape(-1, count) / (_STEP * unit), logs.error
     # An error of an exponent changes the derivatives relatively as the value, at most by `largest`.
     largest = np.abs(slopes * unit).max(axis=0)
-    errors = (
-        _FACTOR
-        * (errors.reshape(-1, count).max(axis=0) + 1e-15)
-        * (np.abs(slopes) + (1.0 + largest) / unit)
-    )
+    off = _FACTOR * (errors.reshape(-1, count).max(axis=0) + 1e-15)
+    errors = off * (np.abs(slopes) + (1.0 + largest) / unit)
     if "r" not in numbers:
         return slopes, errors
     r, start = scenes.numbers["r"], scenes.numbers["start"]
     of = Field(scenes.drift, {}, count)
-    near, far = (
+    ends = (
         [
             [x.rounded() for x in two]
             for two in floats.sides(of, scenes.lam, (-r, r), until, np.arange(count))
         ]
         for until in ((start, start), (r, -r))
     )
-    for row in _by_ends(quantity, near, far).values():
-        sizes = [np.exp(x.log) for _, x in row]
-        slope = sum(sign * size for (sign, _), size in zip(row, sizes, strict=True))
-        off = sum(size * (x.error + 2e-15) for (_, x), size in zip(row, sizes, strict=True))
+    for row in _by_ends(quantity, *ends).values():
+        slope = sum(sign * np.exp(x.log) for sign, x in row)
+        off = sum(np.exp(x.log) * (x.error + 2e-15) for _, x in row)
         slopes, errors = np.vstack((slopes, slope)), np.vstack((errors, off))
     return slopes, errors

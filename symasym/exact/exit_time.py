@@ -88,12 +88,12 @@ class Exit:
     @cached_property
     def mean(self) -> Any:
         """E[tau]."""
-        return self.ball(lambda f: f.moment(1), 3)
+        return self.ball(ExitTransform.mean, 3)
 
     @cached_property
     def std(self) -> float:
         """The standard deviation of tau in float64."""
-        return math.sqrt(self.ball(lambda f: f.variance(), 3))
+        return math.sqrt(self.ball(ExitTransform.variance, 3))
 
     def at_time(self, t: Fraction, name: str, wanted: int = 0) -> tuple[arb, ErrorKind]:
         """The survival function, cdf or pdf at a rational t."""

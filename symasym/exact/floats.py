@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 from symasym.base.errors import AccuracyError
-from symasym.base.inputs import FloatArray, is_array
+from symasym.base.inputs import FloatArray
 from symasym.drift.sampled import Field
 from symasym.drift.scenes import Answer, Request, Scenes, ends_of
 from symasym.exact.balls import of_scene  # the table of methods asks for it here
@@ -60,31 +60,26 @@ def of_scenes(scenes: Scenes, request: Request) -> Answer:
     return Answer(logs, "estimate", error=errors, why=why)
 
 
-def float_logs(scenes: Scenes, request: Request) -> Logs:
+def float_logs(scenes: Scenes, request: Request, long: bool = False) -> Logs:
     """Logarithms in float64 and their errors, however large; doubtful rows in long double."""
-    name, moment, reflecting = request.name, request.moment, request.reflecting
     numbers, model = scenes.numbers, scenes.drift.model
-    if name[-1] not in "TC":
+    if request.name[-1] not in "TC":
         numbers = {n: x for n, x in numbers.items() if n not in ("r", "start")}
-    values, count, span = scenes.drift.values, len(scenes.lam), (-1.0, 1.0)
-    if moment > 2 or not (model.layered or numbers.keys() & {"r", "left"}):
+    count, span = len(scenes.lam), (-1.0, 1.0)
+    if request.moment > 2 or not (model.layered or numbers.keys() & {"r", "left"}):
         return Logs(np.zeros(count), np.full(count, np.inf))
     if not model.layered:
-        ends = scenes.ends
-        span = float(ends[0].min()), float(ends[1].max())
-    of = Field(scenes.drift, values, count, span)
-    found = logs_of(name, of, numbers, moment, reflecting)
-    if of.exact and (some := _in_doubt(found)).size:
-        values = {n: x[some] if is_array(x) else x for n, x in values.items()}
-        longer = Field(scenes.drift, values, len(some), span, long=True)
-        fewer = {n: x[some] for n, x in numbers.items()}
-        closer = logs_of(name, longer, fewer, moment, reflecting)
-        found.log[some], found.error[some] = closer.log, closer.error
+        span = float(scenes.ends[0].min()), float(scenes.ends[1].max())
+    of = Field(scenes.drift, scenes.drift.values, count, span, long)
+    found = logs_of(request, of, numbers)
     moved, room = _moved(scenes)
     if moved:  # A place that float64 rounds changes logarithms at most at these rates.
         far = np.full(count, max(map(abs, span)))
         size = np.max([side.off for side in seen(of, np.arange(count), far)], axis=0) / OF_A
         found.error[:] += moved * (scenes.lam * size + 2 / room)
+    if of.exact and not long and (some := _in_doubt(found)).size:
+        closer = float_logs(scenes.some(some), request, long=True)
+        found.log[some], found.error[some] = closer.log, closer.error
     return found
 
 
@@ -104,14 +99,8 @@ def _in_doubt(found: Logs) -> Any:
 
 
 @np.errstate(all="ignore")
-def logs_of(
-    name: str,
-    of: Field,
-    numbers: Mapping[str, Any],
-    moment: int = 1,
-    reflecting: str | None = None,
-) -> Logs:
-    """log of "T", "C", "1 - C", "P", "1 - P" or "p_ss", and its estimated or infinite error.
+def logs_of(request: Request, of: Field, numbers: Mapping[str, Any]) -> Logs:
+    """The logarithm of the quantity, and its estimated or infinite error.
 
     `numbers` are arrays: kappa, which may be complex, and the numbers of the quantity.
     """
@@ -120,12 +109,13 @@ def logs_of(
     for low in range(0, len(lam), many):
         rows = np.arange(low, min(low + many, len(lam)))
         some = {n: x[rows] for n, x in numbers.items()}
-        if name in ("T", "C", "1 - C"):
+        if request.name[-1] in "TC":
             until = some["start"], some["start"]
-            both = sides(of, lam[rows], ends_of(some), until, rows, moment, reflecting)
-            found.append(_of_exit(name, *both))
+            order, back = request.moment, request.reflecting
+            both = sides(of, lam[rows], ends_of(some), until, rows, order, back)
+            found.append(_of_exit(request.name, *both))
         else:
-            found.append(_of_stay(name, of, lam[rows], some, rows))
+            found.append(_of_stay(request.name, of, lam[rows], some, rows))
     logs, errors = (np.concatenate(x) for x in zip(*((x.log, x.error) for x in found), strict=True))
     return Logs(logs, np.where(np.isnan(logs + errors), np.inf, errors))
 

@@ -91,8 +91,8 @@ class ExitTransform:
         p, first, half = self.moments(2, side)
         return 2 * half / p - (first / p) ** 2
 
-    def given(self, side: str) -> arb:
-        """E[tau | side]."""
+    def mean(self, side: str | None = None) -> arb:
+        """E[tau], or E[tau | side]."""
         p, first = self.moments(1, side)
         return first / p
 

@@ -288,34 +288,24 @@ class _Disc(NamedTuple):
         return at(area, self.y1) - at(area, self.y0)
 
 
-def integrated_by_parts(
-    pi: Factor, of: Map, weight: Any, order: int
-) -> tuple[list[Any], list[Any]]:
-    """p_k(s) = a + b s as (a, b), and the power series of c_k about the zeros, k = 0, 1, ..., N."""
-    d, s = pi.degree, of.s
-    root = pi.split(s)[0][1] if d == 2 else arb(1)
-    top = pi.over(psi(d, of.zeta, s))
-    slope = top / of.chi
-    b, p, c = weight * slope, [], []
-    for _ in range(order + 1):
-        r0, r1 = pi.split(b)[0]
-        p.append((r0, r1 / root))
-        c.append(pi.over(b - r0 - r1 / root * s) / top)
-        b = slope * c[-1].derivative()
-    return p, c
-
-
 def panel(
     phi: Phi, centre: Any, pi: Factor, lo: Any, hi: Any, order: int, weight: Any = None
 ) -> CanonicalForm:
     """The panel [lo, hi] with the zeros of pi about `centre` and the weight g (None: 1)."""
     weight = weight or (lambda u: 0 * u + 1)
     of, g, d = central_map(phi.taylor(centre), pi), phi.taylor(centre, weight), pi.degree
-    p, c = integrated_by_parts(pi, of, g, order)
+    s, top, p, c = of.s, pi.over(psi(d, of.zeta, of.s)), list[Any](), list[Any]()
+    root, slope = pi.split(s)[0][1] if d == 2 else arb(1), top / of.chi
+    b = g * slope
+    for _ in range(order + 1):
+        r0, r1 = pi.split(b)[0]
+        p.append((r0, r1 / root))
+        c.append(pi.over(b - r0 - r1 / root * s) / top)
+        b = slope * c[-1].derivative()
     near = arb(SHARE * min(radius(pi.over(phi.taylor(centre))), radius(g, False)))
-    discs = [_Disc(centre, -near, near, of.s, g, c)]
+    discs = [_Disc(centre, -near, near, s, g, c)]
     for side, end in ((-1, lo), (1, hi)):
-        edge, here = centre + side * near, at(of.s, side * near)
+        edge, here = centre + side * near, at(s, side * near)
         while side * (end - edge) > 0:
             discs.append(_next(phi, weight, d, of, p, side, edge, here))
             about, step = discs[-1].about, side * discs[-1].y1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from fractions import Fraction
 from typing import Any
 
@@ -126,6 +127,12 @@ def test_float64_claims_hold_on_the_table(problem: Problem) -> None:
         for name, value in found.derivative.items():
             off = abs(mpf(value) - proved.derivative[name])
             assert off <= found.error[name] + proved.error[name], (quantity, name)
+
+
+def test_weak_noise_stays_in_float64() -> None:
+    begun = time.process_time()
+    sa.sensitivity(sa.friction(mu=3, alpha=1, z0=np.linspace(-2, -0.1, 400)), 0.1, 10)
+    assert time.process_time() - begun < 4  # in balls 20
 
 
 @pytest.mark.parametrize("kappa", [0.05, 0.5])
