@@ -121,13 +121,10 @@ def central_map(phi: Any, pi: Factor) -> Map:
         zeta, s = arb(0), chi[0].sqrt() * y
     else:
         c, D = chi.coeffs(), pi.square
-        odd = enumerate(c[1::2], 1)
         mean = sum(
             (3 * x * D**k / ((2 * k + 1) * (2 * k + 3)) for k, x in enumerate(c[::2])), arb(0)
         )
         zeta, s = D * mean.root(3) ** 2, mean.root(3) * y
-        # The mean of g over both zeros becomes 0, as that of s^3/3 - zeta s is.
-        g += sum((x * D ** (k + 1) / (2 * k * (k + 1)) for k, x in odd), arb(0))
     for _ in range(2 + ctx.cap.bit_length()):
         step = pi.over(pi.over(primitive(d, zeta, s) - g)) / pi.over(psi(d, zeta, s))
         s = middle(s - pi.series() * step)
