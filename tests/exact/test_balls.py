@@ -205,3 +205,12 @@ def test_noise_alone_and_a_geometric_brownian_motion():
         assert abs(found - 2 * mpmath.atan(0.5)) < mpmath.mpf(10) ** -39
         rate = mpmath.mpf(1) / 8 + (mpmath.pi / mpmath.log(4)) ** 2 / 2
         assert abs(growth.rate.value - rate) <= growth.rate.error < rate / 10**25
+
+
+def test_what_lies_beyond_the_truncated_line():
+    """Almost without drift, the speed density of the noise 1 + u^2 is (1 + u^2)^-2."""
+    drift = sa.Drift("-u/10**9", layer=None, noise="1 + u**2")
+    for side in (-1, 1):
+        x, bound = balls._tail(drift, fmpq(1), fmpq(1), 3, side)
+        true = float(mpmath.quad(lambda u: (1 + u * u) ** -2, [mp(F(int(x.p), int(x.q))), "inf"]))
+        assert true < float(bound) < 1.1 * true
