@@ -60,7 +60,7 @@ OPTIONS: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
     ("release", "--z", "the slow variable at the start", _X),
     ("value show emit release", "--start", "starting point (0)", _X),
     ("value", "--moment", "k from 1 to 20: the mean of the time to the power k", _N),
-    ("value", "--quantile", "the time until which it leaves with probability X", _X),
+    ("value", "--quantile", "the X-quantile of the time, not the mean (1/2: median)", _X),
     ("value", "--interval", "the interval of occupation, in place of the layer", _TWO),
     ("value", "--y", "position, of stationary-density", _X),
     ("value", "--complement", "1 minus a probability", _ON),
@@ -69,9 +69,9 @@ OPTIONS: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
     ("release", "--method", "march or simulate (march)", _NAME),
     ("value show emit", "--order", 'of an expansion; of a value also "optimal"', {"type": order}),
     ("show emit", "--case", 'of an expansion, such as "start well barrier"', {"metavar": "WORDS"}),
-    ("value release", "--rtol", "relative error allowed, of --method auto or march (1e-6)", _X),
+    ("value release", "--rtol", "relative error allowed, of the method auto or march (1e-6)", _X),
     ("value", "--log", "the natural logarithm", _ON),
-    ("value reproduce", "--dps", "significant digits", _N),
+    ("value reproduce", "--dps", "significant digits, not float64 (reproduce: 50)", _N),
     ("release", "--paths", "number of paths of --method simulate (10000)", _N),
     ("release verify", "--seed", "seed of random numbers", _N),
     ("value release", "--json", "a JSON record with error, method, inputs", _ON),
@@ -106,7 +106,7 @@ class _Parser(argparse.ArgumentParser):
 def _parser() -> _Parser:
     """The parser of the whole command line."""
     about = "Escape times and Laplace-type integrals of smoothed switches with noise."
-    more = "examples:\n  symasym value --help\n  symasym show eq:Ttilde"
+    more = "examples:\n  symasym value T --expr 1-u --kappa 1 --r 2\n  symasym show eq:Ttilde"
     whole = _Parser(prog="symasym", description=about, epilog=more)
     version = f"%(prog)s {metadata.version('symasym')}"
     whole.add_argument("--version", action="version", version=version)

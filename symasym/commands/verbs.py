@@ -98,8 +98,9 @@ def release(kappa: str, r: str, eps: str, z: str, start: str = "0", **options: A
 def table(spec: str, out: str, workers: int = 1, cluster: str | None = None) -> int:
     """Make a table of exact values from a spec.
 
-    The table is written as JSON lines, CSV and LaTeX; an interrupted table is completed. The exit
-    status is 1 if some values do not exist or could not be computed.
+    A spec has lines such as expr = "1 - u", kappa = [0.5, 1] and r = 2 (docs/command-line.md). The
+    table is written as JSON lines, CSV and LaTeX; an interrupted one is completed. The exit status
+    is 1 if some values do not exist or could not be computed.
 
     examples:
       symasym table well.toml -o well.jsonl
