@@ -245,7 +245,7 @@ class IntegralExpansion(ABC):
     def of(cls, f: Any, g: Any, x: Any, a: Any, b: Any, *rest: Any) -> Self:
         """The expansion for expressions, texts and numbers."""
         symbol = Symbol(x) if inputs.is_name(x) else x
-        names = {str(symbol): symbol}
+        names = {symbol.name: symbol} if isinstance(symbol, Symbol) else {}
         f, g, a, b = (parse(*row, names) for row in (("f", f), ("g", g), ("a", a), ("b", b)))
         return cls(f, g, symbol, a, b, *rest)
 
