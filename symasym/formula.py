@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
@@ -71,7 +70,7 @@ class Formula:
 
     def functions(self) -> tuple[Any, ...]:
         """The right sides of the formula as `symasym.emit.Function` objects."""
-        from sympy import Symbol, Tuple
+        from sympy import Tuple
 
         from symasym.emit import Function
 
@@ -81,11 +80,9 @@ class Formula:
         found, about = [], f"{self.label}: {self.title}."
         for step in self.concluded:
             name = self.label.removeprefix("eq:") + f"_{step.name}" * (len(self.concluded) > 1)
-            known = sorted(step.right.free_symbols, key=place)
-            put = {s: Symbol(_plain(s.name), **s._assumptions_orig) for s in known}
-            value = step.right.xreplace(put)
+            known, value = tuple(sorted(step.right.free_symbols, key=place)), step.right
             values = tuple(value) if isinstance(value, Tuple) else (value,)
-            found.append(Function(_plain(name), tuple(put.values()), values, about))
+            found.append(Function(name, known, values, about).in_code())
         return tuple(found)
 
     def emit(self, target: str = "numpy", parameters: Any = None, **more: Any) -> Any:
@@ -98,12 +95,6 @@ class Formula:
         """The formula, or its first equation, as a function of mpmath's or NumPy's numbers."""
         source = self.emit(module, **more)
         return getattr(source.load(), source.functions[0])
-
-
-def _plain(text: str) -> str:
-    """A text changed to a name that is valid in source code."""
-    text = text.replace("^-", "_minus").replace("^+", "_plus").replace("'", "d")
-    return re.sub(r"\W+", "_", text).strip("_") or "value"
 
 
 def labels() -> tuple[str, ...]:

@@ -7,15 +7,14 @@ subtract these heights, so that log f = lam h + log c. Everything else follows s
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import sympy
 from sympy import Expr, S, Symbol
 
 from symasym.base.errors import InputError
-from symasym.emit.printing import LAM, Function, plain
+from symasym.emit.printing import LAM, Function, code_name, own
 
 
 class Exponentials:
@@ -37,41 +36,34 @@ class Exponentials:
         self.known[symbol] = e
         return symbol
 
-    def grows(self, e: Expr) -> bool:
-        """True if the expression, or a symbol in it, contains exponentials of lam."""
-        return any(x.has(LAM) for x in e.atoms(sympy.exp)) or any(
-            self.grows(self.known[s]) for s in e.free_symbols if s in self.known
-        )
-
     def of(self, e: Expr) -> tuple[Expr, Expr]:
-        """The height h and the factor c of an expression."""
-        if not self.grows(e):
-            return S.Zero, e
+        """The height h and the factor c of an expression; without exponentials h is 0."""
         if e in self.known:
-            return self.of(self.known[e])
-        if isinstance(e, sympy.exp):
+            height, c = self.of(self.known[e])
+            return height, c if height != 0 else e
+        if isinstance(e, sympy.exp) and e.has(LAM):
             return expanded(e.args[0] / LAM), S.One
         if e.is_Pow:
             height, c = self.of(e.base)
             return e.exp * height, c**e.exp
         if e.is_Add:
             return self._sum([self.of(a) for a in e.args])
-        parts = [a for a in e.args if self.grows(a)]
-        below = [a for a in parts if a.is_Pow and a.exp == -1]
-        above = [a for a in parts if a not in below]
-        rest = sympy.Mul(*(a for a in e.args if a not in parts))
-        if below and (sums := [a for a in above if a.is_Add]):
-            others = sympy.Mul(*(a for a in e.args if a is not sums[0]))
-            return self._sum([self.of(others * a) for a in sums[0].args])
-        # First the factors that are a part of the denominator, as their heights may be equal.
-        above.sort(key=lambda a: not (below and a in below[0].base.free_symbols))
-        heights, factors = zip(*map(self.of, above), strict=True) if above else ((), ())
-        c = rest * sympy.Mul(*factors)
-        if not below:
-            return expanded(sympy.Add(*heights)), c
-        low, d = self.of(below[0].base)
-        first = self.named(heights[0] - low) if heights else -low
-        return expanded(sympy.Add(first, *heights[1:])), c / d
+        return self._product(e) if e.is_Mul else (S.Zero, e)
+
+    def _product(self, e: Expr) -> tuple[Expr, Expr]:
+        parts = {a: self.of(a) for a in e.args}
+        grows = [a for a, (height, _) in parts.items() if height != 0]
+        below = [a for a in grows if a.is_Pow and a.exp == -1]
+        if below and (sums := [a for a in grows if a.is_Add]):
+            return self._sum([self.of(e / sums[0] * a) for a in sums[0].args])
+        heights, factors = zip(*parts.values(), strict=True)
+        height, c = sympy.Add(*heights), sympy.Mul(*factors)
+        if below:
+            # First the factor that is a part of the denominator, as their heights may be equal.
+            within = [a for a in grows if a in below[0].free_symbols]
+            first = sum((parts[a][0] for a in (*within[:1], below[0])), S.Zero)
+            height = height - first + self.named(first)
+        return expanded(height), c
 
     def _sum(self, parts: list[tuple[Expr, Expr]]) -> tuple[Expr, Expr]:
         heights: dict[Expr, Expr] = {}
@@ -91,57 +83,55 @@ def expanded(e: Expr) -> Expr:
     return sympy.expand(e.xreplace({r: 1 + beyond})).xreplace({beyond: r - 1})
 
 
+def symbols_of(expressions: Iterable[Expr]) -> set[Symbol]:
+    """The symbols in all of the expressions."""
+    return set().union(*(e.free_symbols for e in expressions))
+
+
+def in_order(e: Expr, known: Mapping[Symbol, Expr]) -> dict[Symbol, Expr]:
+    """The definitions of the symbols in an expression, each after those that it needs."""
+    rows: dict[Symbol, Expr] = {}
+    for s in sorted(e.free_symbols & known.keys(), key=str):
+        rows |= {**in_order(known[s], known), s: known[s]}
+    return rows
+
+
+def _scaled(e: Expr) -> Expr:
+    """The expression with exponentials and functions that don't overflow in place of exprel."""
+
+    def of_exprel(e: Expr) -> Expr:
+        x, n = e.args
+        return own("exprel_")(x, n) * sympy.exp(LAM * sympy.Max(sympy.expand(x / LAM), 0))
+
+    return e.replace(lambda x: type(x).__name__ == "exprel", of_exprel)
+
+
 def of_expansion(e: Any, numbers: Mapping[Symbol, Expr], name: str) -> list[Function]:
     """The function of an expansion, through its logarithm except for uniform noise.
 
     It has no value where a condition ``a > b`` without noise fails, such as r > 1. `numbers` are
     the values of a bound drift's symbols.
     """
-
-    known = {s: plain(v) for s, v in {**e.definitions, **numbers}.items()}
+    known = {s: _scaled(v) for s, v in {**e.definitions, **numbers}.items()}
     complement = e.quantity == "P" and e.noise == "weak"
-    value = plain(1 - e.formula if complement else e.formula)
+    value = _scaled(1 - e.formula if complement else e.formula)
     if e.noise != "uniform":
         scaled = Exponentials(known)
         height, c = scaled.of(value)
         value, known = LAM * height + sympy.log(c), scaled.known
-    rows: dict[Symbol, Expr] = {}
-
-    def visit(expression: Expr) -> None:
-        for s in sorted(expression.free_symbols - rows.keys(), key=str):
-            if s in known and s not in rows:
-                visit(known[s])
-                rows[s] = known[s]
-
-    visit(value)
-    met = value.free_symbols.union(rows, *(v.free_symbols for v in rows.values()))
+    met = symbols_of([value, *in_order(value, known).values()])
     strict = (sympy.StrictGreaterThan, sympy.StrictLessThan)
     signs = [c for c in e.conditions if isinstance(c, strict) and not c.has(LAM)]
     signs = [c for c in signs if c.free_symbols <= met | known.keys()]
-    visit(sympy.Tuple(*(side for c in signs for side in c.args)))
     value = sympy.Piecewise((value, sympy.And(*signs)), (sympy.nan, True))
-    used = value.free_symbols.union(*(v.free_symbols for v in rows.values()))
-    free = sorted(used - rows.keys(), key=str)
-    if odd := [s for s in free if s in e.equations and not s.is_real]:
-        raise InputError(f"{odd[0]} may be complex, which code has no numbers for; bind the drift.")
-    words: dict[Symbol, str] = {}
-    for s in (*free, *rows):
-        words[s] = plain_name(s.name)
-        while [*words.values()].count(words[s]) > 1 or words[s] in (name, f"log_{name}"):
-            words[s] += "_"
-    named = {s: Symbol(word, **s._assumptions_orig) for s, word in words.items()}
-    shared = tuple((named[s], v.xreplace(named)) for s, v in rows.items())
-    value = value.xreplace(named)
+    rows = in_order(value, known)
+    free = symbols_of([value, *rows.values()]) - rows.keys()
+    if odd := [s.name for s in free if s in e.equations and not s.is_real]:
+        raise InputError(
+            f"{min(odd)} may be complex, which code has no numbers for; bind the drift."
+        )
     if e.noise != "uniform":
         value = 1 - sympy.exp(value) if complement else sympy.exp(value)
     about = f"{e.quantity} of {e.drift!r}, {e.noise} noise to order {e.order}, case '{e.case}'"
-    if signs:
-        about += f"; it has a value where {sympy.And(*signs).xreplace(named)}, and is nan elsewhere"
-    arguments = tuple(sorted((named[s] for s in free), key=str))
-    return [Function(name, arguments, (value,), about, shared)]
-
-
-def plain_name(name: str) -> str:
-    """``V''(u1)`` as ``V2_u1``, ``V^(4)(0)`` as ``V4_0``, ``V''(-1)`` as ``V2_m1``."""
-    word = re.sub(r"'+", lambda m: str(len(m[0])), name).replace("^(", "")
-    return re.sub(r"\W+", "_", word.replace("-", "m").replace("+", "p")).strip("_")
+    arguments = tuple(sorted(free, key=lambda s: code_name(s.name)))
+    return [Function(name, arguments, (value,), about, tuple(rows.items())).in_code()]

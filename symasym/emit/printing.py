@@ -21,10 +21,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import sympy
-from sympy import Expr, Rational, S, Symbol
+from sympy import Expr, S, Symbol
 from sympy.codegen.cfunctions import expm1, log1p
 from sympy.printing.c import C99CodePrinter
-from sympy.printing.codeprinter import CodePrinter, PrintMethodNotImplementedError
+from sympy.printing.codeprinter import PrintMethodNotImplementedError
 from sympy.printing.jscode import JavascriptCodePrinter
 from sympy.printing.numpy import SciPyPrinter
 from sympy.printing.pycode import MpmathPrinter
@@ -54,6 +54,26 @@ class Function:
         """The function with `change` applied to each of its expressions."""
         shared = tuple((s, change(v)) for s, v in self.shared)
         return replace(self, values=tuple(map(change, self.values)), shared=shared)
+
+    def in_code(self) -> Function:
+        """The function with names that are valid in code, each with one meaning."""
+        name, words = code_name(self.name), dict[Symbol, str]()
+        for s in (*self.arguments, *dict(self.shared)):
+            words[s] = code_name(s.name)
+            while [name, f"log_{name}", *words.values()].count(words[s]) > 1:
+                words[s] += "_"
+        put = {s: Symbol(word, **s._assumptions_orig) for s, word in words.items()}
+        arguments, shared = map(put.get, self.arguments), ((put[s], v) for s, v in self.shared)
+        f = replace(self, name=name, arguments=tuple(arguments), shared=tuple(shared))
+        return f.each(lambda e: e.xreplace(put))
+
+
+def code_name(name: str) -> str:
+    """``a^-`` as ``a_minus``, ``V''(u1)`` as ``V2_u1``, ``V^(4)(-1)`` as ``V4_m1``."""
+    word = name.replace("^-", "_minus").replace("^+", "_plus").replace("^(", "")
+    word = re.sub(r"'+", lambda m: str(len(m[0])), word)
+    word = re.sub(r"(?<=\()-|-(?!\w)", "m", re.sub(r"\+(?!\w)", "p", word))
+    return re.sub(r"\W+", "_", word).strip("_") or "value"
 
 
 # -- one printer a language ------------------------------------------------------------------------
@@ -128,18 +148,28 @@ PRINTERS: dict[str, Any] = {
     "numpy": _NumPy, "mpmath": MpmathPrinter, "c": _C, "javascript": _JavaScript,
 }  # fmt: skip
 TARGETS = (*PRINTERS, "latex")
-_OWN = ("logaddexp", "erfcx", "dawsn", "airye", "drift", "end", "rate", "log")
+_OWN = ("logaddexp", "erfcx", "dawsn", "drift", "end", "rate", "log")
+_AIRY = ("airyai", "airyaiprime", "airybi", "airybiprime")
+
+
+def _as(text: str) -> Any:
+    """A function that is printed as an expression."""
+    return [(lambda *x: True, text.format)]
+
+
+_BRACES = {f: _as(f"airy({{0}}, {k})") for k, f in enumerate(_AIRY)}
 _NAMED: dict[str, dict[str, Any]] = {
     "numpy": {"logaddexp": "numpy.logaddexp", "erfcx": "scipy.special.erfcx",
               "dawsn": "scipy.special.dawsn", "log": "numpy.log"},
     "mpmath": {
-        **{f: f"mpmath.{f}" for f in ("expm1", "log1p", "erfi")},
-        "erfcx": [(lambda x: True, "(mpmath.exp(({0})**2)*mpmath.erfc({0}))".format)],
-        "dawsn": [(lambda x: True,
-                   "(mpmath.exp(-({0})**2)*mpmath.erfi({0})*mpmath.sqrt(mpmath.pi)/2)".format)],
+        **{f: f"mpmath.{f}" for f in ("expm1", "log1p", "erfi", *_AIRY[::2])},
+        **{f"{f}prime": _as(f"mpmath.{f}({{0}}, derivative=1)") for f in _AIRY[::2]},
+        "erfcx": _as("(mpmath.exp(({0})**2)*mpmath.erfc({0}))"),
+        "dawsn": _as("(mpmath.exp(-({0})**2)*mpmath.erfi({0})*mpmath.sqrt(mpmath.pi)/2)"),
     },
-    "c": {},
-    "javascript": {"expm1": "Math.expm1", "log1p": "Math.log1p", "erf": "erf_", "log": "Math.log"},
+    "c": _BRACES,
+    "javascript": {**_BRACES, "expm1": "Math.expm1", "log1p": "Math.log1p", "erf": "erf_",
+                   "log": "Math.log"},
 }  # fmt: skip
 # Reserved words of the languages.
 _WORDS = """numpy scipy mpmath Math out y0 y1 j0 j1 jn yn const double exp fabs float fmax fmin int
@@ -204,26 +234,9 @@ def stable(e: Expr) -> Expr:
 
 
 def plain(e: Expr) -> Expr:
-    """`e` in exponentials and functions that every target has and that do not overflow.
-
-    airye(z, k) is Ai, Ai', Bi, Bi' for k = 0 to 3, multiplied by e^(+-(2/3) z^(3/2)) for z > 0.
-    """
-
-    def airy(part: int) -> Any:
-        sign = Rational(2 if part > 1 else -2, 3)
-        return lambda z: own("airye")(z, part) * sympy.exp(sign * sympy.Max(z, 0) ** Rational(3, 2))
-
-    def of_exprel(e: Expr) -> Expr:
-        x, name = e.args[0], type(e).__name__
-        return own(f"{name}_")(x) * sympy.exp(LAM * sympy.Max(sympy.expand(x / LAM), 0))
-
-    kinds = (sympy.airyai, sympy.airyaiprime, sympy.airybi, sympy.airybiprime)
-    for part, kind in enumerate(kinds):
-        e = e.replace(kind, airy(part))
-    e = e.replace(
-        sympy.erfi, lambda x: 2 / sympy.sqrt(sympy.pi) * sympy.exp(x**2) * own("dawsn")(x)
-    )
-    return e.replace(lambda x: type(x).__name__ in ("exprel", "exprel2"), of_exprel)
+    """`e` with an exponential and Dawson's integral in place of erfi, which overflows."""
+    front = 2 / sympy.sqrt(sympy.pi)
+    return e.replace(sympy.erfi, lambda x: front * sympy.exp(x**2) * own("dawsn")(x))
 
 
 def _with_logarithm(f: Function) -> Iterator[Function]:
@@ -290,7 +303,8 @@ def _function(f: Function, target: str, printer: Any) -> str:
             f"{f.name} holds {what}, which {target} does not have; put a drift in, or emit 'latex'."
         ) from None
     lines = [numbers.format(n) for n in names if numbers] + [given.format(*row) for row in rows]
-    for c in (p.args[0].cond for p in pieces if numbers and p.args[1:] == ((S.NaN, True),)):
+    where = [p.args[0].cond for p in pieces if p.args[1:] == ((S.NaN, True),)]
+    for c in where if numbers else ():
         test = f"{'numpy.any' * (target == 'numpy')}({printer.doprint(c)})"
         lines.append(f"if not {test}: raise ValueError('{f.name} has a value only where {c}')")
     typed = [f"double {n}" for n in names]
@@ -300,22 +314,24 @@ def _function(f: Function, target: str, printer: Any) -> str:
         lines += [f"out[{k}] = {text};" for k, text in enumerate(texts)]
     else:
         lines.append((one if len(texts) == 1 else several).format(", ".join(texts)))
-    doc = " ".join((f.doc or f.name).split()).replace('"', "'")  # cannot end the string
+    doc = f.doc or f.name
+    if where:
+        doc += f"; it has a value where {sympy.And(*where)}, and is nan elsewhere"
+    doc = " ".join(doc.split()).replace('"', "'")  # cannot end the string
     raw = "r" * ("\\" in doc)
     head = start.format(f.name, ", ".join(names), ", ".join(typed) or "void", doc, raw)
     lines = [re.sub(r"\s*\n\s*", " ", line) for line in lines]
     return f"{head}\n" + "".join(f"    {line}\n" for line in lines) + end
 
 
-def by_printer(functions: Sequence[Function], printer: CodePrinter) -> Source:
-    """Assignments in the language of a printer supplied by the caller."""
-    lines = []
-    for f in functions:
-        shared, values = sympy.cse(f.values, sympy.numbered_symbols("t"), order="none")
-        names = [f"{f.name}_{k}" for k in range(len(values))] if values[1:] else [f.name]
-        rows = (*f.shared, *shared, *zip(map(Symbol, names), values, strict=True))
-        lines += [printer.doprint(v, assign_to=s) for s, v in rows]
-    return Source("\n".join(lines) + "\n", type(printer).__name__)
+# What stands in runtime.py for NumPy's floats -> what replaces it for mpmath's numbers.
+_ELEMENTWISE = (
+    (r"numpy\.(log|logaddexp)\b", r"\1"),
+    (r"numpy\.exp\b", "numpy.frompyfunc(mpmath.exp, 1, 1)"),
+    (r"scipy\.special\.hyp1f1", "numpy.frompyfunc(mpmath.hyp1f1, 3, 1)"),
+    (r"numpy\.finfo\(float\)", "mpmath"),
+    (r"numpy\.polynomial\.legendre\.leggauss\(12\)", "gauss()"),
+)
 
 
 @cache
@@ -324,17 +340,9 @@ def helpers(target: str) -> dict[str, str]:
     folder = Path(__file__).parent
     if target in ("numpy", "mpmath"):
         text, pattern = (folder / "runtime.py").read_text("utf-8"), r"def (\w+)\(.*?(?=\n\n\n|\Z)"
-        found = {m[1]: m[0] for m in re.finditer(pattern, text, re.S)}
-        if target == "numpy":
-            return found
-        for old, new in (
-            (r"numpy\.(log|logaddexp)\b", r"\1"), (r"numpy\.finfo\(float\)", "mpmath"),
-            (r"numpy\.exp\b", "numpy.frompyfunc(mpmath.exp, 1, 1)"),
-            (r"scipy\.special\.hyp1f1", "numpy.frompyfunc(mpmath.hyp1f1, 3, 1)"),
-        ):  # fmt: skip
-            found = {n: re.sub(old, new, text) for n, text in found.items()}
-        text = (folder / "runtime_mpmath.py").read_text("utf-8")
-        return found | {m[1]: m[0] for m in re.finditer(pattern, text, re.S)}
+        for old, new in _ELEMENTWISE if target == "mpmath" else ():
+            text = re.sub(old, new, text)
+        return {m[1]: m[0] for m in re.finditer(pattern, text, re.S)}
     from symasym.emit.runtime import rule
 
     text = (folder / "runtime.c").read_text("utf-8")

@@ -48,17 +48,12 @@ static double artanhc(double x)
     return x < 0 ? atan(root)/root : atanh(root)/root;
 }
 
-/* exprel_: (e^x - 1)/x times e^(-max(x, 0)) */
-static double exprel_(double x)
-{
-    return x == 0 ? 1 : -expm1(-fabs(x))/fabs(x);
-}
-
-/* exprel2_: (e^x - 1 - x)/x^2 times e^(-max(x, 0)) */
-static double exprel2_(double x)
+/* exprel_: (e^x - 1)/x for n = 1, (e^x - 1 - x)/x^2 for n = 2, times e^(-max(x, 0)) */
+static double exprel_(double x, int n)
 {
     double a = fabs(x); double total = 0; double term = 0.5;
-    if (a > 1) return (x < 0 ? 1 - exprel_(x) : exprel_(x) - exp(-a))/a;
+    if (n == 1) return x == 0 ? 1 : -expm1(-a)/a;
+    if (a > 1) return (x < 0 ? 1 - exprel_(x, 1) : exprel_(x, 1) - exp(-a))/a;
     for (int k = 0; k < 18; k++) { total += x < 0 ? term : (k + 1)*term; term *= -a/(k + 3); }
     return total;
 }
@@ -79,8 +74,8 @@ static void airy_steps(double from, double to, double y[4], int k)
     }
 }
 
-/* airy: Ai, Ai', Bi, Bi', multiplied by e^(+-(2/3) z^(3/2)) for z > 0 (DLMF 9.7 beyond 9) */
-static void airy(double z, double y[4])
+/* airy_all: Ai, Ai', Bi, Bi' (DLMF 9.7 beyond 9) */
+static void airy_all(double z, double y[4])
 {
     double size = fabs(z); double zeta = 2*size*sqrt(size)/3;
     double p[4] = {0, 0, 0, 0}; double c = 1;
@@ -92,24 +87,23 @@ static void airy(double z, double y[4])
             c *= (6.0*k + 1)*(6.0*k + 3)*(6.0*k + 5)/(216*(k + 1)*(2.0*k + 1))/zeta;
         }
         double s = sin(zeta + PI/4); double t = cos(zeta + PI/4); double up = root/PI;
-        y[0] = z > 0 ? (p[0] - p[1])/(2*root) : (s*p[0] - t*p[1])/root;
-        y[1] = z > 0 ? -up*(p[2] - p[3])/2 : -up*(t*p[2] + s*p[3]);
-        y[2] = z > 0 ? (p[0] + p[1])/root : (t*p[0] + s*p[1])/root;
-        y[3] = z > 0 ? up*(p[2] + p[3]) : up*(s*p[2] - t*p[3]);
+        y[0] = z > 0 ? exp(-zeta)*(p[0] - p[1])/(2*root) : (s*p[0] - t*p[1])/root;
+        y[1] = z > 0 ? -exp(-zeta)*up*(p[2] - p[3])/2 : -up*(t*p[2] + s*p[3]);
+        y[2] = z > 0 ? exp(zeta)*(p[0] + p[1])/root : (t*p[0] + s*p[1])/root;
+        y[3] = z > 0 ? exp(zeta)*up*(p[2] + p[3]) : up*(s*p[2] - t*p[3]);
         return;
     }
-    airy(9.5, y); /* each starts where it is recessive */
-    airy(-9.5, p);
-    y[0] *= exp(-9.5*sqrt(9.5)/1.5); y[1] *= exp(-9.5*sqrt(9.5)/1.5); y[2] = p[2]; y[3] = p[3];
+    airy_all(9.5, y); /* each starts where it is recessive */
+    airy_all(-9.5, p);
+    y[2] = p[2]; y[3] = p[3];
     airy_steps(9.5, z, y, 0); airy_steps(-9.5, z, y, 2);
-    if (z > 0) { y[0] *= exp(zeta); y[1] *= exp(zeta); y[2] *= exp(-zeta); y[3] *= exp(-zeta); }
 }
 
-/* airye: one of the four functions of airy */
-static double airye(double z, int part)
+/* airy: one of the four functions of airy_all */
+static double airy(double z, int part)
 {
     double y[4] = {0, 0, 0, 0};
-    airy(z, y);
+    airy_all(z, y);
     return y[part];
 }
 
@@ -171,8 +165,8 @@ static void side(double kappa, double r, double sign, const double *p, double su
     double lam = 2/(kappa*kappa); double x = lam*end(sign, p)*sign*(r - 1);
     sums[0] = 0; sums[1] = -INFINITY; sums[2] = -INFINITY; sums[3] = -INFINITY;
     if (r > 1) {
-        sums[1] = log((r - 1)*exprel_(x)) - fmin(x, 0);
-        sums[2] = log(lam*(r - 1)*exprel2_(-x)/exprel_(x));
+        sums[1] = log((r - 1)*exprel_(x, 1)) - fmin(x, 0);
+        sums[2] = log(lam*(r - 1)*exprel_(-x, 2)/exprel_(x, 1));
     }
     march(sign*fmin(r, 1), 0, lam, p, sums);
 }

@@ -1,29 +1,18 @@
-"""Functions that NumPy lacks; an emitted file contains copies of those that it calls.
+"""Functions that NumPy or mpmath lacks; an emitted file contains copies of those that it calls.
 
-For mpmath the functions of NumPy and SciPy are replaced by elementwise ones (`emit.printing`).
+For mpmath those of NumPy and SciPy are replaced by elementwise ones (`printing._ELEMENTWISE`).
 """
 
 # ruff: noqa: F821
 # mypy: ignore-errors
 
+import mpmath
 import numpy
 
 
-def airye(z, part):
-    """Ai, Ai', Bi or Bi', multiplied by e^(+-(2/3) z^(3/2)) for z > 0."""
-    low, high = numpy.minimum(z, 0), numpy.maximum(z, 0)
-    y = numpy.where(numpy.less(z, 0), scipy.special.airy(low), scipy.special.airye(high))
-    return y[part]
-
-
-def exprel_(x):
-    """(e^x - 1)/x times e^(-max(x, 0))."""
-    return scipy.special.hyp1f1(1, 2, -abs(x))
-
-
-def exprel2_(x):
-    """(e^x - 1 - x)/x^2 times e^(-max(x, 0))."""
-    return scipy.special.hyp1f1(numpy.where(x < 0, 1, 2), 3, -abs(x)) / 2
+def exprel_(x, n):
+    """(e^x - 1)/x for n = 1, (e^x - 1 - x)/x^2 for n = 2, times e^(-max(x, 0))."""
+    return scipy.special.hyp1f1(numpy.where(x < 0, 1, n), n + 1, -abs(x)) / n
 
 
 def each(function, kappa, *others):
@@ -35,13 +24,9 @@ def each(function, kappa, *others):
     return function(kappa, *first, p)
 
 
-def nodes():
-    return numpy.polynomial.legendre.leggauss(12)
-
-
 def rule():
     """Nodes and weights on (0, 1), integrals up to each node, last Legendre coefficients."""
-    x, w = nodes()
+    x, w = numpy.polynomial.legendre.leggauss(12)
     P, n = [0 * x - 1, 0 * x + 1, x], len(x)  # P_(-1) for integrals from -1 on
     for k in range(2, n + 1):
         P.append(((2 * k - 1) * x * P[k] - (k - 1) * P[k - 1]) / k)
@@ -87,8 +72,8 @@ def sides(kappa, r, p):
     lam, h = 2 / numpy.atleast_1d(kappa) ** 2, max(r - 1, 0)
     for sign in (-1, 1):
         x = lam * end(sign, p) * sign * h
-        s = numpy.log(h * exprel_(x)) - numpy.minimum(x, 0)
-        w = numpy.log(lam * h * exprel2_(-x) / exprel_(x))
+        s = numpy.log(h * exprel_(x, 1)) - numpy.minimum(x, 0)
+        w = numpy.log(lam * h * exprel_(-x, 2) / exprel_(x, 1))
         yield march(sign * min(r, 1), 0, lam, p, s, w)[1:3]
 
 
@@ -117,3 +102,24 @@ def log_density(kappa, u, sign, p):
     shift = lam * slope * (u - near)
     value = -add(0, sign * (beyond - inside)) if sign else shift - add(inside, beyond)
     return value.reshape(numpy.shape(kappa))[()]
+
+
+# -- for mpmath alone ------------------------------------------------------------------------------
+
+
+def log(x):
+    return numpy.frompyfunc(lambda x: mpmath.log(x) if x >= 0 else mpmath.nan, 1, 1)(x)
+
+
+def logaddexp(x, y):
+    def of_two(x, y):
+        return y if x == -mpmath.inf else max(x, y) + mpmath.log1p(mpmath.exp(-abs(x - y)))
+
+    return numpy.frompyfunc(of_two, 2, 1)(x, y)
+
+
+def gauss():
+    """Gauss nodes and weights on (-1, 1), as many as the precision requires."""
+    level = 3 + max(0, int(mpmath.ceil(mpmath.log(mpmath.mp.prec / 92, 2))))
+    found = mpmath.mp._gauss_legendre.get_nodes(-1, 1, level, mpmath.mp.prec)
+    return map(numpy.array, zip(*found, strict=True))

@@ -7,7 +7,7 @@ noise, `symasym.expansions.strong_noise`, with SymPy's ring (`symasym.formulas.l
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property, lru_cache, partial
@@ -22,7 +22,7 @@ from symasym.derivation.tex import tex
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import require_drift
 from symasym.emit import source
-from symasym.emit.expansions import of_expansion
+from symasym.emit.expansions import of_expansion, symbols_of
 from symasym.formulas.cases import Case, U, cases_of, numbers_of
 from symasym.formulas.letters import KAPPA, FinitePart, R, put_in
 from symasym.formulas.series import Contribution, strong, uniform, weak, written_out
@@ -65,7 +65,7 @@ class Expansion:
         object.__setattr__(self, "definitions", _met(self.formula, self.definitions))
         object.__setattr__(self, "conditions", tuple(kept))
         A, bare = self.drift.expression(), partial(re.sub, r"[{}]|\(.*", "")
-        used = _symbols([self.formula, *self.definitions.values()])
+        used = symbols_of([self.formula, *self.definitions.values()])
         own = {KAPPA, R, U, *self.definitions, *self.equations, *used - A.free_symbols}
         names = {"T", "C", "P", "h_1", *(bare(_name_of(s.name)) for s in own)}
         for s in sorted(A.free_symbols - {U}, key=str):
@@ -136,7 +136,7 @@ class Expansion:
         rows += [f"{_latex(s)} &= {_latex(written_out(v))}" for s, v in self._shown.items()]
         if any(v.has(FinitePart) for v in self._shown.values()):
             rows.append(r"h_1(u) &= \frac{1}{\phi(u)}, \quad h_{k+1} = -\frac{h_k'}{\phi}")
-        used = _symbols([self.formula, *self._shown.values()])
+        used = symbols_of([self.formula, *self._shown.values()])
         rows += [f"0 &= {_latex(a)}" for s, a in self.equations.items() if s in used]
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
 
@@ -178,17 +178,13 @@ class Expansion:
     __repr__ = __str__
 
 
-def _symbols(expressions: Iterable[Expr]) -> set[Symbol]:
-    return set().union(*(e.free_symbols for e in expressions))
-
-
 def _met(formula: Expr, known: Mapping[Symbol, Expr]) -> dict[Symbol, Expr]:
     """The definitions of the symbols that a formula uses, in the order of their occurrence."""
     met = dict[Symbol, Expr]()
     row = formula.free_symbols & known.keys()
     while row:
         met |= {s: known[s] for s in sorted(row, key=str)}
-        row = _symbols(known[s] for s in row) & known.keys() - met.keys()
+        row = symbols_of(known[s] for s in row) & known.keys() - met.keys()
     return met
 
 

@@ -187,25 +187,18 @@ def conditions(of: Field, quantity: str) -> Iterator[Any]:
 
 
 class exprel(sympy.Function):  # type: ignore[misc]
-    """(e^x - 1)/x."""
+    """(e^x - 1)/x for n = 1, (e^x - 1 - x)/x^2 for n = 2."""
 
-    at_zero, is_positive = S.One, True
+    is_positive = True
 
     @classmethod
-    def eval(cls, x: Expr) -> Expr | None:
-        return cls.at_zero if x.is_zero else None
-
-
-class exprel2(exprel):
-    """(e^x - 1 - x)/x^2."""
-
-    at_zero = S.Half
+    def eval(cls, x: Expr, n: Expr) -> Expr | None:
+        return 1 / n if x.is_zero else None
 
 
 def written_out(e: Expr) -> Expr:
-    """The expression with `exprel` and `exprel2` replaced by their definitions."""
-    e = e.replace(exprel2, lambda x: (sympy.exp(x) - 1 - x) / x**2)
-    return e.replace(exprel, lambda x: (sympy.exp(x) - 1) / x)
+    """The expression with `exprel` replaced by its definition."""
+    return e.replace(exprel, lambda x, n: (sympy.exp(x) - 1 - (n - 1) * x) / x**n)
 
 
 class _Ring:
@@ -213,7 +206,7 @@ class _Ring:
 
     number = staticmethod(sympy.sympify)
     exp = staticmethod(lambda growth: sympy.exp(growth * LAM))
-    exprel = staticmethod(lambda growth, n: (exprel, exprel2)[n - 1](growth * LAM))
+    exprel = staticmethod(lambda growth, n: exprel(growth * LAM, n))
     total = staticmethod(lambda row: sympy.Add(*(c * LAM**k for k, c in enumerate(row))))
 
 

@@ -15,7 +15,7 @@ U = sympy.Symbol("u", real=True)
 OWN = {
     "Abs": abs, "airyaiprime": lambda z: mpmath.airyai(z, 1), "Add": lambda *x: mpmath.fsum(x),
     "airybiprime": lambda z: mpmath.airybi(z, 1), "Mul": lambda *x: mpmath.fprod(x),
-    "exprel": lambda x: mpmath.expm1(x) / x, "exprel2": lambda x: (mpmath.expm1(x) - x) / x**2,
+    "exprel": lambda x, n: (mpmath.expm1(x) - (n - 1) * x) / x**n,
     "Max": max, "Pow": lambda x, p: x**p,
 }  # fmt: skip
 
