@@ -58,13 +58,22 @@ def moments(drift: Drift, count: int, bits: int, mirrored: bool, a: Fraction, b:
         c = part.coeffs()
         return arb_poly([*c[:most]]) + arb(0, sum((abs(x).upper() for x in c[most:]), arb(0)))
 
-    one, rows = [arb_poly([1])] * len(panels), list[list[Any]]()
+    def through(f: list[Any]) -> list[Any]:
+        return [cut(-phi * part) for (_, phi), part in zip(panels, f, strict=True)]
+
+    return moments_by([arb_poly([1])] * len(panels), integral, through, lambda f: f[-1](1), count)
+
+
+def moments_by(one: Any, integral: Any, through: Any, end: Any, count: int) -> Moments:
+    """The moments to `count` terms from f_(k+1) = integral(through(f_k)), whose value at b is
+    end(f_k); `one` is the function 1, and `integral` vanishes at a."""
+    rows = list[list[Any]]()
     for f in (one, integral(one)):
         ends, areas = list[Any](), list[Any]()
         for _ in range(max(count, 2)):
-            ends.append(f[-1](1))
-            areas.append(integral(f)[-1](1))
-            f = integral([cut(-phi * part) for (_, phi), part in zip(panels, f, strict=True)])
+            ends.append(end(f))
+            areas.append(end(integral(f)))
+            f = integral(through(f))
         rows += [ends, areas]
     return Moments(rows[0][1], rows[1][:count], rows[2][:count], rows[3][:count])
 

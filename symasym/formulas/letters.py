@@ -51,14 +51,10 @@ class Letters:
 
     @staticmethod
     def generic(c: list[Any]) -> tuple[Series, Callable[[Any], Expr]]:
-        """The series in polynomials whose symbols stand for the nonzero c, and the way back."""
-        values = [sympy.sympify(x) for x in c]
-        names = [k for k, x in enumerate(values) if x != 0]
-        polynomials, *letters = polynomial_ring([f"c{k}" for k in names] or ["c"], QQ)
-        known = dict(zip(names, letters, strict=False))
-        put = [values[k] for k in names] or [S.Zero]
-        series = [polynomials.one, *(known.get(k, polynomials.zero) for k in range(len(c)))]
-        return Series(series), lambda p: p.as_expr(*put) if hasattr(p, "as_expr") else S(p)
+        """The series 1 + c_1 t + ... in polynomials over symbols for the c, and the way back."""
+        polynomials, *symbols = sympy.ring([f"c{k}" for k in range(len(c))] or "c", QQ)
+        series, put = Series([polynomials.one, *symbols[: len(c)]]), [*c] or [S.Zero]
+        return series, lambda p: p.as_expr(*put) if hasattr(p, "as_expr") else S(p)
 
     @staticmethod
     def log_ratio(high: Expr, low: Expr, real: bool) -> Expr:

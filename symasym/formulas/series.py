@@ -38,7 +38,7 @@ from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.expansions import weak as theorem
 from symasym.expansions.sides import Stretch, quantity, straight
-from symasym.expansions.strong_noise import Moments, layer
+from symasym.expansions.strong_noise import Moments, layer, moments_by
 from symasym.formulas.cases import PAIRS, Case, U, case_for
 from symasym.formulas.letters import (
     IN_KAPPA,
@@ -210,24 +210,20 @@ class _Ring:
     total = staticmethod(lambda row: sympy.Add(*(c * LAM**k for k, c in enumerate(row))))
 
 
-def _layer(of: Field, order: int, side: int, b: Any, mark: str) -> Stretch:
-    """The layer from -1 to b, reflected if side = -1: f_0 = 1 or u + 1, f_k = int A f_(k-1)."""
+def _layer(of: Field, order: int, side: int, a: Any, mark: str) -> Stretch:
+    """The layer from a to 1; for side = -1 that of the mirror image."""
+    A = Poly(side * of.A.subs(U, side * U), U).to_field()
 
-    def primitive(f: Any) -> Any:
+    def integral(f: Any) -> Any:
         whole = f.integrate(U)
-        return whole - whole.eval(-1)
+        return whole - whole.eval(a)
 
-    A, rows = Poly(side * of.A.subs(U, side * U), U).to_field(), []
-    for f in (A * 0 + 1, Poly(U + 1, U)):
-        row = [f]
-        for _ in range(max(order, 1)):
-            row.append(primitive(A * row[-1]))
-        rows += [[S(f.eval(b)) for f in row], [S(primitive(f).eval(b)) for f in row]]
-    known = (
-        [of.named(f"{letter}{k}{mark}", c) for k, c in enumerate(rows[n][: order + 1])]
-        for n, letter in ((2, "n"), (1, "f"), (3, "m"))
+    known = moments_by(A.one, integral, A.neg().mul, lambda f: S(f.eval(1)), order + 1)
+    rows = (
+        [of.named(f"{letter}{k}{mark}", c) for k, c in enumerate(row)]
+        for letter, row in zip("nfm", known[1:], strict=True)
     )
-    return layer(Moments(of.named(f"d{mark}", rows[0][1]), *known), _Ring())
+    return layer(Moments(of.named(f"d{mark}", known.rise), *rows), _Ring())
 
 
 def strong(drift: Drift, name: str, order: int, start: Fraction, _: Any) -> dict[str, Any]:
@@ -239,13 +235,13 @@ def strong(drift: Drift, name: str, order: int, start: Fraction, _: Any) -> dict
             f"A = {of.A} is no polynomial in u, so that the moments of V have no closed form; "
             "use method 'strong_noise' for numbers."
         )
-    for side, letter, mark in ((1, "L", "-"), (-1, "R", "+")) if name[-1] != "P" else ():
-        x, whole = side * of.start, straight(side * of.slopes[-side], R - 1, ring)
-        whole = _layer(of, order, side, x, mark).then(whole) if x > -1 else whole
+    for side, letter, mark in ((-1, "L", "-"), (1, "R", "+")) if name[-1] != "P" else ():
+        x, beyond = side * of.start, straight(-side * of.slopes[side], R - 1, ring)
+        whole = _layer(of, order, side, x, mark).then(beyond)
         scale, nested = of.named(letter, whole.scale), of.named(f"w{mark}", whole.nested)
         sides.append(Stretch(scale, S.Zero, nested, S.One))
     slopes = of.slopes[-1], of.slopes[1]
-    formula = quantity(name, sides or [_layer(of, order, 1, S.One, "")], slopes, LAM)
+    formula = quantity(name, sides or [_layer(of, order, -1, -S.One, "")], slopes, LAM)
     known = {**of.values, **IN_KAPPA}
     return {"case": case, "formula": formula, "definitions": known, "conditions": ends(of, name)}
 
