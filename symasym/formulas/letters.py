@@ -17,7 +17,6 @@ from typing import Any
 import sympy
 from sympy import QQ, Expr, Rational, S, Symbol
 from sympy.core.function import AppliedUndef
-from sympy.polys.rings import ring as polynomial_ring
 
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
