@@ -136,6 +136,8 @@ def formula(label: str) -> Formula:
         told = f"is no formula; the labels nearest to it are {', '.join(near)}."
         if str(label) in DEFINITIONS:
             told = f"defines {DEFINITIONS[label][1]}: there is nothing to derive."
+        if str(label).startswith("expansion:"):
+            told = "is an expansion; give sa.expand(drift, ...) instead of a label."
         raise InputError(f"{shown(label)} {told}") from missing
 
 

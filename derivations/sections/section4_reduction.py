@@ -88,8 +88,8 @@ def reduced(d):
     sigma = k_p * d["noise-amplitude"]
     generator = d.eq("Ito's generator", r"\mathcal{L} f", phi(u) * Derivative(f(y), y)
                      + sigma**2 / 2 * Derivative(f(y), (y, 2)),
-                     r"the mean of $y$ changes at the rate $\phi$, and that of $y^2$ at the rate $2 y \phi$ plus "
-                     "the variances of three independent noises",
+                     r"for a smooth $f$; the mean of $y$ changes at the rate $\phi$, and that of $y^2$ at the rate "
+                     r"$2 y \phi$ plus the variances of three independent noises",
                      lambda L: [(mean(L, y), drift), (mean(L, y**2), 2 * y * drift + variance)])
     first, second = mean(generator, y), mean(generator, y**2) - 2 * y * mean(generator, y)
     d.eq("one noise", "dy", phi(u) * dt + k_p * sqrt(b[0]**2 + b[1]**2 + b[2]**2) * dW,

@@ -228,8 +228,8 @@ def parts(points: list[Point], regular: Any, at: Any) -> Iterator[tuple[int, Any
 
 def outside_layer(points: list[Point], slopes: tuple[Any, Any], at: Any) -> Any:
     """1 - P (eq:P), the share of |u| > 1 in int e^{-lam V}, from the points in [-1, 1]."""
-    ends = zip((points[0], points[-1]), slopes, strict=True)
-    tails = [at.term("X", p, -p.height, 2, [1 / abs(a)]) for p, a in ends]
+    ends = (points[0], slopes[0]), (points[-1], -slopes[1])  # sliding
+    tails = [at.term("X", p, -p.height, 2, [1 / a]) for p, a in ends]
     return sum(tails) / Sums(points, -1, at).total()
 
 
@@ -243,9 +243,6 @@ def start_of(points: list[Point]) -> int:
     return next(i for i, p in enumerate(points) if p.kind[:5] == "start")
 
 
-# -- in balls and floats ---------------------------------------------------------------------------
-
-
 class Coefficients(NamedTuple):
     """The coefficients: critical points, finite parts, and phi at both ends."""
 
@@ -254,15 +251,32 @@ class Coefficients(NamedTuple):
     slopes: tuple[Any, Any]
 
 
+def coefficients(of: Any, name: str, count: int, ring: Any) -> Coefficients:
+    """The coefficients of the quantity `name`, to `count` terms, of a drift as in `points_of`."""
+    points = points_of(of, count, ring)
+    if name[-1] == "P":
+        points = [p for p in points if p.kind != "end"]
+    regular = of.regular(count) if name == "T" else []
+    return Coefficients(points, regular, (of.ends[-1], of.ends[1]))
+
+
+def quantity(name: str, known: Coefficients, at: Any) -> Any:
+    """T, C, 1 - C, P or 1 - P."""
+    if name == "T":
+        return escape_time(known.points, known.regular, at)
+    if name[-1] == "C":
+        return exit_probability(known.points, at, name != "C")
+    outside = outside_layer(known.points, known.slopes, at)
+    return 1 - outside if name == "P" else outside
+
+
+# -- in balls and floats ---------------------------------------------------------------------------
+
+
 @lru_cache(maxsize=16)
 def local(drift: Drift, between: Between, name: str, count: int, bits: int) -> Coefficients:
     """The coefficients of the quantity `name` to `count` terms, at flint's `bits`."""
-    bound = BallDrift(drift, between, name == "T")
-    points = points_of(bound, count, RING)
-    regular = bound.regular(count) if name == "T" else []
-    if name[-1] == "P":
-        points = [p for p in points if p.kind != "end"]
-    return Coefficients(points, regular, (bound.ends[-1], bound.ends[1]))
+    return coefficients(BallDrift(drift, between, name == "T"), name, count, RING)
 
 
 class WeakNoise(answer.PartialSums):
@@ -279,12 +293,7 @@ class WeakNoise(answer.PartialSums):
 
     def quantity(self, known: Coefficients, arithmetic: Any) -> Any:
         """The sum over the critical points."""
-        if self.name == "T":
-            return escape_time(known.points, known.regular, arithmetic)
-        if self.name[-1] == "C":
-            return exit_probability(known.points, arithmetic, self.name != "C")
-        outside = outside_layer(known.points, known.slopes, arithmetic)
-        return 1 - outside if self.name == "P" else outside
+        return quantity(self.name, known, arithmetic)
 
 
 of_scene, of_scenes = partial(answer.of_scene, WeakNoise), partial(answer.of_scenes, WeakNoise)

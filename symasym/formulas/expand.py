@@ -24,8 +24,8 @@ from symasym.drift.scenes import require_drift
 from symasym.emit import source
 from symasym.emit.expansions import of_expansion, symbols_of
 from symasym.formulas.cases import Case, U, cases_of, numbers_of
-from symasym.formulas.letters import KAPPA, FinitePart, R, put_in
-from symasym.formulas.series import Contribution, strong, uniform, weak, written_out
+from symasym.formulas.letters import KAPPA, FinitePart, R, put_in, written_out
+from symasym.formulas.series import Contribution, strong, uniform, weak
 from symasym.quantities import escape_time, exit_probability, occupation
 
 Expanded = Literal["T", "C", "1 - C", "P", "1 - P"]

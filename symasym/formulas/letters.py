@@ -90,7 +90,7 @@ class Field:
             self._solve(self.poly)
         else:
             self.equations = {u: self.A.subs(U, u) for u in self.zeros}
-        self.slopes = {side: self.named(f"phi({side})", self.at(S(side))) for side in (-1, 1)}
+        self.ends = {side: self.named(f"phi({side})", self.at(S(side))) for side in (-1, 1)}
         row = [(-S.One, "kink"), *zip(self.zeros, case.kinds, strict=True), (S.One, "kink")]
         own = self.start, f"start={case.at_start}" if case.at_start else "start"
         if abs(self.start) == 1:
@@ -147,7 +147,7 @@ class Field:
     def taylor(self, u: Expr, count: int) -> list[Expr]:
         """The Taylor coefficients -V^(j+1)(u)/j! of phi at a point of the layer."""
         zero = u in self.kinds or u in self.outer
-        first = S.Zero if zero else self.slopes.get(u) or -self.derivative(1, u)
+        first = S.Zero if zero else self.ends.get(u) or -self.derivative(1, u)
         rest = (-self.derivative(j + 1, u) / sympy.factorial(j) for j in range(1, count))
         return [first, *rest]
 
@@ -164,7 +164,7 @@ class Field:
     def sides(self, u: Expr, count: int) -> tuple[Any, Any]:
         """The result of `around` on the left and on the right of u; None outside the interval."""
         side = {-R: -1, R: 1}.get(u) or (int(u) if abs(u) == 1 else 0)
-        beyond: Any = ([self.slopes[side], *[S.Zero] * (count - 1)], []) if side else None
+        beyond: Any = ([self.ends[side], *[S.Zero] * (count - 1)], []) if side else None
         if u in (-R, R):
             return (None, beyond) if side < 0 else (beyond, None)
         inside = self.around(u, count)
@@ -176,7 +176,7 @@ class Field:
             return S.Zero
         if u in (-R, R):
             side = S.One if u == R else -S.One
-            return self.height(side) - side * self.slopes[side] * (R - 1)
+            return self.height(side) - side * self.ends[side] * (R - 1)
         value = -sympy.Integral(self.A, (U, self.start, u))
         if self.primitive is not None:
             value = self.primitive.subs(U, self.start) - self.primitive.subs(U, u)
@@ -189,7 +189,7 @@ class Field:
             more = finite_parts_in_s(self.taylor(self.start, 2 * count + 1), count, Letters)
         for side, mark, lo, hi in ((-1, "-", -S.One, self.start), (1, "+", self.start, S.One)):
             row = [S.Zero] * count if lo == hi else self._inside(mark, lo, hi, count)
-            row[0] += (R - 1) / self.slopes[side]
+            row[0] += (R - 1) / self.ends[side]
             found.append([a + side * b for a, b in zip(row, more, strict=True)])
         return found
 
@@ -275,11 +275,31 @@ def exponentials(e: Expr) -> dict[Expr, Expr]:
     return found
 
 
+class exprel(sympy.Function):  # type: ignore[misc]
+    """(e^x - 1)/x for n = 1, (e^x - 1 - x)/x^2 for n = 2."""
+
+    is_positive = True
+
+    @classmethod
+    def eval(cls, x: Expr, n: Expr) -> Expr | None:
+        return 1 / n if x.is_zero else None
+
+
+def written_out(e: Expr) -> Expr:
+    """The expression with `exprel` replaced by its definition."""
+    return e.replace(exprel, lambda x, n: (sympy.exp(x) - 1 - (n - 1) * x) / x**n)
+
+
 class Terms:
-    """The arithmetic for `symasym.expansions.weak` with a symbol for each series and each sum.
+    """The arithmetic of `symasym.expansions` with a symbol for each series and each sum.
 
     `known` has their definitions, `rows` for each series a factor and the coefficients of x^n.
     """
+
+    number = staticmethod(sympy.sympify)
+    exp = staticmethod(lambda growth: sympy.exp(growth * LAM))
+    exprel = staticmethod(lambda growth, n: exprel(growth * LAM, n))
+    total = staticmethod(lambda row: sympy.Add(*(c * LAM**k for k, c in enumerate(row))))
 
     def __init__(self, start: Expr) -> None:
         self.lam, self.log_lam, self.start = LAM, sympy.log(LAM), start

@@ -24,7 +24,7 @@ T_(1/3)(w) = cos(acos(w)/3), since 4 (m - b)^3 - 3 k^2 (m - b) = A(b)/(2 c3).
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from fractions import Fraction
 from functools import reduce
@@ -84,38 +84,32 @@ def weak(
         of = Field(drift, case_for(drift, start, asked, quantity[-1] == "P"), start)
     else:
         of = _pair(drift, start, asked)
-    case = of.case
-    terms, at, where = list[Contribution](), Terms(of.start), [*conditions(of, quantity)]
+    at, where, count = Terms(of.start), [*conditions(of, quantity)], order + 1
+    found = {"case": of.case, "conditions": where, "equations": of.equations}
     if not of.A.has(U) and quantity[-1] != "P" and not start:
         # Reflection of u interchanges C and 1 - C.
         half = (-of.A if quantity == "1 - C" else of.A) * R / KAPPA**2
         value = R * sympy.tanh(half) / of.A if quantity == "T" else 1 / (1 + sympy.exp(2 * half))
-        return {"case": case, "conditions": where, "formula": value}
-    points = theorem.points_of(of, order + 1, Letters)
-    if of.pair:
+        return {**found, "formula": value}
+    if not of.pair:
+        known = theorem.coefficients(of, quantity, count, Letters)
+        formula = theorem.quantity(quantity, known, at)
+        row = _products(known, at) if quantity == "T" else []
+        terms = tuple(_contributions(row, at, count))
+    else:
+        points = theorem.points_of(of, count, Letters)
         row = [theorem.Sums([p], 1 if p.tops(1) else -1, at).whole[0] for p in points]
         points.sort(key=lambda p: p.tops(1))
-        weight = "C" if case.kinds[0] == "barrier" else "1 - C"
-        terms = [*_contributions([(weight, tuple(points), mul(*row))], at, order)]
+        weight = "C" if of.case.kinds[0] == "barrier" else "1 - C"
+        terms = tuple(_contributions([(weight, tuple(points), mul(*row))], at, count))
         formula = terms[0].expression
         if of.values.keys() >= {*of.zeros}:
             height, value = (put_in(e, of.values) for e in (terms[0].exponent, formula))
             front = sympy.simplify(value / sympy.exp(height))
             formula = sympy.exp(sympy.factor_terms(sympy.expand(height))) * front
-            where = [sympy.simplify(put_in(c, of.values)) for c in where]
-    elif quantity == "T":
-        regular = of.regular(order + 1)
-        formula = theorem.escape_time(points, regular, at)
-        terms = [*_contributions(_products(points, regular, at), at, order)]
-    elif quantity[-1] == "C":
-        formula = theorem.exit_probability(points, at, quantity != "C")
-    else:
-        formula = theorem.outside_layer(points[1:-1], (of.slopes[-1], of.slopes[1]), at)
-        formula = formula.xreplace({abs(a): -side * a for side, a in of.slopes.items()})  # sliding
-        formula = 1 - formula if quantity == "P" else formula
-    known = {**at.known, **of.values, **IN_KAPPA}
-    return {"case": case, "conditions": where, "formula": formula, "terms": tuple(terms),
-            "definitions": known, "equations": of.equations}  # fmt: skip
+            found["conditions"] = [sympy.simplify(put_in(c, of.values)) for c in where]
+    return {**found, "formula": formula, "terms": terms,
+            "definitions": {**at.known, **of.values, **IN_KAPPA}}  # fmt: skip
 
 
 def _pair(drift: Drift, start: Fraction, asked: str | None) -> Pair:
@@ -128,33 +122,29 @@ def _pair(drift: Drift, start: Fraction, asked: str | None) -> Pair:
     return Pair(drift, first, start)
 
 
-_Product = tuple[str, tuple[theorem.Point, ...], Any]
-
-
-def _products(points: list[theorem.Point], regular: Any, at: Terms) -> list[_Product]:
-    """The products of contributions to T; a start on a well forms one with every other point."""
-    of, start = theorem.shares(points, regular, at), points[theorem.start_of(points)]
-    sides = zip(("C", "1 - C"), of.sides, strict=True)
-    found = [(weight, *part) for weight, side in sides for part in side if part[0]]
+def _products(known: theorem.Coefficients, at: Terms) -> Iterator[tuple[str, Any, Any]]:
+    """Weight, points and value of the products in T; a start on a well has one with each."""
+    points = known.points
+    of, start = theorem.shares(points, known.regular, at), points[theorem.start_of(points)]
+    for weight, side in zip(("C", "1 - C"), of.sides, strict=True):
+        yield from ((weight, *part) for part in side if part[0])
     if of.own != 0:
         whole = zip(points, theorem.Sums(points, 1, at).whole, strict=True)
-        found += [("C (1 - C)", (start, p), of.own * s) for p, s in whole if s != 0]
-    return found
+        yield from (("C (1 - C)", (start, p), of.own * s) for p, s in whole if s != 0)
 
 
-def _contributions(found: list[_Product], at: Terms, order: int) -> Iterator[Contribution]:
+def _contributions(products: Iterable[Any], at: Terms, count: int) -> Iterator[Contribution]:
     """The contributions to T, with exact coefficients."""
-    for weight, pair, value in found:
+    for weight, pair, value in products:
         ((height, c),) = exponentials(value).items()
         series = [at.rows.get(f, (f, [S.One])) for f in sympy.Mul.make_args(c)]
         front = sympy.Mul(LAM, *(first * row[0] for first, row in series))
-        rows = ([sympy.expand(a / row[0]) for a in row] for _, row in series)
-        whole = reduce(mul, (Series([*row, *[S.Zero] * order][: order + 1]) for row in rows))
+        rows = (Series(a / row[0] for a in [*row, *[S.Zero] * count][:count]) for _, row in series)
         yield Contribution(
             tuple(f"{p.name} {'' if str(p.u)[0] == 'u' else 'u = '}{p.u}" for p in pair),
             (LAM * height).xreplace(IN_KAPPA),
             sympy.powdenest(front.xreplace(IN_KAPPA), force=True),
-            tuple(sympy.expand(a / 2**n) for n, a in enumerate(whole.c)), weight,
+            tuple(sympy.expand(a / 2**n) for n, a in enumerate(reduce(mul, rows).c)), weight,
         )  # fmt: skip
 
 
@@ -186,30 +176,6 @@ def conditions(of: Field, quantity: str) -> Iterator[Any]:
         yield sympy.Ne(of.at(of.start), 0)
 
 
-class exprel(sympy.Function):  # type: ignore[misc]
-    """(e^x - 1)/x for n = 1, (e^x - 1 - x)/x^2 for n = 2."""
-
-    is_positive = True
-
-    @classmethod
-    def eval(cls, x: Expr, n: Expr) -> Expr | None:
-        return 1 / n if x.is_zero else None
-
-
-def written_out(e: Expr) -> Expr:
-    """The expression with `exprel` replaced by its definition."""
-    return e.replace(exprel, lambda x, n: (sympy.exp(x) - 1 - (n - 1) * x) / x**n)
-
-
-class _Ring:
-    """The ring of expressions in lam for `symasym.expansions.strong_noise`."""
-
-    number = staticmethod(sympy.sympify)
-    exp = staticmethod(lambda growth: sympy.exp(growth * LAM))
-    exprel = staticmethod(lambda growth, n: exprel(growth * LAM, n))
-    total = staticmethod(lambda row: sympy.Add(*(c * LAM**k for k, c in enumerate(row))))
-
-
 def _layer(of: Field, order: int, side: int, a: Any, mark: str) -> Stretch:
     """The layer from a to 1; for side = -1 that of the mirror image."""
     A = Poly(side * of.A.subs(U, side * U), U).to_field()
@@ -223,12 +189,12 @@ def _layer(of: Field, order: int, side: int, a: Any, mark: str) -> Stretch:
         [of.named(f"{letter}{k}{mark}", c) for k, c in enumerate(row)]
         for letter, row in zip("nfm", known[1:], strict=True)
     )
-    return layer(Moments(of.named(f"d{mark}", known.rise), *rows), _Ring())
+    return layer(Moments(of.named(f"d{mark}", known.rise), *rows), Terms(of.start))
 
 
 def strong(drift: Drift, name: str, order: int, start: Fraction, _: Any) -> dict[str, Any]:
     """The strong-noise formula in lam, r and the moments, with definitions and conditions."""
-    case, ring, sides = Case(("start",)), _Ring(), list[Stretch]()
+    case, sides = Case(("start",)), list[Stretch]()
     of = Field(drift, case, start)
     if of.poly is None:
         raise InputError(
@@ -236,11 +202,11 @@ def strong(drift: Drift, name: str, order: int, start: Fraction, _: Any) -> dict
             "use method 'strong_noise' for numbers."
         )
     for side, letter, mark in ((-1, "L", "-"), (1, "R", "+")) if name[-1] != "P" else ():
-        x, beyond = side * of.start, straight(-side * of.slopes[side], R - 1, ring)
+        x, beyond = side * of.start, straight(-side * of.ends[side], R - 1, Terms(of.start))
         whole = _layer(of, order, side, x, mark).then(beyond)
         scale, nested = of.named(letter, whole.scale), of.named(f"w{mark}", whole.nested)
         sides.append(Stretch(scale, S.Zero, nested, S.One))
-    slopes = of.slopes[-1], of.slopes[1]
+    slopes = of.ends[-1], of.ends[1]
     formula = quantity(name, sides or [_layer(of, order, -1, -S.One, "")], slopes, LAM)
     known = {**of.values, **IN_KAPPA}
     return {"case": case, "formula": formula, "definitions": known, "conditions": ends(of, name)}

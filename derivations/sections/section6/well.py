@@ -162,9 +162,9 @@ def small(d):
     second = d["eq:secondTerm"]
     first, third = (x / second.subs(D, V_2 - V_1) for x in d["other-pieces"])
     adds = [d.eq(f"what {name} adds", Limit(sympy.powsimp(sympy.expand(e)) / kappa**8, kappa, 0), 0,
-                 rf"${left}$ is below any power of $\kappa$") for name, left, e in (
-        ("the first piece", "T_1/T_2", first.subs(V_1, -depth)), ("C", "C", d["C-bound"]),
-        ("the third piece", "T_3/T_2", third.subs(V_2, V_top + height)))]
+                 rf"${left}$ is below any power of $\kappa${means}") for name, left, means, e in (
+        ("the first piece", "T_1/T_2", "; $d = -V(u_1)$", first.subs(V_1, -depth)), ("C", "C", "", d["C-bound"]),
+        ("the third piece", "T_3/T_2", "; $g = V(u_2) - V(1)$", third.subs(V_2, V_top + height)))]
     formula = d.eq("sum", r"T \sim", 2 * pi / sqrt(-A1 * A2) * exp(2 * D / kappa**2) + r / a_plus,
                    "it is the sum of the second piece and of the fourth piece for large $r$",
                    by=second * (1 + sum(adds)) + sympy.expand(d["eq:fourthTerm2"]).coeff(r) * r)
