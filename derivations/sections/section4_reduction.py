@@ -88,7 +88,7 @@ def reduced(d):
     sigma = k_p * d["noise-amplitude"]
     generator = d.eq("Ito's generator", r"\mathcal{L} f", phi(u) * Derivative(f(y), y)
                      + sigma**2 / 2 * Derivative(f(y), (y, 2)),
-                     r"for a smooth $f$; the mean of $y$ changes at the rate $\phi$, and that of $y^2$ at the rate "
+                     r"for smooth $f$; the mean of $y$ changes at the rate $\phi$, and that of $y^2$ at the rate "
                      r"$2 y \phi$ plus the variances of three independent noises",
                      lambda L: [(mean(L, y), drift), (mean(L, y**2), 2 * y * drift + variance)])
     first, second = mean(generator, y), mean(generator, y**2) - 2 * y * mean(generator, y)

@@ -15,7 +15,7 @@ def fokker_planck(d):
     drift, variance = moments(d["eq:reducedSDEtilde"])
     mean = lambda L, f: L.replace(g, f).doit()
     backward = d.eq("generator", r"\mathcal{L} g", phi(u) * Derivative(g(u), u) + half * Derivative(g(u), (u, 2)),
-                    "for a smooth $g$; it is determined by the rates at which the means of $u$ and of $u^2$ change",
+                    "for smooth $g$; it is determined by the rates at which the means of $u$ and of $u^2$ change",
                     lambda L: [(mean(L, lambda x: x), drift), (mean(L, lambda x: x**2), 2 * u * drift + variance)])
     boundary = -phi(u) * q(u) * g(u) + half * (q(u).diff(u) * g(u) - q(u) * g(u).diff(u))
     d.eq("adjoint of the generator", r"\mathcal{L}^* q",
