@@ -10,12 +10,13 @@ import numpy as np
 from flint import fmpq
 from sympy import Expr, Symbol
 
+from symasym.base import inputs
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import Numbers, exact, float_text, floats, is_array, is_name, shown
-from symasym.drift import expressions, landscape
+from symasym.drift import expressions
 from symasym.drift.critical_points import CriticalPoint, critical_points
 from symasym.drift.model import Model, Parametrized
-from symasym.drift.sampled import values_at
+from symasym.drift.sampled import potential_at, values_at
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
     from symasym.base.inputs import Number
 
 __all__ = ["Drift"]
+
+# The plot: the largest |u| without pieces, the number of points, and the most labels.
+_REACH, _POINTS, _MOST_NAMES = 1.5, 3_001, 16
 
 
 class Drift(Parametrized):
@@ -192,7 +196,7 @@ class Drift(Parametrized):
         found = np.where(left == right, "crossing", sliding)
         return found if found.ndim else str(found)
 
-    # -- landscape and symbols ---------------------------------------------------------------
+    # -- potential and symbols ---------------------------------------------------------------
 
     def expression(self) -> Expr:
         """A(u) as a SymPy expression, in which bound scalar parameters have their values."""
@@ -218,7 +222,7 @@ class Drift(Parametrized):
 
     def potential_at(self, u: Numbers) -> Any:
         """V(u) with V(-1) = 0 in float64 (eq:V), by quadrature; `u` as in `Drift.__call__`."""
-        result = landscape.potential_at(self, floats("u", u))
+        result = potential_at(self, floats("u", u))
         return float(result) if result.ndim == 0 else result
 
     def critical_points(self) -> list[CriticalPoint]:
@@ -256,7 +260,40 @@ class Drift(Parametrized):
         >>> [text.get_text() for text in below.texts]
         ['well at 0.3969', 'barrier at 0.9039']
         """
-        return landscape.plot(self, axes)
+        self.scalars()
+        if axes is None:
+            from matplotlib import pyplot
+
+            axes = pyplot.subplots(2, sharex=True, layout="constrained")[1]
+        above, below = inputs.axes("axes", axes, 2)
+        model = self.model
+        cuts = [float(x) for x in model.cuts]
+        reach = max(_REACH, *(1.5 * abs(x) for x in cuts)) if cuts else _REACH
+        u = np.linspace(-reach, reach, _POINTS)
+        jumps = np.searchsorted(u, cuts)  # at jumps the curve is interrupted
+        above.plot(np.insert(u, jumps, np.nan), np.insert(values_at(self, u), jumps, np.nan))
+        above.axhline(0, color="0.6", linewidth=0.8)
+        above.set_ylabel(r"$\phi(u)$")
+        below.plot(u, potential_at(self, u))
+        below.set(xlabel="u", ylabel="V(u)")
+        for ax in (above, below):
+            # The ends of the layer, or of the pieces.
+            for end in (-1, 1) if model.layered else cuts:
+                ax.axvline(end, color="0.6", linewidth=0.8, linestyle=":")
+        points = critical_points(self) if model.layered else []
+        named = [p for p in points if p.kind != "inflection"]
+        places = np.array([float(p.u) for p in named])
+        heights = potential_at(self, places) if named else places
+        for ax, y in ((above, 0 * places), (below, heights)):
+            ax.plot(places, y, "o", color="0.3", markersize=4)
+        for p, place, height in zip(named[:_MOST_NAMES], places, heights, strict=False):
+            side, edge = (1, "bottom") if p.kind == "barrier" else (-1, "top")
+            below.annotate(
+                f"{p.kind} at {place:.4g}", (place, height), xytext=(0, 9 * side),
+                textcoords="offset points", ha="center", va=edge, fontsize="small",
+            )  # fmt: skip
+        below.margins(y=0.2)
+        return axes
 
     def _repr_latex_(self) -> str:
         """A(u) for a notebook; parameters that are free or arrays appear as symbols."""

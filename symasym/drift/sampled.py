@@ -7,14 +7,17 @@ the scale and speed densities (`symasym.drift.evaluate.Piece`).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from flint import acb, arb, fmpq
 
 from symasym.base.balls import cached_property, precision
+from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.inputs import FloatArray, common_shape, floats
 from symasym.drift.evaluate import Analytic, box, halved, over_noise
 from symasym.drift.formula import Formula, rational
@@ -286,3 +289,37 @@ class Field:
                 known = 1.0 * known * np.exp(-2 * part.log_noise(float(side), every))
             found.append(np.broadcast_to(known, self._rows))
         return found
+
+
+def potential_at(drift: Parametrized, u: FloatArray) -> FloatArray:
+    """V in float64 with V(-1) = 0, by Gauss-Legendre quadrature on the panels of `Sampled`."""
+    drift.require_bound()
+    model = drift.model
+    position = np.broadcast_to(u, common_shape({"drift": drift.shape, "u": u.shape}))
+    low, high = (-1.0, 1.0) if model.layered else (min(u.min(), -1.0), max(u.max(), -1.0))
+    inside = np.clip(position, low, high)
+    marks = [low, *np.clip([float(x) for x in model.cuts], low, high).tolist(), high]
+    parameters, cuts, terms = flat_values(drift, drift.shape), {*marks}, 0
+    for row in range(math.prod(drift.shape)):
+        arrays = {k: x[row : row + 1] for k, x in parameters.items() if isinstance(x, np.ndarray)}
+        for piece, span in zip(model.pieces, pairwise(marks), strict=False):
+            held = Sampled(piece, {**drift.values, **arrays}, 1, span=span)
+            if held.cuts is None:
+                raise AccuracyError(f"V of {drift!r} takes too many panels; take a less steep A.")
+            cuts.update(held.cuts.tolist())
+            terms = max(terms, held.terms)
+        if len(cuts) == len({*marks}):  # A is a polynomial, for all parameters
+            break
+    rule = np.polynomial.legendre.leggauss(terms // 2 + 1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        total: FloatArray = -values_at(drift, position) * (position - inside)
+        for left, right in pairwise(sorted(cuts)):
+            start = min(max(-1.0, left), right)
+            half = (np.clip(inside, left, right) - start) / 2
+            for node, weight in zip(*rule, strict=True):
+                total = total - weight * half * values_at(drift, start + half * (1 + node))
+    if not np.isfinite(total).all():
+        raise RangeError(
+            f"V of {drift!r} leaves the range of float64; rescale the drift, or give u nearer to 0."
+        )
+    return np.asarray(total)
