@@ -137,24 +137,18 @@ def _slow_integrals(p: Panel, rise: Any, wanted: tuple[bool, bool, bool]) -> tup
     """The integrals of a slow panel: t' = h a + g t implies (t e)' = h a e; for b/e with -g."""
     need_e, need_inverse, need_nested = wanted
     int_e = int_inverse = nested = None
+
+    def solved(sign: int, source: TaylorModel) -> TaylorModel:
+        return slow_solver([sign * c for c in p.slope], p.blur, p.terms)(source.scaled(p.half))
+
     if need_inverse or need_nested:
-        start, end, _ = _slow_solution(p, -1)
-        int_inverse = end * rise.exp() - start
+        back = solved(-1, p.b)
+        int_inverse = back(ENDS[1]) * rise.exp() - back(ENDS[0])
     if need_e or need_nested:
-        start, end, whole = _slow_solution(p, 1)
-        int_e = end * (-rise).exp() - start
+        t = solved(1, p.a)
+        start = t(ENDS[0])
+        int_e = t(ENDS[1]) * (-rise).exp() - start
         if need_nested:
             # The integral of a e from the left end, divided by e, is t - t(-1)/e.
-            nested = whole - start * int_inverse
+            nested = p.half * (t * p.b).integral() - start * int_inverse
     return int_e, int_inverse, nested
-
-
-def _slow_solution(p: Panel, sign: int) -> tuple[Any, Any, Any]:
-    """The slow solution of t' = h a + g t at -1 and 1, and the integral of h b t; if `sign` is -1
-    with -g, and a and b interchanged."""
-    source, other = (p.a, p.b)[::sign]
-    solved = slow_solver([sign * c for c in p.slope], p.blur, p.terms)
-    t, bound = solved([p.half * c for c in source.series], p.half * source.missed)
-    error, whole = within(bound, p.q), (poly(t) * other.series).integral()
-    rest = within(2 * (other.size * bound + other.missed * sum(map(abs, t), arb(0))), p.q)
-    return *_at_ends(t, error), p.half * (whole(ENDS[1]) - whole(ENDS[0]) + rest)

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from operator import mul
@@ -49,14 +50,35 @@ def largest_exponent(digits: int) -> float:
 # -- panels ----------------------------------------------------------------------------------------
 
 
-class TaylorModel(NamedTuple):
+@dataclass(frozen=True)
+class TaylorModel:
     """A polynomial, and a bound of its difference from a function on [-1, 1]."""
 
     series: Any
     missed: arb
 
     def __call__(self, x: Any) -> Any:
-        return self.series(x) + within(self.missed, x)
+        value = self.series(x)
+        return value + within(self.missed, value)
+
+    def __add__(self, other: TaylorModel) -> TaylorModel:
+        return TaylorModel(self.series + other.series, self.missed + other.missed)
+
+    def __mul__(self, other: TaylorModel) -> TaylorModel:
+        if other is ONE:
+            return self
+        missed = self.size * other.missed + other.size * self.missed
+        return TaylorModel(self.series * other.series, missed)
+
+    def scaled(self, c: Any) -> TaylorModel:
+        """The product with a number."""
+        return TaylorModel(self.series * c, self.missed * abs(c))
+
+    def integral(self) -> Any:
+        """The integral over [-1, 1]."""
+        whole = self.series.integral()
+        value = whole(ENDS[1]) - whole(ENDS[0])
+        return value + within(2 * self.missed, value)
 
     @property
     def size(self) -> arb:
@@ -160,7 +182,7 @@ def panel_of(piece: Piece, lam: Any, middle: fmpq, half: fmpq, digits: int) -> P
         terms, cauchy = 1, None
     if not terms and (terms := slow_terms(majorant, digits * _LOG10)):
         terms = max(terms, a.series.length(), b.series.length())
-    if not (terms and blur < 1 and all(4 * w.relative < 1 for w in (a, b))):
+    if not (terms and blur < 1 and all(w is ONE or 4 * w.relative < 1 for w in (a, b))):
         return None
     q = poly(slope).integral()
     rise, bounds = _bounds(slope, q, majorant, cauchy, half, blur)
@@ -184,7 +206,7 @@ def _moderate(
     def height(rho: arb) -> arb:
         return sum(((w(rho) / w(ENDS[1])).log() for w in sizes), grown(rho))
 
-    terms, *cauchy = fewest_terms(height, wanted)
+    terms, *cauchy = fewest_terms(height if weights else grown, wanted)
     # Where A varies fast the number may be astronomic: such a panel is halved.
     if terms + 2 >= 8 * (digits * _LOG10 + 2 * reach):
         return 0, None
@@ -232,11 +254,9 @@ def _bounds(
     return rise, (width + down, width + up, 2 * (width + between) + climb)
 
 
-def slow_solver(
-    g: list[Any], blur: arb, n: int
-) -> Callable[[list[Any], Any], tuple[list[Any], arb]]:
-    """The solution operator of x' = f + g x on a slow panel, g being known within `blur`: from f's
-    coefficients and a bound of what these miss, n coefficients of x and a bound of its error."""
+def slow_solver(g: list[Any], blur: arb, n: int) -> Callable[[TaylorModel], TaylorModel]:
+    """The operator from f to the slow solution of x' = f + g x, in n coefficients, with g known
+    within `blur`."""
     m, minus, zero = len(g), [-c for c in g], arb(0)
     # (k + 1) x_{k+1} - sum g_j x_{k-j} = f_k, x_n = 0: row k is of x_k, x_{k-1}, ...
     rows, factors = [minus], [zero]
@@ -250,7 +270,8 @@ def slow_solver(
     # |e^q| grows. Then |d' - (g + blur) d| <= residual, so that |d| <= residual/min |Re g + blur|.
     least = abs(g[0].real) - sum([abs(c) for c in g[1:]], zero) - blur
 
-    def solution(f: list[Any], missed: Any) -> tuple[list[Any], arb]:
+    def solution(source: TaylorModel) -> TaylorModel:
+        f = list(source.series)
         right = f[:n] + [zero] * (n - len(f))
         for k in range(min(n, len(f)) - 2, -1, -1):
             right[k] -= factors[k] * right[k + 1]
@@ -258,10 +279,10 @@ def slow_solver(
         for row, c in zip(rows, right, strict=True):
             x.append((c - sum(map(mul, row[1 : len(x) + 1], x[: -len(row) : -1]), zero)) / row[0])
         # The residual: f's other terms, the powers t^n ... t^{n+m-2} of g x, and blur.
-        residual = sum(map(abs, f[n:]), missed + blur * sum(map(abs, x), zero))
+        residual = sum(map(abs, f[n:]), source.missed + blur * sum(map(abs, x), zero))
         for k in range(m - 1):
             residual += abs(sum(map(mul, g[k + 1 :], x[:-m:-1]), zero))
-        return x, residual / least if least > 0 else arb.pos_inf()
+        return TaylorModel(poly(x), residual / least if least > 0 else arb.pos_inf())
 
     return solution
 

@@ -21,7 +21,7 @@ f_(k+1)/f_k decrease: the last two coefficients bound the truncated terms (`spec
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from operator import mul
 from typing import Any, NamedTuple
@@ -47,6 +47,7 @@ _SHORT = 8  # coefficients of a polynomial
 _TRAVEL, _DELAY = 4.0, 0.5
 _LOG10 = math.log(10.0)
 _ONE, _NOTHING = arb_poly([1]), arb_poly([0])
+_ZERO = TaylorModel(_NOTHING, arb(0))
 
 
 class Undecided(ArithmeticError):
@@ -268,20 +269,18 @@ def _cauchy(p: Panel, lam: arb, digits: int, order: int, s: float) -> tuple[Any,
 
 def _slow_matrix(p: Panel, lam: arb, digits: int, order: int) -> Matrix:
     """The matrix of a panel from the slow solutions t = y/z and v = z/y."""
-    h, q = p.half, p.q
-    terms = p.terms
-    inverse = (q(ENDS[1]) - q(ENDS[0]) + _ball(2 * p.blur)).exp()
-    a, b = (TaylorModel(w.series * c, w.missed * c) for w, c in ((p.a, h), (p.b, lam * h)))
-    of_t, of_v = _solver(p, 1, terms), _solver(p, -1, terms)
-    t, v = [of_t(a)], [TaylorModel(_NOTHING, arb(0)), of_v(b)]
+    inverse = (p.q(ENDS[1]) - p.q(ENDS[0]) + _ball(2 * p.blur)).exp()
+    a, b = p.a.scaled(p.half), p.b.scaled(lam * p.half)
+    of_t, of_v = (slow_solver([sign * c for c in p.slope], p.blur, p.terms) for sign in (1, -1))
+    t, v = [of_t(a)], [_ZERO, of_v(b)]
     for k in range(1, order + 1):
-        t.append(of_t(_product(b, _squared(t, k - 1), -1, terms)))
-        v.append(of_v(_product(a, _squared(v, k + 1), -1, terms)))
+        t.append(of_t((b * _squared(t, k - 1)).scaled(-1)))
+        v.append(of_v((a * _squared(v, k + 1)).scaled(-1)))
     t_a, t_b = _values(t)
     v_a, v_b = _values(v[: order + 1])
     ctx.cap = n = order + 1
-    along = [_integral(_product(b, x, 1, terms)) for x in t[:order]]
-    other = [_integral(_product(a, x, 1, terms)) for x in v[1:n]]
+    along = [(b * x).integral() for x in t[:order]]
+    other = [(a * x).integral() for x in v[1:n]]
     whole = 1 / (1 - t_a * v_a)
     first, second = (arb_series([0, *c], n).exp() * whole for c in (along, other))
     entries = (
@@ -294,36 +293,10 @@ def _slow_matrix(p: Panel, lam: arb, digits: int, order: int) -> Matrix:
     return _matrix(y1, y2, z1, z2, inverse)
 
 
-def _solver(p: Panel, sign: int, n: int) -> Callable[[TaylorModel], TaylorModel]:
-    """The solution operator of x' = f + sign g x, which maps f to the slow solution."""
-    of = slow_solver([sign * c for c in p.slope], p.blur, n)
-
-    def solution(source: TaylorModel) -> TaylorModel:
-        x, error = of(list(source.series), source.missed)
-        return TaylorModel(arb_poly(x), error)
-
-    return solution
-
-
-def _product(x: TaylorModel, y: TaylorModel, sign: int, terms: int) -> TaylorModel:
-    """The product of x, y and `sign`, to so many terms."""
-    whole = x.series * y.series
-    missed = _sum(x.series) * y.missed + _sum(y.series) * x.missed + x.missed * y.missed
-    missed += _sum(list(whole)[terms:])
-    return TaylorModel(whole.truncate(terms) * sign, missed)
-
-
-def _sum(series: Any) -> arb:
-    return sum(map(abs, series), arb(0))
-
-
 def _squared(x: list[TaylorModel], k: int) -> TaylorModel:
     """Coefficient k of the square of the power series in s with these coefficients."""
-    total, missed = _NOTHING, arb(0)
-    for i in range(max(0, k + 1 - len(x)), min(k + 1, len(x))):
-        total += x[i].series * x[k - i].series
-        missed += 2 * _sum(x[i].series) * x[k - i].missed + x[i].missed * x[k - i].missed
-    return TaylorModel(total, missed)
+    some = range(max(0, k + 1 - len(x)), min(k + 1, len(x)))
+    return sum((x[i] * x[k - i] for i in some), _ZERO)
 
 
 def _values(x: list[TaylorModel]) -> tuple[arb_series, arb_series]:
@@ -331,9 +304,3 @@ def _values(x: list[TaylorModel]) -> tuple[arb_series, arb_series]:
     ctx.cap = n = len(x)
     first, last = (arb_series([c(u) for c in x], n) for u in ENDS)
     return first, last
-
-
-def _integral(x: TaylorModel) -> arb:
-    """The integral over [-1, 1]."""
-    even = [c / (k + 1) for k, c in enumerate(x.series) if k % 2 == 0]
-    return 2 * (sum(even, arb(0)) + _ball(x.missed))
