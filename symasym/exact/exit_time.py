@@ -16,7 +16,7 @@ from typing import Any
 
 from flint import arb
 
-from symasym.base.balls import cached_property, exact_ball, extra_bits, precision
+from symasym.base.balls import cached_property, exact_ball, extra_bits, midpoint, precision
 from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import float_text
@@ -200,7 +200,7 @@ class Exit:
         with precision(bits(self.digits)):
             t, places = self.mean.mid(), _ROUGH
             for _ in range(_STEPS):
-                found, slope = (self.at_time(_rational(t), key, places)[0] for key in (name, "pdf"))
+                found, slope = (self.at_time(midpoint(t), key, places)[0] for key in (name, "pdf"))
                 # Newton's step for log P, which is nearly linear in t.
                 step = (found / exact_ball(share)).log() * found / slope
                 step = -step if name == "survival" else step
@@ -212,9 +212,3 @@ class Exit:
         raise AccuracyError(
             f"p is {float_text(p)}, whose quantile is not found; take one further in."
         )
-
-
-def _rational(x: arb) -> Fraction:
-    """The midpoint of a ball."""
-    mantissa, power = x.man_exp()
-    return Fraction(int(mantissa)) * Fraction(2) ** int(power)

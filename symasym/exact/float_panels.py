@@ -246,10 +246,10 @@ def records(
     own[strength < 0] = np.inf  # no accepted panel
     steep = falls.real if order == 1 else -np.abs(falls)
     lost = np.where(slow, 0.0, 0.3 * ULP * np.exp(np.minimum(-steep, _CLIMB)))
-    return _record(found, half, falls, 2.0 * off, own, lost)
+    return _in_logs(found, half, falls, 2.0 * off, own, lost)
 
 
-def _record(found: Any, unit: Any, falls: Any, moved: Any, own: Any, lost: Any = 0.0) -> Logs:
+def _in_logs(found: Any, unit: Any, falls: Any, moved: Any, own: Any, lost: Any = 0.0) -> Logs:
     """The record with the width as a factor, and its errors."""
     ends = np.stack((np.minimum(-falls, 0.0), np.minimum(falls, 0.0)))
     of_ends = np.where(ends < 0, 1.5 * ULP * np.abs(falls) + moved, 0.0)
@@ -380,4 +380,4 @@ def constant(rate: Any, width: Any, off: Any, order: int) -> Logs:
         known[:, some] = _sampled_record(matrices(1), y[None] / 2, y, (1.0, 1.0), None, order)
     unit[at] = width[at] / 2
     own = _OWN + 2 * off / np.maximum(x.real, 1.0)
-    return _record(known, unit, rate * width, off + 2 * ULP * x.real, own)
+    return _in_logs(known, unit, rate * width, off + 2 * ULP * x.real, own)

@@ -36,8 +36,8 @@ from symasym.expansions.arithmetic import InBalls, InFloats
 from symasym.expansions.ball_drift import LINE, Between
 
 _BITS = 192  # of the coefficients and heights behind an array
-#: The number of differences by which an error is estimated.
-NEXT = 3
+# The number of differences by which an error is estimated.
+_NEXT = 3
 # Values of lam of an array at which errors are found, and that are summed at once.
 _SAMPLES, _AT_ONCE = 48, 8192
 # Digits up to which the exact value costs no more than some expansions.
@@ -47,7 +47,7 @@ _MOST_DIGITS = 300
 def estimates(sums: Any, count: int) -> list[Any]:
     """Estimated errors of the first `count` partial sums, from three more of them than that."""
     gaps = [abs(b - a) for a, b in pairwise(sums)]
-    return [3 * sum(gaps[k + 1 : k + NEXT], gaps[k]) for k in range(count)]
+    return [3 * sum(gaps[k + 1 : k + _NEXT], gaps[k]) for k in range(count)]
 
 
 class PartialSums(ABC):
@@ -133,10 +133,10 @@ def of_scene(kind: type[PartialSums], scene: Scene, request: Request) -> Answer:
     digits = kind.float_digits if request.dps is None else request.dps
     judged = request.full or len(orders) > 1 or not kind.enclosed
     proved = _exact(kind, scene, request) if judged else None
-    sums = kind.of(scene, request, orders[-1] + (0 if proved else NEXT))
+    sums = kind.of(scene, request, orders[-1] + (0 if proved else _NEXT))
     with precision(int(3.33 * digits) + 64):
-        some = orders if proved else _and_next(orders)
-        values, logs = sums.balls(scene.lam, some, digits + 5, log)
+        more = () if proved else range(orders[-1] + 1, orders[-1] + _NEXT + 1)
+        values, logs = sums.balls(scene.lam, (*orders, *more), digits + 5, log)
         results = logs if log else values
         if proved is None:
             errors = estimates(logs, len(orders))
@@ -187,10 +187,6 @@ def _orders(request: Request) -> Sequence[int]:
     return request.order if isinstance(request.order, range) else (request.order,)
 
 
-def _and_next(orders: Sequence[int]) -> Sequence[int]:
-    return (*orders, *range(orders[-1] + 1, orders[-1] + NEXT + 1))
-
-
 # -- many scenes -----------------------------------------------------------------------------------
 
 
@@ -199,7 +195,7 @@ def of_scenes(kind: type[PartialSums], scenes: Scenes, request: Request) -> Answ
     logs, errors = (np.full(len(scenes.lam), np.nan) for _ in range(2))
     orders, why = _orders(request), ""
     for rows, some in scenes.alike():
-        sums = kind.of(some.at(0), request, orders[-1] + NEXT)
+        sums = kind.of(some.at(0), request, orders[-1] + _NEXT)
         found = _best if len(orders) > 1 else _sampled
         try:
             with np.errstate(all="ignore"):
@@ -238,7 +234,7 @@ def _estimated(
     """The errors of the logarithms (infinite if not accepted), and whether float64 loses too many
     digits, found by balls at three of the lam."""
     lam, order = scenes.lam, request.order
-    (errors,) = estimates([logs, *(sums.logs(lam, order + k + 1) for k in range(NEXT))], 1)
+    (errors,) = estimates([logs, *(sums.logs(lam, order + k + 1) for k in range(_NEXT))], 1)
     errors = np.where(_counted(logs, errors), errors, np.inf)
     sure = np.flatnonzero(errors < np.inf)
     if not sure.size:

@@ -20,9 +20,10 @@ from typing import Any
 import numpy as np
 from flint import arb, ctx, fmpq
 
-from symasym.base.balls import exact_ball, precision
+from symasym.base.balls import exact_ball, midpoint, precision
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import Piece, Polynomial, pieces
+from symasym.drift.formula import rational
 from symasym.exact import balls, first_order
 from symasym.exact.panels import panel_of, panels
 from symasym.expansions import answer
@@ -44,7 +45,7 @@ def record(one: CanonicalForm, lam: Any, nats: float, order: int) -> Stretch:
         regular += power * (one.own[k] + mixed)
     digits, psi = math.ceil(nats / math.log(10)), ([1], [0, 1], [-one.zeta, 0, 1])[one.degree]
     with precision(balls.bits(digits)):
-        low, high = map(_rational, one.ends)
+        low, high = (rational(midpoint(s)) for s in one.ends)
         rows = psi, minus[: one.degree], plus[: one.degree]
         piece = Piece(low, high, *(Polynomial([arb(x).mid() for x in row]) for row in rows))
         row = panels([piece], -L.mid(), low, high, digits, panel_of)
@@ -55,12 +56,6 @@ def record(one: CanonicalForm, lam: Any, nats: float, order: int) -> Stretch:
     speed = known.speed + slow[1] - slow[0] * known.climb
     nested = known.nested - slow[0] * known.scale + regular - speed * ends[1]
     return Stretch(known.scale + ends[0] - known.climb * ends[1], speed, nested, known.climb)
-
-
-def _rational(s: Any) -> fmpq:
-    """The midpoint of a ball."""
-    mantissa, power = s.mid().man_exp()
-    return fmpq(mantissa) * fmpq(2) ** int(power)
 
 
 @lru_cache(maxsize=16)
@@ -95,14 +90,14 @@ class Uniform(answer.PartialSums):
 
     def _layer(self, *interval: Any) -> list[StretchAt]:
         panels = _panels(self.drift, self.length - 1, ctx.prec, *interval)
-        return [partial(_record, panel) for panel in panels]
+        return [partial(_stretch, panel) for panel in panels]
 
     def quantity(self, known: Sides, arithmetic: Any) -> Any:
         """The sum over both sides."""
         return known.sum(self.name, arithmetic).mid()
 
 
-def _record(panel: CanonicalForm, at: InBalls) -> Stretch:
+def _stretch(panel: CanonicalForm, at: InBalls) -> Stretch:
     return record(panel, at.lam, _nats(ctx.prec), at.order)
 
 
