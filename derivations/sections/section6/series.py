@@ -8,7 +8,6 @@ integral beside the start are added.
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise
-from types import SimpleNamespace
 
 import sympy
 from sympy import (
@@ -32,7 +31,8 @@ from derivations.numerics import Scene, around, integral
 from derivations.paper import kappa
 from derivations.sections.section6.well import S1, c2, c3, c4
 from symasym.derivation.derivation import derives
-from symasym.series import Series, corner, finite_parts_in_s, gaussian
+from symasym.formulas.letters import Letters
+from symasym.series import corner, finite_parts_in_s, gaussian
 
 c5, c6, h, s, t = sympy.symbols("c_5 c_6 h s t", real=True)
 lam, e, Q = sympy.symbols(r"lam \delta Q", positive=True)
@@ -43,16 +43,6 @@ TEXTBOOK = {1: 5 * c3**2 / (24 * c2**3) - c4 / (8 * c2**2),
             2: (385 * c3**4 / (1152 * c2**6) - 35 * c3**2 * c4 / (64 * c2**5) + 35 * c4**2 / (384 * c2**4)
                 + 7 * c3 * c5 / (48 * c2**4) - c6 / (48 * c2**3))}
 OF_V = r"$c_j = V^{(j)}$ there, a scaled velocity over scaled length to the power $j - 1$; $\lambda = 2/\kappa^2$"
-
-
-def generic(c):
-    """The series 1, c[0], ... over polynomials in letters, and the way back."""
-    polynomials, *letters = sympy.ring([f"x{k}" for k in range(len(c))], sympy.QQ)
-    return Series([polynomials.one, *letters]), lambda x: x.as_expr(*c) if hasattr(x, "as_expr") else S(x)
-
-
-RING = SimpleNamespace(two=S(2), euler=EulerGamma, log=log, ratio=Rational, generic=generic,
-                       gamma=lambda k: gamma(Rational(k, 2)), root=lambda x, k: x ** Rational(k, 2))
 
 
 def derivatives(last):
@@ -117,7 +107,7 @@ def saddle_series(d):
     moment = d.eq("Gaussian moments", Integral(s ** (2 * n) * exp(-c2 * s**2 / 2), (s, -oo, oo)) / whole,
                   2**n * gamma(n + Rational(1, 2)) / (sqrt(pi) * c2**n), "odd powers of $s$, and hence of "
                   r"$\delta$, give 0")
-    peak, series = gaussian(phi(c), d.n + 1, RING), S.One
+    peak, series = gaussian(phi(c), d.n + 1, Letters), S.One
     for k in range(1, d.n + 1):
         series += d.eq(f"{TIMES[k - 1]} correction", f"Q_{k} =", TEXTBOOK.get(k) or expand(peak[k] / peak[0]),
                        rf"the mean of the term in $\delta^{{{2 * k}}}$ agrees with Perron's formula",
@@ -138,7 +128,7 @@ def saddle_start(d):
     odd = powers(rest, top)
     moment = d.eq("moments of half a Gaussian", Integral(s ** (2 * n + 1) * exp(-c2 * s**2 / 2), (s, 0, oo)),
                   2**n * factorial(n) / c2 ** (n + 1), "over $s > 0$ the odd powers do not vanish")
-    peak, beside = gaussian(phi(c), d.n + 1, RING, step=1)[1::2], S.Zero
+    peak, beside = gaussian(phi(c), d.n + 1, Letters, step=1)[1::2], S.Zero
     for k in range(d.n + 1):
         beside += d.eq(f"{TIMES[k]} odd term", f"P_{k} =", expand(peak[k]) if k else -c3 / (3 * c2**2),
                        rf"the integral of the term in $\delta^{{{2 * k + 1}}}$ agrees with Perron's formula",
@@ -178,12 +168,12 @@ def evaluated(c, order, barrier):
     Even powers by Mellin's transform; what is odd in s or t is a product of one-sided series.
     """
     field, count = phi(c, barrier), order + 1
-    half = [x / 2 for x in gaussian(field, count, RING)]
-    odd = gaussian(field, count, RING, step=1)[1::2]
+    half = [x / 2 for x in gaussian(field, count, Letters)]
+    odd = gaussian(field, count, Letters, step=1)[1::2]
     other = [x * (-1) ** k for k, x in enumerate(odd)]
     whole = [2 * x for x in half]
-    plain, logs = corner(whole, barrier, RING, whole)
-    more, found = finite_parts_in_s(field, count, RING), []
+    plain, logs = corner(whole, barrier, Letters, whole)
+    more, found = finite_parts_in_s(field, count, Letters), []
     for k in range(count):
         even, mixed = (sum(x[i] * other[m - i] for i in range(m + 1)) for x, m in ((odd, k - 1), (half, k)))
         found.append(plain[k] + logs[k] * log(lam) + more[k] - (even if barrier else 0))
