@@ -42,7 +42,7 @@ class UniformExpansion(IntegralExpansion):
     near: Fraction
 
     def _sum(self, lam: Any) -> tuple[Any, Any, int]:
-        nats = (ctx.prec - 50) * math.log(2)
+        nats = (ctx.prec - 60) * math.log(2)
         with precision(int(2 * nats) + 60):
             ctx.cap = math.ceil(-nats / math.log(coalescence.SHARE))
             found = arb.nan()
