@@ -271,7 +271,7 @@ def uniform(
     for own in [c for c in PAIRS if asked in (None, str(c)) and abs(start) < 1 and cubic]:
         side = -1 if own.before else 1
         known, where = _of_cubic(sympy.expand(side * A.subs(U, side * U)), side * x)
-        middle = put_in(M, known).evalf()
+        middle = M.xreplace(known).xreplace(known).xreplace(known).evalf()
         if drift.free or (middle.is_real and side * x < middle < 1):
             size = sympy.airyai(Z) ** 2 + sympy.airybi(Z) ** 2
             steep = sympy.airyaiprime(Z) ** 2 + sympy.airybiprime(Z) ** 2
