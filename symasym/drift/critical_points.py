@@ -9,15 +9,16 @@ at a rational point and the enclosure of the m-th excludes 0, that point is the 
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 from flint import arb, arb_series, ctx, fmpq, fmpq_poly
 
-from symasym.base.balls import precision, rounded
+from symasym.base.balls import Unresolved, precision, rounded
 from symasym.base.errors import AccuracyError, RegionError
 from symasym.drift.evaluate import halved, profile
 from symasym.drift.formula import Formula, rational, vanishes
@@ -28,7 +29,6 @@ Values = tuple[tuple[str, Fraction], ...]
 
 _DIGITS = 60
 _BITS = (256, 1024, 4096)
-_MOST_DIGITS = 1_000
 _MOST, _NARROW = 20_000, 240  # the largest numbers of intervals and of successive halvings
 _HIGHEST = 8  # the largest multiplicity searched for
 _FIRST = fmpq(50, 97)  # position of the first cut, chosen so that no cut is a simple number
@@ -78,11 +78,16 @@ def formula_of(drift: Parametrized, k: int) -> tuple[Formula, Values]:
 def known(formula: Formula, values: Values, low: Any, high: Any) -> tuple[CriticalPoint, ...]:
     """The zeros of A in (low, high); the result is cached for equal formulas and values."""
     coefficients = formula.exact_coefficients(dict(values))
-    if coefficients is None:
-        return tuple(_of_analytic(formula, values, low, high))
-    if not any(coefficients):
-        raise AccuracyError("A is 0 on all of [-1, 1], so every point is critical; change A.")
-    return tuple(_of_polynomial(fmpq_poly([rational(c) for c in coefficients]), low, high))
+    find = partial(_of_analytic, formula, values, low, high)
+    if coefficients is not None:
+        find = partial(_of_polynomial, fmpq_poly([rational(c) for c in coefficients]), low, high)
+    for bits in _BITS:
+        with suppress(Unresolved), precision(bits):
+            return tuple(find())
+    raise AccuracyError(
+        "A is 0 on all of [-1, 1], too steep, or has zeros or terms that 1,000 digits do not tell "
+        "apart; change A, or give it in a form in which its terms do not cancel."
+    )
 
 
 def _point(u: arb, multiplicity: int, rising: bool) -> CriticalPoint:
@@ -92,19 +97,16 @@ def _point(u: arb, multiplicity: int, rising: bool) -> CriticalPoint:
 
 def _of_polynomial(p: Any, low: Any, high: Any) -> list[CriticalPoint]:
     """The zeros of a polynomial; flint returns real roots with an imaginary part of exactly 0."""
+    if not p:
+        raise Unresolved
     for end, side in ((low, 1), (high, -1)):
         while p(end) == 0:
             p = p / fmpq_poly([-end * side, side])  # a divisor that is positive on (low, high)
-    for bits in _BITS:
-        with precision(bits):
-            found: list[Any] = p.numer().complex_roots()
-            roots = [(z.real, m) for z, m in found if z.imag.is_zero()]
-            roots.sort(key=lambda root: root[0].mid())
-            apart = all(a[0] < b[0] for a, b in pairwise(roots))
-            if apart and all(x < low or low < x < high or x > high for x, _ in roots):
-                break
-    else:
-        raise AccuracyError(f"A has zeros closer than 1e-{_MOST_DIGITS}; change A.")
+    roots = [(z.real, m) for z, m in p.numer().complex_roots() if z.imag.is_zero()]
+    roots.sort(key=lambda root: root[0].mid())
+    apart = all(a[0] < b[0] for a, b in pairwise(roots))
+    if not apart or not all(x < low or low < x < high or x > high for x, _ in roots):
+        raise Unresolved
     points, sign = [], 1 if p.coeffs()[-1] > 0 else -1
     for x, m in reversed(roots):  # right of all roots A has the sign of its leading coefficient
         if low < x < high:
@@ -113,13 +115,22 @@ def _of_polynomial(p: Any, low: Any, high: Any) -> list[CriticalPoint]:
     return points[::-1]
 
 
-class _Zero(NamedTuple):
-    """A zero that is the only one in [a, b]."""
+def _of_analytic(formula: Formula, values: Values, low: Any, high: Any) -> list[CriticalPoint]:
+    """The zeros of any other A; raises Unresolved if they take too many intervals."""
+    f, found = _Function(formula, values, low, high), list[CriticalPoint]()
+    first, step = low + (high - low) * _FIRST, (high - low) / 18
+    if all(f.phi(arb(low + step * k)).contains(0) for k in range(1, 18)):
+        raise Unresolved
 
-    a: Any
-    b: Any
-    multiplicity: int
-    rising: bool
+    def told(middle: fmpq, half: fmpq) -> bool:
+        zeros = f.zeros(middle - half, middle + half)
+        found.extend(zeros or ())
+        return zeros is not None
+
+    for a, b in ((low, first), (first, high)):
+        if halved(a, b, told, _MOST, _NARROW)[1] is not None:
+            raise Unresolved
+    return found
 
 
 class _Function:
@@ -149,9 +160,10 @@ class _Function:
             return bool(value.is_zero())
         return vanishes(self.formula, self.values, Fraction(int(u.p), int(u.q)), order)
 
-    def zeros(self, a: Any, b: Any) -> list[_Zero] | None:
+    def zeros(self, a: Any, b: Any) -> list[CriticalPoint] | None:
         """The at most one zero of A in [a, b), `low` excluded; None if this is undecided."""
-        x, m = _between(a, b), arb((a + b) / 2)
+        m = arb((a + b) / 2)
+        x = arb(m, arb((b - a) / 2))
         # A is enclosed directly and by the mean value theorem.
         if not self.phi(x).contains(0) or not (
             (self.phi(m) + self.series(x, 2)[1] * (x - m)).contains(0)
@@ -164,19 +176,27 @@ class _Function:
             if left is None or right is None:
                 return None
             if left == 0 and a > self.low:
-                return [_Zero(a, a, 1, rising)]
+                return [_point(arb(a), 1, rising)]
             if left * right >= 0:
                 return []
-            return [_Zero(*((u, u) if self.vanishes(u, 0) else (a, b)), 1, rising)]
+            return [_point(arb(u) if self.vanishes(u, 0) else self.refined(x), 1, rising)]
         order = next((k for k in range(_HIGHEST) if not self.vanishes(u, k)), 0)
         if order < 2 or terms[order].contains(0):
             return None
         inside = self.low < u < b
-        return [_Zero(u, u, order, bool(terms[order] > 0))] if inside else []
+        return [_point(arb(u), order, bool(terms[order] > 0))] if inside else []
 
-
-def _between(a: Any, b: Any) -> Any:
-    return arb((a + b) / 2, arb((b - a) / 2))
+    def refined(self, x: Any) -> Any:
+        """The only zero in the ball x to `_DIGITS` digits, by the interval Newton method."""
+        for _ in range(4 * ctx.prec):
+            m = arb(x.mid())
+            value = self.phi(m)
+            x = x.intersection(m - value / self.series(x, 2)[1])
+            if x.rel_accuracy_bits() > 3.33 * _DIGITS:
+                return x
+            if value.contains(0):
+                break
+        raise Unresolved
 
 
 def _simplest(a: Any, b: Any) -> Any:
@@ -185,54 +205,3 @@ def _simplest(a: Any, b: Any) -> Any:
     while not a <= (u := rational(middle.limit_denominator(k))) <= b:
         k *= 2
     return u
-
-
-def _of_analytic(formula: Formula, values: Values, low: Any, high: Any) -> list[CriticalPoint]:
-    for bits in _BITS:
-        with precision(bits):
-            found = _isolated(_Function(formula, values, low, high))
-        if found is not None:
-            return [_point(_refined(formula, values, z), z.multiplicity, z.rising) for z in found]
-    raise AccuracyError(
-        "A is 0 on [-1, 1], or has zeros or terms that 1,000 digits do not tell apart; give "
-        "A as a polynomial, or in a form in which its terms do not cancel."
-    )
-
-
-def _isolated(f: _Function) -> list[_Zero] | None:
-    """All zeros in (low, high), each in its own interval; None if that takes too many intervals."""
-    found: list[_Zero] = []
-    first, step = f.low + (f.high - f.low) * _FIRST, (f.high - f.low) / 18
-    if all(f.phi(arb(f.low + step * k)).contains(0) for k in range(1, 18)):
-        return None
-
-    def told(middle: fmpq, half: fmpq) -> bool:
-        zeros = f.zeros(middle - half, middle + half)
-        found.extend(zeros or ())
-        return zeros is not None
-
-    for a, b in ((f.low, first), (first, f.high)):
-        if halved(a, b, told, _MOST, _NARROW)[1] is not None:
-            return None
-    return found
-
-
-def _refined(formula: Formula, values: Values, zero: _Zero) -> Any:
-    """The zero to `_DIGITS` digits by the interval Newton method."""
-    for bits in _BITS:
-        with precision(bits):
-            f, x = _Function(formula, values, zero.a, zero.b), _between(zero.a, zero.b)
-            if zero.a == zero.b:
-                return x
-            for _ in range(4 * bits):
-                m = arb(x.mid())
-                value = f.phi(m)
-                x = x.intersection(m - value / f.series(x, 2)[1])
-                if x.rel_accuracy_bits() > 3.33 * _DIGITS:
-                    return x
-                if value.contains(0):
-                    break
-    raise AccuracyError(
-        f"A is too steep near u = {float(zero.a):.6g} for the digits of its zero there; take a "
-        "less steep A."
-    )
