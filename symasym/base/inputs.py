@@ -187,11 +187,12 @@ def floats(name: str, value: Numbers) -> FloatArray:
     return array
 
 
-def positive(name: str, value: object) -> Fraction:
-    """An exact number that is greater than zero."""
+def positive(name: str, value: object, zero: bool = False) -> Fraction:
+    """An exact number that is greater than 0, or also 0 if `zero`."""
     number = exact(name, value)
-    if number <= 0:
-        raise InputError(f"{name} is {float_text(number)}; it must be greater than 0.")
+    if number < 0 or not (number or zero):
+        rule = "at least" if zero else "greater than"
+        raise InputError(f"{name} is {float_text(number)}; it must be {rule} 0.")
     return number
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -12,7 +11,7 @@ from sympy import Expr, Symbol
 
 from symasym.base import inputs
 from symasym.base.errors import InputError, RegionError
-from symasym.base.inputs import Numbers, exact, float_text, floats, is_array, is_name, shown
+from symasym.base.inputs import Numbers, exact, floats, is_array, is_name, shown
 from symasym.drift import expressions
 from symasym.drift.critical_points import CriticalPoint, critical_points
 from symasym.drift.model import Model, Parametrized
@@ -144,7 +143,8 @@ class Drift(Parametrized):
                 bound[name].flags.writeable = False
             else:
                 bound[name] = exact(name, value)
-            _require_range(self.model, name, bound[name])
+            if name in (zero := self.model.not_negative) or name in self.model.positive:
+                inputs.positive(name, np.min(bound[name]), zero=name in zero)
         drift = type(self).__new__(type(self))
         drift._set(self.model, bound)
         return drift
@@ -298,13 +298,3 @@ class Drift(Parametrized):
     def _repr_latex_(self) -> str:
         """A(u) for a notebook; parameters that are free or arrays appear as symbols."""
         return rf"$\displaystyle \phi(u) = {expressions.latex(self.expression())}$"
-
-
-def _require_range(model: Model, name: str, value: Any) -> None:
-    """Raise InputError if a value is outside the range of its parameter."""
-    strict = name in model.positive
-    if strict or name in model.not_negative:
-        lowest = value if isinstance(value, Fraction) else value.min()
-        if lowest < 0 or (strict and lowest == 0):
-            rule = "greater than 0" if strict else "at least 0"
-            raise InputError(f"{name} is {float_text(exact(name, lowest))}; it must be {rule}.")

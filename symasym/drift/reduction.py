@@ -228,17 +228,12 @@ def _on_surface(h: Expr, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:
     level = sympy.simplify(h.subs(point))
     if level == 0:
         return point
-    free = [c for c in x if c not in point and level.has(c)]
-    if not free:
-        raise InputError(
-            f"h is {level} at the point, which is not on the surface h = 0; move it there."
-        )
-    solutions = []
+    free, solutions = [c for c in x if c not in point and level.has(c)], []
     with suppress(NotImplementedError):
-        solutions = sympy.solve(level, free[0])
+        solutions = sympy.solve(level, *free[:1]) if free else []
     if len(solutions) != 1:
         raise InputError(
-            f"h = {level} is solved for {free[0]} in {len(solutions)} ways; name the one you mean "
-            "in at."
+            f"h is {level} at the point, and h = 0 has {len(solutions)} solutions for a coordinate "
+            "that is left out; give a point of the surface h = 0 in at."
         )
     return {k: v.subs(free[0], solutions[0]) for k, v in point.items()} | {free[0]: solutions[0]}

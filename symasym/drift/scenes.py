@@ -26,6 +26,7 @@ from symasym.base.inputs import (
     float_text,
     floats,
     is_array,
+    positive,
     sequence,
     shown,
 )
@@ -263,8 +264,7 @@ def _check(scene: Scene, reflecting: str | None) -> None:
     numbers, drift = scene.numbers, scene.drift
     for name in ("kappa", "r"):
         if name in numbers:
-            x = numbers[name]
-            _require(x > 0, f"{name} is {{x}}; it must be greater than 0.", x=x)
+            positive(name, np.min(numbers[name]))
     for low, high in (("left", "right"), ("low", "high")):
         if low in numbers:
             words = f"{low} is {{a}} and {high} is {{b}}; give the left end first, then the right."
