@@ -36,6 +36,7 @@ from symasym.drift.scenes import (
 
 _LARGEST, _SMALLEST = 709.78, -708.39
 _BITS = 128  # Arb's precision for arrays
+_PROBABILITIES = ("C", "1 - C", "P", "1 - P")
 
 
 class Method(NamedTuple):
@@ -105,15 +106,15 @@ def _order(method: str, order: Any) -> Any:
 
 
 def _asked(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
-    name, method = request.name, METHODS[request.method]
+    method, mean = METHODS[request.method], request.moment == 1 and not request.stationary
     # Expansions of higher moments and of stationary quantities exist only for the paper's scenes.
-    elsewhere = method.anywhere and (not method.orders or name[-1] in "TC" and request.moment == 1)
+    elsewhere = method.anywhere and (mean or not method.orders)
     if not elsewhere and not is_usual(drift, numbers, request):
         raise RegionError(
             f"method {request.method!r} holds for means in (-r, r), drifts that are constant "
             "outside a layer, and constant noise; use method 'exact'."
         )
-    if name[-1] not in "TC" and drift.model.layered and "left" not in numbers:
+    if request.stationary and drift.model.layered and "left" not in numbers:
         require_sliding(drift)
     by_floats = request.method in ("exact", "auto") and not request.full
     scenes = read(drift, numbers, request.reflecting)
@@ -205,7 +206,7 @@ def _as_asked(
     """The value, or an `Estimate`, with a note if a probability is rounded to 1."""
     if not request.full:
         return value
-    if request.name[-1] in "CP" and not request.log and np.any(value == 1):
+    if request.name in _PROBABILITIES and not request.log and np.any(value == 1):
         way = "leave complement out for" if request.complement else "complement has"
         notes = (f"{request.name} is 1 to these digits; {way} the rest", *notes)
     order = request.order if isinstance(request.order, int) else answer.order

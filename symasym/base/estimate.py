@@ -125,19 +125,6 @@ def number_text(x: Fraction) -> str:
     return f"{x.numerator}/{x.denominator}"
 
 
-def number_repr(x: Fraction) -> str:
-    """The Python source of an exact number: an int, or a float if exactly equal, else a string.
-
-    Examples
-    --------
-    >>> number_repr(Fraction(3)), number_repr(Fraction(1, 2)), number_repr(Fraction(-2, 5))
-    ('3', '0.5', "'-0.4'")
-    """
-    if x.denominator == 1 and abs(x.numerator) < 10**16:
-        return str(x.numerator)
-    return repr(float(x)) if Fraction(float(x)) == x else repr(number_text(x))
-
-
 def interval_text(value: Any, error: Any, digits: int, more: bool = False) -> tuple[str, str]:
     """Texts of midpoint and radius that enclose ``value ± error``; Arb rounds the radius upwards.
 

@@ -109,6 +109,15 @@ def sequence(name: str, value: object) -> list[Any]:
     return found
 
 
+def mapping(name: str, value: Any, known: Iterable[str] = ()) -> dict[str, Any]:
+    """A mapping from names or symbols to numbers, by names, which must be `known` if these are."""
+    found = {str(k): x for k, x in value.items()} if isinstance(value, Mapping) else None
+    if found is None or not found.keys() <= {*(known or found)}:
+        wanted = ", ".join(known) or "names"
+        raise InputError(f"{name} is {shown(value)}; give a mapping from {wanted} to numbers.")
+    return found
+
+
 def axes(name: str, value: Any, many: int = 1) -> list[Any]:
     """A list of the given matplotlib Axes, whose number must be `many`."""
     from matplotlib.axes import Axes

@@ -139,12 +139,8 @@ def check_regular(formula: Formula, values: Mapping[str, Fraction], name: str = 
         size = 2 * _OVERLAP * half
         return bool(abs(phi(box(middle, size, size))) < _MOST)
 
-    _, lost = _lost(formula, values, fmpq(-1), fmpq(1), finite)
-    if lost is not None:
-        raise InputError(
-            f"{name} = {formula.expression} is singular, complex, beyond 1e300 or too steep near "
-            f"u = {float(arb(lost)):.6g}; give one that is real and smooth on [-1, 1]."
-        )
+    fault = "is singular, complex, beyond 1e300 or too steep"
+    _require(f"{name} = {formula.expression} {fault}", formula, values, fmpq(-1), fmpq(1), finite)
 
 
 def check_noise(noise: Formula, values: Mapping[str, Any], low: Any, high: Any) -> None:
@@ -153,21 +149,22 @@ def check_noise(noise: Formula, values: Mapping[str, Any], low: Any, high: Any) 
     def positive(sigma: Any, middle: fmpq, half: fmpq) -> bool:
         return bool(sigma(arb(middle, arb(half))) > 0)
 
-    value, lost = _lost(noise, values, low, high, positive)
-    if lost is not None:
-        raise InputError(
-            f"noise is {value:.6g} at u = {float(arb(lost)):.6g}; it must be greater than 0 there."
-        )
+    fault = f"noise = {noise.expression} is not greater than 0"
+    _require(fault, noise, values, low, high, positive)
 
 
-def _lost(
-    formula: Formula, values: Mapping[str, Any], low: Any, high: Any, holds: Any
-) -> tuple[float, fmpq | None]:
-    """A point near which a test fails on however small an interval, after the formula's value."""
+def _require(
+    fault: str, formula: Formula, values: Mapping[str, Any], low: Any, high: Any, holds: Any
+) -> None:
+    """Raise unless [low, high] can be halved into intervals on each of which a test holds."""
     with precision(4 * _DEEPEST):
         of = profile(formula, {k: rational(values[k]) for k in formula.symbols})
         lost = halved(low, high, partial(holds, of), _MOST_BOXES, _DEEPEST)[1]
-        return float(of(arb(lost or 0)).mid()), lost
+        if lost is not None:
+            raise InputError(
+                f"{fault} near u = {float(arb(lost)):.6g}; give a smooth real A, and noise greater "
+                f"than 0, from {float(arb(low)):.6g} to {float(arb(high)):.6g}."
+            )
 
 
 def phi(A: Any) -> Any:

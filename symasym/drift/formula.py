@@ -20,7 +20,7 @@ import sympy
 from flint import acb, acb_series, arb, arb_series, fmpq
 from sympy.printing.lambdarepr import LambdaPrinter
 
-from symasym.base.balls import precision
+from symasym.base.balls import midpoint, precision
 from symasym.base.errors import InputError
 
 Values = Mapping[str, Any]
@@ -143,8 +143,7 @@ def rational(x: Any) -> Any:
 def _exactly(x: Any) -> Fraction | None:
     """A rational or a ball of radius 0 as a Fraction; None for any other ball."""
     if isinstance(x, arb):
-        mantissa, power = x.mid().man_exp() if x.is_exact() and x.is_finite() else (None, 0)
-        return None if mantissa is None else Fraction(int(mantissa)) * Fraction(2) ** int(power)
+        return midpoint(x) if x.is_exact() and x.is_finite() else None
     return Fraction(int(x.numerator), int(x.denominator))
 
 

@@ -12,7 +12,7 @@ import sympy
 
 from symasym.base.balls import cached_property
 from symasym.base.errors import InputError, RegionError
-from symasym.base.estimate import number_repr
+from symasym.base.estimate import number_text
 from symasym.base.inputs import common_shape, floats, is_array
 from symasym.drift.formula import Formula
 
@@ -72,7 +72,7 @@ class Model:
         if self.name:
             return f"sa.{self.name}({', '.join(texts)})"
         pieces = [repr(str(of.expression)) for of in self.pieces]
-        ends = [*map(number_repr, self.cuts), "None"]
+        ends = [*map(_text, self.cuts), "None"]
         pairs = ", ".join(f"({a}, {b})" for a, b in zip(pieces, ends, strict=True))
         options = [f"[{pairs}]" if self.cuts else pieces[0]]
         if (u := self.pieces[0].u.name) != "u":
@@ -88,9 +88,12 @@ class Model:
 
 
 def _text(value: Any) -> str:
-    """The Python source of a parameter's value; long arrays are abbreviated."""
+    """The Python source of a parameter's value: an int, a float or a text if it is exactly that;
+    long arrays are abbreviated."""
     if isinstance(value, Fraction):
-        return number_repr(value)
+        if value.denominator == 1 and abs(value) < 10**16:
+            return str(value)
+        return repr(float(value) if Fraction(float(value)) == value else number_text(value))
     if value.size > _MOST_SHOWN:
         return f"<{value.size} values from {value.min():.6g} to {value.max():.6g}>"
     return str(value.tolist())

@@ -16,7 +16,7 @@ import sympy
 from sympy import Expr, Symbol
 
 from symasym.base.errors import InputError, RegionError
-from symasym.base.inputs import exact, is_name, sequence, shown
+from symasym.base.inputs import exact, is_name, mapping, sequence, shown
 from symasym.drift.drift import Drift
 from symasym.drift.expressions import parse
 
@@ -67,10 +67,8 @@ class Reduction:
         RegionError
             Unless f- and f+ both point towards the surface or both away from it.
         """
-        if not isinstance(values, Mapping):
-            raise InputError(f"values is {shown(values)}; give a mapping such as {{'z': 0}}.")
-        exactly = {str(k): exact(str(k), x).as_integer_ratio() for k, x in values.items()}
-        numbers = {name: sympy.Rational(*x) for name, x in exactly.items()}
+        given = mapping("values", values)
+        numbers = {n: sympy.Rational(*exact(n, x).as_integer_ratio()) for n, x in given.items()}
         minus, plus, *along = (
             e.subs({s: numbers[s.name] for s in e.free_symbols if s.name in numbers})
             for e in (self.normal_minus, self.normal_plus, *self.sliding)
@@ -185,14 +183,8 @@ def reduce(
                 )
     h = x[0] if switch is None else parse("switch", switch, known)
     gradient = sympy.Matrix([h]).jacobian(x)
-    names = [c.name for c in x]
-    if at is not None and not (isinstance(at, Mapping) and {str(k) for k in at} <= {*names}):
-        raise InputError(
-            f"at is {shown(at)}; give a mapping from coordinates ({', '.join(names)}) to numbers, "
-            "such as {'z': 0}."
-        )
-    point = {known[str(k)]: parse("at", v, known) for k, v in (at or {}).items()}
-    point = _on_surface(h, x, point)
+    given = mapping("at", {} if at is None else at, [c.name for c in x])
+    point = _on_surface(h, x, {known[n]: parse("at", v, known) for n, v in given.items()})
     normal = gradient.subs(point)
     if sympy.simplify(normal).is_zero_matrix:
         raise InputError(
@@ -228,9 +220,10 @@ def _on_surface(h: Expr, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:
     level = sympy.simplify(h.subs(point))
     if level == 0:
         return point
-    free, solutions = [c for c in x if c not in point and level.has(c)], []
+    free = [c for c in x if c not in point and level.has(c)]
+    solutions: list[Any] = []
     with suppress(NotImplementedError):
-        solutions = sympy.solve(level, *free[:1]) if free else []
+        solutions = sympy.solve(level, free[0]) if free else []
     if len(solutions) != 1:
         raise InputError(
             f"h is {level} at the point, and h = 0 has {len(solutions)} solutions for a coordinate "

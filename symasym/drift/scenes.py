@@ -164,6 +164,11 @@ class Request(NamedTuple):
         return FLOAT_DIGITS if self.dps is None else self.dps
 
     @property
+    def stationary(self) -> bool:
+        """True for P, 1 - P and p_ss, which depend on no start."""
+        return self.name in ("P", "1 - P", "p_ss")
+
+    @property
     def complement(self) -> bool:
         """True if the quantity is 1 - C or 1 - P."""
         return self.name.startswith("1 - ")

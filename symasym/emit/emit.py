@@ -21,7 +21,7 @@ from sympy.core.function import AppliedUndef
 from sympy.printing.codeprinter import CodePrinter
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import choice, exact, is_name, shown
+from symasym.base.inputs import choice, exact, is_name, mapping, shown
 from symasym.drift.drift import Drift
 from symasym.drift.expressions import parse
 from symasym.drift.scenes import require_drift
@@ -47,10 +47,8 @@ def source(
 ) -> Source:
     """The source code, as `symasym.emit` describes it, of anything but a label."""
     kind = "" if isinstance(target, CodePrinter) else choice("target", target, TARGETS)
-    given = {} if parameters is None else parameters
-    if not isinstance(given, Mapping):
-        raise InputError(f"parameters is {shown(given)}; give a mapping from names to numbers.")
-    values = {str(n): exact(str(n), x) for n, x in given.items()}
+    given = mapping("parameters", {} if parameters is None else parameters)
+    values = {n: exact(n, x) for n, x in given.items()}
     if kind == "latex" and hasattr(what, "latex") and drift is None and not values:
         return Source(f"{what.latex()}\n", kind)
     label, functions = _functions(what, name)

@@ -176,7 +176,7 @@ def enclosure(
     at its ends; by default that of a constant drift. The accuracy attained is the ball's.
     """
     name, reflecting = request.name, request.reflecting
-    if name[-1] not in "TC":
+    if request.stationary:
         found = engine.stationary(numbers, outside)
         if name == "p_ss":
             return found.log() if request.log else found
@@ -214,8 +214,8 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     vanishes.
     """
     numbers = {name: rational(x) for name, x in scene.numbers.items()}
-    lam, name, digits = rational(scene.lam), request.name, request.digits + 3
-    line = name[-1] not in "TC" and "left" not in numbers
+    lam, digits = rational(scene.lam), request.digits + 3
+    line = request.stationary and "left" not in numbers
     low, high = span(numbers)
     far = max(-low, high)
     outside = (arb(0), arb(0)) if "left" in numbers else None

@@ -63,7 +63,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answer:
 def float_logs(scenes: Scenes, request: Request, long: bool = False) -> Logs:
     """Logarithms in float64 and their errors, however large; doubtful rows in long double."""
     numbers, model = scenes.numbers, scenes.drift.model
-    if request.name[-1] not in "TC":
+    if request.stationary:
         numbers = {n: x for n, x in numbers.items() if n not in ("r", "start")}
     count, span = len(scenes.lam), (-1.0, 1.0)
     if request.moment > 2 or not (model.layered or numbers.keys() & {"r", "left"}):
@@ -109,7 +109,7 @@ def logs_of(request: Request, of: Field, numbers: Mapping[str, Any]) -> Logs:
     for low in range(0, len(lam), many):
         rows = np.arange(low, min(low + many, len(lam)))
         some = {n: x[rows] for n, x in numbers.items()}
-        if request.name[-1] in "TC":
+        if not request.stationary:
             until = some["start"], some["start"]
             order, back = request.moment, request.reflecting
             both = sides(of, lam[rows], ends_of(some), until, rows, order, back)
