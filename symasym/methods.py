@@ -120,7 +120,7 @@ def _asked(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
     scenes = read(drift, numbers, request.reflecting)
     notes: tuple[str, ...] = ()
     if "left" in numbers and drift.model.layered and np.abs(scenes.ends).max() > 1:
-        notes = ("outside [-1, 1] this drift is constant; layer=None lets A hold there",)
+        notes = ("outside [-1, 1] this drift is constant; without a layer A holds there",)
     if request.dps is not None or not (scenes.shape or by_floats):
         answer = importlib.import_module(method.module).of_scene(scenes.one(), request)
         return in_digits(request, answer._replace(notes=answer.notes + notes))

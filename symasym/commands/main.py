@@ -97,8 +97,8 @@ class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         if wrong := re.search(r"(?:choice: '|arguments: )([\w-]+)", message):
             listed = re.findall(r"[\w-]+", message.partition("(choose from ")[2])
-            known = listed or [word for _, word, *_ in OPTIONS]
-            for near in difflib.get_close_matches(wrong[1], known, 1):
+            known = listed or [word for _, word, *_ in OPTIONS if word != wrong[1]]
+            for near in difflib.get_close_matches(wrong[1], known, 1, 0.75):
                 message += f"; perhaps you mean {near!r}"
         self.exit(2, f"{self.prog}: {message}; see {self.prog} --help.\n")
 

@@ -7,6 +7,7 @@ import json
 import multiprocessing
 import os
 import re
+import sys
 import textwrap
 import threading
 import time
@@ -69,6 +70,8 @@ def value(quantity: str, kappa: str, dps: Any = None, **options: Any) -> None:
     record |= {known: getattr(found, known) for known in ("error_kind", "method", "notes")}
     record |= {"dps": dps, "seconds": round(time.perf_counter() - start, 6), "inputs": inputs}
     print(json.dumps(record, indent=1) if as_json else shown)
+    for note in () if as_json else found.notes:
+        print(f"note: {note}", file=sys.stderr)
 
 
 def release(kappa: str, r: str, eps: str, z: str, start: str = "0", **options: Any) -> None:

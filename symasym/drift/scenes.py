@@ -108,8 +108,8 @@ class Scenes(Scene):
         """The scene, if there is only one; raises InputError otherwise."""
         if self.shape:
             raise InputError(
-                f"arrays of shape {self.shape} were given, but a single scene is required; give "
-                "numbers, or omit dps, as arrays are computed in float64."
+                f"arrays of shape {self.shape} were given, but a single scene is required here; "
+                "give numbers: arrays are for float64 values, without dps."
             )
         return self.at(0)
 

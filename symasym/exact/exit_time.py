@@ -169,14 +169,15 @@ class Exit:
         return abs(found) if (name == "cdf") == (c > 0) else 1 - abs(found)
 
     def _modes(self, t: float) -> tuple[int, ...]:
-        """The numbers of modes to be tried: more than one if by Weyl's law `_MODES` should suffice
-        at t, and none for a narrow law."""
+        """The numbers of modes to be tried: one beyond the mean, more if by Weyl's law `_MODES`
+        should suffice at t, and none for a narrow law."""
         if self.std < _NARROW * float(self.mean):
             return ()
         low, high = self.scene.ends
         wanted = self.digits * math.log(10) * float(self.scene.lam) / t
         few = float(high - low) / math.pi * math.sqrt(wanted) < _MODES
-        return (1, 2, 4, _MODES) if few or t > _LEFT * self.std else (1,)
+        several = few or t > _LEFT * self.std
+        return (1, 2, 4, _MODES) if several else (1,) if t > float(self.mean) else ()
 
     def _on_contour(self, t: Fraction, name: str, wanted: int) -> Any:
         """The value by Talbot's contour; its error is estimated from two numbers of nodes."""

@@ -74,7 +74,7 @@ LINE = Between(Fraction(-2), Fraction(2), Fraction(-1))
 def _no_series(u: float, where: str) -> AccuracyError:
     return AccuracyError(
         f"A vanishes at u = {u:.6g}, {where}, where the series for weak noise do not exist; use "
-        "method 'uniform' or 'exact'."
+        "method 'exact' or, with a layer, 'uniform'."
     )
 
 

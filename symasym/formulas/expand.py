@@ -104,13 +104,18 @@ class Expansion:
 
         It takes the options of `symasym.escape_time`; that function also gives values outside of
         `conditions`, such as for r < 1. P needs no r. Without a layer, or with noise that depends
-        on u, give ``ends=(…)``: one beyond the barrier, the other where few paths leave.
+        on u, give ``ends=(…)``, one beyond the barrier and the other where few paths leave, and
+        a start off the barrier, from which T is about half of the formula's.
         """
-        if not self.drift.model.plain and "ends" not in options:
-            raise InputError(
-                f"r is {shown(r)}, but the formula is for the escape over one barrier; give "
-                "ends=(…), one beyond it and the other beyond a higher barrier."
-            )
+        if not self.drift.model.plain:
+            at, A = exact("start", options.get("start", self.start)), self.drift.expression()
+            value, slope = (e.subs(U, sympy.Rational(str(at))) for e in (A, A.diff(U)))
+            if "ends" not in options or (value == 0 and slope > 0):
+                raise InputError(
+                    f"ends are {shown(options.get('ends'))} and start {at}, but the formula is for "
+                    "the escape from a well over one barrier; give a start off the barrier, and "
+                    "ends=(…), one beyond it and the other beyond a higher barrier."
+                )
         known = {"method": _METHODS[self.noise], "order": self.order, **options}
         known |= {"complement": True} if self.quantity[0] == "1" else {}
         if self.quantity[-1] == "P":
@@ -157,7 +162,7 @@ class Expansion:
     def __str__(self) -> str:
         """The formula with one line per contribution and per symbol, and its conditions."""
         case = "" if self.noise == "strong" else f", case '{self.case}'"
-        case += "" if self.drift.model.plain else ": from the well over that barrier alone"
+        case += "" if self.drift.model.plain else ": from the well to beyond that barrier"
         rows = [
             f"{self.quantity} of {self.drift!r}, {self.noise} noise to order {self.order}{case}",
             f"  {self.quantity} ~ {written_out(self.formula)}",
