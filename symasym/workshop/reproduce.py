@@ -15,7 +15,7 @@ from concurrent.futures import Executor
 from functools import partial
 from itertools import product, repeat
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import derivations
 import symasym as sa
@@ -149,6 +149,17 @@ class Standard(NamedTuple):
     ito: Literal[0, "stratonovich"] = 0
     reflecting: Literal["left", "right"] | None = None
 
+    @property
+    def drift(self) -> sa.Drift:
+        """phi and sigma."""
+        noise = None if self.sigma == "1" else self.sigma
+        return sa.Drift.piecewise(self.phi, noise=noise, ito=self.ito)
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """The arguments of the functions apart from kappa."""
+        return {"ends": self.ends, "start": self.start, "reflecting": self.reflecting}
+
 
 _FRICTION = ("12/5", "-1"), ("7/5 - u - 3*(u - u**3)", "1"), ("2/5", None)
 _WELLS, _TILTED = (("u - u**3", None),), (("u - u**3 + 1/5", None),)
@@ -174,12 +185,8 @@ STANDARD = (
 def _standard(folder: Path, dps: int) -> None:
     records = []
     for problem in STANDARD:
-        noise = None if problem.sigma == "1" else problem.sigma
-        drift = sa.Drift.piecewise(problem.phi, noise=noise, ito=problem.ito)
-        law = sa.exit_law(
-            drift, problem.kappa, ends=problem.ends, start=problem.start,
-            reflecting=problem.reflecting, dps=dps + _GUARD, full=True,
-        )  # fmt: skip
+        ask = {**problem.numbers, "dps": dps + _GUARD, "full": True}
+        law = sa.exit_law(problem.drift, problem.kappa, **ask)
         found = {"T": law.mean, "variance": law.variance, "rate": law.rate}
         if problem.reflecting is None:
             found["C"] = law.left.probability
