@@ -268,7 +268,7 @@ class Drift(Parametrized):
         above, below = inputs.axes("axes", axes, 2)
         model = self.model
         cuts = [float(x) for x in model.cuts]
-        reach = max(_REACH, *(1.5 * abs(x) for x in cuts)) if cuts else _REACH
+        reach = max([_REACH, *(1.5 * abs(x) for x in cuts)])
         u = np.linspace(-reach, reach, _POINTS)
         jumps = np.searchsorted(u, cuts)  # at jumps the curve is interrupted
         above.plot(np.insert(u, jumps, np.nan), np.insert(values_at(self, u), jumps, np.nan))

@@ -15,7 +15,7 @@ from sympy.core.symbol import uniquely_named_symbol
 
 from symasym.base.balls import precision
 from symasym.base.errors import InputError
-from symasym.base.inputs import exact, float_text, is_name, sequence, shown
+from symasym.base.inputs import choice, exact, float_text, is_name, sequence, shown
 from symasym.derivation.tex import tex
 from symasym.drift import texts
 from symasym.drift.evaluate import box, halved, profile
@@ -27,21 +27,21 @@ _DEEPEST, _MOST_BOXES = 120, 5_000
 _OVERLAP = fmpq(9, 16)  # with 1/2 neighbouring boxes would only touch
 _MOST = arb(10) ** 300
 _MOST_PIECES = 30
+_ALPHAS = {"0": Fraction(0), "stratonovich": Fraction(1, 2)}
 
 
 def read(A: Any, u: Any) -> Formula:
     """The formula A(u) from an expression or text, with its variable u."""
     formula = parse("A", A)
-    symbol = _symbol(formula, u)
-    for s in formula.free_symbols:
-        if not is_name(s.name):
-            raise InputError(
-                f"A has the symbol {shown(s.name)}; give symbols names of letters, digits and _."
-            )
-    require_admitted(formula)
     # Symbols are identified by name, whatever their assumptions.
-    plain = {s: sympy.Symbol(s.name) for s in formula.free_symbols}
-    return interned(formula.xreplace(plain), sympy.Symbol(symbol.name))
+    plain = {s: sympy.Symbol(symbol("A", s).name) for s in formula.free_symbols}
+    if u is None and len(plain) == 1 and "u" not in (names := [s.name for s in plain]):
+        raise InputError(
+            f"A = {formula} has no symbol u; write it in u, or name {names[0]} as its variable."
+        )
+    require_admitted(formula)
+    variable = sympy.Symbol("u" if u is None else symbol("u", u).name)
+    return interned(formula.xreplace(plain), variable)
 
 
 def read_drift(A: Any, u: Any, layer: Any, noise: Any, ito: Any) -> Model:
@@ -72,9 +72,7 @@ def with_pieces(given: Any, u: Any, noise: Any, ito: Any, layered: bool = False)
     if any(not a < b for a, b in pairwise(cuts)):
         ends = ", ".join(map(float_text, cuts))
         raise InputError(f"the right ends are {ends}; give them from left to right.")
-    alpha = {"0": Fraction(0), "stratonovich": Fraction(1, 2)}.get(str(ito))
-    if alpha is None:
-        raise InputError(f"ito is {shown(ito)}; give 0 or 'stratonovich'.")
+    alpha = _ALPHAS[choice("ito", str(ito), _ALPHAS)]
     sigma = None if noise is None else read(noise, found[0].u.name)
     return Model(pieces=tuple(found), cuts=tuple(cuts), noise=sigma, alpha=alpha, layered=layered)
 
@@ -111,20 +109,14 @@ def parse(name: str, given: Any, names: Mapping[str, Any] | None = None) -> Any:
     return found.subs({s: known[s.name] for s in found.free_symbols if s.name in known})
 
 
-def _symbol(formula: Any, u: Any) -> Any:
-    """The variable of A: the given one, by default the symbol named u."""
-    if u is not None:
-        symbol = sympy.Symbol(u) if is_name(u) else u
-        if not isinstance(symbol, sympy.Symbol):
-            raise InputError(f"u is {shown(u)}; give the SymPy Symbol or the name of A's variable.")
-        return symbol
-    named = [s for s in formula.free_symbols if s.name == "u"]
-    if not named and len(formula.free_symbols) == 1:
+def symbol(name: str, given: Any) -> Any:
+    """A SymPy symbol, given as one or by its name."""
+    word = given.name if isinstance(given, sympy.Symbol) else given
+    if not is_name(word):
         raise InputError(
-            f"A = {formula} has no symbol u; write it in u, or name {formula.free_symbols.pop()} "
-            "as its variable."
+            f"{name} has {shown(word)}; give symbols, or names, of letters, digits and _."
         )
-    return named[0] if named else sympy.Symbol("u")
+    return sympy.Symbol(word, real=True) if given is word else given
 
 
 def check_regular(formula: Formula, values: Mapping[str, Fraction], name: str = "A") -> None:

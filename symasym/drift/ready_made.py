@@ -16,7 +16,7 @@ import numpy as np
 from sympy import Symbol
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import Numbers, count, flag, floats, shown
+from symasym.base.inputs import Numbers, choice, count, flag, floats, shown
 from symasym.drift.drift import Drift
 from symasym.drift.formula import Formula
 from symasym.drift.model import Model
@@ -277,16 +277,15 @@ def named_drift(
         raise InputError("no drift or two are given; name one (drift), or give its formula (expr).")
     if expr is not None:
         return Drift(expr, **more).bind(**values)
-    if drift not in DRIFTS:
-        raise InputError(f"{drift} is not a ready-made drift; give one of {', '.join(DRIFTS)}.")
+    of = DRIFTS[choice("drift", drift, DRIFTS)]
     whole = {n: int(x) for n, x in values.items() if n in ("waves", "n") and str(x).isdecimal()}
     try:
-        made = DRIFTS[drift](**{**values, **whole})
+        made = of(**{**values, **whole})
     except TypeError:
-        unknown = values.keys() - inspect.signature(DRIFTS[drift]).parameters
+        unknown = values.keys() - inspect.signature(of).parameters
         raise InputError(
             f"{min(unknown)} is not a parameter of {drift}; its parameters are "
-            f"{drift_signatures()[drift]}."
+            f"{drift_signatures()[of.__name__]}."
         ) from None
     return made if (layer, noise, ito) == (True, None, 0) else Drift(made.expression(), **more)
 

@@ -16,9 +16,9 @@ import sympy
 from sympy import Expr, Symbol
 
 from symasym.base.errors import InputError, RegionError
-from symasym.base.inputs import exact, is_name, mapping, sequence, shown
+from symasym.base.inputs import exact, mapping, sequence, shown
 from symasym.drift.drift import Drift
-from symasym.drift.expressions import parse
+from symasym.drift.expressions import parse, symbol
 
 __all__ = ["Reduction", "reduce"]
 
@@ -146,8 +146,8 @@ def reduce(
     >>> reduced.sliding_at({"z": 1})
     (0, -1)
     """
-    x = [_symbol("coordinates", c) for c in sequence("coordinates", coordinates)]
-    inside = _symbol("layer", layer)
+    x = [symbol("coordinates", c) for c in sequence("coordinates", coordinates)]
+    inside = symbol("layer", layer)
     known = {s.name: s for s in (*x, inside)}
     if len(known) <= len(x):
         raise InputError(
@@ -204,15 +204,6 @@ def reduce(
         sliding=tuple(sympy.simplify(along)),
         normal_inside=across,
     )
-
-
-def _symbol(name: str, given: Any) -> Any:
-    """A coordinate, given as a symbol or by its name, as a SymPy symbol."""
-    if isinstance(given, sympy.Symbol) and is_name(given.name):
-        return given
-    if not is_name(given):
-        raise InputError(f"{name} has {shown(given)}; give symbols or names of letters and digits.")
-    return sympy.Symbol(given, real=True)
 
 
 def _on_surface(h: Expr, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:

@@ -48,14 +48,6 @@ def _in_floats(formula: Formula, u: Any, values: Mapping[str, Any]) -> Any:
         return formula.value(u, values, balls=False)
 
 
-def flat_values(drift: Parametrized, shape: tuple[int, ...]) -> dict[str, Any]:
-    """The parameters of scenes of this shape: numbers, and arrays with one element per scene."""
-    return {
-        name: np.broadcast_to(x, shape).ravel() if isinstance(x, np.ndarray) else x
-        for name, x in drift.values.items()
-    }
-
-
 def _long(x: Any) -> Any:
     """An array or a rational number in long double."""
     if isinstance(x, np.ndarray):
@@ -299,11 +291,13 @@ def potential_at(drift: Parametrized, u: FloatArray) -> FloatArray:
     low, high = (-1.0, 1.0) if model.layered else (min(u.min(), -1.0), max(u.max(), -1.0))
     inside = np.clip(position, low, high)
     marks = [low, *np.clip([float(x) for x in model.cuts], low, high).tolist(), high]
-    parameters, cuts, terms = flat_values(drift, drift.shape), {*marks}, 0
+    arrays = {k: x for k, x in drift.values.items() if isinstance(x, np.ndarray)}
+    rows = {k: np.broadcast_to(x, drift.shape).ravel() for k, x in arrays.items()}
+    cuts, terms = {*marks}, 0
     for row in range(math.prod(drift.shape)):
-        arrays = {k: x[row : row + 1] for k, x in parameters.items() if isinstance(x, np.ndarray)}
+        values = drift.values | {k: x[row : row + 1] for k, x in rows.items()}
         for piece, span in zip(model.pieces, pairwise(marks), strict=False):
-            held = Sampled(piece, {**drift.values, **arrays}, 1, span=span)
+            held = Sampled(piece, values, 1, span=span)
             if held.cuts is None:
                 raise AccuracyError(f"V of {drift!r} takes too many panels; take a less steep A.")
             cuts.update(held.cuts.tolist())
