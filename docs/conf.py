@@ -46,7 +46,7 @@ html_title = "symasym"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_favicon = "_static/icon.svg"
-html_copy_source = html_show_sourcelink = False
+html_copy_source = html_show_sourcelink = html_show_search_summary = False
 html_theme_options = {"footer_icons": []}  # pages ask for nothing from elsewhere
 
 # SVG rather than fonts, which some browsers refuse to load for pages opened from the file system.

@@ -243,7 +243,7 @@ class Derivation:
         """The remainder of the conclusion, in TeX."""
         orders = [f"${_order(s.error)}$" for s in self.concluded if s.error is not None]
         bounds = {"a bound" for s in self.concluded if s.relation != "="}
-        return self.left_out or ", ".join(orders or bounds) or "exact"
+        return self.left_out or ", ".join(orders or bounds) or "none"
 
     def latex(self) -> str:
         """The conclusion in LaTeX."""
