@@ -17,7 +17,6 @@ if TYPE_CHECKING:
         SymasymError,
     )
     from symasym.base.estimate import Estimate
-    from symasym.base.scales import Scales, rescale
     from symasym.drift.critical_points import CriticalPoint
     from symasym.drift.drift import Drift
     from symasym.drift.ready_made import (
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
         sine,
         tanh,
     )
-    from symasym.drift.reduction import Reduction, reduce
+    from symasym.drift.reduction import Reduction, Scales, reduce, rescale
     from symasym.formula import Formula, emit, formula, labels
     from symasym.formulas.expand import Expansion, expand
     from symasym.integrals.laplace import LaplaceExpansion, laplace_integral

@@ -20,8 +20,6 @@ from symasym.base.errors import InputError
 
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 IntArray = np.ndarray[Any, np.dtype[np.intp]]
-#: A float64 number or an array.
-Floats = float | FloatArray
 #: The types accepted for a number, and for a number or an array; numbers of mpmath and SymPy,
 #: which provide no type hints, are accepted as well.
 Number = int | float | str | Fraction | Decimal

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from flint import fmpq
-from sympy import Expr, Symbol
+from sympy import Expr, Function, Symbol
 
 from symasym.base import inputs
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import Numbers, exact, floats, is_array, is_name, shown
 from symasym.drift import expressions
 from symasym.drift.critical_points import CriticalPoint, critical_points
+from symasym.drift.formula import Formula
 from symasym.drift.model import Model, Parametrized
 from symasym.drift.sampled import potential_at, values_at
 
@@ -78,7 +79,13 @@ class Drift(Parametrized):
         noise: Expr | Number | None = None,
         ito: int | str = 0,
     ) -> None:
-        self._set(expressions.read_drift(A, u, layer, noise, ito), {})
+        if layer is not None and layer != (-1, 1):
+            raise InputError(
+                f"layer is {shown(layer)}; give (-1, 1), to which u is scaled, or None where A "
+                "holds everywhere."
+            )
+        model = expressions.with_pieces([(A, None)], u, noise, ito, layer is not None)
+        self._set(model, {})
 
     @classmethod
     def of(cls, model: Model, **values: Numbers | None) -> Self:
@@ -117,7 +124,8 @@ class Drift(Parametrized):
     @classmethod
     def general(cls) -> Self:
         """An unspecified drift, for which `symasym.expand` gives formulas in V's derivatives."""
-        return cls.of(expressions.general())
+        A, u = Function("A", real=True), Symbol("u")
+        return cls.of(Model(pieces=(Formula(A(u), u),), name="Drift.general"))
 
     # -- parameters ------------------------------------------------------------------------
 

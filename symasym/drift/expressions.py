@@ -44,16 +44,6 @@ def read(A: Any, u: Any) -> Formula:
     return interned(formula.xreplace(plain), variable)
 
 
-def read_drift(A: Any, u: Any, layer: Any, noise: Any, ito: Any) -> Model:
-    """The model of a drift with one formula, with or without a layer."""
-    if layer is not None and layer != (-1, 1):
-        raise InputError(
-            f"layer is {shown(layer)}; give (-1, 1), to which u is scaled, or None where A holds "
-            "everywhere."
-        )
-    return with_pieces([(A, None)], u, noise, ito, layer is not None)
-
-
 def with_pieces(given: Any, u: Any, noise: Any, ito: Any, layered: bool = False) -> Model:
     """The model of a piecewise drift, given by A and right end of each piece and by sigma(u)."""
     parts = sequence("pieces", given)
@@ -75,12 +65,6 @@ def with_pieces(given: Any, u: Any, noise: Any, ito: Any, layered: bool = False)
     alpha = _ALPHAS[choice("ito", str(ito), _ALPHAS)]
     sigma = None if noise is None else read(noise, found[0].u.name)
     return Model(pieces=tuple(found), cuts=tuple(cuts), noise=sigma, alpha=alpha, layered=layered)
-
-
-def general() -> Model:
-    """The model of an unspecified drift, A being an undefined function; for formulas only."""
-    u = sympy.Symbol("u")
-    return Model(pieces=(Formula(sympy.Function("A", real=True)(u), u),), name="Drift.general")
 
 
 def parse(name: str, given: Any, names: Mapping[str, Any] | None = None) -> Any:

@@ -66,12 +66,12 @@ class Friction(Drift):
         """
         if missing := [name for name in ("mu", "alpha") if name in self.free]:
             raise InputError(f"{missing[0]} has no value; bind it to one.")
-        mu, alpha = (np.asarray(floats(n, self._values[n])) for n in ("mu", "alpha"))
+        mu, alpha = (floats(n, self._values[n]) for n in ("mu", "alpha"))
         with np.errstate(divide="ignore", invalid="ignore"):
             u = np.where(mu > 0.5, np.sqrt((1 + mu) / (3 * mu)), np.nan)
         rise = 2 * alpha * (1 + mu) / 3 * u
-        found = (x if x.ndim else float(x) for x in map(np.asarray, (u, -u, 1 - rise, 1 + rise)))
-        right, left, low, high = found
+        found = (u, -u, 1 - rise, 1 + rise)
+        right, left, low, high = (x if np.ndim(x) else float(x) for x in found)
         return Folds((right, left), (low, high))
 
 

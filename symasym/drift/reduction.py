@@ -1,4 +1,4 @@
-"""The reduction of an n-dimensional system to a scalar drift (section 4 of the paper).
+"""The reduction of an n-dimensional system to a scaled scalar drift (section 4 of the paper).
 
 The switching surface is h(x) = 0, the layer |h| < eps, and u = h/eps. Then phi(u) = grad h · F(x,
 u) (eq:phi), the noise across the surface has the amplitude |grad h · D| kappa (eq:reducedSDE), and
@@ -10,18 +10,33 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from fractions import Fraction
+from math import isqrt
 from typing import Any
 
+import numpy as np
 import sympy
 from sympy import Expr, Symbol
 
+from symasym.base.balls import exact_ball, precision, rounded
 from symasym.base.errors import InputError, RegionError
-from symasym.base.inputs import exact, mapping, sequence, shown
+from symasym.base.inputs import (
+    Numbers,
+    common_shape,
+    exact,
+    floats,
+    is_array,
+    mapping,
+    positive,
+    sequence,
+    shown,
+)
 from symasym.drift.drift import Drift
 from symasym.drift.expressions import parse, symbol
 
-__all__ = ["Reduction", "reduce"]
+__all__ = ["Reduction", "Scales", "reduce", "rescale"]
 
+_DIGITS = 60  # of a kappa that is irrational
 _MOST_OPERATIONS = 200  # the largest size of a component, which SymPy has to simplify
 
 
@@ -221,3 +236,82 @@ def _on_surface(h: Expr, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:
             "that is left out; give a point of the surface h = 0 in at."
         )
     return {k: v.subs(free[0], solutions[0]) for k, v in point.items()} | {free[0]: solutions[0]}
+
+
+# -- scaling ---------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Scaled noise and radius, and the unit of time.
+
+    Attributes
+    ----------
+    kappa, r : number
+        kappa/sqrt(eps) and r/eps, the arguments of functions such as `escape_time`.
+    time : number
+        The unit of scaled time in physical time, eps. In one such unit, slow variables, which are
+        frozen in the scaled equation, move by eps times their velocity.
+    """
+
+    kappa: Any
+    r: Any
+    time: Any
+
+    def __repr__(self) -> str:
+        given = {n: x if np.ndim(x) else f"{float(x):.15g}" for n, x in vars(self).items()}
+        return f"Scales({', '.join(f'{name}={x}' for name, x in given.items())})"
+
+
+def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
+    """Scale noise amplitude and radius by the width of the switch (eq:tildexykappa, eq:tilder).
+
+    A time T of the scaled equation is valid for the whole system if the drift changes little when
+    a slow variable moves by eps T times its velocity (docs/release.md).
+
+    Parameters
+    ----------
+    eps : number or array_like
+        Physical half-width of the switch, greater than 0. Arrays broadcast together and give
+        float64 arrays.
+    kappa : number or array_like
+        Physical noise amplitude, greater than 0.
+    r : number or array_like
+        Physical escape radius, greater than 0.
+
+    Returns
+    -------
+    Scales
+        Exact rationals if the square root of `eps` is rational; otherwise
+        `kappa` is an mpf that is correct to 60 digits.
+
+    Raises
+    ------
+    InputError
+        For a value that is not a finite number greater than 0.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> s = sa.rescale(eps="0.01", kappa="0.03", r="0.1")
+    >>> s
+    Scales(kappa=0.3, r=10, time=0.01)
+    >>> s.kappa
+    Fraction(3, 10)
+    """
+    given = {"eps": eps, "kappa": kappa, "r": r}
+    if any(map(is_array, given.values())):
+        arrays = {name: floats(name, x) for name, x in given.items()}
+        for name, x in arrays.items():
+            positive(name, x.min())
+        common_shape({name: x.shape for name, x in arrays.items()})
+        widths, noises, radii = np.broadcast_arrays(*arrays.values())
+        with np.errstate(over="ignore"):
+            return Scales(noises / np.sqrt(widths), radii / widths, widths.copy())
+    e, k, radius = (positive(name, x) for name, x in given.items())
+    root = Fraction(isqrt(e.numerator), isqrt(e.denominator))
+    noise: Any = k / root
+    if root * root != e:
+        with precision(4 * _DIGITS):
+            noise = rounded(exact_ball(k) / exact_ball(e).sqrt(), _DIGITS)[0]
+    return Scales(noise, radius / e, e)

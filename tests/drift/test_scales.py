@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import symasym as sa
-from symasym.base.scales import Scales
+from symasym.drift.reduction import Scales
 from tests.problems import relative
 
 POSITIVE = st.fractions(min_value=F(1, 10**6), max_value=10**6)
