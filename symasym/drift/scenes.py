@@ -31,6 +31,7 @@ from symasym.base.inputs import (
     shown,
 )
 from symasym.drift.drift import Drift
+from symasym.drift.expressions import check_noise
 from symasym.drift.formula import rational
 
 #: The decimal digits computed for a float64 value with an error.
@@ -283,8 +284,6 @@ def _check(scene: Scene, reflecting: str | None) -> None:
         _require(inside, words, start=scene.start, left=left, right=right)
         # For a drift with a layer this was checked when its parameters were bound.
         if drift.model.noise and not drift.model.layered and not drift.shape:
-            from symasym.drift.expressions import check_noise
-
             span = rational(np.min(left)), rational(np.max(right))
             check_noise(drift.model.noise, drift.scalars(), *span)
 
