@@ -24,7 +24,8 @@ def marched(kappa: Any, r: Any, eps: Any, start: Any, mu: Any = 3, rtol: Any = 1
 @pytest.mark.parametrize(("kappa", "r", "start"), [("0.3", 10, 0), ("0.5", 2, "0.7"), (2, 5, -3)])
 def test_where_nothing_moves_it_is_the_exact_engine(kappa: Any, r: Any, start: Any) -> None:
     drift = sa.Drift(CUBIC)
-    answer = sa.release(STILL, kappa, r, eps="0.01", start=(start, 0), rtol=1e-8)
+    at = {"start": (start, 0)} if start else {}
+    answer = sa.release(STILL, kappa, r, eps="0.01", rtol=1e-8, **at)
     exact = sa.escape_time(drift, kappa, r, start=start)
     assert abs(answer.mean - exact) <= answer.error <= 1e-8 * exact
     left = sa.exit_probability(drift, kappa, r, start=start)
