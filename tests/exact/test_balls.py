@@ -10,10 +10,11 @@ from flint import acb, arb, ctx, fmpq
 import symasym as sa
 from symasym.base.balls import rounded
 from symasym.base.errors import AccuracyError, InputError
-from symasym.drift.evaluate import Analytic, Piece
+from symasym.drift.evaluate import Analytic, Piece, pieces
 from symasym.drift.scenes import Request, Scene
 from symasym.exact import balls
-from symasym.exact.panels import panel_of, panels
+from symasym.exact.first_order import record
+from symasym.exact.panels import TaylorModel, panel_of, panels, poly
 
 
 def enclosed(formula, name, kappa, digits, log=False, **numbers):
@@ -214,3 +215,31 @@ def test_what_lies_beyond_the_truncated_line():
         x, bound = balls._tail(drift, fmpq(1), fmpq(1), 3, side)
         true = float(mpmath.quad(lambda u: (1 + u * u) ** -2, [mp(F(int(x.p), int(x.q))), "inf"]))
         assert true < float(bound) < 1.1 * true
+
+
+def cut(terms, keep):
+    """The first coefficients of a polynomial, and a bound of the rest on [-1, 1]."""
+    return terms[:keep], sum(map(abs, terms[keep:]), arb(0))
+
+
+@pytest.mark.parametrize("ito", [0, "stratonovich"])
+@pytest.mark.parametrize("keep", [3, 5])
+def test_what_a_panel_misses_is_in_its_balls(ito, keep):
+    """Moderate and slow panels, with most terms of the drift or of one weight cut off."""
+    noise = "2 + sin(3*u)"
+    drift = sa.Drift("2*sin(5*u) + tanh(3*u)", layer=None, noise=noise, ito=ito)
+    kinds = []
+    with balls.precision(400):
+        piece = pieces(drift, fmpq(-1), fmpq(1))[0]
+        for lam, k in ((x, k) for x in (arb(3), arb(3000)) for k in range(-15, 16, 2)):
+            if p := panel_of(piece, lam, fmpq(k, 16), fmpq(1, 32), 30):
+                series = [list(w.series) for w in (p.a, p.b)]
+                of_a, of_b = (TaylorModel(poly(x), y) for x, y in (cut(c, keep) for c in series))
+                slope, blur = cut(p.slope, keep)
+                of_phi = {"slope": slope, "q": poly(slope).integral(), "blur": p.blur + blur}
+                for rough in (p._replace(a=of_a), p._replace(b=of_b), p._replace(**of_phi)):
+                    assert rough.blur < 1
+                    both = zip(record(rough, lam), record(p, lam), strict=True)
+                    assert all(x.overlaps(y) for x, y in both)
+                kinds.append(bool(p.cauchy))
+    assert 0 < sum(kinds) < len(kinds)
