@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import InputError
@@ -132,12 +131,9 @@ def formula(label: str) -> Formula:
     try:
         return Formula(build(str(label)))
     except KeyError as missing:
-        near = get_close_matches(str(label)[:60], labels(), 3, 0)
-        told = f"is no formula; the labels nearest to it are {', '.join(near)}."
+        told = "is no formula; give one of the labels (sa.labels())."
         if str(label) in DEFINITIONS:
             told = f"defines {DEFINITIONS[label][1]}: there is nothing to derive."
-        if str(label).startswith("expansion:"):
-            told = "is an expansion; give sa.expand(drift, ...) instead of a label."
         raise InputError(f"{shown(label)} {told}") from missing
 
 

@@ -80,12 +80,6 @@ def exact_ball(value: Fraction) -> Any:
     return flint.arb(flint.fmpq(value.numerator, value.denominator))
 
 
-def midpoint(ball: arb) -> Fraction:
-    """The midpoint of a ball."""
-    mantissa, power = ball.mid().man_exp()
-    return Fraction(int(mantissa)) * Fraction(2) ** int(power)
-
-
 def rounded(ball: arb | acb, dps: int | None) -> tuple[Any, Any]:
     """The midpoint of a finite ball in float64, or as an mpf of `dps` digits, and its error.
 

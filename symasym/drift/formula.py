@@ -20,7 +20,7 @@ import sympy
 from flint import acb, acb_series, arb, arb_series, fmpq
 from sympy.printing.lambdarepr import LambdaPrinter
 
-from symasym.base.balls import midpoint, precision
+from symasym.base.balls import precision
 from symasym.base.errors import InputError
 
 Values = Mapping[str, Any]
@@ -94,7 +94,7 @@ class Formula:
                 found = self.coefficients({k: rational(x) for k, x in values.items()}, balls=True)
             except ZeroDivisionError:
                 return None
-            known = [x for c in found or [] if (x := _exactly(c)) is not None]
+            known = [x for c in found or [] if (x := exactly(c)) is not None]
         return known if found and len(known) == len(found) else None
 
     def ends(self, values: Values) -> tuple[Any, Any]:
@@ -103,7 +103,7 @@ class Formula:
         with precision(_END_BITS):
             for side in (-1, 1):
                 ball = self.end(side, numbers, balls=True)
-                if (known := _exactly(ball)) is None and ball.contains(0):
+                if (known := exactly(ball)) is None and ball.contains(0):
                     own = tuple((name, values[name]) for name in self.symbols)
                     known = Fraction(0) if vanishes(self, own, Fraction(side), 0) else None
                 found.append(float(ball.mid()) if known is None else known)
@@ -140,10 +140,12 @@ def rational(x: Any) -> Any:
     return fmpq(*x.as_integer_ratio())
 
 
-def _exactly(x: Any) -> Fraction | None:
+def exactly(x: Any) -> Fraction | None:
     """A rational or a ball of radius 0 as a Fraction; None for any other ball."""
     if isinstance(x, arb):
-        return midpoint(x) if x.is_exact() and x.is_finite() else None
+        if not (x.is_exact() and x.is_finite()):
+            return None
+        x = x.fmpq()
     return Fraction(int(x.numerator), int(x.denominator))
 
 

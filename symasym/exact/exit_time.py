@@ -16,11 +16,11 @@ from typing import Any
 
 from flint import arb
 
-from symasym.base.balls import cached_property, exact_ball, extra_bits, midpoint, precision
+from symasym.base.balls import cached_property, exact_ball, extra_bits, precision
 from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import float_text
-from symasym.drift.formula import rational
+from symasym.drift.formula import exactly, rational
 from symasym.drift.scenes import Scene
 from symasym.exact.balls import bits
 from symasym.exact.spectral import ExitTransform, TooEarly
@@ -201,7 +201,8 @@ class Exit:
         with precision(bits(self.digits)):
             t, places = self.mean.mid(), _ROUGH
             for _ in range(_STEPS):
-                found, slope = (self.at_time(midpoint(t), key, places)[0] for key in (name, "pdf"))
+                at: Any = exactly(t)
+                found, slope = (self.at_time(at, key, places)[0] for key in (name, "pdf"))
                 # Newton's step for log P, which is nearly linear in t.
                 step = (found / exact_ball(share)).log() * found / slope
                 step = -step if name == "survival" else step

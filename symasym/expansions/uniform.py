@@ -20,10 +20,9 @@ from typing import Any
 import numpy as np
 from flint import arb, ctx, fmpq
 
-from symasym.base.balls import exact_ball, midpoint, precision
+from symasym.base.balls import exact_ball, precision
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import Piece, Polynomial, pieces
-from symasym.drift.formula import rational
 from symasym.exact import balls, first_order
 from symasym.exact.panels import panel_of, panels
 from symasym.expansions import answer
@@ -45,7 +44,7 @@ def record(one: CanonicalForm, lam: Any, nats: float, order: int) -> Stretch:
         regular += power * (one.own[k] + mixed)
     digits, psi = math.ceil(nats / math.log(10)), ([1], [0, 1], [-one.zeta, 0, 1])[one.degree]
     with precision(balls.bits(digits)):
-        low, high = (rational(midpoint(s)) for s in one.ends)
+        low, high = (s.mid().fmpq() for s in one.ends)
         rows = psi, minus[: one.degree], plus[: one.degree]
         piece = Piece(low, high, *(Polynomial([arb(x).mid() for x in row]) for row in rows))
         row = panels([piece], -L.mid(), low, high, digits, panel_of)

@@ -217,26 +217,21 @@ def test_what_lies_beyond_the_truncated_line():
         assert true < float(bound) < 1.1 * true
 
 
-def cut(terms, keep):
-    """The first coefficients of a polynomial, and a bound of the rest on [-1, 1]."""
-    return terms[:keep], sum(map(abs, terms[keep:]), arb(0))
-
-
 @pytest.mark.parametrize("ito", [0, "stratonovich"])
 @pytest.mark.parametrize("keep", [3, 5])
 def test_what_a_panel_misses_is_in_its_balls(ito, keep):
     """Moderate and slow panels, with most terms of the drift or of one weight cut off."""
     noise = "2 + sin(3*u)"
     drift = sa.Drift("2*sin(5*u) + tanh(3*u)", layer=None, noise=noise, ito=ito)
-    kinds = []
+    kinds, rest = [], lambda terms: sum(map(abs, terms[keep:]), arb(0))
     with balls.precision(400):
         piece = pieces(drift, fmpq(-1), fmpq(1))[0]
         for lam, k in ((x, k) for x in (arb(3), arb(3000)) for k in range(-15, 16, 2)):
             if p := panel_of(piece, lam, fmpq(k, 16), fmpq(1, 32), 30):
                 series = [list(w.series) for w in (p.a, p.b)]
-                of_a, of_b = (TaylorModel(poly(x), y) for x, y in (cut(c, keep) for c in series))
-                slope, blur = cut(p.slope, keep)
-                of_phi = {"slope": slope, "q": poly(slope).integral(), "blur": p.blur + blur}
+                of_a, of_b = (TaylorModel(poly(c[:keep]), rest(c)) for c in series)
+                slope, blur = p.slope[:keep], p.blur + rest(p.slope)
+                of_phi = {"slope": slope, "q": poly(slope).integral(), "blur": blur}
                 for rough in (p._replace(a=of_a), p._replace(b=of_b), p._replace(**of_phi)):
                     assert rough.blur < 1
                     both = zip(record(rough, lam), record(p, lam), strict=True)
