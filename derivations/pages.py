@@ -8,16 +8,34 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import sympy
+
 import derivations.sections  # noqa: F401
 from derivations.labels import DEFINITIONS, NUMBERS
+from derivations.paper import MEANINGS
 from symasym.base.errors import AccuracyError
 from symasym.base.files import versions, write_bytes, write_json
-from symasym.derivation.derivation import LABELS, MODULES, Derivation, build
+from symasym.derivation.derivation import LABELS, MODULES, Derivation, Step, build
+from symasym.derivation.tex import NAMES, tex
 
 SCHEMA = "symasym-derivation/2"
 #: Formulas with more signs stand on lines of their own.
 _LONG = 110
 _FORMULA = r"(\$[^$]*\$)"
+#: A letter with its index, in TeX; not that of a set or an operator.
+_LETTER = r"(?<!mathbb{)(?<!mathcal{)\\?[A-Za-z]+(?:_\w|\^[+-])?"
+#: What is given; other letters have the signs that follow.
+_GIVEN = ("kappa", "kappa_phys", "r", "r_phys", "epsilon", "a", "a_minus", "a_plus", "mu", "alpha")
+#: Letters that a page uses in a sense of its own, which its text explains.
+_OWN = {
+    **dict.fromkeys(("airy-form", "cubic-pair", "truncated-gaussian"), set("pqRJty")),
+    **dict.fromkeys(("backward", "canonical-form"), set("LMS")),
+    "endpoint-series": {"t"},
+    **dict.fromkeys(("exit-eigenvalue", "exit-moments", "exit-transform"), {"y", "F"}),
+    "fold-delay": {"t"},
+    "panel-step": {"a", "F", "D"},
+    **dict.fromkeys(("release-order", "release-time"), {"p", "q", "T_1"}),
+}
 
 for module in dict.fromkeys(MODULES.values()):
     import_module(module)
@@ -64,25 +82,64 @@ def display(latex: str) -> list[str]:
     return [line for row in rows for line in (f"$$ {row} $$", "")]
 
 
+def letters(d: Derivation, steps: Iterable[Step], text: str = "") -> list[str]:
+    """The names in steps, in a text and in what these mean, if the paper's table explains them."""
+    held: set[str] = set()
+    for e in (side for step in steps for side in (step.left, step.right)):
+        if isinstance(e, str):
+            held |= {s for s in MEANINGS if e.split() and e.split()[0] == NAMES.get(s, s)}
+        else:
+            known = sympy.sympify(e)
+            held |= {s.name for s in known.atoms(sympy.Symbol)}
+            held |= {type(f).__name__ for f in known.atoms(sympy.Function)}
+    own = _OWN.get(d.label, set())
+    named = {shown(s): s for s in MEANINGS}
+    found: list[str] = []
+    while len(found) < len(new := [s for s in MEANINGS if s in held - own]):
+        found = new
+        told = " ".join([text, *(MEANINGS[s][0] for s in found)])
+        parts = {p for formula in re.findall(_FORMULA, told) for p in re.findall(_LETTER, formula)}
+        held |= {named[p] for p in parts & named.keys() - {shown(s) for s in found}}
+    return found
+
+
+def shown(name: str) -> str:
+    return NAMES.get(name, tex(sympy.Symbol(name)))
+
+
+def table(names: Iterable[str]) -> list[str]:
+    """Lines of Markdown: what the letters of formulas mean."""
+    rows = [f"| ${shown(s)}$ | {' | '.join(MEANINGS[s])} |" for s in names]
+    return ["| letter | meaning | measured in |", "|---|---|---|", *rows, ""] if rows else []
+
+
 def statement(d: Derivation, mark: str) -> list[str]:
-    """Lines of Markdown: the formula, its error, its symbols, its conditions."""
-    lines = [*display(d.latex()), f"**Error**: {words(d.leaves_out())}.", ""]
-    lines += [f"**Here** {words(d.note)}.", ""] if d.note else []
+    """Lines of Markdown: the formula, where it holds, its letters, its error."""
     held, false = [], []
+    right = {s for step in d.concluded for s in sympy.sympify(step.right).free_symbols}
+    for sign, kind in ((">", "positive"), ("<", "negative")):
+        found = {s.name for s in right if s.assumptions0.get(kind)}
+        if signed := [shown(s) for s in _GIVEN if s in found]:
+            held.append(f"- ${', '.join(signed)} {sign} 0$.")
     for x, check, fails in d.supposed:
         if fails:
             example = f"A counterexample is {words(fails)}."
             false.append(f"- It is not always true that {words(x)}. {example}")
         else:
             held.append(f"- {words(x[:1].upper() + x[1:])}{' (checked)' * bool(check)}.")
-    for title, rows in (("Conditions", held), ("Counterexamples", false)):
+    lines = display(d.latex())
+    for title, rows in (("Where it holds", held), ("Counterexamples", false)):
         lines += [f"{mark} {title}", "", *rows, ""] if rows else []
-    return lines
+    lines += [f"{mark} Letters", "", *[f"Here {words(d.note)}.", ""] * bool(d.note)]
+    lines += table(letters(d, d.concluded, d.note))
+    error = d.leaves_out().replace("none", "none: the formula is exact")
+    return [*lines, f"{mark} Error", "", f"{words(error[:1].upper() + error[1:])}.", ""]
 
 
 def steps(d: Derivation, mark: str) -> list[str]:
-    """Lines of Markdown: each step under a heading."""
-    lines = []
+    """Lines of Markdown: the letters that only the steps have; each step under a heading."""
+    first = letters(d, d.concluded, d.note)
+    lines = table(s for s in letters(d, d.steps) if s not in first)
     for number, s in enumerate(d.steps, 1):
         why = words(s.why)
         lines += [f"{mark} {number}. {words(s.name)}", "", *display(s.latex())]

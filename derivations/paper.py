@@ -17,7 +17,7 @@ u | | position across the surface | scaled: $y/\varepsilon$
 v | | position across the surface | scaled: $y/\varepsilon$
 y | | position across the surface | unscaled
 z | | position along the surface; the spring's extension | unscaled
-t | | time | unscaled
+t | | time | unscaled; that of $u(t)$ is scaled
 t_s | \tilde t | time | scaled: $t/\varepsilon$
 epsilon | \varepsilon | half the width of the smoothed layer | unscaled
 kappa | | noise amplitude | scaled: $\kappa_p/\sqrt{\varepsilon}$
@@ -100,6 +100,9 @@ W | | Wronskian of the two solutions, divided by $e$ | scaled length
 \alpha | | point of a step where the noise is taken: Ito 0, Stratonovich 1/2 | a number
 V_\sigma | | potential, $V_\sigma' = -\phi/\sigma^2$ | scaled position times velocity
 Sigma | | scale function, 0 at $-r$ | scaled length
+Heaviside | \mathbf{1} | $\mathbf{1}_{x > 0}$ is 1 for $x > 0$ and 0 for $x < 0$ | a number
+K_left | K_l | integral of $e^{\lambda (V(v) - V(u))}$ over $-r < v < u < x$ | scaled length squared
+K_right | K_r | integral of $e^{\lambda (V(v) - V(u))}$ over $x < u < v < r$ | scaled length squared
 """
 
 #: Name -> meaning and unit, in TeX.

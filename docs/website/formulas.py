@@ -8,16 +8,13 @@ from functools import cache
 from importlib import import_module, metadata
 from pathlib import Path
 
-import sympy
-
 from derivations import pages as made
 from derivations.labels import BEYOND, DEFINITIONS, NUMBERS
 from derivations.pages import slug, words
 from derivations.paper import MEANINGS
 from symasym import friction
 from symasym.base.errors import InputError
-from symasym.derivation.derivation import LABELS, Derivation, Step, build
-from symasym.derivation.tex import NAMES, tex
+from symasym.derivation.derivation import LABELS, build
 from symasym.formula import formula, labels
 from website import calls, graph
 
@@ -41,15 +38,6 @@ _ARXIV = "https://arxiv.org/abs/1310.8328"
 #: Symbols of the problem, which need no explanation in a list of formulas.
 _COMMON = {*"uvyztarTCPVA", "phi", "kappa", "lam", "epsilon", "mu", "alpha", "z0", "u1", "u2"}
 _COMMON |= {"kappa_phys", "r_phys", "a_minus", "a_plus"}
-#: Letters that a page uses in a sense of its own, which its text explains.
-_OWN = {
-    **dict.fromkeys(("airy-form", "cubic-pair", "truncated-gaussian"), set("pqRJty")),
-    **dict.fromkeys(("backward", "canonical-form"), set("LMS")),
-    "endpoint-series": {"t"},
-    "exit-transform": {"y"},
-    "panel-step": {"F", "D"},
-    **dict.fromkeys(("release-order", "release-time"), {"p", "q", "T_1"}),
-}
 
 
 def pages() -> dict[str, str]:
@@ -67,20 +55,13 @@ def page(label: str) -> str:
     """The page of one formula."""
     d = build(label)
     used = [other for other in LABELS if label in build(other).rests_on]
-    rows = [
-        f"| ${NAMES.get(s, tex(sympy.Symbol(s)))}$ | {' | '.join(MEANINGS[s])} |"
-        for s in _symbols(d, d.steps)
-    ]
-    table = ["## Symbols", "", "| symbol | meaning | measured in |", "|---|---|---|", *rows, ""]
-    table += ["The text below a formula explains other symbols.", ""]
     lines = [
         *(f"# {heading(d.title)}", "", f"{_place(label)}. {_section(label)}.", ""),
         *made.statement(d, "##"),
         *_errata(label),
-        *(table if rows else []),
-        *_evaluation(label),
         *("## Derivation", "", f"Starts from: {_links(d.rests_on) or 'definitions only'}.", ""),
         *made.steps(d, "###"),
+        *_evaluation(label),
         *("## Used by", "", f"{_links(used) or 'No other formula'}.", ""),
         *_cite(label),
     ]
@@ -124,19 +105,6 @@ def _link(label: str) -> str:
 
 def _links(chosen: Iterable[str]) -> str:
     return "; ".join(map(_link, chosen))
-
-
-def _symbols(d: Derivation, steps: Iterable[Step]) -> list[str]:
-    """The names of the symbols in steps that the paper's table explains, in its order."""
-    held: set[str] = set()
-    for e in (side for step in steps for side in (step.left, step.right)):
-        if isinstance(e, str):
-            held |= {s for s in MEANINGS if e.split() and e.split()[0] == NAMES.get(s, s)}
-        else:
-            known = sympy.sympify(e)
-            held |= {s.name for s in known.free_symbols}
-            held |= {type(f).__name__ for f in known.atoms(sympy.core.function.AppliedUndef)}
-    return [name for name in MEANINGS if name in held - _OWN.get(d.label, set())]
 
 
 def _cite(label: str) -> list[str]:
@@ -224,10 +192,10 @@ def section(number: str) -> str:
     chosen = _of_section(number)
     for label in chosen:
         d = build(label)
-        own = [s for s in _symbols(d, d.concluded) if s not in _COMMON]
+        own = [s for s in made.letters(d, d.concluded) if s not in _COMMON]
         lines += [f"**{_link(label)}**, {_named(label)}; error: {words(d.leaves_out())}.", ""]
         lines += made.display(d.latex())
-        means = [f"${NAMES.get(s, tex(sympy.Symbol(s)))}$: {MEANINGS[s][0]}" for s in own]
+        means = [f"${made.shown(s)}$: {MEANINGS[s][0]}" for s in own]
         lines += [f"where {'; '.join(means)}.", ""] if means else []
     return "\n".join([*lines, *_toctree(map(slug, chosen))])
 

@@ -36,9 +36,11 @@ def test_a_page_says_what_where_and_under_which_conditions() -> None:
     text = formulas.page("eq:Ttildesmall")
     assert "`eq:Ttildesmall`, equation (39) of [the paper](https://arxiv.org/abs/1310.8328)" in text
     order = [text.index(f"## {name}") for name in (
-        "Conditions", "Counterexamples", "Symbols", "Evaluate it", "Derivation", "Used by"
+        "Where it holds", "Counterexamples", "Letters", "Error", "Derivation", "As code", "Used by"
     )]  # fmt: skip
     assert order == sorted(order)
+    for letter in (r"A'(u_1)", r"\kappa", "D", "u_2"):
+        assert text.count(f"\n| ${letter}$ |") == 1
     assert text.count("{admonition} Erratum") > 1
     assert all(f"**{target}**" in text for target in formulas.TARGETS)
 
