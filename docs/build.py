@@ -51,7 +51,9 @@ def main() -> int:
     from website.stage import stage
 
     begun = time.perf_counter()
-    work, site = args.out / "docs", args.out / "site"
+    work, site = args.out / ".symasym-site", args.out / "site"
+    if site.exists() and not (site / "_static" / "mathjax").exists():
+        parser.error(f"{site} holds other files; give another folder as --out.")
     modules = args.node_modules or install(work / "node")
     made = stage(work / "source")
     # Made beside the site and moved there when whole, so that no page of an older one is left.

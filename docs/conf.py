@@ -35,7 +35,7 @@ smartquotes_action = "D"  # dashes alone: V'' is a second derivative
 
 autodoc_typehints = "none"  # docstrings have the types in words
 autodoc_member_order = "bysource"
-autosummary_generate = False
+templates_path = [str(Path(__file__).parent / "_templates")]
 napoleon_google_docstring = False
 python_maximum_signature_line_length = 80
 copybutton_prompt_text = r">>> |\.\.\. |\$ "

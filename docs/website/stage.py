@@ -6,18 +6,16 @@ in the site is that of the lists of links in docs/index.md, heading by heading.
 
 from __future__ import annotations
 
-import inspect
 import re
 import shutil
 from pathlib import Path
 
-import symasym as sa
 from derivations.pages import slug
 from symasym.formula import labels
 from website import formulas
 
 DOCS = Path(__file__).parent.parent
-NO_PAGES = ("*.py", "*.json", "paper.bib", "website", "__pycache__", "mathjax.js")
+NO_PAGES = ("*.py", "*.json", "paper.bib", "website", "_templates", "__pycache__", "mathjax.js")
 #: What the front page says of the pages that are made, first under these headings.
 MADE = {
     "The paper": "- [Formulas](formulas/index.md) by section of the paper, and [as a "
@@ -30,8 +28,20 @@ _LABEL = re.compile(
     r"|`(?P<label>[\w:-]+)`",
     re.DOTALL | re.MULTILINE,
 )
-#: Members of `Drift` that the package needs of itself.
-_INNER = "scalars, require_bound, values, exact_coefficients, end, of, model, shape"
+#: The public names by question.
+API = {
+    "Times and probabilities": "escape_time exit_probability occupation stationary_density "
+    "stokes_multiplier sensitivity Estimate Sensitivity",
+    "The law of the exit time": "exit_law ExitLaw",
+    "Drifts": "Drift friction linear polynomial sine tanh hill reduce rescale Friction Folds "
+    "CriticalPoint Reduction Scales",
+    "Formulas": "expand formula labels Expansion Formula",
+    "Integrals with a large parameter": "laplace_integral uniform_integral LaplaceExpansion "
+    "UniformExpansion",
+    "Release": "release oscillator System Release",
+    "Source code, plans and pictures": "emit plan plot Plan",
+    "Errors": "SymasymError InputError RegionError RangeError AccuracyError OutputError",
+}
 
 
 def stage(folder: Path) -> int:
@@ -76,23 +86,9 @@ def with_toctrees(index: str) -> str:
 
 
 def api() -> str:
-    """The page of the public names, functions first, from their docstrings."""
-    named = {name: getattr(sa, name) for name in sa.__all__}
-    kinds = {
-        "Functions": [n for n, x in named.items() if inspect.isfunction(x)],
-        "Classes": [
-            n for n, x in named.items() if inspect.isclass(x) and not issubclass(x, Exception)
-        ],
-        "Errors": [n for n, x in named.items() if inspect.isclass(x) and issubclass(x, Exception)],
-    }
-    lines = ["Functions and classes", "=====================", "", ".. currentmodule:: symasym", ""]
-    for title, names in kinds.items():
-        lines += [title, "-" * len(title), ""]
-        lines += ["", ".. autosummary::", "", *(f"   {name}" for name in names), ""]
-        for name in names:
-            kind = {"Functions": "function", "Classes": "class", "Errors": "exception"}[title]
-            lines += [f".. auto{kind}:: {name}"]
-            if title == "Classes":
-                lines += ["   :members:", "   :inherited-members: str, tuple"]
-            lines += [f"   :exclude-members: {_INNER}"] * (name in ("Drift", "Friction")) + [""]
-    return "\n".join(lines)
+    """The tables of the public names, whose pages autosummary makes from their docstrings."""
+    lines = ["Functions and classes", "=====================", "", ".. currentmodule:: symasym"]
+    for title, names in API.items():
+        lines += ["", title, "-" * len(title), "", ".. autosummary::", "   :toctree: api"]
+        lines += ["   :nosignatures:", "", *(f"   {name}" for name in names.split())]
+    return "\n".join([*lines, ""])

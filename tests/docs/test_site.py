@@ -20,6 +20,7 @@ from urllib.parse import unquote, urlsplit
 import pytest
 
 import derivations.sections  # noqa: F401
+import symasym as sa
 from derivations.pages import display, slug, with_roots
 from symasym.derivation.derivation import LABELS, build
 
@@ -80,6 +81,7 @@ def test_lists_of_the_front_page_give_pages_their_order_and_labels_lead() -> Non
     trees = re.findall(r"```\{toctree\}\n(.*?)```", stage.with_toctrees(index), re.DOTALL)
     assert "tutorial-friction\ntutorial-own-drift" in trees[0]
     assert any("formulas/index" in tree for tree in trees)
+    assert sorted(" ".join(stage.API.values()).split()) == sorted(sa.__all__)
     left = "# `eq:S`\n\n```\n`eq:S`\n```\n[`eq:S`](a.md) and `eq:none`, $u<v$"
     assert stage.labelled(f"{left}, `eq:S`") == f"{left}, [`eq:S`](formulas/eq-S.md)"
 
