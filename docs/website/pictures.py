@@ -66,18 +66,20 @@ def law(count: int = 40) -> Any:
     with style():
         figure = Figure(figsize=(7.4, 3.9))
         left, right = figure.subplots(1, 2)
-        early, late = np.geomspace(0.05, 60, count), np.linspace(0, 8, count // 3)
+        early, late = np.geomspace(0.05, 200, 2 * count), np.linspace(0, 8, count // 3)
         for kappa, look, color in (("0.5", "-", "C0"), ("0.7", "--", "C1"), ("1", "-.", "C2")):
             found = sa.exit_law(well, kappa, ends=(-2, 0), start=-1, dps=12)
             name = rf"$\kappa = {kappa}$"
-            left.plot(early, found.pdf(early), color + look, label=name)
+            left.plot(early, early * found.pdf(early), color + look, label=name)
             left.plot(float(found.mean), 0, color + "^", clip_on=False, ms=6, zorder=3)
             right.semilogy(late, found.survival(late), color + look, label=name)
             right.semilogy(late, np.exp(-float(found.rate) * late), color=color, lw=0.8)
-        left.set(xscale="log", xlabel="$t$", title="(a) density", ylim=(0, None))
+        left.set(xscale="log", xlabel="$t$", title=r"(a) density of $\log \tau$", ylim=(0, None))
         right.set(xlabel="$t$", title=r"(b) $P(\tau > t)$", ylim=(0.01, 1.2))
+        left.plot([], [], "^", color="0.4", ms=6, label="mean")
+        left.plot([], [], color="0.4", lw=0.8, label=r"$e^{-\lambda_1 t}$ (thin)")
         handles = left.get_legend_handles_labels()
-        figure.legend(*handles, loc="outside lower center", ncols=3)
+        figure.legend(*handles, loc="outside lower center", ncols=5)
     return figure
 
 
