@@ -89,10 +89,9 @@ class PartialSums(ABC):
 
     def bits(self, lam: Fraction, digits: int) -> int:
         """The precision to begin with for that many digits."""
-        low, high, start, _ = self.between
+        low, high = self.between[:2]
         way = exact.bits_of_way(*map(rational, (lam, 1 + max(-low, high))))
-        gap = max(int((high - low) / x).bit_length() for x in (start - low, high - start) if x)
-        bits = int(3.33 * digits) + way + gap + 96
+        bits = int(3.33 * digits) + way + 96
         return bits - bits % -64
 
     def balls(

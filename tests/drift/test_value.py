@@ -10,11 +10,8 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 import sympy
-from hypothesis import given
-from hypothesis import strategies as st
 
 import symasym as sa
-from tests.strategies import SAMPLE
 
 mpl.use("agg")
 
@@ -48,15 +45,6 @@ def same(drift: sa.Drift) -> None:
 @pytest.mark.parametrize("drift", READY_MADE, ids=repr)
 def test_repr_makes_the_drift(drift: sa.Drift) -> None:
     same(drift)
-
-
-@SAMPLE
-@given(st.floats(-10, 10))
-def test_floats_are_written_as_floats(z0: float) -> None:
-    drift = sa.friction(3, 1, z0)
-    same(drift)
-    if z0 != int(z0):
-        assert f"z0={z0!r})" in repr(drift)
 
 
 def test_equality() -> None:

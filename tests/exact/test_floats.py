@@ -143,6 +143,10 @@ TRAPS = {
     "a power so steep that rounding 11/10 - u counts for 75 ulp": (
         *(sa.Drift("(11/10-u)**(-15/2)"), "T", 1e-4, 2, 0.75),
     ),
+    "large beside one end only": (sa.Drift("(11/10-u)**(-15/2) - 50"), "C", 0.03, 3, 0.99),
+    "a parameter less a number that float64 rounds": (
+        *(sa.Drift("a - 1/10", "u").bind(a=np.full(2, 0.1 + 1e-9)), "T", 1e-3, 10, 0.3),
+    ),
     "a needle beside which Taylor series lose their first coefficients": (
         sa.Drift("2*u - 21/125 - X*exp(-X**2)/2".replace("X", "((u + 0.666)/3.2e-6)")),
         *("T", 0.003, 3, 0),

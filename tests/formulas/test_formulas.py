@@ -195,6 +195,8 @@ def test_what_is_written() -> None:
     """No symbol for 0, for a number or for a parameter alone; closed forms of a constant drift."""
     names = {s.name for s in sa.expand(sa.Drift("u*(c - u**2)"), order=2).definitions}
     assert not {"V'''(0)", "V^(5)(u1)", "V'(0)"} & names
+    slides = sa.expand(sa.Drift("c - 2*u"), "P", noise="strong").conditions
+    assert sympy.And(*slides).as_set() == sympy.Interval.open(-2, 2)
     names = {s.name for s in sa.expand(sa.linear(), order=2).definitions}
     assert not any(name.startswith(("phi", "V'''", "V^")) for name in names)
     a, r, kappa = (sympy.Symbol("a", real=True), *sympy.symbols("r kappa", positive=True))

@@ -186,7 +186,7 @@ def test_narrow_laws_and_rare_times(t: str, names: list[str]) -> None:
 
 @pytest.mark.parametrize(
     ("a", "kappa", "r", "times"),
-    [(0, "1", "1", ("0.1", "0.4", "100")), (1, "1", "5", ("18", "26", "60"))],
+    [(0, "1", "1", ("0.01", "0.4", "100")), (1, "1", "5", ("18", "26", "60"))],
 )
 def test_survival_of_a_constant_drift(a: int, kappa: str, r: str, times: tuple[str, ...]) -> None:
     """Theta series, from early times to late ones."""
@@ -236,7 +236,7 @@ def test_collocation(name: str) -> None:
     assert law.survival(times) == pytest.approx(survival, abs=1e-8)
     assert law.cdf(times) == pytest.approx(1 - np.array(survival), abs=1e-8)
     assert law.pdf(times[-1]) == pytest.approx((c * rates * np.exp(-rates * times[-1])).sum().real)
-    for t in times[1:]:
+    for t in times[-2:]:
         assert law.quantile(law.cdf(t)) == pytest.approx(t, rel=1e-11)
 
 

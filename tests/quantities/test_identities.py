@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction as F
-from typing import Any
 
 import mpmath
 import numpy as np
@@ -49,8 +48,7 @@ def test_mirror_image(
 def test_scaling_drift_and_noise_together_scales_time(name: str, factor: str) -> None:
     # phi -> c phi and kappa^2 -> c kappa^2 leave lam V as it is.
     problem, c = BY_NAME[name], F(factor) ** 2
-    symbols = problem.make().expression()
-    scaled = sa.Drift(symbols * mpmath_rational(c))
+    scaled = sa.Drift(problem.make().expression() * sympy.Rational(c.numerator, c.denominator))
     kappa = F(problem.kappa) * F(factor)
     for dps in (25, None):
         allowed = 2e-25 if dps else 4e-12
@@ -61,12 +59,6 @@ def test_scaling_drift_and_noise_together_scales_time(name: str, factor: str) ->
         C = problem.ask("C", dps=dps)
         same = sa.exit_probability(scaled, kappa, problem.r, start=problem.start, dps=dps)
         assert relative(same, C) <= allowed * max(1, abs(float(mpmath.log(C))))
-
-
-def mpmath_rational(x: F) -> Any:
-    import sympy
-
-    return sympy.Rational(x.numerator, x.denominator)
 
 
 INSIDE = ["friction k=0.3", "linear sliding, uneven", "expression, cubic", "z0=-1e8"]

@@ -44,17 +44,6 @@ def test_through_fold_and_end(mu: str) -> None:
             assert (errors <= goal * np.array(NOISE) ** (2 * order + 2) + 1e-11).all(), (z0, order)
 
 
-@pytest.mark.parametrize("order", [0, 1, 2, 4])
-def test_the_error_falls_with_the_order(order: int) -> None:
-    drift, errors = sa.friction(mu=3, alpha=1, z0="-0.4"), []
-    with mpmath.workdps(40):
-        for kappa in ("0.05", "0.025"):
-            exact = sa.escape_time(drift, kappa, 10, dps=35)
-            found = sa.escape_time(drift, kappa, 10, method="uniform", order=order, dps=35)
-            errors.append(abs(found / exact - 1))
-        assert abs(mpmath.log(errors[0] / errors[1], 2) - (2 * order + 2)) < 0.3
-
-
 DRIFTS = [
     ("1 - 13/10*sin(pi*u)", 0, 2e-3, 4e-7),
     ("1 - 19/20*sin(pi*u)", 0, 2e-3, 4e-7),

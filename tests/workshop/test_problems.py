@@ -6,7 +6,6 @@ from fractions import Fraction
 
 import pytest
 
-import symasym as sa
 from symasym.workshop.problems import BY_NAME, PROBLEMS
 
 MADE = {p.name: p.make() for p in PROBLEMS if "refused" not in p.tags}
@@ -30,10 +29,3 @@ def test_numbers_and_tags(name: str) -> None:
     assert problem.slides == (low > 0 > high)
     if problem.slides:
         assert MADE[name].region == "sliding"
-
-
-def test_a_refused_scene_is_refused_at_once() -> None:
-    for problem in PROBLEMS:
-        if "refused" in problem.tags:
-            with pytest.raises(sa.SymasymError):
-                problem.ask("T")
