@@ -94,6 +94,14 @@ class _Parser(argparse.ArgumentParser):
         super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, **told)
         self._negative_number_matcher = re.compile("-(?!-|[oh]$)")
 
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        # A misspelt option is told before the one that is missing for it.
+        own = args if "run" in self._defaults else args[:1]
+        words = {word.partition("=")[0] for word in own if word.startswith("--")}
+        if wrong := words - {*self._option_string_actions, "--"}:
+            self.error(f"unrecognized arguments: {min(wrong)}")
+        return super().parse_known_args(args, namespace)
+
     def error(self, message: str) -> NoReturn:
         if wrong := re.search(r"(?:choice: '|arguments: )([\w-]+)", message):
             listed = re.findall(r"[\w-]+", message.partition("(choose from ")[2])

@@ -44,7 +44,6 @@ def value(quantity: str, kappa: str, dps: Any = None, **options: Any) -> None:
       symasym value escape-time --expr "1/2 - u + b*u**3" --set b=3/4 --kappa 0.3 --r 5 --dps 30
       symasym value T --expr "u - u**3" --no-layer --kappa 1/2 --ends -2 0 --start -1
       symasym value exit-probability --expr -1/3 --kappa 1/10 --r 5 --log --method laplace --json
-      symasym value occupation --drift linear --set a_minus=1 --set a_plus=-1 --kappa 1 --complement
       symasym value stationary-density --expr "-u" --no-layer --noise "1 + u**2" --kappa 1 --y 1/2
     """
     name, as_json = QUANTITIES.get(quantity, quantity), options.pop("json", False)

@@ -140,10 +140,10 @@ class Drift(Parametrized):
         bound = dict(self._values)
         for name, value in values.items():
             if name not in self.parameters:
-                known = ", ".join(self.parameters) or "none at all"
+                known = ", ".join(self.parameters)
                 raise InputError(
                     f"{name if is_name(name) else shown(name)} is not a parameter of this drift; "
-                    f"its parameters are {known}."
+                    + (f"give one of {known}." if known else "it has none, so leave it out.")
                 )
             if is_array(value):
                 bound[name] = floats(name, value)

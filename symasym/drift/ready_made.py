@@ -274,7 +274,7 @@ def named_drift(
     """
     more: Any = {"layer": (-1, 1) if flag("layer", layer) else None, "noise": noise, "ito": ito}
     if (drift is None) == (expr is None):
-        raise InputError("no drift or two are given; name one (drift), or give its formula (expr).")
+        raise InputError("give one drift, either its name (drift) or its formula (expr).")
     if expr is not None:
         return Drift(expr, **more).bind(**values)
     of = DRIFTS[choice("drift", drift, DRIFTS)]

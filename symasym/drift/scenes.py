@@ -226,13 +226,19 @@ def pair(name: str, value: Any) -> list[Any]:
     pair = sequence(name, value)
     if len(pair) != 2:
         raise InputError(f"{name} is {shown(value)}; give a pair, the left end and the right one.")
+    if {str(x).lstrip("+-") for x in pair} & {"oo", "inf", "None"}:
+        raise InputError(
+            f"{name} is {shown(value)}; in place of an infinite end give one so far out that the "
+            "value no longer changes."
+        )
     return pair
 
 
 def between(kappa: Any, r: Any, ends: Any, start: Any) -> dict[str, Any]:
     """kappa, r or the two ends, and the start, not yet converted to numbers."""
     if (r is None) == (ends is None):
-        raise InputError("r and ends are both given, or neither; give the radius r or two ends.")
+        told = "missing" if r is None else f"{shown(r)} and ends are {shown(ends)}"
+        raise InputError(f"r is {told}; give the radius r, or ends=(left, right) in its place.")
     if ends is None:
         return {"kappa": kappa, "r": r, "start": start}
     left, right = pair("ends", ends)

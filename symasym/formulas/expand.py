@@ -89,7 +89,11 @@ class Expansion:
         return written_out(put_in(self.formula, self.definitions))
 
     def cases(self) -> tuple[Case, ...]:
-        """The cases found by random search, each with an example of parameter values."""
+        """The cases found by random search, each with an example of parameter values.
+
+        Without a layer, and for `Drift.general`, a formula is of one well and one barrier, on the
+        right or on the left of it: these are the two cases, whatever the zeros of the drift.
+        """
         return cases_of(self.drift, self.start, self.quantity[-1] == "P")
 
     def bind(self, /, **values: Numbers) -> Expansion:
