@@ -24,12 +24,6 @@ def test_regions_are_the_papers_table(ends: tuple[int, int], region: str) -> Non
     assert sa.linear([ends[0]], [ends[1]]).region.tolist() == [region]
 
 
-@pytest.mark.parametrize("ends", [(0, 1), (1, 0), (0, 0)])
-def test_tangencies_are_refused(ends: tuple[int, int]) -> None:
-    with pytest.raises(sa.RegionError, match="tangency"):
-        _ = sa.linear(*ends).region
-
-
 def test_decimals_in_a_string_are_exact() -> None:
     assert sa.Drift("0.1*u").exact_coefficients() == [0, F(1, 10)]
     assert sa.Drift(sympy.Float(0.1) * sympy.Symbol("u")).exact_coefficients() == [0, F(0.1)]
