@@ -12,7 +12,6 @@ import textwrap
 import threading
 import time
 from concurrent.futures import ProcessPoolExecutor
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -194,13 +193,11 @@ def show(labels: Any = (), latex: bool = False, steps: bool = False, **options: 
     """
     from derivations.labels import DEFINITIONS
     from derivations.pages import document
-    from symasym.derivation.derivation import LABELS, MODULES
+    from symasym.derivation.derivation import LABELS
 
     if latex and not labels:
         print(document(), end="")
     elif not labels:
-        for label in sa.labels():
-            import_module(MODULES[label])
         print("\n".join(f"{label:20} {LABELS[label][0]}" for label in sa.labels()))
     for label in labels:
         if (expansion := _expansion(label, options)) is not None:

@@ -90,6 +90,12 @@ def _panel(axes: Axes, title: str, curves: list[_Curve]) -> None:
         )  # fmt: skip
 
 
+def _at_fold(axes: Any, height: float) -> None:
+    """Mark the fold, and name it at a height between 0 and 1."""
+    axes.axvline(_FOLD, color=INK, linewidth=0.6, linestyle=":")
+    axes.text(_FOLD, height, " fold", color="0.4", transform=axes.get_xaxis_transform())
+
+
 def _inset(axes: Axes, curves: list[_Curve], width: float, ticks: Any) -> None:
     """Draw an inset of the region left of the folds, where the curves are low, and the legend."""
     folds, levels = zip(
@@ -177,7 +183,7 @@ def stokes(figure: Figure) -> None:
         (errors, "relative error", "(c)  error of the escape time"),
     ):  # fmt: skip
         axes.set(title=title, ylabel=name)
-        axes.axvline(_FOLD, color=INK, linewidth=0.6, linestyle=":")
+        _at_fold(axes, 0.05)
         plain: Any = {"frameon": True, "framealpha": 1, "edgecolor": "none"}
         axes.legend(loc="upper left", ncols=1 + (axes is errors), **plain)
     errors.set(xlabel="$z_0$", ylim=(1e-13, 1e6))
@@ -219,8 +225,8 @@ def release(figure: Figure) -> None:
         z = np.linspace(place.quantile(1e-4), place.quantile(1 - 1e-4), 300)
         density = np.diff(place.cdf(z)) / np.diff(z)
         law.plot((z[1:] + z[:-1]) / 2, density, color=color, label=rf"$\kappa = {kappa}$")
-    for axes in (plane, law):
-        axes.axvline(_FOLD, color=INK, linewidth=0.6, linestyle=":")
+    _at_fold(plane, 0.05)
+    _at_fold(law, 0.9)
     plane.set(xlabel="$z$", ylabel="$u$", title="(a)  paths")
     plane.set(xlim=(-1.02, -0.35), ylim=(-0.2, 2.2))
     law.set(xlabel="$z$ at release", ylabel="density", title="(b)  place of release")
