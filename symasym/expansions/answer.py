@@ -7,8 +7,8 @@ is asked for or the estimate is not accepted. Order "optimal" is the one nearest
 an asymptotic series is best truncated where its error is least (R. B. Dingle, Asymptotic
 Expansions, 1973, ch. I).
 
-Features between the critical points, such as a bump of A, show in no later term: where errors of an
-array are asked for, exact values at a few lam raise estimates that turn out too small.
+Features between the critical points, such as a bump of A, show in no later term. The errors of an
+array are therefore distances to exact values, between a few dozen lam interpolated upwards.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from flint import arb
 from symasym.base.balls import doubled, exact_ball, precision
 from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
-from symasym.base.inputs import FloatArray, IntArray
+from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.drift.formula import rational
 from symasym.drift.scenes import FLOAT_DIGITS, Answer, Request, Scene, Scenes
@@ -38,7 +38,7 @@ from symasym.expansions.ball_drift import LINE, Between
 _BITS = 192  # of the coefficients and heights behind an array
 # The number of differences by which an error is estimated.
 _NEXT = 3
-# Values of lam of an array at which errors are found, and that are summed at once.
+# Values of lam of an array that are compared with exact values, and that are summed at once.
 _SAMPLES, _AT_ONCE = 48, 8192
 # Digits up to which the exact value costs no more than some expansions.
 _MOST_DIGITS = 300
@@ -60,8 +60,6 @@ class PartialSums(ABC):
     reason: str
     enclosed = True
     float_digits = FLOAT_DIGITS
-    #: Use balls at many lam, too, because float64 loses too many digits.
-    only_balls = False
 
     def __init__(self, drift: Drift, between: Between, name: str, length: int) -> None:
         self.drift, self.between, self.name, self.length = drift, between, name, length
@@ -111,8 +109,6 @@ class PartialSums(ABC):
 
     def logs(self, lam: FloatArray, order: int) -> FloatArray:
         """The logarithms at many lam, in blocks that fit into the cache."""
-        if self.only_balls:
-            return np.array([float(self.balls(Fraction(x), [order], 16, True)[1][0]) for x in lam])
         known = doubled(self.known, _BITS)
         with precision(_BITS):
             blocks = (lam[k : k + _AT_ONCE] for k in range(0, len(lam), _AT_ONCE))
@@ -195,7 +191,7 @@ def of_scenes(kind: type[PartialSums], scenes: Scenes, request: Request) -> Answ
     orders, why = _orders(request), ""
     for rows, some in scenes.alike():
         sums = kind.of(some.at(0), request, orders[-1] + _NEXT)
-        found = _best if len(orders) > 1 else _sampled
+        found = _best if len(orders) > 1 else _compared
         try:
             with np.errstate(all="ignore"):
                 logs[rows], errors[rows] = found(sums, some, request)
@@ -208,46 +204,23 @@ def of_scenes(kind: type[PartialSums], scenes: Scenes, request: Request) -> Answ
     return Answer(logs, "estimate", error=errors, why=why)
 
 
-def _sampled(sums: PartialSums, scenes: Scenes, request: Request) -> tuple[FloatArray, FloatArray]:
-    """The logarithms, with errors interpolated from some of the lam."""
-    lam, logs = scenes.lam, sums.logs(scenes.lam, request.order)
-    rising = np.argsort(lam) if (np.diff(lam) < 0).any() else np.arange(len(lam))
-    some = rising[_few(len(lam))]
-    at_some, lost = _estimated(sums, scenes.some(some), logs[some], request)
-    if lost and not sums.only_balls:
-        sums.only_balls = True
-        return _sampled(sums, scenes, request)
-    errors = _interpolated(lam, lam[some], at_some)
-    # If no estimate is accepted the exact value decides; at all lam if errors are asked for.
-    rows = rising[np.isfinite(logs[rising]) & (errors[rising] == np.inf)]
-    if rows.size:
-        some = rows if request.full else rows[_few(len(rows))]
-        away, missed = _distance(scenes.some(some), request, logs[some])
-        errors[rows] = _interpolated(lam[rows], lam[some], away + missed)
+def _compared(sums: PartialSums, scenes: Scenes, request: Request) -> tuple[FloatArray, FloatArray]:
+    """The logarithms, with their distances to exact values at some of the lam.
+
+    Elsewhere an error is twice the larger neighbouring one, and three differences (`estimates`).
+    """
+    lam, order, rising = scenes.lam, request.order, np.argsort(scenes.lam)
+    logs, count = sums.logs(lam, order), min(len(lam), _SAMPLES)
+    some = rising[np.linspace(0, len(lam) - 1, count).astype(int)]
+    away, missed = _distance(scenes.some(some), request, logs[some])
+    at_some, after = away + missed, np.searchsorted(lam[some], lam)
+    errors = np.where(
+        lam == lam[some][after], at_some[after], 2 * np.maximum(at_some[after], at_some[after - 1])
+    )
+    if len(lam) > count:
+        (more,) = estimates([logs, *(sums.logs(lam, order + k + 1) for k in range(_NEXT))], 1)
+        errors += np.where(_counted(logs, more), more, 0.0)
     return logs, errors
-
-
-def _estimated(
-    sums: PartialSums, scenes: Scenes, logs: FloatArray, request: Request
-) -> tuple[FloatArray, bool]:
-    """The errors of the logarithms (infinite if not accepted), and whether float64 loses too many
-    digits, found by balls at three of the lam."""
-    lam, order = scenes.lam, request.order
-    (errors,) = estimates([logs, *(sums.logs(lam, order + k + 1) for k in range(_NEXT))], 1)
-    errors = np.where(_counted(logs, errors), errors, np.inf)
-    sure = np.flatnonzero(errors < np.inf)
-    if not sure.size:
-        return errors, False
-    off, few = 0.0, sure[[0, len(sure) // 2, -1]]
-    for k in few:
-        ball = sums.balls(Fraction(lam[k]), [order], 16, True)[1][0]
-        off = max(off, abs(float(ball) - logs[k]))
-    errors = errors + 4 * off + 1e-15 * (1 + np.abs(logs))
-    if request.full:
-        away, missed = _distance(scenes.some(sure), request, logs[sure])
-        worst = np.nan_to_num((away - missed) / errors[sure]).max()
-        errors *= 3 * worst if worst > 0.5 else 1
-    return errors, off > 1e-13 + 1e-15 * np.abs(logs[few]).max()
 
 
 def _best(sums: PartialSums, scenes: Scenes, request: Request) -> tuple[FloatArray, FloatArray]:
@@ -256,19 +229,6 @@ def _best(sums: PartialSums, scenes: Scenes, request: Request) -> tuple[FloatArr
     away, missed = _distance(scenes, request, every)
     best = np.argmin(np.nan_to_num(away, nan=np.inf), axis=0)
     return np.choose(best, every), np.choose(best, away) + missed
-
-
-def _few(count: int) -> IntArray:
-    """Evenly spaced indices below `count`, including the first and the last."""
-    return np.linspace(0, count - 1, min(count, _SAMPLES)).astype(int)
-
-
-def _interpolated(lam: FloatArray, some: FloatArray, errors: FloatArray) -> FloatArray:
-    """Errors at lam from errors at ascending `some`: in between, twice the larger neighbour."""
-    after = np.searchsorted(some, lam)
-    wide = 2 * np.maximum(errors[after], errors[after - 1])
-    found: FloatArray = np.where(lam == some[after], errors[after], wide)
-    return found
 
 
 def _distance(scenes: Scenes, request: Request, logs: FloatArray) -> tuple[FloatArray, FloatArray]:
