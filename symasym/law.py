@@ -29,7 +29,7 @@ import numpy as np
 from flint import acb, arb
 
 from symasym.base import inputs
-from symasym.base.balls import cached_property, exact_ball, rounded
+from symasym.base.balls import cached_property, rational, rounded
 from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import Number, Numbers
@@ -136,14 +136,14 @@ class Law:
         z: Any = s
         parts = (z.real, z.imag) if isinstance(z, complex) or hasattr(z, "_mpc_") else (z,)
         re, *im = (inputs.exact("s", x) for x in parts)
-        if re < 0 and not exact_ball(re) > -self._exit.rate:
+        if re < 0 and not arb(rational(re)) > -self._exit.rate:
             raise RegionError(
                 f"s is {inputs.shown(s)}, at or beyond the first pole "
                 f"-{float(self._exit.rate):.6g} of the transform; give an s to its right."
             )
 
         def found(f: Series) -> Any:
-            number = [exact_ball(x) for x in (re, *im)]
+            number = [arb(rational(x)) for x in (re, *im)]
             value = f.transform(acb(*number) if im else number[0], self._side)
             return value / f.moments(0, self._side)[0] if self._side else value
 

@@ -20,12 +20,11 @@ from typing import Any
 
 from flint import arb, fmpq
 
-from symasym.base.balls import doubled, exact_ball, precision
+from symasym.base.balls import doubled, precision, rational
 from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import float_text
 from symasym.drift.drift import Drift
-from symasym.drift.formula import rational
 from symasym.drift.scenes import Answer, Request, Scene
 from symasym.exact.balls import bits_of_way
 from symasym.expansions.ball_drift import LINE, BallDrift
@@ -85,10 +84,10 @@ def _escape_time(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorK
             f"A has {len(wells + barriers)} zeros in (-1, 1), but the paper's formula is for none, "
             "or for one well followed by one barrier; use method 'exact'."
         )
-    total = exact_ball(scene.ends[1]) / ahead
+    total = arb(rational(scene.ends[1])) / ahead
     for (u, low), (v, high) in zip(wells, barriers, strict=True):
         if v > 0:
-            rise = exact_ball(scene.lam) * (V(v) - V(u))
+            rise = arb(rational(scene.lam)) * (V(v) - V(u))
             total += 2 * arb.pi() / (-low * high).sqrt() * rise.exp()
     return total, "none"
 
@@ -98,7 +97,7 @@ def _exit_bound(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKi
 
     The assumptions are checked: r >= 4, V <= a- r/4 on [0, 1] and e^{3 a- r/(2 kappa^2)} >= 4.
     """
-    r, lam = exact_ball(scene.ends[1]), exact_ball(scene.lam)
+    r, lam = arb(rational(scene.ends[1])), arb(rational(scene.lam))
     if not all(a < 0 if request.complement else a > 0 for a in scene.drift.ends):
         name, sign = ("1 - C", "negative") if request.complement else ("C", "positive")
         low, high = (float_text(Fraction(a)) for a in scene.drift.ends)
@@ -111,8 +110,9 @@ def _exit_bound(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKi
     places = (arb(0), arb(1), *(u for u, _ in barriers if u > 0))
     top = max((V(u) for u in places), key=float) - V(arb(-1))
     if not (r >= 4 and top <= low * r / 4 and (3 * low * r * lam / 4).exp() >= 4):
+        kappa = float_text(scene.numbers["kappa"])
         raise InputError(
-            f"r is {float(r):.6g} and kappa is {scene.noise}; the paper's bound needs r of "
+            f"r is {float(r):.6g} and kappa is {kappa}; the paper's bound needs r of "
             f"at least 4, V <= a- r/4 on [0, 1], where it reaches {float(top):.6g}, and "
             "exp(3 a- r/(2 kappa^2)) of at least 4; use method 'bound' or 'exact'."
         )
@@ -120,7 +120,7 @@ def _exit_bound(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKi
 
 
 def _occupation(scene: Scene, request: Request, bits: int) -> tuple[Any, ErrorKind]:
-    (low, high, wells, barriers, V), lam = _seen(scene.drift, False, bits), exact_ball(scene.lam)
+    (low, high, wells, barriers, V), lam = _seen(scene.drift, False, bits), arb(rational(scene.lam))
     share = 2 * lam / (1 / low - 1 / high)
     if share < 1:
         return share, "none"

@@ -12,12 +12,12 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
+from flint import arb
 from mpmath import mpf, nstr
 
-from symasym.base.balls import doubled, exact_ball, precision, rounded
+from symasym.base.balls import doubled, precision, rational, rounded
 from symasym.base.inputs import Number, within
 from symasym.drift.drift import Drift
-from symasym.drift.formula import rational
 from symasym.drift.scenes import Answer, Request, Scene, Scenes, read, require_drift
 from symasym.exact import balls, floats
 from symasym.expansions import weak
@@ -90,14 +90,14 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
     def parts(order: int, bits: int) -> list[tuple[str, Any]]:
         """The named terms of T to an order of the weak-noise expansion, largest first."""
         known = local(drift, Between(*scene.ends, scene.start), "T", order + 1, bits)
-        at, rows = InBalls(exact_ball(scene.lam), order), []
+        at, rows = InBalls(arb(rational(scene.lam)), order), []
         for side, pair, value in weak.parts(known.points, known.regular, at):
             name = " with ".join(map(str, pair)) if side else "the start's own share"
             rows.append((name or f"the regular part, {'left' if side < 0 else 'right'}", value))
         return sorted(rows, key=lambda row: -abs(row[1]).mid())
 
     with precision(int(3.4 * digits) + 64):
-        room, plans = exact_ball(allowed), list[Plan]()
+        room, plans = arb(rational(allowed)), list[Plan]()
         for order in range(9):
             rows = doubled(partial(parts, order), more)
             total, kept = sum(x for _, x in rows), len(rows)

@@ -13,13 +13,12 @@ from typing import Any, Literal
 import numpy as np
 from flint import acb, arb, fmpq
 
-from symasym.base.balls import extra_bits, precision, rounded
+from symasym.base.balls import extra_bits, precision, rational, rounded
 from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.estimate import IN_WORDS, ErrorKind, with_error
 from symasym.base.inputs import FloatArray, Numbers, choice, digits
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
-from symasym.drift.formula import rational
 from symasym.drift.sampled import Field
 from symasym.drift.scenes import (
     QUANTITIES,

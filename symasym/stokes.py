@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from flint import arb, ctx, fmpq
 
-from symasym.base.balls import exact_ball, precision, rounded
+from symasym.base.balls import precision, rational, rounded
 from symasym.base.errors import InputError
 from symasym.base.inputs import Numbers, choice, digits
 from symasym.drift.drift import Drift
@@ -104,7 +104,7 @@ def _multiplier(scene: Scene, method: str, places: Any) -> Any:
                 "barrier coalesce; the Stokes multiplier is that of a fold."
             )
         zeta = min(zetas, key=lambda z: float(abs(z)))
-        Z = exact_ball(scene.lam).root(3) ** 2 * zeta
+        Z = arb(rational(scene.lam)).root(3) ** 2 * zeta
         if method == "step":
             return (1 + zeta.sgn()) / 2
         there, back = (x.airy()[0] ** 2 + x.airy()[2] ** 2 for x in (Z, -Z))

@@ -7,7 +7,6 @@ import math
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from fractions import Fraction
 from typing import Any
 
 import flint
@@ -75,9 +74,9 @@ def doubled(find: Callable[[int], Any], bits: int, digits: int = 0) -> Any:
     )
 
 
-def exact_ball(value: Fraction) -> Any:
-    """A rational number as a ball, whose radius is the rounding error of the quotient."""
-    return flint.arb(flint.fmpq(value.numerator, value.denominator))
+def rational(x: Any) -> Any:
+    """A number as flint's rational."""
+    return flint.fmpq(*x.as_integer_ratio())
 
 
 def rounded(ball: arb | acb, dps: int | None) -> tuple[Any, Any]:

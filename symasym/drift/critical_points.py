@@ -18,10 +18,10 @@ from typing import Any
 
 from flint import arb, arb_series, ctx, fmpq, fmpq_poly
 
-from symasym.base.balls import Unresolved, precision, rounded
+from symasym.base.balls import Unresolved, precision, rational, rounded
 from symasym.base.errors import AccuracyError, RegionError
 from symasym.drift.evaluate import halved, profile
-from symasym.drift.formula import Formula, rational, vanishes
+from symasym.drift.formula import Formula, vanishes
 from symasym.drift.model import Parametrized
 
 #: The names and values of a formula's parameters.

@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 
 from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx, fmpq
 
-from symasym.drift.formula import Formula, rational
+from symasym.base.balls import rational
+from symasym.drift.formula import Formula
 from symasym.drift.model import Parametrized
 
 _RADII = (32, 8, 4, 2)  # radii of discs in units of half a panel's width
@@ -37,13 +38,9 @@ class Polynomial:
         """A(middle + half t) as a polynomial in t, and its error, 0."""
         return self._poly(type(self._poly)([middle, half])), arb(0)
 
-    def mirrored(self) -> Polynomial:
-        """A(-u)."""
-        return Polynomial([-c if k % 2 else c for k, c in enumerate(self.coefficients)])
-
-    def negative(self) -> Polynomial:
-        """-A."""
-        return Polynomial([-c for c in self.coefficients])
+    def turned(self, out: int, inside: int) -> Polynomial:
+        """out A(inside u) for two signs."""
+        return Polynomial([c * (out * inside**k) for k, c in enumerate(self.coefficients)])
 
 
 class Analytic:
@@ -87,13 +84,9 @@ class Analytic:
         series = list(self(arb_series([middle, half], n)))
         return _poly(series), (bound / (arb(radius) ** n * (1 - arb(1) / radius))).upper()
 
-    def mirrored(self) -> Analytic:
-        """A(-u)."""
-        return Analytic(lambda u: self.of(-u))
-
-    def negative(self) -> Analytic:
-        """-A."""
-        return Analytic(lambda u: -self.of(u))
+    def turned(self, out: int, inside: int) -> Analytic:
+        """out A(inside u) for two signs."""
+        return Analytic(lambda u: out * self.of(inside * u))
 
 
 def _poly(coefficients: list[Any]) -> Any:
@@ -121,12 +114,12 @@ class Piece(NamedTuple):
 
     def mirrored(self) -> Piece:
         """The piece of the mirrored drift -phi(-u) with the noise sigma(-u)."""
-        weights = (w and w.mirrored() for w in (self.scale, self.speed))
-        return Piece(-self.right, -self.left, self.phi.mirrored().negative(), *weights)
+        weights = (w and w.turned(1, -1) for w in (self.scale, self.speed))
+        return Piece(-self.right, -self.left, self.phi.turned(-1, -1), *weights)
 
     def reversed(self) -> Piece:
         """The piece with the scale density and the speed density interchanged."""
-        return Piece(self.left, self.right, self.phi.negative(), self.speed, self.scale)
+        return Piece(self.left, self.right, self.phi.turned(-1, 1), self.speed, self.scale)
 
 
 def pieces(

@@ -13,13 +13,13 @@ import sympy
 from flint import arb, fmpq
 from sympy.core.symbol import uniquely_named_symbol
 
-from symasym.base.balls import precision
+from symasym.base.balls import precision, rational
 from symasym.base.errors import InputError
 from symasym.base.inputs import choice, exact, float_text, is_name, sequence, shown
 from symasym.derivation.tex import tex
 from symasym.drift import texts
 from symasym.drift.evaluate import box, halved, profile
-from symasym.drift.formula import Formula, interned, rational, require_admitted
+from symasym.drift.formula import Formula, interned, require_admitted
 from symasym.drift.model import Model
 
 # Limits for the halvings of [-1, 1] and for the boxes; a smooth drift needs a few hundred boxes.

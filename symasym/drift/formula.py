@@ -20,7 +20,7 @@ import sympy
 from flint import acb, acb_series, arb, arb_series, fmpq
 from sympy.printing.lambdarepr import LambdaPrinter
 
-from symasym.base.balls import precision
+from symasym.base.balls import precision, rational
 from symasym.base.errors import InputError
 
 Values = Mapping[str, Any]
@@ -133,11 +133,6 @@ def vanishes(
     A, x = formula.with_values(dict(values)), sympy.Symbol("u", real=True)
     at = sympy.Rational(u.numerator, u.denominator)
     return bool(sympy.simplify(sympy.diff(A, x, order).subs(x, at)) == 0)
-
-
-def rational(x: Any) -> Any:
-    """A number as flint's rational."""
-    return fmpq(*x.as_integer_ratio())
 
 
 def exactly(x: Any) -> Fraction | None:

@@ -16,9 +16,10 @@ from typing import Any
 
 import numpy as np
 import sympy
+from flint import arb
 from sympy import Expr, Symbol
 
-from symasym.base.balls import exact_ball, precision, rounded
+from symasym.base.balls import precision, rational, rounded
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import (
     Numbers,
@@ -313,5 +314,5 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
     noise: Any = k / root
     if root * root != e:
         with precision(4 * _DIGITS):
-            noise = rounded(exact_ball(k) / exact_ball(e).sqrt(), _DIGITS)[0]
+            noise = rounded(arb(rational(k)) / arb(rational(e)).sqrt(), _DIGITS)[0]
     return Scales(noise, radius / e, e)

@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 from flint import acb, arb, fmpq
 
-from symasym.base.balls import cached_property, precision
+from symasym.base.balls import cached_property, precision, rational
 from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.inputs import FloatArray, common_shape, floats
 from symasym.drift.evaluate import Analytic, box, halved, over_noise
-from symasym.drift.formula import Formula, rational
+from symasym.drift.formula import Formula
 from symasym.drift.model import Parametrized
 
 #: The number of Chebyshev terms by which a non-polynomial drift is approximated on a panel.

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from symasym.base.balls import rational
 from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import (
@@ -32,7 +33,6 @@ from symasym.base.inputs import (
 )
 from symasym.drift.drift import Drift
 from symasym.drift.expressions import check_noise
-from symasym.drift.formula import rational
 
 #: The decimal digits computed for a float64 value with an error.
 FLOAT_DIGITS = 20
@@ -75,11 +75,6 @@ class Scene:
     def start(self) -> Any:
         """The starting point."""
         return self.numbers["start"]
-
-    @property
-    def noise(self) -> str:
-        """kappa as a text for messages."""
-        return float_text(self.numbers["kappa"])
 
 
 @dataclass(frozen=True)

@@ -36,12 +36,11 @@ from typing import Any, NamedTuple
 
 from flint import arb, fmpq
 
-from symasym.base.balls import extra_bits, precision
+from symasym.base.balls import extra_bits, precision, rational
 from symasym.base.errors import AccuracyError, RegionError
 from symasym.base.inputs import float_text
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import Piece, Polynomial, pieces, profile
-from symasym.drift.formula import rational
 from symasym.drift.scenes import Answer, Request, Scene, ends_of
 from symasym.exact import transform
 from symasym.exact.first_order import Record, records

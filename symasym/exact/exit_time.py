@@ -16,11 +16,11 @@ from typing import Any
 
 from flint import arb
 
-from symasym.base.balls import cached_property, exact_ball, extra_bits, precision
+from symasym.base.balls import cached_property, extra_bits, precision, rational
 from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import float_text
-from symasym.drift.formula import exactly, rational
+from symasym.drift.formula import exactly
 from symasym.drift.scenes import Scene
 from symasym.exact.balls import bits
 from symasym.exact.spectral import ExitTransform, TooEarly
@@ -130,7 +130,7 @@ class Exit:
             c = -min(c, 0.24 * least)
         while early or 2 * abs(c) < least:
             with precision(64):
-                most = (exact_ball(t) * arb(c)).exp() * self._transform(arb(c))
+                most = (arb(rational(t)) * arb(c)).exp() * self._transform(arb(c))
             if not most < best[1]:
                 break
             best, c = (c, most), 2 * c
@@ -155,7 +155,7 @@ class Exit:
                 "contour; take a larger kappa, or the normal law to which this one is close."
             )
         with precision(64):
-            other = 1 + (2 * exact_ball(t) * arb(c)).exp() * self._transform(arb(2 * c))
+            other = 1 + (2 * arb(rational(t)) * arb(c)).exp() * self._transform(arb(2 * c))
         line = partial(
             ExitTransform.bromwich,
             t=rational(t), density=name == "pdf", c=c, most=most, other=other,
@@ -204,7 +204,7 @@ class Exit:
                 at: Any = exactly(t)
                 found, slope = (self.at_time(at, key, places)[0] for key in (name, "pdf"))
                 # Newton's step for log P, which is nearly linear in t.
-                step = (found / exact_ball(share)).log() * found / slope
+                step = (found / arb(rational(share))).log() * found / slope
                 step = -step if name == "survival" else step
                 room = abs(step).upper()
                 if room < t / 10 ** (self.digits - 4):

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 from flint import acb, acb_poly, arb, arb_poly, arb_series, ctx, fmpq
 
+from symasym.base.balls import rational
 from symasym.base.errors import AccuracyError
 from symasym.drift.evaluate import pieces
-from symasym.drift.formula import rational
 from symasym.drift.scenes import Scene
 from symasym.exact.panels import TaylorModel
 from symasym.exact.transform import (

@@ -23,12 +23,11 @@ from typing import Any, Self
 import numpy as np
 from flint import arb
 
-from symasym.base.balls import doubled, exact_ball, precision
+from symasym.base.balls import doubled, precision, rational
 from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
-from symasym.base.inputs import FloatArray
+from symasym.base.inputs import FloatArray, float_text
 from symasym.drift.drift import Drift
-from symasym.drift.formula import rational
 from symasym.drift.scenes import FLOAT_DIGITS, Answer, Request, Scene, Scenes
 from symasym.exact import balls as exact
 from symasym.exact import floats
@@ -98,7 +97,7 @@ class PartialSums(ABC):
         """The partial sums to these orders and digits, and their logarithms."""
 
         def sums(bits: int) -> list[Any]:
-            known, number = self.known(bits), exact_ball(lam)
+            known, number = self.known(bits), arb(rational(lam))
             return [self.quantity(known, InBalls(number, n)) for n in orders]
 
         found = doubled(sums, self.bits(lam, digits), digits if self.enclosed else 0)
@@ -148,7 +147,7 @@ def of_scene(kind: type[PartialSums], scene: Scene, request: Request) -> Answer:
             if _half(log, value, error)
         ]
         if not rows:
-            raise _refusal(kind, scene.noise, orders)
+            raise _refusal(kind, scene, orders)
         error, value, order = min(rows, key=lambda row: row[0])
         value += arb(0, (error + abs(value) / 10 ** (digits + 5)).upper())
     error_kind: ErrorKind = proved.kind if proved else "estimate"
@@ -170,7 +169,8 @@ def _exact(kind: type[PartialSums], scene: Scene, request: Request) -> Answer | 
     return None
 
 
-def _refusal(kind: type[PartialSums], kappa: str, orders: Sequence[int]) -> AccuracyError:
+def _refusal(kind: type[PartialSums], scene: Scene, orders: Sequence[int]) -> AccuracyError:
+    kappa = float_text(scene.numbers["kappa"])
     return AccuracyError(
         f"kappa is {kappa}, {kind.reason}: up to order {orders[-1]} the error exceeds half the "
         "value; give another order, or use method 'exact'."
@@ -199,7 +199,7 @@ def of_scenes(kind: type[PartialSums], scenes: Scenes, request: Request) -> Answ
             why = why or str(error)
     lost = ~_counted(logs, errors)
     if lost.any():
-        why = why or str(_refusal(kind, scenes.at(np.argmax(lost)).noise, orders))
+        why = why or str(_refusal(kind, scenes.at(np.argmax(lost)), orders))
     logs[lost] = np.nan
     return Answer(logs, "estimate", error=errors, why=why)
 

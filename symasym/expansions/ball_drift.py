@@ -17,12 +17,12 @@ from typing import Any, NamedTuple
 
 from flint import acb, acb_series, arb, arb_poly, arb_series, ctx, fmpq, fmpq_poly
 
-from symasym.base.balls import Unresolved, exact_ball
+from symasym.base.balls import Unresolved, rational
 from symasym.base.errors import AccuracyError
 from symasym.drift.critical_points import Values, formula_of, known
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import Piece, pieces
-from symasym.drift.formula import Formula, rational, vanishes
+from symasym.drift.formula import Formula, vanishes
 from symasym.series import Series, by_parts, finite_parts_in_s, pole_sums, slow, slow_at_zero
 
 
@@ -206,7 +206,7 @@ class BallDrift:
     """
 
     def __init__(self, drift: Drift, at: Between, time: bool = True) -> None:
-        low, high, self.start, self.x = *map(rational, at[:3]), exact_ball(at.start)
+        low, high, self.start, self.x = *map(rational, at[:3]), arb(rational(at.start))
         self.parts = _parts(drift, low, high)
         self.ends = {-1: self.parts[0].phi(arb(low)), 1: self.parts[-1].phi(arb(high))}
         found = [zero for part in self.parts for zero in part.simple_zeros(self.start, time)]

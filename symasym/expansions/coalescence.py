@@ -165,7 +165,7 @@ class Phi:
 
     def mirrored(self) -> Phi:
         """-phi(-u) on the reflected interval."""
-        other = Phi(self.phi.mirrored().negative(), -self.hi, -self.lo)
+        other = Phi(self.phi.turned(-1, -1), -self.hi, -self.lo)
         other.zeros = [-z.conjugate() for z in self.zeros]
         return other
 

@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 
 from flint import arb, fmpq
 
-from symasym.base.balls import exact_ball
+from symasym.base.balls import rational
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
 from symasym.expansions.ball_drift import Between
@@ -109,10 +109,10 @@ def sides_of(
         near, far = (-sign * a for a in slopes[::sign])
         row: list[StretchAt] = []
         if x < -1:
-            row.append(partial(straight, near, exact_ball(min(-_ONE, end) - x)))
+            row.append(partial(straight, near, arb(rational(min(-_ONE, end) - x))))
         if max(x, -_ONE) < min(end, _ONE):
             row += layer(mirrored, max(x, -_ONE), min(end, _ONE))
         if end > 1:
-            row.append(partial(straight, far, exact_ball(end - max(x, _ONE))))
+            row.append(partial(straight, far, arb(rational(end - max(x, _ONE)))))
         rows.append(row)
     return Sides(rows, slopes)

@@ -14,10 +14,9 @@ from typing import Any, NamedTuple
 
 from flint import arb, arb_poly, ctx, fmpq
 
-from symasym.base.balls import Unresolved
+from symasym.base.balls import Unresolved, rational
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import halved, pieces
-from symasym.drift.formula import rational
 from symasym.expansions import answer
 from symasym.expansions.sides import Sides, Stretch, sides_of
 

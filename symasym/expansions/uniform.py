@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from flint import arb, ctx, fmpq
 
-from symasym.base.balls import exact_ball, precision
+from symasym.base.balls import precision, rational
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import Piece, Polynomial, pieces
 from symasym.exact import balls, first_order
@@ -69,7 +69,7 @@ def _panels(
     """The panels of [low, high], of the drift or its mirror image."""
     phi = _phi(drift, bits)
     phi = phi.mirrored() if mirrored else phi
-    return phi.panels(exact_ball(low), exact_ball(high), order)
+    return phi.panels(arb(rational(low)), arb(rational(high)), order)
 
 
 class Uniform(answer.PartialSums):

@@ -26,7 +26,7 @@ from flint import acb, arb, ctx
 from sympy import Expr, S, Symbol
 
 from symasym.base import inputs
-from symasym.base.balls import cached_property, exact_ball, precision
+from symasym.base.balls import cached_property, precision, rational
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import Number, Numbers, exact
@@ -310,7 +310,7 @@ class IntegralExpansion(ABC):
         """The value at one lam, and with `full` its distance to an enclosure of the integral."""
         size = int(inputs.positive("lam", lam)).bit_length()
         with precision(int(3.33 * (request.dps or 17)) + 64 + size):
-            large, error, proved = exact_ball(lam), arb(0), True
+            large, error, proved = arb(rational(lam)), arb(0), True
             height, total, terms = self._sum(large)
             if request.full and total.is_finite():
                 x, a, b = self.x, self.a, self.b

@@ -16,7 +16,7 @@ from typing import Any
 import sympy
 from flint import arb, ctx
 
-from symasym.base.balls import exact_ball, precision
+from symasym.base.balls import precision, rational
 from symasym.base.inputs import count, exact
 from symasym.expansions import coalescence
 from symasym.expansions.coalescence import Factor, Phi
@@ -53,7 +53,7 @@ class UniformExpansion(IntegralExpansion):
 
     def _by_panels(self, lam: Any, nats: float) -> Any:
         """The sum in balls, whose radii do not count; nan if the integral diverges."""
-        lo, hi, inside = number(self.a), number(self.b), exact_ball(self.near)
+        lo, hi, inside = number(self.a), number(self.b), arb(rational(self.near))
         inside = inside if lo < inside < hi else middle(lo, hi)
         f, tiny = code(self.f, self.x), (-arb(nats) - 10).exp()
         top = f(inside)

@@ -99,11 +99,11 @@ def by_arb(c: list[Fraction], kappa: Fraction, r: Fraction, dps: int) -> Any:
     """T by nested `acb.integral`, which is rigorous."""
     from flint import acb, arb
 
-    from symasym.base.balls import exact_ball, precision, rounded
+    from symasym.base.balls import precision, rational, rounded
 
     with precision(int(3.4 * dps) + 40):
-        parts = _potentials([exact_ball(x) for x in c])
-        lam, R, one, zero = exact_ball(2 / kappa**2), exact_ball(r), arb(1), arb(0)
+        parts = _potentials([arb(rational(x)) for x in c])
+        lam, R, one, zero = arb(rational(2 / kappa**2)), arb(rational(r)), arb(1), arb(0)
         starts = -R, -one, one
 
         def integral(sign: int, k: int, a: Any, b: Any) -> Any:

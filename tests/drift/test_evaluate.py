@@ -39,7 +39,7 @@ def test_balls_and_taylor_polynomials_hold_the_function(text: str) -> None:
     drift = drift.bind(b="1/2") if drift.free else drift
     with precision(200), mpmath.workdps(70):
         of = pieces(drift, fmpq(-1), fmpq(1))[0].phi
-        for phi, sign in ((of, 1), (of.mirrored(), -1)):
+        for phi, sign in ((of, 1), (of.turned(1, -1), -1)):
             for k in range(12):
                 middle, half = fmpq(rng.randint(-90, 90), 100), fmpq(1, 16 << k)
                 series, missed = phi.taylor(middle, half, 25)
