@@ -148,7 +148,8 @@ class Parametrized:
             )
         if self.free:
             raise InputError(
-                f"the drift's parameters {', '.join(self.free)} have no value; bind each to one."
+                f"the drift's parameters {', '.join(self.free)} have no value; give each one "
+                "by bind (in a shell, --set)."
             )
 
     def exact_coefficients(self) -> list[Fraction] | None:
