@@ -15,6 +15,7 @@ an `Estimate`. In an array, a scene that the method refuses is nan.
 from __future__ import annotations
 
 import importlib
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -78,7 +79,7 @@ def ask(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
     count("moment", moment, 1, 20)
     choice("reflecting", reflecting, [None, "left", "right"])
     asked = digits(dps), flag("log", log), flag("full", full), moment, reflecting, rtol
-    request = Request(name, method, _order(method, order), *asked)
+    request = Request(name, method, _orders(method, order), *asked)
     try:
         return _asked(drift, numbers, request)
     except SymasymError:
@@ -90,19 +91,19 @@ def ask(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
         ) from error
 
 
-def _order(method: str, order: Any) -> Any:
-    """The order of an expansion; for ``"optimal"`` the range of all orders of the method."""
+def _orders(method: str, order: Any) -> Sequence[int]:
+    """The orders of an expansion to choose from; all orders of the method for ``"optimal"``."""
     row = METHODS[method]
     if row.orders is None:
         if order is not None:
             raise InputError(
                 f"order is {shown(order)}, but method {method!r} has none; leave it out."
             )
-        return None
+        return ()
     default, most = row.orders
     if row.diverges and isinstance(order, str) and order == "optimal":
         return range(most + 1)
-    return default if order is None else count("order", order, 0, most)
+    return (default if order is None else count("order", order, 0, most),)
 
 
 def _asked(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
@@ -209,9 +210,8 @@ def _as_asked(
     if request.name in _PROBABILITIES and not request.log and np.any(value == 1):
         way = "leave complement out for" if request.complement else "complement has"
         notes = (f"{request.name} is 1 to these digits; {way} the rest", *notes)
-    order = request.order if isinstance(request.order, int) else answer.order
     method = answer.method or request.method
-    return Estimate(value, error, answer.kind, method, order, answer.notes + notes)
+    return Estimate(value, error, answer.kind, method, answer.order, answer.notes + notes)
 
 
 def _misfit(name: str, log: float) -> str:

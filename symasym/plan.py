@@ -128,7 +128,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answer:
     rising, most = np.argsort(-scenes.lam), np.log1p(float(request.rtol))
 
     def expanded(rows: Any) -> Any:
-        asked = request._replace(order=_ORDER, full=False, log=True)
+        asked = request._replace(order=(_ORDER,), full=False, log=True)
         return weak.of_scenes(scenes.some(rows), asked).value
 
     some = rising[::_STRIDE]

@@ -42,14 +42,6 @@ def write_json(path: str | os.PathLike[str], data: object) -> None:
     write_bytes(path, (json.dumps(data, indent=1, ensure_ascii=False) + "\n").encode())
 
 
-def read_json(path: str | os.PathLike[str]) -> Any:
-    """The content of a JSON file, or None if there is no readable one."""
-    try:
-        return json.loads(Path(path).read_bytes())
-    except (OSError, ValueError):
-        return None
-
-
 def reference_value(x: Mapping[str, str], estimate: Estimate, dps: int) -> dict[str, Any]:
     """The record of one value and its exact inputs `x` for a JSON file; numbers are strings.
 

@@ -19,7 +19,7 @@ from typing import Any
 from flint import arb, arb_series, ctx, fmpq, fmpq_poly
 
 from symasym.base.balls import Unresolved, precision, rational, rounded
-from symasym.base.errors import AccuracyError, RegionError
+from symasym.base.errors import AccuracyError
 from symasym.drift.evaluate import halved, profile
 from symasym.drift.formula import Formula, vanishes
 from symasym.drift.model import Parametrized
@@ -52,20 +52,6 @@ class CriticalPoint:
     u: Any
     multiplicity: int
     kind: str
-
-
-def critical_points(drift: Parametrized) -> list[CriticalPoint]:
-    """The zeros of A in (-1, 1), from left to right.
-
-    Raises
-    ------
-    AccuracyError
-        If A vanishes on all of [-1, 1], or two zeros cannot be separated.
-    """
-    drift.scalars()
-    if not drift.model.layered:
-        raise RegionError(f"{drift!r} has no layer; give a drift with a layer (-1, 1).")
-    return list(known(*formula_of(drift, 0), fmpq(-1), fmpq(1)))
 
 
 def formula_of(drift: Parametrized, k: int) -> tuple[Formula, Values]:

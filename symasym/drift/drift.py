@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from flint import fmpq
-from sympy import Expr, Function, Symbol
+from sympy import Expr, Function, Piecewise, Rational, Symbol
 
 from symasym.base import inputs
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import Numbers, exact, floats, is_array, is_name, shown
+from symasym.derivation.tex import tex
 from symasym.drift import expressions
-from symasym.drift.critical_points import CriticalPoint, critical_points
+from symasym.drift.critical_points import CriticalPoint, formula_of, known
 from symasym.drift.formula import Formula
 from symasym.drift.model import Model, Parametrized
 from symasym.drift.sampled import potential_at, values_at
@@ -218,7 +219,10 @@ class Drift(Parametrized):
     def phi(self) -> Expr:
         """phi(u) in the real symbol ``u``; for a drift with a layer a SymPy Piecewise (eq:phi)."""
         A = self.expression()
-        return expressions.phi(A) if self.model.layered else A
+        if not self.model.layered:
+            return A
+        u = Symbol("u", real=True)
+        return Piecewise((A.subs(u, -1), u <= -1), (A, u < 1), (A.subs(u, 1), True))
 
     def potential(self) -> Expr:
         """V(u) in the real symbol ``u``; for a drift with a layer a SymPy Piecewise (eq:V2).
@@ -241,7 +245,10 @@ class Drift(Parametrized):
         AccuracyError
             If A vanishes on all of [-1, 1], or two zeros cannot be separated.
         """
-        return critical_points(self)
+        self.scalars()
+        if not self.model.layered:
+            raise RegionError(f"{self!r} has no layer; give a drift with a layer (-1, 1).")
+        return list(known(*formula_of(self, 0), fmpq(-1), fmpq(1)))
 
     def wells(self) -> list[CriticalPoint]:
         """The local minima of V in (-1, 1) from left to right, as critical points."""
@@ -288,7 +295,7 @@ class Drift(Parametrized):
             # The ends of the layer, or of the pieces.
             for end in (-1, 1) if model.layered else cuts:
                 ax.axvline(end, color="0.6", linewidth=0.8, linestyle=":")
-        points = critical_points(self) if model.layered else []
+        points = self.critical_points() if model.layered else []
         named = [p for p in points if p.kind != "inflection"]
         places = np.array([float(p.u) for p in named])
         heights = potential_at(self, places) if named else places
@@ -305,4 +312,6 @@ class Drift(Parametrized):
 
     def _repr_latex_(self) -> str:
         """A(u) for a notebook; parameters that are free or arrays appear as symbols."""
-        return rf"$\displaystyle \phi(u) = {expressions.latex(self.expression())}$"
+        A = self.expression()
+        long = [x for x in A.atoms(Rational) if x.q > 10**6 or abs(x.p) > 10**18]
+        return rf"$\displaystyle \phi(u) = {tex(A.xreplace({x: x.evalf(15) for x in long}))}$"

@@ -16,7 +16,6 @@ from sympy.core.symbol import uniquely_named_symbol
 from symasym.base.balls import precision, rational
 from symasym.base.errors import InputError
 from symasym.base.inputs import choice, exact, float_text, is_name, sequence, shown
-from symasym.derivation.tex import tex
 from symasym.drift import texts
 from symasym.drift.evaluate import box, halved, profile
 from symasym.drift.formula import Formula, interned, require_admitted
@@ -143,12 +142,6 @@ def _require(
             )
 
 
-def phi(A: Any) -> Any:
-    """phi as a SymPy Piecewise in the real symbol u (eq:phi)."""
-    u = sympy.Symbol("u", real=True)
-    return sympy.Piecewise((A.subs(u, -1), u <= -1), (A, u < 1), (A.subs(u, 1), True))
-
-
 def potential(A: Any, layered: bool) -> Any:
     """V in the real symbol u; if `layered`, a SymPy Piecewise (eq:V2)."""
     u, v = sympy.Symbol("u", real=True), uniquely_named_symbol("v", A, real=True)
@@ -167,9 +160,3 @@ def potential(A: Any, layered: bool) -> Any:
         (-inside(u), u < 1),
         (-inside(sympy.Integer(1)) - A.subs(u, 1) * (u - 1), True),
     )
-
-
-def latex(A: Any) -> str:
-    """A in LaTeX; rational numbers with many digits are written as floats."""
-    long = [x for x in A.atoms(sympy.Rational) if x.q > 10**6 or abs(x.p) > 10**18]
-    return tex(A.xreplace({x: x.evalf(15) for x in long}))

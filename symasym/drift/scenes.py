@@ -139,7 +139,7 @@ class Scenes(Scene):
 class Request(NamedTuple):
     """The quantity, called `name`, that is to be computed for a scene, and the options.
 
-    `order` is a range if the best of these orders of an expansion is wanted; `dps` is None for
+    `order` has the orders of an expansion from which the best is chosen; `dps` is None for
     float64. `moment` k stands for E[tau^k] in place of T = E[tau]; `reflecting` is the reflecting
     end, "left" or "right"; `rtol` is the relative error that the method "auto" may have.
     """
@@ -175,8 +175,9 @@ class Answer(NamedTuple):
 
     For one scene, `value` is a ball that encloses the value, or its logarithm if requested; its
     radius is the error. For several, `value` has logarithms and `error` their absolute errors; a
-    refused scene has nan, and `why` is the first refusal's message. `order` is the one used if the
-    best was requested, and `method` is the one used if it is not the requested one.
+    refused scene has nan, and `why` is the first refusal's message. `order` is that of an
+    expansion, None if it differs from scene to scene; `method` is the one used if not that
+    requested.
     """
 
     value: Any

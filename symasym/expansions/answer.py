@@ -123,7 +123,7 @@ class PartialSums(ABC):
 
 def of_scene(kind: type[PartialSums], scene: Scene, request: Request) -> Answer:
     """The quantity, or its logarithm, to the request's order or to the best of its orders."""
-    orders, log = _orders(request), request.log
+    orders, log = request.order, request.log
     digits = kind.float_digits if request.dps is None else request.dps
     judged = request.full or len(orders) > 1 or not kind.enclosed
     proved = _exact(kind, scene, request) if judged else None
@@ -163,7 +163,7 @@ def _exact(kind: type[PartialSums], scene: Scene, request: Request) -> Answer | 
     """The exact value in a ball; None if it would cost far more than the expansion."""
     if kind.enclosed and request.digits > _MOST_DIGITS:
         return None
-    asked = request._replace(method="exact", order=None, dps=request.digits + 2, full=True)
+    asked = request._replace(method="exact", order=(), dps=request.digits + 2, full=True)
     with suppress(AccuracyError):
         return exact.of_scene(scene, asked)
     return None
@@ -177,18 +177,13 @@ def _refusal(kind: type[PartialSums], scene: Scene, orders: Sequence[int]) -> Ac
     )
 
 
-def _orders(request: Request) -> Sequence[int]:
-    """The orders to choose from, ascending."""
-    return request.order if isinstance(request.order, range) else (request.order,)
-
-
 # -- many scenes -----------------------------------------------------------------------------------
 
 
 def of_scenes(kind: type[PartialSums], scenes: Scenes, request: Request) -> Answer:
     """The logarithms in float64, with one set of coefficients for all kappa of a drift."""
     logs, errors = (np.full(len(scenes.lam), np.nan) for _ in range(2))
-    orders, why = _orders(request), ""
+    orders, why = request.order, ""
     for rows, some in scenes.alike():
         sums = kind.of(some.at(0), request, orders[-1] + _NEXT)
         found = _best if len(orders) > 1 else _compared
@@ -201,7 +196,8 @@ def of_scenes(kind: type[PartialSums], scenes: Scenes, request: Request) -> Answ
     if lost.any():
         why = why or str(_refusal(kind, scenes.at(np.argmax(lost)), orders))
     logs[lost] = np.nan
-    return Answer(logs, "estimate", error=errors, why=why)
+    (order,) = orders if len(orders) == 1 else (None,)
+    return Answer(logs, "estimate", order, errors, why)
 
 
 def _compared(sums: PartialSums, scenes: Scenes, request: Request) -> tuple[FloatArray, FloatArray]:
@@ -209,7 +205,7 @@ def _compared(sums: PartialSums, scenes: Scenes, request: Request) -> tuple[Floa
 
     Elsewhere an error is twice the larger neighbouring one, and three differences (`estimates`).
     """
-    lam, order, rising = scenes.lam, request.order, np.argsort(scenes.lam)
+    lam, (order,), rising = scenes.lam, request.order, np.argsort(scenes.lam)
     logs, count = sums.logs(lam, order), min(len(lam), _SAMPLES)
     some = rising[np.linspace(0, len(lam) - 1, count).astype(int)]
     away, missed = _distance(scenes.some(some), request, logs[some])
@@ -233,7 +229,7 @@ def _best(sums: PartialSums, scenes: Scenes, request: Request) -> tuple[FloatArr
 
 def _distance(scenes: Scenes, request: Request, logs: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The distances of logarithms from the exact ones, and the errors of the latter."""
-    true = floats.of_scenes(scenes, request._replace(method="exact", order=None, full=True))
+    true = floats.of_scenes(scenes, request._replace(method="exact", order=(), full=True))
     return np.abs(true.value - logs), true.error
 
 

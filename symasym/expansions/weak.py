@@ -155,13 +155,6 @@ class Sums:
         return sum(self.whole[i + 1 :]) - self.right[i]
 
 
-def exit_probability(points: list[Point], at: Any, complement: bool = False) -> Any:
-    """C (eq:C), or its complement."""
-    s, x = Sums(points, 1, at), start_of(points)
-    left, right = at.named("L", s.below(x)), at.named("R", s.above(x))
-    return (left if complement else right) / at.named("S", s.total())
-
-
 class Shares(NamedTuple):
     """L(x), R(x), S, D- and D+ as sums, m_x in T = lam (R(x) D- + L(x) D+ + m_x L(x) R(x))/S.
 
@@ -226,13 +219,6 @@ def parts(points: list[Point], regular: Any, at: Any) -> Iterator[tuple[int, Any
         yield 0, (own,), of.own * of.below * of.above * at.lam / of.total
 
 
-def outside_layer(points: list[Point], slopes: tuple[Any, Any], at: Any) -> Any:
-    """1 - P (eq:P), the share of |u| > 1 in int e^{-lam V}, from the points in [-1, 1]."""
-    ends = (points[0], slopes[0]), (points[-1], -slopes[1])  # sliding
-    tails = [at.term("X", p, -p.height, 2, [1 / a]) for p, a in ends]
-    return sum(tails) / Sums(points, -1, at).total()
-
-
 def _none(x: Any) -> bool:
     """True for the placeholder 0 of a point that does not contribute."""
     return x.__class__ is int
@@ -265,8 +251,13 @@ def quantity(name: str, known: Coefficients, at: Any) -> Any:
     if name == "T":
         return escape_time(known.points, known.regular, at)
     if name[-1] == "C":
-        return exit_probability(known.points, at, name != "C")
-    outside = outside_layer(known.points, known.slopes, at)
+        s, x = Sums(known.points, 1, at), start_of(known.points)
+        left, right = at.named("L", s.below(x)), at.named("R", s.above(x))
+        return (right if name == "C" else left) / at.named("S", s.total())
+    # 1 - P (eq:P), the share of |u| > 1 in int e^{-lam V}, in a sliding region.
+    ends = (known.points[0], known.slopes[0]), (known.points[-1], -known.slopes[1])
+    tails = [at.term("X", p, -p.height, 2, [1 / a]) for p, a in ends]
+    outside = sum(tails) / Sums(known.points, -1, at).total()
     return 1 - outside if name == "P" else outside
 
 

@@ -140,9 +140,12 @@ def release(
             x = law.quantile(np.linspace(0.0, 1.0, 402)[1:-1])
             law.error = float(np.abs(law.cdf(x) - other.cdf(x)).max())
         return Release(fine.mean, error, fine.std, (left, 1.0 - left), method, (), time, place)
-    # A path in coloured noise needs steps far shorter than its correlation time.
-    most = colour / 4 or 1e300
-    h = _step(scene, colour) if step is None else float(inputs.within("step", step, 1e-300, most))
+    # The step resolves phi, the noise and its correlation time.
+    bend = np.abs(np.gradient(scene.phi(across / radius, z), across / radius)).max()
+    flight = 0.002 * (radius / noise) ** 2
+    h = float(min(0.05 / max(bend, 1.0), flight, colour / 8 or 0.05))
+    if step is not None:
+        h = float(inputs.within("step", step, 1e-300, colour / 4 or 1e300))
     number, seed = inputs.count("paths", paths, 10, 10**7), inputs.count("seed", seed, 0, 2**62)
     times, places, sides = _simulated(scene, number, h, seed, colour)
     check = _simulated(scene, max(2, number // 5), 2.0 * h, seed + 1, colour)[0]
@@ -225,11 +228,3 @@ def _simulated(scene: Scene, paths: int, h: float, seed: int, tau: float) -> Flo
         found[:, index[gone]] = np.broadcast_arrays(step * h, z[gone], np.sign(u[gone]))
         u, z, colour, index = (x[~gone] for x in (u, z, colour, index))
     return found
-
-
-def _step(scene: Scene, tau: float) -> float:
-    """A step that resolves phi, the noise and its correlation time."""
-    across = np.linspace(-1.0, 1.0, 201)
-    bend = np.abs(np.gradient(scene.phi(across, scene.z), across)).max()
-    flight = 0.002 * (scene.r / scene.kappa) ** 2
-    return float(min(0.05 / max(bend, 1.0), flight, tau / 8 or 0.05))

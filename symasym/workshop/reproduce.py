@@ -9,9 +9,11 @@ eigenvalue, the rate at which P(tau > t) decays.
 from __future__ import annotations
 
 import hashlib
+import json
 import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
+from contextlib import suppress
 from functools import partial
 from itertools import product, repeat
 from pathlib import Path
@@ -21,7 +23,7 @@ import derivations
 import symasym as sa
 from derivations.pages import derive, names, with_roots
 from symasym.base.estimate import interval_text
-from symasym.base.files import read_json, reference_value, versions, write_bytes, write_json
+from symasym.base.files import reference_value, versions, write_bytes, write_json
 from symasym.base.inputs import choice, digits
 from symasym.formula import labels
 from symasym.workshop import figures
@@ -49,7 +51,9 @@ def reproduce(
     stages, folder = _stages(), Path(out)
     wanted = {choice("stage", name, stages) for name in (stages if only is None else only)}
     inputs = [_source(), *sorted(versions("numpy", "mpmath", "python-flint", "sympy").items()), dps]
-    stamps = read_json(folder / _STAMPS) or {}
+    stamps = {}
+    with suppress(OSError, ValueError):
+        stamps = json.loads((folder / _STAMPS).read_bytes())
 
     def stamp(name: str) -> str:
         """The current inputs of a stage and contents of its files."""
