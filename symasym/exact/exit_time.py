@@ -107,18 +107,14 @@ class Exit:
                 return self.ball(late, order, size, wanted), "bound"
         # Talbot's contour loses the digits of a value that is small compared with its integrand.
         early = float(t) < _EARLY * float(self.mean) and self._tilt(t)[1] < _NOTHING
-        if early or float(t) > _LEFT * self.std:
-            return self._on_line(t, name, wanted), "estimate"
-        for n in (_ROUGH, wanted + 1, wanted + 15):
+        suits = not early and float(t) < _LEFT * self.std
+        for n in (_ROUGH, wanted + 1, wanted + 15) if suits else ():
             found = self._on_contour(t, name, n)
             if found.rel_accuracy_bits() < _SURE:
-                return self._on_line(t, name, wanted), "estimate"
+                break
             if n >= wanted and found.rel_accuracy_bits() > wanted * 3.33 - 4:
                 return found, "estimate"
-        raise AccuracyError(
-            f"t is {float_text(t)}, where {name} is not known in {wanted} digits; take fewer, "
-            "or a t nearer to the mean."
-        )
+        return self._on_line(t, name, wanted), "estimate"
 
     def _tilt(self, t: Fraction) -> tuple[float, arb]:
         """The c = 2^k c_0 that about minimizes e^{c t} E[e^{-c tau}], and this minimum: by Markov's

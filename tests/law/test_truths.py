@@ -158,20 +158,29 @@ def test_eigenvalues_in_closed_form() -> None:
 
 
 @pytest.mark.parametrize(
-    ("t", "names"), [("0.6", ["cdf"]), ("1.8", ["cdf", "survival"]), ("2.4", ["cdf", "pdf"])]
+    ("kappa", "r", "t", "names"),
+    [
+        ("0.25", "2", "0.6", ["cdf"]),
+        ("0.25", "2", "1.8", ["cdf", "survival"]),
+        ("0.25", "2", "2.4", ["cdf", "pdf"]),
+        ("0.1", "1", "1.3", ["cdf"]),
+    ],
 )
-def test_narrow_laws_and_rare_times(t: str, names: list[str]) -> None:
-    """The inverse Gaussian law of a constant drift, which is left on the other side e^-64 times."""
-    law, shape = sa.exit_law(sa.polynomial(1), "0.25", 2, full=True), mpf(64)
+def test_narrow_laws_and_rare_times(kappa: str, r: str, t: str, names: list[str]) -> None:
+    """The inverse Gaussian law of a constant drift: the other side is left e^-64 times or less."""
+    law, mean = sa.exit_law(sa.polynomial(1), kappa, r, full=True), mpf(r)
+    shape = (mean / mpf(kappa)) ** 2
 
     def normal(x: mpf) -> mpf:
         return mp.erfc(-x / mp.sqrt(2)) / 2
 
     with mp.workdps(60):
-        first, other = (mp.sqrt(shape / mpf(t)) * x for x in (mpf(t) / 2 - 1, -mpf(t) / 2 - 1))
+        first, other = (
+            mp.sqrt(shape / mpf(t)) * x for x in (mpf(t) / mean - 1, -mpf(t) / mean - 1)
+        )
         true = {
-            "cdf": normal(first) + mp.exp(shape) * normal(other),
-            "survival": normal(-first) - mp.exp(shape) * normal(other),
+            "cdf": normal(first) + mp.exp(2 * shape / mean) * normal(other),
+            "survival": normal(-first) - mp.exp(2 * shape / mean) * normal(other),
             "pdf": mp.sqrt(shape / (2 * mp.pi * mpf(t) ** 3)) * mp.exp(-(first**2) / 2),
         }
         for name in names:
