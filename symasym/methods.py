@@ -111,11 +111,12 @@ def _asked(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
     # Expansions of higher moments and of stationary quantities exist only for the paper's scenes.
     elsewhere = method.anywhere and (mean or not method.orders)
     if not elsewhere and not is_usual(drift, numbers, request):
+        only = "means" if method.anywhere else "means in (-r, r)"
         raise RegionError(
-            f"method {request.method!r} holds for means in (-r, r), drifts that are constant "
-            "outside a layer, and constant noise; use method 'exact'."
+            f"method {request.method!r} gives {only} and, for a drift that is constant outside a "
+            "layer and constant noise, the occupation of the layer; use method 'exact'."
         )
-    if request.stationary and drift.model.layered and "left" not in numbers:
+    if request.stationary and drift.model.layered and "left" not in numbers and not drift.shape:
         require_sliding(drift)
     by_floats = request.method in ("exact", "auto") and not request.full
     scenes = read(drift, numbers, request.reflecting)
@@ -146,7 +147,10 @@ def of_scenes(scenes: Scenes, request: Request) -> Answer:
         last, why = Answer(logs, "none"), ""
         for row in range(len(logs)):
             try:
-                last = module.of_scene(scenes.at(row), request)
+                scene = scenes.at(row)
+                if request.stationary:
+                    require_sliding(scene.drift)
+                last = module.of_scene(scene, request)
             except SymasymError as error:
                 why = why or str(error)
                 continue

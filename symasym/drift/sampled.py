@@ -294,16 +294,16 @@ def potential_at(drift: Parametrized, u: FloatArray) -> FloatArray:
     arrays = {k: x for k, x in drift.values.items() if isinstance(x, np.ndarray)}
     rows = {k: np.broadcast_to(x, drift.shape).ravel() for k, x in arrays.items()}
     cuts, terms = {*marks}, 0
-    for row in range(math.prod(drift.shape)):
-        values = drift.values | {k: x[row : row + 1] for k, x in rows.items()}
-        for piece, span in zip(model.pieces, pairwise(marks), strict=False):
+    for piece, span in zip(model.pieces, pairwise(marks), strict=False):
+        for row in range(math.prod(drift.shape)):
+            values = drift.values | {k: x[row : row + 1] for k, x in rows.items()}
             held = Sampled(piece, values, 1, span=span)
             if held.cuts is None:
                 raise AccuracyError(f"V of {drift!r} takes too many panels; take a less steep A.")
             cuts.update(held.cuts.tolist())
             terms = max(terms, held.terms)
-        if len(cuts) == len({*marks}):  # A is a polynomial, for all parameters
-            break
+            if held.exact:  # a polynomial, for all parameters
+                break
     rule = np.polynomial.legendre.leggauss(terms // 2 + 1)
     with np.errstate(over="ignore", invalid="ignore"):
         total: FloatArray = -values_at(drift, position) * (position - inside)

@@ -41,7 +41,7 @@ from symasym.base.errors import AccuracyError, RegionError
 from symasym.base.inputs import float_text
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import Piece, Polynomial, pieces, profile
-from symasym.drift.scenes import Answer, Request, Scene, ends_of
+from symasym.drift.scenes import Answer, Request, Scene, ends_of, require_sliding
 from symasym.exact import transform
 from symasym.exact.first_order import Record, records
 from symasym.exact.panels import largest_exponent, panel_of, panels
@@ -218,6 +218,8 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     low, high = span(numbers)
     far = max(-low, high)
     outside = (arb(0), arb(0)) if "left" in numbers else None
+    if line and scene.drift.model.layered:
+        require_sliding(scene.drift)
     # The absolute error of lam V, which is of order lam times the length, is a relative one of e.
     guard = bits_of_way(lam, max(abs(low), abs(high)))
     most = _MOST_BITS if request.moment == 1 else _MOST_OF_MOMENTS

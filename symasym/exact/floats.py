@@ -27,7 +27,7 @@ from typing import Any
 
 import numpy as np
 
-from symasym.base.errors import AccuracyError
+from symasym.base.errors import SymasymError
 from symasym.base.inputs import FloatArray
 from symasym.drift.sampled import Field
 from symasym.drift.scenes import Answer, Request, Scenes, ends_of
@@ -53,10 +53,11 @@ def of_scenes(scenes: Scenes, request: Request) -> Answer:
     why = ""
     for row in _in_doubt(found):
         try:
-            logs[row] = float(of_scene(scenes.at(row), closer).value.mid())
-        except AccuracyError as error:
+            ball = of_scene(scenes.at(row), closer).value
+            logs[row], errors[row] = float(ball.mid()), float(ball.rad())
+        except SymasymError as error:
             logs[row], why = np.nan, why or str(error)
-        errors[row] = ROUNDING * abs(logs[row]) + 5e-324
+        errors[row] += ROUNDING * abs(logs[row]) + 5e-324
     return Answer(logs, "estimate", error=errors, why=why)
 
 

@@ -1,14 +1,12 @@
 """Evaluates a truncated expansion of T, C or P together with its truncation error.
 
-The error of a partial sum is estimated by three times the sum of the next three differences of
-successive partial sums (of the logarithm); the estimate is accepted only when below half the value.
-For one scene the error is instead the distance to the exact value, enclosed in balls, if an error
-is asked for or the estimate is not accepted. Order "optimal" is the one nearest to the exact value:
-an asymptotic series is best truncated where its error is least (R. B. Dingle, Asymptotic
-Expansions, 1973, ch. I).
-
-Features between the critical points, such as a bump of A, show in no later term. The errors of an
-array are therefore distances to exact values, between a few dozen lam interpolated upwards.
+The error of a partial sum is its distance to the exact value, because features between the critical
+points, such as a bump of A, show in no later term: for one scene in balls, for an array in float64
+at a few dozen lam, between which it is interpolated upwards. A value whose error is above half of
+it is refused. Beyond `_MOST_DIGITS` digits the exact value costs too much; there the error is
+estimated by three times the sum of the next three differences of successive partial sums (of the
+logarithm). Order "optimal" is the one nearest to the exact value: an asymptotic series is best
+truncated where its error is least (R. B. Dingle, Asymptotic Expansions, 1973, ch. I).
 """
 
 from __future__ import annotations
@@ -24,11 +22,10 @@ import numpy as np
 from flint import arb
 
 from symasym.base.balls import doubled, precision, rational
-from symasym.base.errors import AccuracyError
-from symasym.base.estimate import ErrorKind
+from symasym.base.errors import AccuracyError, RegionError
 from symasym.base.inputs import FloatArray, float_text
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import FLOAT_DIGITS, Answer, Request, Scene, Scenes
+from symasym.drift.scenes import FLOAT_DIGITS, Answer, Request, Scene, Scenes, require_sliding
 from symasym.exact import balls as exact
 from symasym.exact import floats
 from symasym.expansions.arithmetic import InBalls, InFloats
@@ -125,22 +122,19 @@ def of_scene(kind: type[PartialSums], scene: Scene, request: Request) -> Answer:
     """The quantity, or its logarithm, to the request's order or to the best of its orders."""
     orders, log = request.order, request.log
     digits = kind.float_digits if request.dps is None else request.dps
-    judged = request.full or len(orders) > 1 or not kind.enclosed
-    proved = _exact(kind, scene, request) if judged else None
-    sums = kind.of(scene, request, orders[-1] + (0 if proved else _NEXT))
+    proved = _exact(kind, scene, request)
+    more = () if proved else range(orders[-1] + 1, orders[-1] + _NEXT + 1)
+    sums = kind.of(scene, request, [*orders, *more][-1])
     with precision(int(3.33 * digits) + 64):
-        more = () if proved else range(orders[-1] + 1, orders[-1] + _NEXT + 1)
         values, logs = sums.balls(scene.lam, (*orders, *more), digits + 5, log)
         results = logs if log else values
-        if proved is None:
+        if proved:
+            errors = [abs(y - proved.value) for y in results]
+        else:
             errors = estimates(logs, len(orders))
             errors = (
                 errors if log else [y * e.expm1() for y, e in zip(values, errors, strict=False)]
             )
-            if not judged and not _half(log, results[0], errors[0]):
-                proved = _exact(kind, scene, request)
-        if proved is not None:
-            errors = [abs(y - proved.value) for y in results]
         rows = [
             (error.upper(), value, order)
             for error, value, order in zip(errors, results, orders, strict=False)
@@ -150,8 +144,7 @@ def of_scene(kind: type[PartialSums], scene: Scene, request: Request) -> Answer:
             raise _refusal(kind, scene, orders)
         error, value, order = min(rows, key=lambda row: row[0])
         value += arb(0, (error + abs(value) / 10 ** (digits + 5)).upper())
-    error_kind: ErrorKind = proved.kind if proved else "estimate"
-    return Answer(value, error_kind, order)
+    return Answer(value, proved.kind if proved else "estimate", order)
 
 
 def _half(log: bool, value: Any, error: Any) -> bool:
@@ -185,12 +178,14 @@ def of_scenes(kind: type[PartialSums], scenes: Scenes, request: Request) -> Answ
     logs, errors = (np.full(len(scenes.lam), np.nan) for _ in range(2))
     orders, why = request.order, ""
     for rows, some in scenes.alike():
-        sums = kind.of(some.at(0), request, orders[-1] + _NEXT)
+        sums = kind.of(some.at(0), request, orders[-1])
         found = _best if len(orders) > 1 else _compared
         try:
+            if request.stationary:
+                require_sliding(some.drift)
             with np.errstate(all="ignore"):
                 logs[rows], errors[rows] = found(sums, some, request)
-        except AccuracyError as error:
+        except (AccuracyError, RegionError) as error:
             why = why or str(error)
     lost = ~_counted(logs, errors)
     if lost.any():
@@ -203,19 +198,16 @@ def of_scenes(kind: type[PartialSums], scenes: Scenes, request: Request) -> Answ
 def _compared(sums: PartialSums, scenes: Scenes, request: Request) -> tuple[FloatArray, FloatArray]:
     """The logarithms, with their distances to exact values at some of the lam.
 
-    Elsewhere an error is twice the larger neighbouring one, and three differences (`estimates`).
+    Elsewhere an error is twice the larger neighbouring one.
     """
     lam, (order,), rising = scenes.lam, request.order, np.argsort(scenes.lam)
-    logs, count = sums.logs(lam, order), min(len(lam), _SAMPLES)
-    some = rising[np.linspace(0, len(lam) - 1, count).astype(int)]
+    logs, last = sums.logs(lam, order), len(lam) - 1
+    some = rising[np.linspace(0, last, min(last + 1, _SAMPLES)).astype(int)]
     away, missed = _distance(scenes.some(some), request, logs[some])
     at_some, after = away + missed, np.searchsorted(lam[some], lam)
     errors = np.where(
         lam == lam[some][after], at_some[after], 2 * np.maximum(at_some[after], at_some[after - 1])
     )
-    if len(lam) > count:
-        (more,) = estimates([logs, *(sums.logs(lam, order + k + 1) for k in range(_NEXT))], 1)
-        errors += np.where(_counted(logs, more), more, 0.0)
     return logs, errors
 
 

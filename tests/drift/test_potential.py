@@ -89,5 +89,7 @@ def test_potential_of_free_and_of_array_parameters() -> None:
     assert many([[0.0], [1.0]]).shape == (2, 3)
     peaks = sa.Drift("1 + exp(-(10**4*(u - c))**2)").bind(c=[-0.7, 0.3, 0.7])
     assert peaks.potential_at(1.0) == pytest.approx(3 * [-2 - np.pi**0.5 / 1e4], rel=1e-13)
+    steep = [sa.tanh(1, -0.5, x).potential_at(0.9) for x in (0.1, 80.0)]  # the first has one panel
+    assert sa.tanh(1, -0.5, [0.1, 80.0]).potential_at(0.9) == pytest.approx(steep, rel=1e-13)
     with pytest.raises(sa.AccuracyError, match="too many panels"):
         sa.sine(1, 1, 4, waves=1000).potential_at(0.3)

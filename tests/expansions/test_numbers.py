@@ -152,8 +152,16 @@ def test_any_ends_pieces_and_noise_gain_a_power_with_each_order(name: str) -> No
 
 @pytest.mark.parametrize(("ask", "options"), [("T", {"moment": 2}), ("C", {"method": "uniform"})])
 def test_what_is_not_covered_is_refused(ask: str, options: Any) -> None:
-    with pytest.raises(sa.RegionError, match="holds for means in"):
+    with pytest.raises(sa.RegionError, match="means"):
         ENDS[ask](well(), "0.1", ends=(-2, 1), start=-1, **{"method": "laplace"} | options)
+
+
+def test_a_feature_that_shows_in_no_term_is_refused() -> None:
+    """A drift that turns outwards between two critical points: the series for C sums to 2.6."""
+    flat = sa.Drift("u*exp(-u**16) - d*(1 - exp(-u**16))", layer=None).bind(d="3e-6")
+    for options in ({}, {"full": True}):
+        with pytest.raises(sa.AccuracyError):
+            sa.exit_probability(flat, "0.3", ends=(-2, "0.8"), method="laplace", **options)
 
 
 @pytest.mark.parametrize("name", ["well and barrier", "several wells", "start outside", "sine"])

@@ -70,7 +70,6 @@ def test_axes_in_axes_out_and_values_beyond_floats() -> None:
 
 def test_bad_input() -> None:
     for call in (
-        lambda: sa.plot("T", FRICTION, [1e-200, 1e-201], 10),
         lambda: sa.plot("t", FRICTION, KAPPA, 10),
         lambda: sa.plot("T", FRICTION, 1, 10),
         lambda: sa.plot("T", FRICTION, KAPPA, KAPPA),

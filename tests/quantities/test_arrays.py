@@ -148,3 +148,15 @@ def test_a_drift_that_ends_with_its_layer_is_told(kappa: Any, layer: Any, said: 
     drift = sa.Drift("u - u**3", layer=layer)
     found = sa.escape_time(drift, kappa, ends=(-2, 1), start=-1, full=True)
     assert any("a layer" in note for note in found.notes) == said
+
+
+@pytest.mark.parametrize("method", ["exact", "paper", "laplace", "uniform", "strong_noise", "auto"])
+def test_a_drift_without_a_stationary_state_is_nan(method: Any) -> None:
+    found = sa.occupation(sa.linear(1, [-1.0, 2.0]), 1, method=method, full=True)
+    assert np.isnan(found.value).tolist() == [False, True]
+    assert "sliding" in found.notes[-1]
+    if method == "exact":
+        outwards = sa.Drift("a*u", layer=None).bind(a=[-1.0, 1.0])
+        assert np.isnan(sa.occupation(outwards, 1)).tolist() == [False, True]
+        # kappa^2 is beyond float64, kappa is not.
+        assert sa.escape_time(sa.linear(1, 1), "1e-200", 2) == pytest.approx(2.0, rel=1e-12)
