@@ -231,8 +231,8 @@ def corner(
 def finite_parts_in_s(
     phi: Sequence[Any], count: int, ring: Any, weights: Sequence[Sequence[Any]] = ()
 ) -> list[Any]:
-    """The increase of the finite part of int_x h_k, phi(x) = 0, if the divergent terms omitted are
-    powers and the logarithm of s instead of u - x.
+    """The increase of Hadamard's finite part of int_x h_k, phi(x) = 0, if the divergent terms
+    omitted are powers and the logarithm of s instead of u - x.
 
     V - V(x) = ±s^2/2, s = t sqrt(2 a) w(t); t^-p has in s the constant term [t^p] t w'/w (Lagrange)
     """
@@ -245,8 +245,8 @@ def finite_parts_in_s(
 
 
 def pole_sums(poles: Any, lo: Any, hi: Any, count: int, ring: Any) -> list[Any]:
-    """Finite parts of int h_k over [lo, hi] if h_k is the sum of its principal parts, as for a
-    polynomial phi. `poles` has every zero z of phi with phi's Taylor coefficients, whether z is
+    """Hadamard's finite parts of int h_k over [lo, hi] if h_k is the sum of its principal parts, as
+    for a polynomial phi. `poles` has every zero z of phi with phi's Taylor coefficients, whether z is
     real, and the weights' Taylor coefficients."""
     row = [0] * count
     for z, phi, real, *weights in poles:

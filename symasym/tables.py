@@ -123,7 +123,7 @@ def write_table(
         target.parent.mkdir(parents=True, exist_ok=True)
         with open(target, "a+b") as file:
             fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            records = _known(target, file, heads)
+            records = _resumed(target, file, heads)
             done = len(records)
             with progress(target.name, len(heads), done) as bar:
                 for low in range(done, len(heads), _AT_ONCE):
@@ -145,7 +145,7 @@ def write_table(
     return records, done
 
 
-def _known(target: Path, file: IO[bytes], heads: list[Record]) -> list[Record]:
+def _resumed(target: Path, file: IO[bytes], heads: list[Record]) -> list[Record]:
     """The records of the complete lines of a file; an incomplete last line is removed."""
     file.seek(0)
     lines = [line for line in file if line.endswith(b"\n")]

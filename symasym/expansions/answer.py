@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from contextlib import suppress
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any, Self
@@ -153,13 +152,16 @@ def _half(log: bool, value: Any, error: Any) -> bool:
 
 
 def _exact(kind: type[PartialSums], scene: Scene, request: Request) -> Answer | None:
-    """The exact value in a ball; None if it would cost far more than the expansion."""
+    """The exact value in a ball; None if it is unknown or costs far more than the expansion."""
     if kind.enclosed and request.digits > _MOST_DIGITS:
         return None
     asked = request._replace(method="exact", order=(), dps=request.digits + 2, full=True)
-    with suppress(AccuracyError):
+    try:
         return exact.of_scene(scene, asked)
-    return None
+    except AccuracyError:
+        if not kind.enclosed:
+            raise
+        return None
 
 
 def _refusal(kind: type[PartialSums], scene: Scene, orders: Sequence[int]) -> AccuracyError:
