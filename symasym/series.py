@@ -246,8 +246,8 @@ def finite_parts_in_s(
 
 def pole_sums(poles: Any, lo: Any, hi: Any, count: int, ring: Any) -> list[Any]:
     """Hadamard's finite parts of int h_k over [lo, hi] if h_k is the sum of its principal parts, as
-    for a polynomial phi. `poles` has every zero z of phi with phi's Taylor coefficients, whether z is
-    real, and the weights' Taylor coefficients."""
+    for a polynomial phi. `poles` has every zero z of phi with phi's Taylor coefficients, whether z
+    is real, and the weights' Taylor coefficients."""
     row = [0] * count
     for z, phi, real, *weights in poles:
         high, low = hi - z, lo - z
