@@ -23,18 +23,25 @@ SCHEMA = "symasym-derivation/2"
 _LONG = 110
 _FORMULA = r"(\$[^$]*\$)"
 #: A letter with its index, in TeX; not that of a set or an operator.
-_LETTER = r"(?<!mathbb{)(?<!mathcal{)\\?[A-Za-z]+(?:_\w|\^[+-])?"
+_LETTER = r"(?<!mathbb{)(?<!mathcal{)\\?[A-Za-z]+(?:_(?:\w|\\[a-z]+)|\^[+-])?"
+#: In the name of a step: signs and numbers, and symbols.
+_SIGN = r"[(]*(?:[-=<>]+|-?[\d./]+)[)]*"
+_GREEK = "alpha|sigma|kappa|zeta|eta|phi|mu|Delta"
+_SYMBOL = rf"(?!a$)[-(]*(?:\d/)?(?:d?[A-Za-z]|{_GREEK})(?:['^_+/(].*)?[)]*"
 #: What is given; other letters have the signs that follow.
 _GIVEN = ("kappa", "kappa_phys", "r", "r_phys", "epsilon", "a", "a_minus", "a_plus", "mu", "alpha")
 #: Letters that a page uses in a sense of its own, which its text explains.
 _OWN = {
-    **dict.fromkeys(("airy-form", "cubic-pair", "truncated-gaussian"), set("pqRJty")),
+    **dict.fromkeys(("airy-form", "cubic-pair", "truncated-gaussian"), {*"pqRJtym", "J1", "sigma"}),
     **dict.fromkeys(("backward", "canonical-form"), set("LMS")),
-    "endpoint-series": {"t"},
+    "endpoint-series": {"t", "sigma"},
+    "eq:odeR": {"m"},
     **dict.fromkeys(("exit-eigenvalue", "exit-moments", "exit-transform"), {"y", "F"}),
     "fold-delay": {"t"},
-    "panel-step": {"a", "F", "D"},
-    **dict.fromkeys(("release-order", "release-time"), {"p", "q", "T_1"}),
+    **dict.fromkeys(("noise-amplitude", "positive-form"), {"sigma"}),
+    "panel-step": {"a", "F", "D", "sigma"},
+    **dict.fromkeys(("release-order", "release-time"), {"p", "q", "T_1", "M"}),
+    "saddle-start": {"p", "t"},
 }
 
 for module in dict.fromkeys(MODULES.values()):
@@ -68,6 +75,30 @@ def words(text: str) -> str:
     return "".join(p if p.startswith("$") else re.sub(label, link, p) for p in pieces)
 
 
+def heading(name: str) -> str:
+    """The name of a step for Markdown: its symbols as formulas, its first word with a capital."""
+    runs: list[tuple[bool, list[str]]] = []
+    for token in name.split():
+        bare = token.rstrip(",:")
+        formula = bool(re.fullmatch(f"{_SIGN}|{_SYMBOL}", bare))
+        last = runs[-1][1][-1] if runs else ""
+        open_ = runs and "".join(runs[-1][1]).count("(") > "".join(runs[-1][1]).count(")")
+        if not runs or runs[-1][0] != formula or (last[-1:] in (",", ":") and not open_):
+            runs.append((formula, []))
+        runs[-1][1].append(token)
+    pieces = []
+    for formula, tokens in runs:
+        text = " ".join(tokens)
+        bare = text.rstrip(",:")
+        if formula and re.search("[A-Za-z(]", bare):
+            signs = re.sub(rf"\b({_GREEK})", r"\\\1", bare).replace("->", r"\to")
+            signs = re.sub(r"(?<=[a-z])\+$", "^+", signs.replace("_max", r"_{\max}"))
+            text = f"${signs}${text[len(bare) :]}"
+        pieces.append(text)
+    whole = words(" ".join(pieces))
+    return whole[:1].upper() + whole[1:]
+
+
 def escaped(text: str) -> str:
     """A sentence for LaTeX, its formulas as they are."""
     return "".join(
@@ -87,7 +118,7 @@ def letters(d: Derivation, steps: Iterable[Step], text: str = "") -> list[str]:
     held: set[str] = set()
     for e in (side for step in steps for side in (step.left, step.right)):
         if isinstance(e, str):
-            held |= {s for s in MEANINGS if e.split() and e.split()[0] == NAMES.get(s, s)}
+            text += f" ${e}$"
         else:
             known = sympy.sympify(e)
             held |= {s.name for s in known.atoms(sympy.Symbol)}
@@ -133,7 +164,8 @@ def statement(d: Derivation, mark: str) -> list[str]:
     lines += [f"{mark} Letters", "", *[f"Here {words(d.note)}.", ""] * bool(d.note)]
     lines += table(letters(d, d.concluded, d.note))
     error = d.leaves_out().replace("none", "none: the formula is exact")
-    return [*lines, f"{mark} Error", "", f"{words(error[:1].upper() + error[1:])}.", ""]
+    known = f" {words(d.known[:1].upper() + d.known[1:])}." * bool(d.known)
+    return [*lines, f"{mark} Error", "", f"{words(error[:1].upper() + error[1:])}.{known}", ""]
 
 
 def steps(d: Derivation, mark: str) -> list[str]:
@@ -142,7 +174,7 @@ def steps(d: Derivation, mark: str) -> list[str]:
     lines = table(s for s in letters(d, d.steps) if s not in first)
     for number, s in enumerate(d.steps, 1):
         why = words(s.why)
-        lines += [f"{mark} {number}. {words(s.name)}", "", *display(s.latex())]
+        lines += [f"{mark} {number}. {heading(s.name)}", "", *display(s.latex())]
         lines += [f"{why[:1].upper()}{why[1:]}{'. ' * bool(why)}Checked {s.check_kind}.", ""]
     return lines
 

@@ -56,6 +56,8 @@ V_0 | V(0) | potential at the start | scaled position times velocity
 V_u1 | V(u_1) | potential at the well $u_1$ | scaled position times velocity
 V_u2 | V(u_2) | potential at the barrier $u_2$ | scaled position times velocity
 V_m | V(u_m) | lowest value of the potential | scaled position times velocity
+s_1 | | curvature of the potential at the well | 1/scaled time
+s_2 | | curvature of the potential at the barrier, with the sign of $s_1$ | 1/scaled time
 K_m | V''(u_m) | curvature of $V$ at its lowest point, $V'' = -A'$ | 1/scaled time
 D | | height of the barrier, $V(u_2) - V(u_1)$ | scaled position times velocity
 u1 | u_1 | the well, a zero of the drift | scaled: $y/\varepsilon$
@@ -97,9 +99,12 @@ J1 | | $\int_{-r}^0 e^{\lambda V(v)} \int_{-r}^v e^{-\lambda V}$ | scaled length
 \zeta^+ | | $-y'/e$ of $\eta^+$ | a number
 W | | Wronskian of the two solutions, divided by $e$ | scaled length
 \lambda_1 | | principal eigenvalue of the exit problem | 1/scaled time
-\alpha | | point of a step where the noise is taken: Ito 0, Stratonovich 1/2 | a number
+\alpha | | point of a step where the noise is taken: Itô 0, Stratonovich 1/2 | a number
+sigma | \sigma | factor of the noise amplitude, which depends on $u$ | a number
 V_\sigma | | potential, $V_\sigma' = -\phi/\sigma^2$ | scaled position times velocity
+D_\sigma | | height of the barrier, $V_\sigma(u_2) - V_\sigma(u_1)$ | scaled position times velocity
 Sigma | | scale function, 0 at $-r$ | scaled length
+m | | speed density, $\lambda/\Sigma'$ for constant noise | scaled time per scaled length squared
 Heaviside | \mathbf{1} | $\mathbf{1}_{x > 0}$ is 1 for $x > 0$ and 0 for $x < 0$ | a number
 K_left | K_l | integral of $e^{\lambda (V(v) - V(u))}$ over $-r < v < u < x$ | scaled length squared
 K_right | K_r | integral of $e^{\lambda (V(v) - V(u))}$ over $x < u < v < r$ | scaled length squared

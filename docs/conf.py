@@ -29,14 +29,14 @@ extensions = [
 myst_enable_extensions = ["colon_fence", "dollarmath"]
 myst_heading_anchors = 4
 myst_update_mathjax = False
-suppress_warnings = ["ref.python"]  # a type in words may be an attribute's name as well
 default_role = "code"
 smartquotes_action = "D"  # dashes alone: V'' is a second derivative
 
 autodoc_typehints = "none"  # docstrings have the types in words
 autodoc_member_order = "bysource"
 templates_path = [str(Path(__file__).parent / "_templates")]
-napoleon_google_docstring = False
+# A type in words, such as "pair of numbers", leads nowhere.
+napoleon_google_docstring = napoleon_use_param = napoleon_use_rtype = False
 python_maximum_signature_line_length = 80
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True

@@ -86,7 +86,7 @@ def reduced(d):
     drift, variance = moments(three)
     mean = lambda found, g: found.replace(f, lambda _: g).doit()
     sigma = k_p * d["noise-amplitude"]
-    generator = d.eq("Ito's generator", r"\mathcal{L} f", phi(u) * Derivative(f(y), y)
+    generator = d.eq("Itô's generator", r"\mathcal{L} f", phi(u) * Derivative(f(y), y)
                      + sigma**2 / 2 * Derivative(f(y), (y, 2)),
                      r"for smooth $f$; the mean of $y$ changes at the rate $\phi$, and that of $y^2$ at the rate "
                      r"$2 y \phi$ plus the variances of three independent noises",

@@ -1,6 +1,6 @@
 r"""Noise that depends on the state, beyond the paper: scale and speed, the mean exit time, and Kramers' rate.
 
-du = phi dt + kappa sigma(u) dW with sigma taken at u + alpha du: alpha is 0 by Ito's prescription, 1/2 by that of
+du = phi dt + kappa sigma(u) dW with sigma taken at u + alpha du: alpha is 0 by Itô's prescription, 1/2 by that of
 Stratonovich. C. W. Gardiner, Handbook of Stochastic Methods, 4.3 and 5.2; H. A. Kramers, Physica 7 (1940) 284.
 """
 
@@ -21,7 +21,7 @@ f, V, m, Sigma, T, C = (Function(name) for name in ("f", r"V_\sigma", "m", "Sigm
 sigma, slope = Function("sigma", positive=True)(u), Function("sigma", positive=True)(u).diff(u)
 FORCE = {V(u).diff(u): -phi(u) / sigma**2}
 STATE = (r"in $du = \phi \, dt + \kappa \sigma(u) \, dW$ the amplitude $\sigma$ is taken at $u + \alpha \, du$, "
-    r"with $\alpha = 0$ for Ito's prescription and 1/2 for that of Stratonovich; $V_\sigma' = -\phi/\sigma^2$")
+    r"with $\alpha = 0$ for Itô's prescription and 1/2 for that of Stratonovich")
 
 
 @derives("state-noise", "Noise that depends on the state: the generator, the scale and the speed density")
@@ -37,7 +37,7 @@ def state_noise(d):
                  * Derivative(sigma**(2 * alpha) * f(u).diff(u), u), "it follows from the drift and the "
                  "variance of the step",
                  by=drift * f(u).diff(u) + variance / 2 * f(u).diff(u, u))
-    d.eq("Ito", r"\mathcal{L} f|_{\alpha = 0} =", phi(u) * f(u).diff(u) + half * sigma**2 * f(u).diff(u, u),
+    d.eq("Itô", r"\mathcal{L} f|_{\alpha = 0} =", phi(u) * f(u).diff(u) + half * sigma**2 * f(u).diff(u, u),
          by=whole.subs(alpha, 0))
     d.eq("Stratonovich", r"\mathcal{L} f|_{\alpha = 1/2} =", (phi(u) + half * sigma * slope) * f(u).diff(u) + half
          * sigma**2 * f(u).diff(u, u),
@@ -49,7 +49,7 @@ def state_noise(d):
     d.eq("speed density", m(u), lam * exp(-lam * V(u)) * sigma**(2 * alpha - 2),
          r"from $m \, \mathcal{L} f = (f'/\Sigma')'$ for all $f$",
          lambda e: [(e * whole.doit(), (f(u).diff(u) / scale).diff(u).subs(FORCE))])
-    d.conclude("generator", "Ito", "Stratonovich", "scale density", "speed density", note=STATE)
+    d.conclude("generator", "Itô", "Stratonovich", "scale density", "speed density", note=STATE)
 
 
 @derives("state-noise-time", "Mean exit time and exit probability with noise that depends on the state")
@@ -114,4 +114,4 @@ def kramers(d):
          r"$(q'/\Sigma')' = -\lambda_1 m q$, is 1 in the well and falls to 0 over the barrier; the fall is "
          r"$\lambda_1 \int m \, du \int \Sigma' \, du = \lambda_1 T$", lambda e: [(e * time, 1)])
     d.conclude("mean time", "principal eigenvalue", error=r"relative $O(\kappa^2)$",
-               note=r"$D_\sigma = V_\sigma(u_2) - V_\sigma(u_1)$, $A'$ is $\phi'$; " + STATE)
+               note=STATE)

@@ -12,10 +12,16 @@ NONE = ""
 CUBIC = 'drift = sa.polynomial(0, -1, 0, "-1/2")'
 
 _ESCAPE = (FRICTION, 'sa.escape_time(drift, "0.3", 10, dps=30, full=True)')
-_ESCAPES = (
-    FRICTION,
-    'sa.escape_time(drift, "0.1", 10, method="paper")',
-    'sa.escape_time(drift, "0.1", 10)',
+
+
+def _beside(start: str, formula: str, exact: str) -> tuple[str, ...]:
+    """A formula and the exact value, named, with the difference that says what digits are right."""
+    named = f"{start}\nformula = {formula}\nexact = {exact}\nerror = formula / exact - 1"
+    return named, 'f"formula {formula:.5g}, exact {exact:.5g}, relative error {error:.1e}"'
+
+
+_ESCAPES = _beside(
+    FRICTION, 'sa.escape_time(drift, "0.1", 10, method="paper")', 'sa.escape_time(drift, "0.1", 10)'
 )
 _EXIT = (FRICTION, 'sa.exit_probability(drift, "0.3", 10, dps=30, full=True)')
 _OCCUPATION = (SLIDING, 'sa.occupation(drift, "0.3", dps=30, full=True)')
@@ -69,7 +75,7 @@ CALLS: dict[str, tuple[str, ...]] = {
         'sa.exit_probability(drift, "0.3", 10, method="paper", full=True)',
         'sa.exit_probability(drift, "0.3", 10)',
     ),
-    "eq:Ttildelarge": (
+    "eq:Ttildelarge": _beside(
         NO_WELL,
         'sa.escape_time(drift, 1, 1000, method="paper")',
         "sa.escape_time(drift, 1, 1000)",
@@ -86,7 +92,7 @@ CALLS: dict[str, tuple[str, ...]] = {
         'sa.occupation(drift, 1, method="paper", full=True)',
         "sa.occupation(drift, 1)",
     ),
-    "eq:Plarge2": (
+    "eq:Plarge2": _beside(
         SLIDING,
         'sa.formula("eq:Plarge2").lambdify("numpy")(10, 1, -1)',
         "sa.occupation(drift, 10)",

@@ -50,7 +50,7 @@ OPTIONS: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
     ("value show emit", "--no-layer", "A(u) is the drift for all u, not constant for |u| > 1",
      {"action": "store_false", "dest": "layer"}),
     ("value show emit release", "--noise", "sigma(u) in the noise kappa sigma(u) dW (1)", _X),
-    ("value show emit", "--stratonovich", "this product is Stratonovich's, not Ito's",
+    ("value show emit", "--stratonovich", "this product is Stratonovich's, not Itô's",
      {"action": "store_const", "const": "stratonovich", "dest": "ito"}),
     ("value release", "--kappa", "noise amplitude", _X),
     ("value release", "--r", "escape radius", _X),

@@ -86,15 +86,15 @@ class Step:
     @property
     def check_kind(self) -> str:
         """The kind of check in a few words."""
-        exact = "symbolically" if self.relation == "=" else "by a sign that is seen"
+        exact = "symbolically" if self.relation in "=~" else "by a sign that is seen"
         return exact if self.variable is None else "by the slope of the remainder"
 
     def latex(self) -> str:
         """``left = right + O(error)``, or ``right (1 + O(...))``; for tuples, elementwise."""
+        sign = {"<=": r"\le", ">=": r"\ge", "~": r"\sim"}.get(self.relation, self.relation)
         if isinstance(self.right, sympy.Tuple):
             pairs = zip(self.left, self.right, strict=True)
-            return r" ,\quad ".join(f"{tex(a)} = {tex(b)}" for a, b in pairs)
-        sign = {"<=": r"\le", ">=": r"\ge"}.get(self.relation, self.relation)
+            return r" ,\quad ".join(f"{tex(a)} {sign} {tex(b)}" for a, b in pairs)
         left = self.left if isinstance(self.left, str) else tex(self.left)
         stated = isinstance(self.left, str) and re.search(r"([=<>]|\\(sim|le|ge))$", left)
         return f"{left} {self._right()}" if stated else f"{left} {sign} {self._right()}"
@@ -131,6 +131,7 @@ class Derivation:
     concluded: tuple[Step, ...] = ()
     note: str = ""  # the meaning of its own symbols
     left_out: str = ""  # the remainder, if no step's `error` states it
+    known: str = ""  # what is known of the remainder beyond its order
     cases: tuple[str, ...] = ()  # conditions of the pieces of a piecewise conclusion
 
     def __getitem__(self, key: str | tuple[str, str]) -> Any:
@@ -225,32 +226,37 @@ class Derivation:
         return self._add(Step(name, left, right, check, why, "=", error, free[0]))
 
     def conclude(
-        self, *names: str, note: str = "", error: Any = "", cases: Iterable[str] = ()
-    ) -> None:
+        self, *names: str, note: str = "", error: Any = "", known: str = "",
+        cases: Iterable[str] = (),
+    ) -> None:  # fmt: skip
         """State which steps are the conclusion; the last one if none is named.
 
-        `error` is the remainder, as TeX or as an order, if no `order` step has measured it.
+        `error` is the remainder, as TeX or as an order, if no `order` step has measured it; `known`
+        says more about it.
         """
         if names:
             self.concluded = self._steps(*names)
-        self.note, self.cases = note, tuple(cases)
+        self.note, self.known, self.cases = note, known, tuple(cases)
         if isinstance(error, str):
             self.left_out = error
+            asymptotic = re.match(r"(relative |next term )?\$?O\(", error) and not cases
+            for step in self.concluded if asymptotic else ():
+                step.relation = "~"
+                if isinstance(step.left, str):
+                    step.left = re.sub("=$", r"\\sim", step.left)
         else:
             self.concluded[0].error = error
 
     def leaves_out(self) -> str:
         """The remainder of the conclusion, in TeX."""
         orders = [f"${_order(s.error)}$" for s in self.concluded if s.error is not None]
-        bounds = {"a bound" for s in self.concluded if s.relation != "="}
+        bounds = {"a bound" for s in self.concluded if s.relation not in "=~"}
         return self.left_out or ", ".join(orders or bounds) or "none"
 
     def latex(self) -> str:
         """The conclusion in LaTeX."""
         if not self.cases:
-            shown = r" ,\quad ".join(step.latex() for step in self.concluded)
-            ordered = re.match(r"(relative |next term )?\$?O\(", self.left_out)
-            return shown.replace(" = ", r" \sim ") if ordered else shown
+            return r" ,\quad ".join(step.latex() for step in self.concluded)
         pieces = zip(self.concluded, self.cases, strict=True)
         rows = (rf"\displaystyle {tex(s.right)} , & {when}" for s, when in pieces)
         body = r" \\[1ex] ".join(rows)

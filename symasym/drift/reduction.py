@@ -148,7 +148,7 @@ def reduce(
     -----
     The reduction is of leading order in the distance from the point. The variances of independent
     noises add: the amplitude is the Euclidean norm of grad h · D, whereas the paper prints its
-    square root. If h is not linear, Ito's formula adds kappa^2/2 times the trace of D^T (Hessian
+    square root. If h is not linear, Itô's formula adds kappa^2/2 times the trace of D^T (Hessian
     of h) D to the drift of h; this is omitted like the other terms of higher order.
 
     Examples

@@ -33,7 +33,7 @@ class System:
         Velocity across the switch and g, that of z in physical time, in u (the switch's argument,
         from -1 to 1), z and y = eps u.
     noise : SymPy expression or str, optional
-        The factor sigma(u) of the noise (Ito), above 0: du = phi dt + kappa sigma dW.
+        The factor sigma(u) of the noise (Itô), above 0: du = phi dt + kappa sigma dW.
 
     Examples
     --------

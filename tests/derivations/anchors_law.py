@@ -66,7 +66,7 @@ def spectrum(rng):
 
 
 class State:
-    """phi = p sigma^2 on (-r, r), and the drift by Ito's calculus."""
+    """phi = p sigma^2 on (-r, r), and the drift by Itô's calculus."""
 
     def __init__(self, p, sigma, alpha, kappa, r=1):
         self.V, self.phi, self.sigma = -p.integ(), p * sigma**2, sigma
@@ -85,7 +85,7 @@ def state(rng):
     """The generator by a short step, the densities by their equations, T and C by shooting."""
     p, g, x = Polynomial(rng.uniform(-1, 1, 4)), Polynomial(rng.uniform(-1, 1, 4)), rng.uniform(-0.5, 0.5)
     d, nodes, shares = build("state-noise"), *np.polynomial.hermite_e.hermegauss(16)
-    for alpha, step in ((0, "Ito"), (0.5, "Stratonovich"), (0.3, "generator")):
+    for alpha, step in ((0, "Itô"), (0.5, "Stratonovich"), (0.3, "generator")):
         s = State(p, Polynomial([1, *rng.uniform(-0.3, 0.3, 2)]), alpha, rng.uniform(0.8, 1.2))
         at = {"u": x, "kappa": s.kappa, r"\alpha": alpha, "x": x, "r": 1, "phi": s.phi}
 
