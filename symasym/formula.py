@@ -131,7 +131,7 @@ def formula(label: str) -> Formula:
     try:
         return Formula(build(str(label)))
     except KeyError as missing:
-        told = "is no formula; give one of the labels (sa.labels())."
+        told = "is no formula; give one of those that labels() or the command show lists."
         if str(label) in DEFINITIONS:
             told = f"defines {DEFINITIONS[label][1]}: there is nothing to derive."
         raise InputError(f"{shown(label)} {told}") from missing

@@ -217,32 +217,30 @@ class ExitLaw(Law):
 
     def survival(self, t: Numbers) -> Any:
         """P(tau > t) for t >= 0, a number or an array."""
-        return self._of_times(t, "survival")
+        return self._each("t", t, lambda x: self._exit.at_time(x, "survival"))
 
     def cdf(self, t: Numbers) -> Any:
         """P(tau <= t) for t >= 0, a number or an array."""
-        return self._of_times(t, "cdf")
+        return self._each("t", t, lambda x: self._exit.at_time(x, "cdf"))
 
     def pdf(self, t: Numbers) -> Any:
         """The density of tau at t >= 0, which is a number or an array."""
-        return self._of_times(t, "pdf")
+        return self._each("t", t, lambda x: self._exit.at_time(x, "pdf"))
 
-    def _of_times(self, t: Any, name: str) -> Any:
-        times = inputs.floats("t", t) if inputs.is_array(t) else None
-        given = [inputs.exact("t", x) for x in ([t] if times is None else times.flat)]
-        if (first := min(given)) < 0:
-            raise InputError(f"t is {inputs.float_text(first)}; give a time of at least 0.")
-        found = [self._exit.at_time(x, name) for x in given]
-        if times is None:
+    def quantile(self, p: Numbers) -> Any:
+        """The t with P(tau <= t) = p for 0 < p < 1, a number or an array; errors are estimates."""
+        return self._each("p", p, lambda x: (self._exit.quantile(x), "estimate"))
+
+    def _each(self, name: str, given: Any, of: Callable[[Any], tuple[Any, ErrorKind]]) -> Any:
+        array = inputs.floats(name, given) if inputs.is_array(given) else None
+        numbers = [inputs.exact(name, x) for x in ([given] if array is None else array.flat)]
+        if (low := min(numbers)) < 0 or (name == "p" and not 0 < low <= max(numbers) < 1):
+            rule = "a time of at least 0" if name == "t" else "a probability between 0 and 1"
+            raise InputError(f"{name} is {inputs.shown(given)}; give {rule}.")
+        found = [of(x) for x in numbers]
+        if array is None:
             return self._as_asked(*found[0])
         near = zip(*(rounded(ball, None) for ball, _ in found), strict=True)
-        value, error = (np.reshape(x, times.shape) for x in near)
+        value, error = (np.reshape(x, array.shape) for x in near)
         kind = max(kind for _, kind in found)  # an estimate if one of the errors is
         return Estimate(value, error, kind, "exact") if self._full else value
-
-    def quantile(self, p: Number) -> Any:
-        """The t with P(tau <= t) = p, where 0 < p < 1; its error is an estimate."""
-        wanted = inputs.exact("p", p)
-        if not 0 < wanted < 1:
-            raise InputError(f"p is {inputs.shown(p)}; give a probability between 0 and 1.")
-        return self._as_asked(self._exit.quantile(wanted), "estimate")

@@ -239,8 +239,8 @@ def _in_floats(quantity: str, scenes: Scenes) -> Sensitivity:
         slopes[:, k], errors[:, k] = zip(*(rounded(found[n], None) for n in names), strict=True)
     if (lost := ~np.isfinite(slopes).all(axis=1)).any():
         raise RangeError(
-            f"d log({quantity})/d({names[np.argmax(lost)]}) is outside the range of float64; pass "
-            "dps=…."
+            f"d log({quantity})/d({names[np.argmax(lost)]}) is outside the range of float64; ask "
+            "for digits (dps)."
         )
     rows = slopes, np.maximum(errors, 5e-324), np.abs(slopes * values)
     columns = ([x.reshape(shape) if shape else x.item() for x in row] for row in rows)

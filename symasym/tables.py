@@ -132,6 +132,8 @@ def write_table(
                         file.flush()
                         records.append(json.loads(line))
                         bar.update()
+    except OutputError:
+        raise
     except OSError as error:
         raise OutputError(
             f"{target} cannot be written ({error.strerror or error}); make room, choose another "

@@ -1,8 +1,7 @@
 """The command ``symasym``.
 
-Each command is a function in `verbs`, whose docstring is the help text, and which takes the
-arguments that were given, has the defaults of the others, and returns an exit status or None (for
-0). Arguments without a default are required. `OPTIONS` describes all arguments.
+Each command is a function in `verbs`. Its docstring is the help text; it takes the arguments that
+were given, of which those without a default are required, and returns an exit status or None.
 """
 
 from __future__ import annotations
@@ -16,9 +15,10 @@ from collections.abc import Sequence
 from importlib import metadata
 from typing import Any, NoReturn
 
-from symasym.base.errors import SymasymError
+from symasym.base.errors import InputError, SymasymError
 from symasym.commands import verbs
 from symasym.drift.ready_made import DRIFTS, drift_signatures
+from symasym.formula import labels
 from symasym.methods import METHODS
 
 
@@ -137,10 +137,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     argv = sys.argv[1:] if argv is None else argv
     try:
         given = vars(_parser().parse_args(argv or ["--help"]))
+        names = [name for name, _ in given.get("set", ())]
+        if twice := [name for name in names if names.count(name) > 1]:
+            raise InputError(f"--set gives {twice[0]} twice; give each parameter one value.")
         return int(given.pop("run")(**given) or 0)
     except SymasymError as error:
         # A text from a file may contain control characters for the terminal.
         text = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(error))
+        if wrong := re.match("'(.*)' is no formula", text):
+            for near in difflib.get_close_matches(wrong[1], labels(), 1, 0.75):
+                text = f"{text[:-1]}; perhaps you mean {near!r}."
         print(f"symasym: {text}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:

@@ -52,11 +52,10 @@ def value(quantity: str, kappa: str, dps: Any = None, **options: Any) -> None:
     drift = _drift(options, values)
     p = options.pop("quantile", None) if name == "escape-time" else None
     verb: Any = sa.exit_law if p else getattr(sa, name.replace("-", "_"))
-    try:
-        inspect.signature(verb).bind(drift, kappa, **options)
-    except TypeError as wrong:
-        told = str(wrong).replace("keyword ", "")
-        raise InputError(f"{name}{' --quantile' if p else ''}: {told}; see --help.") from None
+    if wrong := min(options.keys() - inspect.signature(verb).parameters, default=""):
+        raise InputError(f"{name}{' --quantile' if p else ''} takes no --{wrong}; see --help.")
+    if verb is sa.stationary_density:
+        options.setdefault("y", None)
     # A few more digits than are printed, so that the last printed one is rounded correctly.
     more = None if dps is None else min(digits(dps) + 5, 1_000 if p else 10_000)
     start = time.perf_counter()

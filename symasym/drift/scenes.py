@@ -96,8 +96,8 @@ class Scenes(Scene):
         """The scene, if there is only one; raises InputError otherwise."""
         if self.shape:
             raise InputError(
-                f"arrays of shape {self.shape} were given, but a single scene is required here; "
-                "give numbers: arrays are for float64 values, without dps."
+                f"arrays of shape {self.shape} were given, but digits (dps), laws and plans are of "
+                "one scene; give numbers, or ask for each element."
             )
         return self.at(0)
 
@@ -193,8 +193,9 @@ def require_drift(drift: object, bound: bool = True, plain: bool = True) -> None
         drift.require_bound()
     if plain and not drift.model.plain:
         raise RegionError(
-            f"{drift!r} has pieces, no layer, or noise that depends on u, so that only exact "
-            "values, method 'laplace' and exit_law exist; give one constant outside [-1, 1]."
+            f"{drift!r} has pieces, no layer, or noise that depends on u, while sensitivities, "
+            "plans, plots and most formulas are of one layer with constant noise; take exact "
+            "values and their differences, method 'laplace' or the law of the exit time."
         )
 
 
@@ -226,7 +227,7 @@ def between(kappa: Any, r: Any, ends: Any, start: Any) -> dict[str, Any]:
     """kappa, r or the two ends, and the start, not yet converted to numbers."""
     if (r is None) == (ends is None):
         told = "missing" if r is None else f"{shown(r)} and ends are {shown(ends)}"
-        raise InputError(f"r is {told}; give the radius r, or ends=(left, right) in its place.")
+        raise InputError(f"r is {told}; give the radius r, or two ends in its place.")
     if ends is None:
         return {"kappa": kappa, "r": r, "start": start}
     left, right = pair("ends", ends)

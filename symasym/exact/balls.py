@@ -281,7 +281,7 @@ def _tail(drift: Drift, lam: fmpq, far: fmpq, digits: int, side: int) -> tuple[f
     if not (known and 0 < sigma < _BOUNDED and (not degree or q > 1) and slope > 0):
         raise RegionError(
             f"no stationary state of {drift!r} is known; without a layer A must be a polynomial "
-            "that leads inwards and the noise bounded or a polynomial: else give two ends=(…)."
+            "that leads inwards and the noise bounded or a polynomial: else give two ends."
         )
     if degree:
         room = max(places) * fmpq(10) ** math.ceil((digits + 3) / (q - 1))

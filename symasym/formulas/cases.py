@@ -124,8 +124,8 @@ def case_for(drift: Drift, start: Fraction, asked: str | None, sliding: bool) ->
     told = f" in the case {shown(asked)}" if asked else ""
     raise InputError(
         f"{drift!r} from {float(start):.6g} has no formula{told}: its cases are "
-        f"{', '.join(map(repr, map(str, found))) or 'none'}; give one of these, or use "
-        f"method={'exact' if sliding else 'uniform'!r} for numbers."
+        f"{', '.join(map(repr, map(str, found))) or 'none'}; expand this drift in one of these, "
+        f"or use method {'exact' if sliding else 'uniform'!r} for numbers."
     )
 
 

@@ -109,7 +109,7 @@ class Expansion:
         It takes the options of `symasym.escape_time`; that function also gives values outside of
         `conditions`, such as for r < 1. P needs no r. Without a layer, or with noise that depends
         on u, give ``ends=(…)``, one beyond the barrier and the other where few paths leave, and
-        a start off the barrier, from which T is about half of the formula's.
+        a ``start=…`` off the barrier, from which T is about half of the formula's.
         """
         if not self.drift.model.plain:
             at, A = exact("start", options.get("start", self.start)), self.drift.expression()
@@ -117,8 +117,9 @@ class Expansion:
             if "ends" not in options or (value == 0 and slope > 0):
                 raise InputError(
                     f"ends are {shown(options.get('ends'))} and start {at}, but the formula is for "
-                    "the escape from a well over one barrier; give a start off the barrier, and "
-                    "ends=(…), one beyond it and the other beyond a higher barrier."
+                    "the escape from a well over one barrier; give a start off the barrier and two "
+                    "ends, one beyond it and the other beyond a higher barrier: for u - u**3, for "
+                    "example, evaluate(0.2, ends=(-2, 0.5), start=-1)."
                 )
         known = {"method": _METHODS[self.noise], "order": self.order, **options}
         known |= {"complement": True} if self.quantity[0] == "1" else {}
@@ -173,14 +174,19 @@ class Expansion:
         ]
         if self.terms and self.definitions:
             rows.append("contributions of pairs of critical points, times C or 1 - C")
-            rows += [f"  ({t.weight}) {t.pair[0]}, {t.pair[1]}: {t.expression}" for t in self.terms]
-        rows += ["with"] * bool(self._shown) + [f"  {s} = {v}" for s, v in self._shown.items()]
+            terms = sorted(self.terms, key=lambda t: "barrier" not in str(t.pair))
+            rows += [f"  ({t.weight}) {t.pair[0]}, {t.pair[1]}: {t.expression}" for t in terms]
+        rows += ["with"] * bool(self._shown)
         if any(v.has(FinitePart) for v in self._shown.values()):
             rows.append("  FinitePart: Hadamard's finite part, h1 = 1/phi, h2 = -h1'/phi, ...")
+        rows += [f"  {s} = {v}" for s, v in self._shown.items()]
         where = ", ".join(f"{c.lhs} {c.rel_op} {c.rhs}" for c in self.conditions if c.args)
         power = (-1) ** (self.noise == "strong") * (2 * self.order + 2)
         left = f"O(kappa^{power}) of each series" if self.definitions or self.terms else "none"
-        tells = "; evaluate(…, full=True) tells it" if self.drift.model.plain else ""
+        tells = "; evaluate(…, full=True) tells it"
+        if not self.drift.model.plain:
+            tells = "\nvalues\n  evaluate(kappa, ends=(…), start=…): a start off the barrier"
+            tells += ", one end beyond it, the other beyond a higher one"
         rows += ["where", f"  {where}"] if where else []
         return "\n".join([*rows, "error", f"  {left}{tells}"])
 
@@ -276,7 +282,7 @@ def expand(
         raise InputError(
             f"{quantity} to order {order} from {float(at):.6g} has no formula for {noise} noise; "
             "give -1 <= start <= 1, T of Drift.general(), T to order 0 for uniform noise, or use "
-            f"method={_METHODS[noise]!r} for numbers."
+            f"method {_METHODS[noise]!r} for numbers."
         )
     return _expanded(drift, quantity, noise, order, at, asked)
 

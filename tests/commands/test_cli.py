@@ -130,7 +130,7 @@ def test_value_loads_no_matplotlib() -> None:
     ("line", "told"),
     [
         (f"{ESCAPE} --kappa -1", "kappa is -1"),
-        ("value occupation --expr -u --kappa 1 --r 2", "'r'"),
+        ("value occupation --expr -u --kappa 1 --r 2", "takes no --r"),
         (f"{ESCAPE} --r 0", "r is 0"),
         (f"{ESCAPE} --dps 0", "dps is 0"),
         (f"{ESCAPE} --quantile 1/2 --method laplace", "method"),
@@ -138,6 +138,8 @@ def test_value_loads_no_matplotlib() -> None:
         (f"{ESCAPE} --method magic", "magic"),
         (f"{ESCAPE} --kappa 0.01", "log"),
         (f"{ESCAPE} --set nu=1", "nu"),
+        (f"{ESCAPE} --set z0=0", "z0 twice"),
+        ("value stationary-density --expr -u --kappa 1", "y is None"),
         ("value occupation --drift linear --kappa 1", "a_minus"),
         ("value escape-time --expr 'u +' --kappa 1 --r 2", "u +"),
         ("value escape-time --expr __import__('os') --kappa 1 --r 2", "__import__"),
@@ -175,6 +177,7 @@ def test_bad_input_is_one_sentence(program: Program, line: str, told: str, tmp_p
         ("value escape_time --kappa 1", "escape-time"),
         ("value escape-time --expr -u --r 2 --kapa 0.1", "--kappa"),
         ("value escape-time --drift frictoin --kappa 1 --r 1", "friction"),
+        ("show eq:Ttide", "eq:Ttilde"),
     ],
 )
 def test_what_may_have_been_meant(program: Program, line: str, near: str) -> None:

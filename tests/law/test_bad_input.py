@@ -45,6 +45,7 @@ INPUT: dict[str, Callable[[], Any]] = {
     "p 0": lambda: LAW.quantile(0),
     "p 1": lambda: LAW.quantile(1),
     "p > 1": lambda: LAW.quantile("1.5"),
+    "p 1, array": lambda: LAW.quantile([0.5, 1.0]),
     "s as text": lambda: LAW.laplace("one"),
     "s infinite": lambda: LAW.laplace(complex(np.inf, 0)),
     "no rates": lambda: LAW.rates(0),
