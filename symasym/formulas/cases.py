@@ -125,7 +125,7 @@ def case_for(drift: Drift, start: Fraction, asked: str | None, sliding: bool) ->
     raise InputError(
         f"{drift!r} from {float(start):.6g} has no formula{told}: its cases are "
         f"{', '.join(map(repr, map(str, found))) or 'none'}; expand this drift in one of these, "
-        f"or use method {'exact' if sliding else 'uniform'!r} for numbers."
+        "or use method 'exact' for numbers."
     )
 
 
