@@ -238,13 +238,15 @@ def graph_page() -> str:
     """The graph of which formula rests on which, as a drawing and as a list."""
     rests = {label: build(label).rests_on for label in made.with_roots(LABELS)}
     titles = {label: heading(build(label).title) for label in rests}
-    listed = (
-        f"- {_link(label)} rests on: {_links(below)}." for label, below in rests.items() if below
-    )
+    listed = []
+    for number, title in SECTIONS.items():
+        rows = [(label, build(label).rests_on) for label in _of_section(number)]
+        listed += ["", f"## {title}", ""]
+        listed += [f"- {_link(label)} rests on: {_links(below)}." for label, below in rows if below]
     lines = [
         *("---", "hide-toc: true", "---", "# Which formula rests on which", ""),
         "An arrow leads down from a result to another that uses it. A box without an incoming "
         "arrow rests on definitions only. Each label is a link to the page of its formula.",
-        *("", "```{raw} html", graph.svg(rests, titles), "```", "", "## As a list", "", *listed),
+        *("", "```{raw} html", graph.svg(rests, titles), "```", *listed),
     ]
     return "\n".join([*lines, ""])

@@ -13,18 +13,18 @@ from typing import Any
 import numpy as np
 
 import symasym as sa
-from symasym.workshop.style import encode, style
+from symasym.workshop.style import METHODS, encode, style
 
-METHODS = {"laplace": 2, "uniform": 2, "strong_noise": 2, "paper": None}
+ORDERS = {"laplace": 2, "uniform": 2, "strong_noise": 2, "paper": None}
 
 
 def errors(x: Any, scene: Callable[[float], tuple[Any, Any]]) -> dict[str, list[float]]:
     """Relative errors of T over x by method, nan where a method gives no value."""
-    found: dict[str, list[float]] = {name: [] for name in METHODS}
+    found: dict[str, list[float]] = {name: [] for name in ORDERS}
     for one in x:
         drift, kappa = scene(float(one))
         exact = sa.escape_time(drift, kappa, 10, dps=25)
-        for name, order in METHODS.items():
+        for name, order in ORDERS.items():
             try:
                 value = sa.escape_time(drift, kappa, 10, method=name, order=order, dps=25)
             except sa.AccuracyError:
@@ -47,8 +47,8 @@ def expansions(count: int = 50) -> Any:
         figure = Figure(figsize=(7.4, 3.9))
         axes = figure.subplots(1, 2, sharey=True)
         for place, (x, scene, name, title) in zip(axes, panels, strict=True):
-            for k, (method, row) in enumerate(errors(x, scene).items()):
-                place.semilogy(x, row, color=f"C{k}", marker=".", ms=4, label=method)
+            for method, row in errors(x, scene).items():
+                place.semilogy(x, row, color=METHODS[method], marker=".", ms=4, label=method)
             place.set(xlabel=name, title=title, ylim=(1e-16, 30))
         axes[0].set(xscale="log", ylabel="relative error of $T$")
         axes[1].axvline(-7 / 9, color="0.6", lw=0.8)

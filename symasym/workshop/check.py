@@ -230,7 +230,7 @@ def work_precision(found: list[Record]) -> Figure:
     """Relative error, those below 1e-25 drawn there, against seconds; a panel a scene."""
     from matplotlib.figure import Figure
 
-    from symasym.workshop.style import style
+    from symasym.workshop.style import FAINT, METHODS, style
 
     scenes = list(dict.fromkeys(r.scene for r in found))
     rows, columns = math.ceil(len(scenes) / 2), min(2, len(scenes))
@@ -241,7 +241,7 @@ def work_precision(found: list[Record]) -> Figure:
             for k, method in enumerate(dict.fromkeys(r.method for r in found)):
                 some = [r for r in found if (r.scene, r.method) == (scene, method)]
                 x, y = [max(r.error, _LEAST) for r in some], [r.seconds for r in some]
-                look = {"color": f"C{k % 4}", "marker": "os^vXDP*<>h"[k % 11]}
+                look = {"color": METHODS.get(method, FAINT), "marker": "os^vXDP*<>h"[k % 11]}
                 axes.plot(x, y, **look, lw=0.8, ms=5, label=method)
             axes.set(title=scene.replace("k=", "κ = "), xscale="log", yscale="log")
             axes.set(xlabel="relative error of T", xlim=(_LEAST / 10, 10))

@@ -19,6 +19,8 @@ KINDS = ("png", "svg", "pdf")
 INK, FAINT = "0.1", "0.55"
 #: The colours of the style, from dark to light.
 BLUE, RED, TEAL, OCHRE = "#20409A", "#BC3638", "#2E90A8", "#D29400"
+#: The colour of a method wherever several are compared; other programs are grey.
+METHODS = {"exact": INK, "laplace": BLUE, "uniform": RED, "strong_noise": TEAL, "paper": OCHRE}
 
 
 #: Every figure by name; its caption is its label, ``figure.get_label()``.
