@@ -56,6 +56,8 @@ def of_scenes(scenes: Scenes, request: Request) -> Answer:
             ball = of_scene(scenes.at(row), closer).value
             logs[row], errors[row] = float(ball.mid()), float(ball.rad())
         except SymasymError as error:
+            if not scenes.shape:
+                raise
             logs[row], why = np.nan, why or str(error)
         errors[row] += ROUNDING * abs(logs[row]) + 5e-324
     return Answer(logs, "estimate", error=errors, why=why)
