@@ -162,7 +162,7 @@ def derive(labels: Any = (), out: str = "build/derivations") -> None:
     with progress("derivations", len(chosen)) as bar:
         pages.derive(chosen, Path(out), bar.update)
     for f in map(sa.formula, labels or chosen):
-        print(f"{f.label}: {f.title}; {len(f.steps)} steps hold; error: {f.error}")
+        print(f"{f.label}: {f.title}; steps that hold: {len(f.steps)}; error: {f.error}")
     print(f"{len(chosen)} derivations hold; pages in {out}")
 
 
