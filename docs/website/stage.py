@@ -22,6 +22,8 @@ MADE = {
     "graph](formulas/graph.md)\n",
     "Reference": "- [Functions and classes](api.rst)\n",
 }
+#: Words of a search that a page is the answer to.
+SOUGHT = {"pieces.md": "double well"}
 # A formula's label in code; blocks, formulas, links and headings are left alone.
 _LABEL = re.compile(
     r"(?P<fence>^`{3,}).*?^(?P=fence)|\$\$.*?\$\$|\$[^$]*\$|\[[^\]]*\]\([^)]*\)|^#.*?$|<[^>]*>"
@@ -57,6 +59,8 @@ def stage(folder: Path) -> int:
     for page in folder.glob("*.md"):
         text = page.read_text("utf-8").replace("](../CHANGELOG.md", "](CHANGELOG.md")
         text = text if page.name == "CHANGELOG.md" else labelled(text)
+        if page.name in SOUGHT:
+            text = text.replace("\n", f"\n\n```{{index}} ! {SOUGHT[page.name]}\n```\n", 1)
         page.write_text(with_toctrees(text) if page.name == "index.md" else text, encoding="utf-8")
     return len(made)
 
