@@ -18,7 +18,6 @@ from typing import Any, NoReturn
 from symasym.base.errors import InputError, SymasymError
 from symasym.commands import verbs
 from symasym.drift.ready_made import DRIFTS, drift_signatures
-from symasym.formula import labels
 from symasym.methods import METHODS
 
 
@@ -94,14 +93,6 @@ class _Parser(argparse.ArgumentParser):
         super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, **told)
         self._negative_number_matcher = re.compile("-(?!-|[oh]$)")
 
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        # A misspelt option is told before the one that is missing for it.
-        own = args if "run" in self._defaults else args[:1]
-        words = {word.partition("=")[0] for word in own if word.startswith("--")}
-        if wrong := words - {*self._option_string_actions, "--"}:
-            self.error(f"unrecognized arguments: {min(wrong)}")
-        return super().parse_known_args(args, namespace)
-
     def error(self, message: str) -> NoReturn:
         if wrong := re.search(r"(?:choice: '|arguments: )([\w-]+)", message):
             listed = re.findall(r"[\w-]+", message.partition("(choose from ")[2])
@@ -144,9 +135,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     except SymasymError as error:
         # A text from a file may contain control characters for the terminal.
         text = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(error))
-        if wrong := re.match("'(.*)' is no formula", text):
-            for near in difflib.get_close_matches(wrong[1], labels(), 1, 0.75):
-                text = f"{text[:-1]}; perhaps you mean {near!r}."
         print(f"symasym: {text}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:

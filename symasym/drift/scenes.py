@@ -215,11 +215,6 @@ def pair(name: str, value: Any) -> list[Any]:
     pair = sequence(name, value)
     if len(pair) != 2:
         raise InputError(f"{name} is {shown(value)}; give a pair, the left end and the right one.")
-    if {str(x).lstrip("+-").lower() for x in pair} & {"oo", "inf", "infinity"}:
-        raise InputError(
-            f"{name} is {shown(value)}; in place of an infinite end give one so far out that the "
-            "value no longer changes."
-        )
     return pair
 
 

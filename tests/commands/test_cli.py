@@ -175,9 +175,7 @@ def test_bad_input_is_one_sentence(program: Program, line: str, told: str, tmp_p
     [
         ("valeu", "value"),
         ("value escape_time --kappa 1", "escape-time"),
-        ("value escape-time --expr -u --r 2 --kapa 0.1", "--kappa"),
         ("value escape-time --drift frictoin --kappa 1 --r 1", "friction"),
-        ("show eq:Ttide", "eq:Ttilde"),
     ],
 )
 def test_what_may_have_been_meant(program: Program, line: str, near: str) -> None:
