@@ -175,6 +175,7 @@ def test_bad_input_is_one_sentence(program: Program, line: str, told: str, tmp_p
     [
         ("valeu", "value"),
         ("value escape_time --kappa 1", "escape-time"),
+        ("value escape-time --expr -u --kappa 1 --r 2 --mehtod exact", "--method"),
         ("value escape-time --drift frictoin --kappa 1 --r 1", "friction"),
     ],
 )
