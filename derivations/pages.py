@@ -24,10 +24,6 @@ _LONG = 110
 _FORMULA = r"(\$[^$]*\$)"
 #: A letter with its index, in TeX; not that of a set or an operator.
 _LETTER = r"(?<!mathbb{)(?<!mathcal{)\\?[A-Za-z]+(?:_(?:\w|\\[a-z]+)|\^[+-])?"
-#: In the name of a step: signs and numbers, and symbols.
-_SIGN = r"[(]*(?:[-=<>]+|-?[\d./]+)[)]*"
-_GREEK = "alpha|sigma|kappa|zeta|eta|phi|mu|Delta"
-_SYMBOL = rf"(?!a$)[-(]*(?:\d/)?(?:d?[A-Za-z]|{_GREEK})(?:['^_+/(].*)?[)]*"
 #: What is given; other letters have the signs that follow.
 _GIVEN = ("kappa", "kappa_phys", "r", "r_phys", "epsilon", "a", "a_minus", "a_plus", "mu", "alpha")
 #: Letters that a page uses in a sense of its own, which its text explains.
@@ -76,27 +72,10 @@ def words(text: str) -> str:
 
 
 def heading(name: str) -> str:
-    """The name of a step for Markdown: its symbols as formulas, its first word with a capital."""
-    runs: list[tuple[bool, list[str]]] = []
-    for token in name.split():
-        bare = token.rstrip(",:")
-        formula = bool(re.fullmatch(f"{_SIGN}|{_SYMBOL}", bare))
-        last = runs[-1][1][-1] if runs else ""
-        open_ = runs and "".join(runs[-1][1]).count("(") > "".join(runs[-1][1]).count(")")
-        if not runs or runs[-1][0] != formula or (last[-1:] in (",", ":") and not open_):
-            runs.append((formula, []))
-        runs[-1][1].append(token)
-    pieces = []
-    for formula, tokens in runs:
-        text = " ".join(tokens)
-        bare = text.rstrip(",:")
-        if formula and re.search("[A-Za-z(]", bare):
-            signs = re.sub(rf"\b({_GREEK})", r"\\\1", bare).replace("->", r"\to")
-            signs = re.sub(r"(?<=[a-z])\+$", "^+", signs.replace("_max", r"_{\max}"))
-            text = f"${signs}${text[len(bare) :]}"
-        pieces.append(text)
-    whole = words(" ".join(pieces))
-    return whole[:1].upper() + whole[1:]
+    """The name of a step for Markdown; a word at its beginning, but no symbol, gets a capital."""
+    first = name.partition(" ")[0]
+    spoken = first.isalpha() and (first == "a" or len(first) > 1)
+    return words(name[:1].upper() + name[1:] if spoken else name)
 
 
 def escaped(text: str) -> str:
