@@ -82,7 +82,7 @@ class Exit:
     @cached_property
     def rate(self) -> Any:
         """The principal eigenvalue."""
-        most = float(self.ball(ExitTransform.most, 11, wanted=3))
+        most = float(self.ball(ExitTransform.most, 5, wanted=3))
         return self.ball(lambda f: f.rates(1)[0][0], ORDER, most)
 
     @cached_property

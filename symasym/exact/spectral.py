@@ -143,8 +143,8 @@ class ExitTransform:
         return found, w
 
     def most(self) -> arb:
-        """S_8/S_9, an upper bound of the principal eigenvalue (Euler, Rayleigh)."""
-        first, second = _power_sums(self.w, 9)[-2:]
+        """S_3/S_4, an upper bound of the principal eigenvalue (Euler, Rayleigh)."""
+        first, second = _power_sums(self.w, 4)[-2:]
         return first / second
 
     def least(self) -> arb:
