@@ -28,16 +28,22 @@ _LETTER = r"(?<!mathbb{)(?<!mathcal{)\\?[A-Za-z]+(?:_(?:\w|\\[a-z]+)|\^[+-])?"
 _GIVEN = ("kappa", "kappa_phys", "r", "r_phys", "epsilon", "a", "a_minus", "a_plus", "mu", "alpha")
 #: Letters that a page uses in a sense of its own, which its text explains.
 _OWN = {
-    **dict.fromkeys(("airy-form", "cubic-pair", "truncated-gaussian"), {*"pqRJtym", "J1", "sigma"}),
+    **dict.fromkeys(("airy-form", "cubic-pair", "truncated-gaussian"), {*"DpqRJtym", "J1", "sigma"}),
     **dict.fromkeys(("backward", "canonical-form"), set("LMS")),
     "endpoint-series": {"t", "sigma"},
+    **dict.fromkeys(("eq:cont", "eq:phi"), {"F"}),
     "eq:odeR": {"m"},
+    **dict.fromkeys(("eq:reducedSDE", "eq:reducedSDEtilde", "eq:scaledSDEx"), {"D", "W"}),
+    "eq:scaledSDE": {"a"},
     **dict.fromkeys(("exit-eigenvalue", "exit-moments", "exit-transform"), {"y", "F"}),
     "fold-delay": {"t"},
     **dict.fromkeys(("noise-amplitude", "positive-form"), {"sigma"}),
     "panel-step": {"a", "F", "D", "sigma"},
-    **dict.fromkeys(("release-order", "release-time"), {"p", "q", "T_1", "M"}),
-    "saddle-start": {"p", "t"},
+    "regions": {"N"},
+    "eq:S": {"p"},
+    "release-order": {"p", "q", "T_1"},
+    "release-time": {"p", "q", "M", "v"},
+    "saddle-start": {"N", "p", "t"},
 }
 
 for module in dict.fromkeys(MODULES.values()):

@@ -17,8 +17,8 @@ u | | position across the surface | scaled: $y/\varepsilon$
 v | | position across the surface | scaled: $y/\varepsilon$
 y | | position across the surface | unscaled
 z | | position along the surface; the spring's extension | unscaled
-t | | time | unscaled; that of $u(t)$ is scaled
-t_s | \tilde t | time | scaled: $t/\varepsilon$
+t | | time | scaled: $t_p/\varepsilon$
+t_phys | t_p | time | unscaled
 epsilon | \varepsilon | half the width of the smoothed layer | unscaled
 kappa | | noise amplitude | scaled: $\kappa_p/\sqrt{\varepsilon}$
 kappa_phys | \kappa_p | noise amplitude | unscaled
@@ -121,7 +121,7 @@ for row in TABLE.strip().splitlines():
 u, v, x = (Symbol(name, real=True) for name in "uvx")
 t, r, T, C = (Symbol(name, positive=True) for name in "trTC")
 kappa, kappa_physical = Symbol("kappa", positive=True), Symbol("kappa_phys", positive=True)
-eps, r_physical = Symbol("epsilon", positive=True), Symbol("r_phys", positive=True)
+eps, r_physical, t_physical = (Symbol(name, positive=True) for name in ("epsilon", "r_phys", "t_phys"))
 # Crossing to the right; sliding.
 a_minus, a_plus = Symbol("a_minus", positive=True), Symbol("a_plus", positive=True)
 a_plus_sliding = Symbol("a_plus", negative=True)

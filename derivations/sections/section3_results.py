@@ -55,7 +55,7 @@ def occupation_weak(d):
 @derives("eq:Tlarge", "Escape in strong noise, unscaled")
 def escape_strong(d):
     d.suppose(r"crossing to the right, $\sqrt{\varepsilon} \le \kappa_p < r_p$")
-    clock, time = d["eq:TtildetoT"], Symbol("t_s", positive=True)
+    clock, time = d["eq:TtildetoT"], Symbol("T", positive=True)
     d.eq("unscale", Symbol("T_phys", positive=True), r_p / a_plus, r"the remainder $O(\kappa^2)$ becomes "
          r"$O(\kappa_p^2)$, which is less than $r_p^2$; the relative error $O(r_p)$ of the coefficients changes "
          "$T_p$ by $O(r_p^2)$, too",

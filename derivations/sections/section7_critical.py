@@ -123,7 +123,7 @@ def threshold(d):
     scaled = well.subs(kappa, d["eq:tildexykappa", "kappa"])
     whole = d.eq("exponential factor of the well's term", r"T_p \sim", size, "the prefactor is left out, and "
                  "the noise is unscaled",
-                 by=d["eq:TtildetoT"].subs(Symbol("t_s", positive=True), scaled))
+                 by=d["eq:TtildetoT"].subs(Symbol("T", positive=True), scaled))
     d.eq("threshold", Symbol("kappa_c"), sqrt(2 * D * eps / ell), "at the threshold this $T_p$ is 1, where "
          r"$\varepsilon = e^{-\ell}$, so the scaled $T$ is of order $1/\varepsilon$; $T_p$ falls as $\kappa_p$ "
          "grows, so large times need noise below the threshold; the paper's rule is the case $2 D = 1$, which "

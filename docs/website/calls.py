@@ -113,7 +113,7 @@ CALLS: dict[str, tuple[str, ...]] = {
     "release-time": _release("0.1", "0.01"),
     "release-order": _release("0.5", "1e-5"),
     "release-adiabatic": _release("0.1", "1e-4"),
-    "frozen-time": _release("0.3", "1e-6"),
+    "frozen-time": _release("0.2", "1e-7"),
     # In the page's units; curvature times speed is 1.
     "fold-delay": ("from mpmath import airyaizero, cbrt", "-airyaizero(1)/cbrt(0.01)"),
 }

@@ -215,7 +215,7 @@ def clocks(rng):
     seed, eps = rng.integers(99), rng.uniform(0.05, 0.3)
     own, scaled = (Scene(np.random.default_rng(seed), width=width) for width in (eps, 1))
     own.kappa, own.r = scaled.kappa * sqrt(eps), scaled.r * eps
-    yield value("eq:TtildetoT", {"epsilon": eps, "t_s": scaled.exit()[0]}), own.exit()[0]
+    yield value("eq:TtildetoT", {"epsilon": eps, "T": scaled.exit()[0]}), own.exit()[0]
 
 
 GROUPS = (

@@ -6,7 +6,7 @@ import sympy
 from sympy import Integral, Limit, Symbol, airyai, airybi, erf, exp, log, oo, pi, sqrt
 
 from derivations.numerics import Scene, integral, split_pieces, well_integral
-from derivations.paper import T, a_plus, eps, kappa, r, t, u2
+from derivations.paper import T, a_plus, eps, kappa, r, t_physical, u2
 from derivations.sections.section6.well import A1, A2, V_1, a, about, at_scene
 from symasym.derivation.derivation import derives
 
@@ -14,7 +14,7 @@ SMOOTH = Scene((Fraction(2, 3), Fraction(1, 2)))
 BEHIND = Scene((Fraction(8, 25), Fraction(18, 5), Fraction(4)))
 AT_TOP = Scene((Fraction(0), Fraction(3, 2), Fraction(27, 8), Fraction(3, 8)))
 S, s = sympy.symbols("S s", positive=True)
-phi_0, t_s = sympy.symbols("phi_0 t_s", positive=True)
+phi_0 = Symbol("phi_0", positive=True)
 V_0, Z = sympy.symbols("V_0 Z", real=True)
 
 
@@ -76,7 +76,6 @@ def stokes(d):
 def unscaled(d):
     d.suppose(r"$\kappa$ is bounded from below; in weak noise an $O(r_p)$ error of $V$ is divided by $\kappa^2$ "
               "in an exponent")
-    d.eq("time", Symbol("T_phys", positive=True), eps * t_s, r"$T_p = \langle t \rangle$ is $\varepsilon$ times "
-         "the mean scaled time", lambda real: [(d["eq:tildexykappa", "t_s"].subs(t, real), t_s)])
-    d.conclude(error="relative $O(r_p)$, like the "
-                     "error of $a^+$", note=r"$\tilde t$ is the scaled mean escape time")
+    d.eq("time", Symbol("T_phys", positive=True), eps * T, "the mean of the time is scaled like the time",
+         lambda real: [(d["eq:tildexykappa", "t"].subs(t_physical, real), T)])
+    d.conclude(error="relative $O(r_p)$, like the error of $a^+$")
