@@ -28,7 +28,8 @@ _LETTER = r"(?<!mathbb{)(?<!mathcal{)\\?[A-Za-z]+(?:_(?:\w|\\[a-z]+)|\^[+-])?"
 _GIVEN = ("kappa", "kappa_phys", "r", "r_phys", "epsilon", "a", "a_minus", "a_plus", "mu", "alpha")
 #: Letters that a page uses in a sense of its own, which its text explains.
 _OWN = {
-    **dict.fromkeys(("airy-form", "cubic-pair", "truncated-gaussian"), {*"DpqRJtym", "J1", "sigma"}),
+    **dict.fromkeys(("airy-form", "cubic-pair"), {*"DpqRJtym", "J1", "sigma"}),
+    "truncated-gaussian": {*"DpqRJtym", "J1", "sigma"},
     **dict.fromkeys(("backward", "canonical-form"), set("LMS")),
     "endpoint-series": {"t", "sigma"},
     **dict.fromkeys(("eq:cont", "eq:phi"), {"F"}),
@@ -148,7 +149,7 @@ def statement(d: Derivation, mark: str) -> list[str]:
         lines += [f"{mark} {title}", "", *rows, ""] if rows else []
     lines += [f"{mark} Letters", "", *[f"Here {words(d.note)}.", ""] * bool(d.note)]
     lines += table(letters(d, d.concluded, d.note))
-    error = d.leaves_out().replace("none", "none: the formula is exact")
+    error = d.leaves_out()
     known = f" {words(d.known[:1].upper() + d.known[1:])}." * bool(d.known)
     return [*lines, f"{mark} Error", "", f"{words(error[:1].upper() + error[1:])}.{known}", ""]
 

@@ -121,7 +121,8 @@ for row in TABLE.strip().splitlines():
 u, v, x = (Symbol(name, real=True) for name in "uvx")
 t, r, T, C = (Symbol(name, positive=True) for name in "trTC")
 kappa, kappa_physical = Symbol("kappa", positive=True), Symbol("kappa_phys", positive=True)
-eps, r_physical, t_physical = (Symbol(name, positive=True) for name in ("epsilon", "r_phys", "t_phys"))
+eps, t_physical = Symbol("epsilon", positive=True), Symbol("t_phys", positive=True)
+r_physical = Symbol("r_phys", positive=True)
 # Crossing to the right; sliding.
 a_minus, a_plus = Symbol("a_minus", positive=True), Symbol("a_plus", positive=True)
 a_plus_sliding = Symbol("a_plus", negative=True)

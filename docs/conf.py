@@ -75,4 +75,4 @@ def _link_docstring(app, what, name, value, options, lines) -> None:
 
 def setup(app) -> None:
     """Docstrings are written as for a shell; here their labels lead."""
-    app.connect("autodoc-process-docstring", _link_docstring)
+    app.connect("autodoc-process-docstring", _link_docstring, priority=100)  # before napoleon

@@ -187,12 +187,12 @@ class ExitLaw(Law):
 
     @property
     def left(self) -> Side:
-        """The law conditional on an exit at the left end."""
+        """The law given this exit, with its `probability`, `mean`, `variance` and `laplace`."""
         return self._given("left")
 
     @property
     def right(self) -> Side:
-        """The law conditional on an exit at the right end."""
+        """The law given this exit, like `left`."""
         return self._given("right")
 
     def _given(self, side: str) -> Side:
@@ -202,7 +202,7 @@ class ExitLaw(Law):
 
     @cached_property
     def rate(self) -> Estimate:
-        """The principal eigenvalue lambda_1: P(tau > t) decays like e^{-lambda_1 t}."""
+        """The principal eigenvalue lambda_1, with which P(tau > t) decays as e^{-lambda_1 t}."""
         found: Estimate = self._as_asked(self._exit.rate, "bound", full=True)
         return found
 

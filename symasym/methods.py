@@ -111,11 +111,10 @@ def _asked(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
     # Expansions of higher moments and of stationary quantities exist only for the paper's scenes.
     elsewhere = method.anywhere and (mean or not method.orders)
     if not elsewhere and not is_usual(drift, numbers, request):
-        only = "means" if method.anywhere else "means in (-r, r)"
-        raise RegionError(
-            f"method {request.method!r} gives {only} and, for a drift that is constant outside a "
-            "layer and constant noise, the occupation of the layer; use method 'exact'."
-        )
+        takes = "takes one layer with constant noise, the ends -r and r, and means"
+        if method.anywhere:
+            takes = "gives means and, for one layer with constant noise, the layer's occupation"
+        raise RegionError(f"method {request.method!r} {takes}; use method 'exact'.")
     if request.stationary and drift.model.layered and "left" not in numbers and not drift.shape:
         require_sliding(drift)
     by_floats = request.method in ("exact", "auto") and not request.full

@@ -72,7 +72,7 @@ def escape_time(
         The relative error allowed, only for ``"auto"``, by default 1e-6.
     dps : int, optional
         The number of digits, 1 to 10,000, of an mpf for one scene. By default results are float64
-        numbers or arrays, correct to 1e-12.
+        numbers or arrays, right to 1e-12 of the value, or of its logarithm if that is larger.
     log : bool
         Return the natural logarithm, which is finite even if T overflows.
     full : bool

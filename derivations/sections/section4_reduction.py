@@ -3,8 +3,9 @@
 import sympy
 from sympy import Derivative, Function, Limit, Matrix, Symbol, exp, sign, sqrt, symbols
 
-from derivations.paper import eps, kappa, phi, r_physical, t, t_physical, u
+from derivations.paper import eps, kappa, phi, r_physical, t, u
 from derivations.paper import kappa_physical as k_p
+from derivations.paper import t_physical as t_p
 from derivations.sections.section2_systems import F, f_minus, f_plus, inside, y, z
 from symasym.derivation.derivation import derives
 
@@ -50,12 +51,12 @@ def amplitude(d):
     theta = Symbol("theta", real=True)
     square = b[0]**2 + b[1]**2 + b[2]**2
     of_sum = d.eq("characteristic function", r"\langle e^{i \theta (b_1 W_1 + b_2 W_2 + b_3 W_3)} \rangle",
-                  exp(-theta**2 * t_physical * square / 2), "the noises are independent, so it is the product of three "
+                  exp(-theta**2 * t_p * square / 2), "the noises are independent, so it is the product of three "
                   "Gaussian characteristic functions",
-                  by=sympy.prod(exp(-(theta * x)**2 * t_physical / 2) for x in b))
+                  by=sympy.prod(exp(-(theta * x)**2 * t_p / 2) for x in b))
     d.eq("standard deviation per root of time", Symbol("sigma"), sqrt(square),
          r"the variance is minus the second derivative at $\theta = 0$",
-         by=sqrt(sympy.expand(-of_sum.diff(theta, 2).subs(theta, 0) / t_physical)))
+         by=sqrt(sympy.expand(-of_sum.diff(theta, 2).subs(theta, 0) / t_p)))
     d.conclude(note="the $b_j$ are the strengths of the noises; " + NOISES)
 
 
@@ -103,10 +104,10 @@ def reduced(d):
 def scaling(d):
     X = d.eq("u", u, y / eps, "this puts the edge of the layer at 1",
              lambda X: [(X.subs(y, eps), 1), (Derivative(X, (y, 2)), 0)])
-    time = d.eq("t", t, t_physical / eps, r"with this time the drift remains $\phi$", lambda s: [
-        (Derivative(X, y) * phi(u) / Derivative(s, t_physical), phi(u)), (s.subs(t_physical, 0), 0)])
+    time = d.eq("t", t, t_p / eps, r"with this time the drift remains $\phi$", lambda s: [
+        (Derivative(X, y) * phi(u) / Derivative(s, t_p), phi(u)), (s.subs(t_p, 0), 0)])
     d.eq("kappa", kappa, k_p / sqrt(eps), "because "
-                                          "$dW^2 = dt$", by=k_p * Derivative(X, y) / sqrt(Derivative(time, t_physical)))
+                                          "$dW^2 = dt$", by=k_p * Derivative(X, y) / sqrt(Derivative(time, t_p)))
     d.conclude("u", "t", "kappa")
 
 
@@ -117,7 +118,7 @@ def reduced_scaled(d):
     one = d["eq:reducedSDE"].subs(dict(zip(b, (1, 0, 0), strict=True)))
     d.eq("in scaled variables", "du", phi(u) * dt + kappa * dW,
          r"from here on the paper's $\kappa_p$ includes the factor $|B|$",
-         by=(one * X.diff(y)).subs({dt: dt / time.diff(t_physical), dW: dW / sqrt(time.diff(t_physical)), k_p: unscaled}))
+         by=(one * X.diff(y)).subs({dt: dt / time.diff(t_p), dW: dW / sqrt(time.diff(t_p)), k_p: unscaled}))
     d.conclude(note="$W$ is a Brownian motion in the scaled time $t$")
 
 

@@ -112,8 +112,8 @@ def frozen(d):
          by=(mean / T_f - 1).subs(slope, grown * T_f))
     d.conclude("mean", "standard deviation", "share", note="$T_f$ is $T$ with $z$ frozen at the start, $T_f'$ its "
                r"slope in $z$, $\sigma_T$ the standard deviation of the time, $D$ the height of the barrier; "
-               + SLOW, error=r"of the coefficient of $\varepsilon$, a share that vanishes as $\kappa \to 0$ (exact: "
-               r"'release-order'), and $O(\varepsilon^2)$",
+               + SLOW, error=r"a share of the coefficient of $\varepsilon$ that vanishes as "
+               r"$\kappa \to 0$ (for the coefficient see 'release-order'), and $O(\varepsilon^2)$",
                known=r"for friction with $\mu = 3$, $\alpha = 1$, $z_0 = -2/5$, $r = 10$ this share is 50 % at "
                      r"$\kappa = 0.3$ and 2 % at 0.2")
 

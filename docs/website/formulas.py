@@ -37,7 +37,7 @@ TARGETS = dict(zip(("NumPy", "mpmath", "C", "JavaScript", "LaTeX"), _LANGUAGES, 
 _ARXIV = "https://arxiv.org/abs/1310.8328"
 #: Symbols of the problem, which need no explanation in a list of formulas.
 _COMMON = {*"uvyztarTCPVA", "phi", "kappa", "lam", "epsilon", "mu", "alpha", "z0", "u1", "u2"}
-_COMMON |= {"kappa_phys", "r_phys", "a_minus", "a_plus"}
+_COMMON |= {"kappa_phys", "r_phys", "t_phys", "a_minus", "a_plus"}
 
 
 def pages() -> dict[str, str]:
@@ -240,9 +240,9 @@ def graph_page() -> str:
     titles = {label: heading(build(label).title) for label in rests}
     listed = []
     for number, title in SECTIONS.items():
-        rows = [(label, build(label).rests_on) for label in _of_section(number)]
-        listed += ["", f"## {title}", ""]
-        listed += [f"- {_link(label)} rests on: {_links(below)}." for label, below in rows if below]
+        found = ((label, build(label).rests_on) for label in _of_section(number))
+        rows = [f"- {_link(label)} rests on: {_links(below)}." for label, below in found if below]
+        listed += ["", f"## {title}", "", *rows] if rows else []
     lines = [
         *("---", "hide-toc: true", "---", "# Which formula rests on which", ""),
         "An arrow leads down from a result to another that uses it. A box without an incoming "

@@ -65,12 +65,14 @@ OPTIONS: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
     ("value", "--complement", "1 minus a probability", _ON),
     ("value", "--method", f"{', '.join(METHODS)} (exact); bound is of C", _NAME),
     ("show emit", "--method", "of an expansion: laplace, strong_noise, uniform (laplace)", _NAME),
-    ("release", "--method", "march or simulate (march)", _NAME),
+    ("release", "--method", "march (a parabolic equation in u and z) or simulate (march)", _NAME),
     ("value show emit", "--order", 'of an expansion; of a value also "optimal"', {"type": order}),
     ("show emit", "--case", 'of an expansion, such as "start well barrier"', {"metavar": "WORDS"}),
-    ("value release", "--rtol", "relative error allowed, of the method auto or march (1e-6)", _X),
+    ("value", "--rtol", "relative error allowed, of the method auto (1e-6)", _X),
+    ("release", "--rtol", "relative error allowed, of the method march (1e-6)", _X),
     ("value", "--log", "the natural logarithm", _ON),
-    ("value reproduce", "--dps", "significant digits, not float64 (reproduce: 50)", _N),
+    ("value", "--dps", "significant digits, 1 to 10,000, in place of float64", _N),
+    ("reproduce", "--dps", "significant digits of the reference values (50)", _N),
     ("release", "--paths", "number of paths of --method simulate (10000)", _N),
     ("release verify", "--seed", "seed of random numbers", _N),
     ("value release", "--json", "a JSON record with error, method, inputs", _ON),
@@ -81,7 +83,8 @@ OPTIONS: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
     ("verify", "--level", "quick or full (quick)", _NAME),
     ("report", "--scene", "these scenes, not all", {"nargs": "+", **_NAME}),
     ("report", "--quick", "fewer scenes and programs", _ON),
-    ("derive emit figure table reproduce report", "--out", "file or folder to write", _NAME),
+    ("emit figure table", "--out", "file to write", _NAME),
+    ("derive reproduce report", "--out", "folder to write", _NAME),
 )  # fmt: skip
 
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import symasym as sa
 from symasym.base.errors import InputError, OutputError
-from symasym.base.estimate import interval_text
+from symasym.base.estimate import interval_text, with_error
 from symasym.base.files import progress, write_bytes
 from symasym.base.inputs import choice, count, digits
 from symasym.drift.ready_made import named_drift
@@ -63,10 +63,14 @@ def value(quantity: str, kappa: str, dps: Any = None, **options: Any) -> None:
     found = answer.quantile(p) if p else answer
     claims = found.error is not None
     shown, error = interval_text(found.value, found.error or 0, dps or (17 if claims else 12))
+    text = shown
+    if dps is None and found.order is not None:  # of an expansion few digits may be right
+        text = with_error(found.value, found.error)
+        shown, error = text.split(" ± ")
     record: dict[str, Any] = {"quantity": name, "value": shown, "error": error if claims else None}
     record |= {known: getattr(found, known) for known in ("error_kind", "method", "notes")}
     record |= {"dps": dps, "seconds": round(time.perf_counter() - start, 6), "inputs": inputs}
-    print(json.dumps(record, indent=1) if as_json else shown)
+    print(json.dumps(record, indent=1) if as_json else text)
     for note in () if as_json else found.notes:
         print(f"note: {note}", file=sys.stderr)
 
@@ -75,8 +79,7 @@ def release(kappa: str, r: str, eps: str, z: str, start: str = "0", **options: A
     """Print the time of release of a sticking block while its slow variable moves.
 
     The system is the friction oscillator, with mu = 3 and alpha = 1 unless they are set, or any
-    system du = phi dt + kappa noise dW, dz = eps velocity dt. All inputs are scaled and exact as
-    written. Methods: march, the parabolic equation in (u, z), to rtol; simulate, Monte Carlo.
+    system du = phi dt + kappa noise dW, dz = eps velocity dt. All inputs are scaled and exact.
 
     examples:
       symasym release --kappa 0.3 --r 10 --eps 0.01 --z -0.4
@@ -98,9 +101,8 @@ def release(kappa: str, r: str, eps: str, z: str, start: str = "0", **options: A
 def table(spec: str, out: str, workers: int = 1, cluster: str | None = None) -> int:
     """Make a table of exact values from a spec.
 
-    A spec has lines such as expr = "1 - u", kappa = [0.5, 1] and r = 2 (docs/command-line.md). The
-    table is written as JSON lines, CSV and LaTeX; an interrupted one is completed. The exit status
-    is 1 if some values do not exist or could not be computed.
+    A spec has lines such as expr = "1 - u", kappa = [0.5, 1] and r = 2. JSON lines, CSV and LaTeX
+    are written; an interrupted table is completed. The exit status is 1 if a value is missing.
 
     examples:
       symasym table well.toml -o well.jsonl

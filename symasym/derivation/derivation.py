@@ -251,7 +251,7 @@ class Derivation:
         """The remainder of the conclusion, in TeX."""
         orders = [f"${_order(s.error)}$" for s in self.concluded if s.error is not None]
         bounds = {"a bound" for s in self.concluded if s.relation not in "=~"}
-        return self.left_out or ", ".join(orders or bounds) or "none"
+        return self.left_out or ", ".join(orders or bounds) or "none: the formula is exact"
 
     def latex(self) -> str:
         """The conclusion in LaTeX."""

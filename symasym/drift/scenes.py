@@ -192,9 +192,9 @@ def require_drift(drift: object, bound: bool = True, plain: bool = True) -> None
     if bound:
         drift.require_bound()
     if plain and not drift.model.plain:
+        has = "noise that depends on u" if drift.model.layered else "no layer"
         raise RegionError(
-            f"{drift!r} has pieces, no layer, or noise that depends on u, while sensitivities, "
-            "plans, plots and most formulas are of one layer with constant noise; take exact "
+            f"{drift!r} has {has}, but this is for one layer with constant noise; take exact "
             "values and their differences, method 'laplace' or the law of the exit time."
         )
 

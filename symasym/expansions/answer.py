@@ -165,9 +165,9 @@ def _exact(kind: type[PartialSums], scene: Scene, request: Request) -> Answer | 
 
 
 def _refusal(kind: type[PartialSums], scene: Scene, orders: Sequence[int]) -> AccuracyError:
-    kappa = float_text(scene.numbers["kappa"])
+    kappa, words = float_text(scene.numbers["kappa"]), "at" if len(orders) == 1 else "up to"
     return AccuracyError(
-        f"kappa is {kappa}, {kind.reason}: up to order {orders[-1]} the error exceeds half the "
+        f"kappa is {kappa}, {kind.reason}: {words} order {orders[-1]} the error exceeds half the "
         "value; give another order, or use method 'exact'."
     )
 

@@ -182,7 +182,8 @@ class Expansion:
         rows += [f"  {s} = {v}" for s, v in self._shown.items()]
         where = ", ".join(f"{c.lhs} {c.rel_op} {c.rhs}" for c in self.conditions if c.args)
         power = (-1) ** (self.noise == "strong") * (2 * self.order + 2)
-        left = f"O(kappa^{power}) of each series" if self.definitions or self.terms else "none"
+        series = self.definitions or self.terms
+        left = f"O(kappa^{power}) of each series" if series else "none: it is exact"
         tells = "; evaluate(…, full=True) tells it"
         if not self.drift.model.plain:
             tells = "\nvalues\n  evaluate(kappa, ends=(…), start=…): a start off the barrier"
@@ -235,7 +236,8 @@ def expand(
     drift : Drift
         A drift whose parameters may be free. For ``Drift.general()`` the formula is T for one well
         and one barrier in terms of V's derivatives; so it is for a drift without a layer or with
-        noise that depends on u, in closed form if the zeros of phi have one.
+        noise that depends on u: in closed form if phi is quadratic, or a polynomial with numbers
+        for coefficients whose zeros are radicals; else in the symbols u1 and u2 of its zeros.
     quantity : {"T", "C", "1 - C", "P", "1 - P"}
     noise : {"weak", "strong", "uniform"}
         kappa -> 0; or kappa -> oo, for a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T

@@ -114,8 +114,9 @@ def scales(rng):
     own, scaled = (Scene(np.random.default_rng(seed), width=width) for width in (eps, 1))
     own.kappa, own.r = rng.uniform(0.3, 0.6), eps * rng.uniform(1.2, 2)
     (T, C), at = own.exit(), {"epsilon": eps, "kappa_phys": own.kappa, "r_phys": own.r, "y": own.r}
+    at["t_phys"] = T
     scaled.kappa, scaled.r = value("eq:tildexykappa", at, "kappa"), value("eq:tilder", at)
-    yield from zip((value("eq:tildexykappa", at | {"t_phys": T}, "t"), C), scaled.exit(), strict=True)
+    yield from zip((value("eq:tildexykappa", at, "t"), C), scaled.exit(), strict=True)
     yield value("eq:tildexykappa", at, "u"), scaled.r
     yield value("eq:eekappar", at, "scaled ratio"), scaled.r / abs(scaled.kappa) / scaled.kappa
     at = {"kappa_phys": 1, "r_phys": 1}  # where the bound is attained
