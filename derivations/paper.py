@@ -63,13 +63,13 @@ D | | height of the barrier, $V(u_2) - V(u_1)$ | scaled position times velocity
 u1 | u_1 | the well, a zero of the drift | scaled: $y/\varepsilon$
 u2 | u_2 | the barrier, a zero of the drift | scaled: $y/\varepsilon$
 u3 | u_3 | the third zero of the cubic | scaled: $y/\varepsilon$
-T | | mean escape time from $\lvert u\rvert < r$, from 0 unless stated | scaled: $t/\varepsilon$
+T | | mean escape time from $\lvert u\rvert < r$, from 0 unless stated | scaled: $t_p/\varepsilon$
 T_phys | T_p | mean escape time from $\lvert y\rvert < r_p$ | unscaled
-T_0 | | mean escape time without the terms of $C$ | scaled: $t/\varepsilon$
-T_1 | | piece of $T_0$: $-r < u < -1$, $0 < v < 1$ | scaled: $t/\varepsilon$
-T_2 | | piece of $T_0$: $-1 < u < v$, $0 < v < 1$ | scaled: $t/\varepsilon$
-T_3 | | piece of $T_0$: $-r < u < 1$, $1 < v < r$ | scaled: $t/\varepsilon$
-T_4 | | piece of $T_0$: $1 < u < v < r$ | scaled: $t/\varepsilon$
+T_0 | | mean escape time without the terms of $C$ | scaled: $t_p/\varepsilon$
+T_1 | | piece of $T_0$: $-r < u < -1$, $0 < v < 1$ | scaled: $t_p/\varepsilon$
+T_2 | | piece of $T_0$: $-1 < u < v$, $0 < v < 1$ | scaled: $t_p/\varepsilon$
+T_3 | | piece of $T_0$: $-r < u < 1$, $1 < v < r$ | scaled: $t_p/\varepsilon$
+T_4 | | piece of $T_0$: $1 < u < v < r$ | scaled: $t_p/\varepsilon$
 S | | Stokes multiplier of the well's term | a number
 p | | density of the position at time $t$ | per scaled length
 R | | density integrated over all time | scaled time per scaled length

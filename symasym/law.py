@@ -187,12 +187,12 @@ class ExitLaw(Law):
 
     @property
     def left(self) -> Side:
-        """The law given this exit, with its `probability`, `mean`, `variance` and `laplace`."""
+        """The law given exit at the left end, with `probability`, `mean`, `variance`, `laplace`."""
         return self._given("left")
 
     @property
     def right(self) -> Side:
-        """The law given this exit, like `left`."""
+        """The law given exit at the right end, with the same members."""
         return self._given("right")
 
     def _given(self, side: str) -> Side:

@@ -86,7 +86,7 @@ class Step:
     @property
     def check_kind(self) -> str:
         """The kind of check in a few words."""
-        exact = "symbolically" if self.relation in "=~" else "by a sign that is seen"
+        exact = "symbolically" if self.relation in "=~" else "by the sign of the difference"
         return exact if self.variable is None else "by the slope of the remainder"
 
     def latex(self) -> str:
