@@ -19,7 +19,7 @@ from symasym.base.estimate import IN_WORDS, ErrorKind, with_error
 from symasym.base.inputs import FloatArray, Numbers, choice, digits
 from symasym.drift.drift import Drift
 from symasym.drift.evaluate import pieces
-from symasym.drift.sampled import Field
+from symasym.drift.sampled import FloatDrift
 from symasym.drift.scenes import (
     QUANTITIES,
     Request,
@@ -260,7 +260,7 @@ def _by_floats(
     parameters = dict(zip(names, moved.reshape(many, -1), strict=True))
     numbers = {n: np.tile(x, many) for n, x in scenes.numbers.items()}
     numbers["kappa"] = parameters.pop("kappa")
-    of = Field(scenes.drift, parameters, many * count)
+    of = FloatDrift(scenes.drift, parameters, many * count)
     logs = floats.logs_of(Request(quantity), of, numbers)
     slopes, errors = logs.log.imag.reshape(-1, count) / (_STEP * unit), logs.error
     # An error of an exponent changes the derivatives relatively as the value, at most by `largest`.
@@ -270,7 +270,7 @@ def _by_floats(
     if "r" not in numbers:
         return slopes, errors
     r, start = scenes.numbers["r"], scenes.numbers["start"]
-    of = Field(scenes.drift, {}, count)
+    of = FloatDrift(scenes.drift, {}, count)
     ends = (
         [
             [x.rounded() for x in two]

@@ -30,7 +30,7 @@ class Model:
     #: The formulas from left to right, and the points that separate them.
     pieces: tuple[Formula, ...]
     cuts: tuple[Fraction, ...] = ()
-    #: sigma in du = phi dt + kappa sigma dW (None for 1); alpha is 0 for Ito, 1/2 for Stratonovich.
+    #: sigma in du = phi dt + kappa sigma dW (None for 1); alpha is 0 for Itô, 1/2 for Stratonovich.
     noise: Formula | None = None
     alpha: Fraction = Fraction(0)
     #: True if the one piece and sigma hold on [-1, 1], and are constant outside (continuously).

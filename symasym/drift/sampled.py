@@ -228,7 +228,7 @@ def _held(phi: Any, middle: fmpq, half: fmpq, allowed: arb) -> bool:
     return False
 
 
-class Field:
+class FloatDrift:
     """phi/sigma^2 for rows of parameters: `parts` from left to right, and `ends` outside a layer.
 
     Parameters that are not arrays are shared by the rows, and exact if rational. `span` is the

@@ -28,11 +28,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from flint import arb
 
-from symasym.drift.sampled import Field, Sampled
+from symasym.drift.sampled import FloatDrift, Sampled
 from symasym.exact.logs import ULP, Logs
 
 OF_A = 0.37 * ULP  # relative rounding error of A, for each of its terms
-_OWN = 4e-15  # relative error of a panel's integrals
+_ERROR = 4e-15  # relative error of a panel's integrals
 _LONG = float(np.finfo(np.longdouble).eps / np.finfo(float).eps)
 _MISSED = np.log(1e-16)
 _AT_ONCE = 1024  # columns that fit in the cache
@@ -91,12 +91,12 @@ def times(matrix: Any, x: Any) -> Any:
 class SampledDrift(NamedTuple):
     """`sign` phi(u) of rows by one formula, or -`sign` phi(-u) where `mirror` is -1."""
 
-    field: Field
+    field: FloatDrift
     of: Sampled
     rows: Any
     mirror: Any
     sign: float
-    off: Any  # the error of phi
+    blur: Any  # the error of phi
     loose: float  # the error of powers of sigma
     edges: Any  # between these the Chebyshev terms suffice
 
@@ -111,8 +111,8 @@ class SampledDrift(NamedTuple):
         at = side * self.mirror
         left, right = (x[self.rows] for x in self.field.ends)
         a = self.sign * self.mirror * np.where(at < 0, left, right)
-        off = ULP * np.abs(a) + _LONG * self.off if self.of.long else self.off
-        return a, off, self.of.log_noise(at[None], self.rows)[0]
+        blur = ULP * np.abs(a) + _LONG * self.blur if self.of.long else self.blur
+        return a, blur, self.of.log_noise(at[None], self.rows)[0]
 
     def series(self, some: Any, lam: Any, left: Any, half: Any) -> Any:
         """Chebyshev coefficients of lam phi times `half`, and of log sigma, on panels."""
@@ -124,29 +124,29 @@ class SampledDrift(NamedTuple):
         return np.stack((slope, act.fit @ self.of.log_noise(u, rows)))
 
 
-def seen(
-    field: Field, rows: Any, far: Any = 1.0, sign: float = 1.0, both: bool = False
+def in_rows(
+    field: FloatDrift, rows: Any, far: Any = 1.0, sign: float = 1.0, both: bool = False
 ) -> list[SampledDrift]:
     """The drift's formulas in these rows up to |u| = `far`; if `both`, mirror images follow."""
     mirror, found = np.repeat([1.0, -1.0] if both else [1.0], len(rows)), []
     for of in field.parts:
         (low, high), edges, loose = of.span, np.array([-np.inf, np.inf]), 0.0
         if of.exact:
-            off = OF_A * of.terms * of.majorant(np.minimum(far, max(abs(low), abs(high))), rows)
+            blur = OF_A * of.terms * of.majorant(np.minimum(far, max(abs(low), abs(high))), rows)
         else:
             rounding, loose = of.rounding
             act, middle, half = matrices(of.terms), (low + high) / 2, (high - low) / 2
             c = act.fit @ of(middle + half * act.points[:, None] + np.zeros(len(rows)), rows)
-            off = (max(OF_A * _FEW, rounding) + 2 * ULP) * np.abs(c).sum(axis=0)
+            blur = (max(OF_A * _FEW, rounding) + 2 * ULP) * np.abs(c).sum(axis=0)
             # Cuts hold for one row; ready-made drifts in many rows are judged by their last terms.
-            own = field.powers or not field.layered or not field.ready_made
+            each = field.powers or not field.layered or not field.ready_made
             varied = any(np.ptp(np.real(x)) > 0 for x in of.arrays.values())
-            if of.cuts is None or (varied and own):
-                off += np.inf
+            if of.cuts is None or (varied and each):
+                blur += np.inf
             else:
                 edges = np.unique([side * x for x in (low, *of.cuts, high) for side in (-1, 1)])
         loose = 4 * (loose + 2 * ULP) if field.powers else 0.0
-        tiled = np.tile(rows, 1 + both), mirror, sign, np.tile(off, 1 + both)
+        tiled = np.tile(rows, 1 + both), mirror, sign, np.tile(blur, 1 + both)
         found.append(SampledDrift(field, of, *tiled, loose, edges))
     return found
 
@@ -161,14 +161,14 @@ def panels(
     rank = np.arange(len(row)) - np.searchsorted(row[where], row[where])
     where = where[np.argsort(rank, kind="stable")]
     row, left, half, strength, c = (x.take(where, axis=-1) for x in (row, left, half, strength, c))
-    off, size = np.abs(lam[row]) * half * phi.off[rows[row]], np.abs(c[0])
+    blur, size = np.abs(lam[row]) * half * phi.blur[rows[row]], np.abs(c[0])
     if not phi.of.exact:  # The last terms estimate what is missing, noise included.
-        off += 2 * size[-2:].max(axis=0)
+        blur += 2 * size[-2:].max(axis=0)
     if phi.of.long:  # The remaining rounding is relative to A on the panel.
         far = np.maximum(1.0, np.abs(left) + 2 * half)
-        off = _LONG * off + OF_A * phi.of.terms * size.sum(axis=0)
-        off += ULP * far / half * size[1:].sum(axis=0)
-    found = records(half, c, off, strength, phi.powers, phi.loose, order)
+        blur = _LONG * blur + OF_A * phi.of.terms * size.sum(axis=0)
+        blur += ULP * far / half * size[1:].sum(axis=0)
+    found = records(half, c, blur, strength, phi.powers, phi.loose, order)
     return found, row, np.cumsum(np.bincount(rank))
 
 
@@ -226,7 +226,7 @@ def _tested(act: Any, c: Any, powers: Any, order: int) -> Any:
 
 
 def records(
-    half: Any, c: Any, off: Any, strength: Any, powers: Any, loose: float, order: int
+    half: Any, c: Any, blur: Any, strength: Any, powers: Any, loose: float, order: int
 ) -> Logs:
     """Logarithms of f, c, c I, f m00, f m01, f c m02, c m10, c m11, f t0, f t1; e(right) = f/c."""
     slope, act = c[0], matrices(c.shape[1])
@@ -241,20 +241,21 @@ def records(
             weights = tuple(np.exp(p * log) for p in powers or (0, 0))
             some = slope.take(at, axis=1), falls[at], weights
             found[:, at] = integrals(act, *some, strength[at], order)
-    own = 2.0 * off / np.where(slow, np.maximum(np.abs(slope[0]), 1e-300), 1.0)
-    own += _OWN + loose
-    own[strength < 0] = np.inf  # no accepted panel
+    error = 2.0 * blur / np.where(slow, np.maximum(np.abs(slope[0]), 1e-300), 1.0)
+    error += _ERROR + loose
+    error[strength < 0] = np.inf  # no accepted panel
     steep = falls.real if order == 1 else -np.abs(falls)
     lost = np.where(slow, 0.0, 0.3 * ULP * np.exp(np.minimum(-steep, _CLIMB)))
-    return _in_logs(found, half, falls, 2.0 * off, own, lost)
+    return _in_logs(found, half, falls, 2.0 * blur, error, lost)
 
 
-def _in_logs(found: Any, unit: Any, falls: Any, moved: Any, own: Any, lost: Any = 0.0) -> Logs:
+def _in_logs(found: Any, unit: Any, falls: Any, moved: Any, error: Any, lost: Any = 0.0) -> Logs:
     """The record with the width as a factor, and its errors."""
     ends = np.stack((np.minimum(-falls, 0.0), np.minimum(falls, 0.0)))
     of_ends = np.where(ends < 0, 1.5 * ULP * np.abs(falls) + moved, 0.0)
     logs = np.log(found) + _WIDTHS[: len(found)] * np.log(unit)
-    errors = np.stack((own, own, *[2 * own + lost] * 4, *[3 * own + 2 * lost] * 2)[: len(found)])
+    each = error, error, *[2 * error + lost] * 4, *[3 * error + 2 * lost] * 2
+    errors = np.stack(each[: len(found)])
     return Logs(np.concatenate((ends, logs)), np.concatenate((of_ends, errors)))
 
 
@@ -362,7 +363,7 @@ def _oriented(found: list[Any], small: Any, down: Any) -> Any:
     return np.stack(ways)
 
 
-def constant(rate: Any, width: Any, off: Any, order: int) -> Logs:
+def constant(rate: Any, width: Any, blur: Any, order: int) -> Logs:
     """The record of an interval on which lam phi is `rate` and a = b = 1."""
     x = np.maximum(rate * width, -rate * width)
     small, i, unit = np.exp(-x), -np.expm1(-x), width / x
@@ -379,5 +380,5 @@ def constant(rate: Any, width: Any, off: Any, order: int) -> Logs:
         y = (rate * width)[some]
         known[:, some] = _sampled_record(matrices(1), y[None] / 2, y, (1.0, 1.0), None, order)
     unit[at] = width[at] / 2
-    own = _OWN + 2 * off / np.maximum(x.real, 1.0)
-    return _in_logs(known, unit, rate * width, off + 2 * ULP * x.real, own)
+    error = _ERROR + 2 * blur / np.maximum(x.real, 1.0)
+    return _in_logs(known, unit, rate * width, blur + 2 * ULP * x.real, error)

@@ -29,10 +29,10 @@ import numpy as np
 
 from symasym.base.errors import SymasymError
 from symasym.base.inputs import FloatArray
-from symasym.drift.sampled import Field
+from symasym.drift.sampled import FloatDrift
 from symasym.drift.scenes import Answer, Request, Scenes, ends_of
 from symasym.exact.balls import of_scene  # the table of methods asks for it here
-from symasym.exact.float_panels import OF_A, SampledDrift, constant, panels, seen
+from symasym.exact.float_panels import OF_A, SampledDrift, constant, in_rows, panels
 from symasym.exact.logs import ULP, Logs
 
 #: Relative error of float64 values (of the logarithm, where that is larger than 1).
@@ -73,12 +73,12 @@ def float_logs(scenes: Scenes, request: Request, long: bool = False) -> Logs:
         return Logs(np.zeros(count), np.full(count, np.inf))
     if not model.layered:
         span = float(scenes.ends[0].min()), float(scenes.ends[1].max())
-    of = Field(scenes.drift, scenes.drift.values, count, span, long)
+    of = FloatDrift(scenes.drift, scenes.drift.values, count, span, long)
     found = logs_of(request, of, numbers)
     moved, room = _moved(scenes)
     if moved:  # A place that float64 rounds changes logarithms at most at these rates.
         far = np.full(count, max(map(abs, span)))
-        size = np.max([side.off for side in seen(of, np.arange(count), far)], axis=0) / OF_A
+        size = np.max([side.blur for side in in_rows(of, np.arange(count), far)], axis=0) / OF_A
         found.error[:] += moved * (scenes.lam * size + 2 / room)
     if of.exact and not long and (some := _in_doubt(found)).size:
         closer = float_logs(scenes.some(some), request, long=True)
@@ -102,7 +102,7 @@ def _in_doubt(found: Logs) -> Any:
 
 
 @np.errstate(all="ignore")
-def logs_of(request: Request, of: Field, numbers: Mapping[str, Any]) -> Logs:
+def logs_of(request: Request, of: FloatDrift, numbers: Mapping[str, Any]) -> Logs:
     """The logarithm of the quantity, and its estimated or infinite error.
 
     `numbers` are arrays: kappa, which may be complex, and the numbers of the quantity.
@@ -135,7 +135,7 @@ def _of_exit(name: str, d0: list[Logs], b0: list[Logs], *second: list[Logs]) -> 
     return Logs(half.log + np.log(2.0), half.error + ULP)
 
 
-def _of_stay(name: str, of: Field, lam: Any, numbers: Mapping[str, Any], rows: Any) -> Logs:
+def _of_stay(name: str, of: FloatDrift, lam: Any, numbers: Mapping[str, Any], rows: Any) -> Logs:
     n, one, layer = len(lam), np.ones(len(lam)), "left" not in numbers
     low, high = numbers.get("low", -one), numbers.get("high", one)
     if name == "p_ss":
@@ -143,7 +143,7 @@ def _of_stay(name: str, of: Field, lam: Any, numbers: Mapping[str, Any], rows: A
     ends = (np.minimum(low, -1.0), np.maximum(high, 1.0)) if layer else ends_of(numbers)
     low, high = np.clip(low, *ends), np.clip(high, *ends)
     far = np.maximum(np.abs(ends[0]), np.abs(ends[1]))
-    phi, two = seen(of, rows, far, -1.0, True), np.tile(lam, 2)
+    phi, two = in_rows(of, rows, far, -1.0, True), np.tile(lam, 2)
     loose = max(side.loose for side in phi)
     begin, end = np.concatenate((ends[0], -ends[1])), np.concatenate((low, -high))
     state = absorbing(two)
@@ -156,16 +156,16 @@ def _of_stay(name: str, of: Field, lam: Any, numbers: Mapping[str, Any], rows: A
     before, after = mass[:n], mass[n:]
     if name == "p_ss":
         u = np.clip(low, -1.0, 1.0)[None]
-        own = of.powers[1] * of.parts[0].log_noise(u, rows)[0] if of.powers else 0.0
-        return Logs(own, loose) / (before + after).rounded()
-    y, _, e = swept(seen(of, rows, far, -1.0), lam, low, high, absorbing(lam))
+        weight = of.powers[1] * of.parts[0].log_noise(u, rows)[0] if of.powers else 0.0
+        return Logs(weight, loose) / (before + after).rounded()
+    y, _, e = swept(in_rows(of, rows, far, -1.0), lam, low, high, absorbing(lam))
     inside, outside = _ONE / y, (before / e * Logs(0.0, 4 * ULP) + after).rounded()
     return _share(inside, outside) if name == "P" else _share(outside, inside)
 
 
 @np.errstate(all="ignore")
 def sides(
-    of: Field,
+    of: FloatDrift,
     lam: Any,
     ends: tuple[Any, Any],
     until: tuple[Any, Any],
@@ -176,7 +176,7 @@ def sides(
     """D0 and B0, for order 2 also D1 and B1, from the left end at until[0] and from the right end
     at until[1]."""
     n, two = len(lam), np.tile(lam, 2)
-    phi = seen(of, rows, np.maximum(np.abs(ends[0]), np.abs(ends[1])), both=True)
+    phi = in_rows(of, rows, np.maximum(np.abs(ends[0]), np.abs(ends[1])), both=True)
     begin, end = (np.concatenate((a, -b)) for a, b in (ends, until))
     back = np.repeat([reflecting == side for side in ("left", "right")], n)
     state = swept(phi, two, begin, end, absorbing(two, order, back))
@@ -228,8 +228,8 @@ def _inside(
 def _outside(phi: SampledDrift, side: int, lam: Any, width: Any, state: Logs, order: int) -> None:
     """Advance the state across an interval of constant drift, whose width may be 0."""
     if (some := np.flatnonzero(width > 0)).size:
-        (a, off, log), lam, width = (x[some] for x in phi.end(side)), lam[some], width[some]
-        panel = constant(lam * a, width, np.abs(lam) * width * off, order)
+        (a, blur, log), lam, width = (x[some] for x in phi.end(side)), lam[some], width[some]
+        panel = constant(lam * a, width, np.abs(lam) * width * blur, order)
         if powers := phi.powers:
             panel.log[2:] += (_WEIGHTS[: len(panel.log) - 2] @ powers)[:, None] * log
             panel.error[2:] += phi.loose
@@ -262,6 +262,6 @@ def carried(before: Logs, panel: Logs, lam: Any) -> Logs:
 def _share(x: Logs, rest: Logs) -> Logs:
     """x/(x + rest) = 1/(1 + rest/x)."""
     ratio, one = rest / x, Logs(np.zeros_like(x.log), 0.0)
-    off = ULP * (np.abs(x.log) + np.abs(rest.log))
-    whole = one + Logs(ratio.log, ratio.error + off)
+    rounding = ULP * (np.abs(x.log) + np.abs(rest.log))
+    whole = one + Logs(ratio.log, ratio.error + rounding)
     return Logs(-whole.log, whole.error + ULP * (1 + np.abs(whole.log)))

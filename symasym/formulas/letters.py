@@ -1,7 +1,7 @@
 """Local expansions of a drift, and T, C and P, in SymPy's expressions with a symbol per series.
 
-`Letters` has the ring's functions for `symasym.series`, `Field` represents a drift in one case,
-`Terms` is the arithmetic for `symasym.expansions.weak`. Critical points are u1, u2, ... from left
+`Letters` has the ring's functions for `symasym.series`, `SymbolicDrift` is a drift in one case, and
+`Terms` the arithmetic for `symasym.expansions.weak`. Critical points are u1, u2, ... from left
 to right; heights V(u1), V(-1), V(1) are relative to V(start). The symbols are defined one by
 another: sums by series, these by V's derivatives, these by the parameters and u_k, and u_k by
 A(u_k) = 0, or in closed form if A has degree 1 or 2. A number or a single parameter needs none.
@@ -62,7 +62,7 @@ class Letters:
         return sympy.log(sympy.Abs(ratio) if real else ratio)
 
 
-class Field:
+class SymbolicDrift:
     """A drift in one case, with parameters that may be free, as `weak.points_of` needs it.
 
     `values` are the definitions of the symbols, `equations` maps critical points without a closed
@@ -210,7 +210,7 @@ class Field:
         return [self.named(f"R{k}{mark}", value) for k, value in enumerate(values, 1)]
 
 
-class Pair(Field):
+class Pair(SymbolicDrift):
     """One well and one barrier: of an unspecified drift, or of one without a layer or with noise
     sigma(u); here A is phi/sigma^2.
 

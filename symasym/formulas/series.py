@@ -44,10 +44,10 @@ from symasym.formulas.letters import (
     IN_KAPPA,
     KAPPA,
     LAM,
-    Field,
     Letters,
     Pair,
     R,
+    SymbolicDrift,
     Terms,
     exponentials,
     put_in,
@@ -81,7 +81,7 @@ def weak(
 ) -> dict[str, Any]:
     """The weak-noise formula, its case, the definitions of its symbols and its conditions."""
     if drift.model.plain and drift != Drift.general():
-        of = Field(drift, case_for(drift, start, asked, quantity[-1] == "P"), start)
+        of = SymbolicDrift(drift, case_for(drift, start, asked, quantity[-1] == "P"), start)
     else:
         of = _pair(drift, start, asked)
     at, where, count = Terms(of.start), [*conditions(of, quantity)], order + 1
@@ -148,7 +148,7 @@ def _contributions(products: Iterable[Any], at: Terms, count: int) -> Iterator[C
         )  # fmt: skip
 
 
-def ends(of: Field, quantity: str) -> list[Any]:
+def ends(of: SymbolicDrift, quantity: str) -> list[Any]:
     """The conditions on r and on the drift at the ends of the layer."""
     low, high = of.at(-S.One), of.at(S.One)
     if quantity[-1] == "P":
@@ -156,7 +156,7 @@ def ends(of: Field, quantity: str) -> list[Any]:
     return [sympy.Gt(R, 1), sympy.Ne(low, 0), sympy.Ne(high, 0)]
 
 
-def conditions(of: Field, quantity: str) -> Iterator[Any]:
+def conditions(of: SymbolicDrift, quantity: str) -> Iterator[Any]:
     """The conditions for the formula as SymPy predicates."""
     inside = [u for u, _ in of.places if u in of.zeros or u == of.start and abs(u) < 1]
     edges = ([-S.One], [S.One]) if of.layered else ([], [])
@@ -176,7 +176,7 @@ def conditions(of: Field, quantity: str) -> Iterator[Any]:
         yield sympy.Ne(of.at(of.start), 0)
 
 
-def _layer(of: Field, order: int, side: int, a: Any, mark: str) -> Stretch:
+def _layer(of: SymbolicDrift, order: int, side: int, a: Any, mark: str) -> Stretch:
     """The layer from a to 1; for side = -1 that of the mirror image."""
     A = Poly(side * of.A.subs(U, side * U), U).to_field()
 
@@ -195,7 +195,7 @@ def _layer(of: Field, order: int, side: int, a: Any, mark: str) -> Stretch:
 def strong(drift: Drift, name: str, order: int, start: Fraction, _: Any) -> dict[str, Any]:
     """The strong-noise formula in lam, r and the moments, with definitions and conditions."""
     case, sides = Case(("start",)), list[Stretch]()
-    of = Field(drift, case, start)
+    of = SymbolicDrift(drift, case, start)
     if of.poly is None:
         raise InputError(
             f"A = {of.A} is no polynomial in u, so that the moments of V have no closed form; "

@@ -181,7 +181,7 @@ STANDARD = (
     Standard("tilted double well", _TILTED, "1/2", ("-2", "1"), "-1", reflecting="left"),
     Standard("washboard", (("1/4 - sin(u)", None),), "1/2", ("-3", "6")),
     Standard("friction oscillator", _FRICTION, "1/10", ("-10", "10")),
-    Standard("state noise, Ito", _HOME, "1", ("-1", "2"), "0", _NOISE),
+    Standard("state noise, Itô", _HOME, "1", ("-1", "2"), "0", _NOISE),
     Standard("state noise, Stratonovich", _HOME, "1", ("-1", "2"), "0", _NOISE, "stratonovich"),
 )
 

@@ -16,7 +16,7 @@ from flint import acb, arb, fmpq
 import symasym as sa
 from symasym.base.balls import precision, rounded
 from symasym.drift.evaluate import box, pieces
-from symasym.drift.sampled import Field
+from symasym.drift.sampled import FloatDrift
 
 # Of all admitted functions.
 FORMULAS = [
@@ -65,7 +65,7 @@ def test_complex_steps_are_derivatives(text: str) -> None:
         assert missed < 1e-50
         for value in (phi(arb(fmpq(3, 10))), series(arb(0))):
             assert float((acb(value).imag / h).mid()) == pytest.approx(wanted, rel=1e-14)
-    (rows,) = Field(drift, {"b": np.array([0.5, 0.5 + 1e-30j])}, 2).parts
+    (rows,) = FloatDrift(drift, {"b": np.array([0.5, 0.5 + 1e-30j])}, 2).parts
     found = rows(np.array([[0.3, 0.3]]), np.arange(2))[0, 1].imag / 1e-30
     assert found == pytest.approx(wanted, rel=1e-13)
 
@@ -103,7 +103,7 @@ def test_rows_of_polynomials() -> None:
     rng = np.random.default_rng(1)
     z0, mu = rng.uniform(-1, 1, 50), F(1, 3)
     drift = sa.friction(mu, 1)
-    field, again = (Field(drift, {"z0": z0}, 50, long=x) for x in (False, True))
+    field, again = (FloatDrift(drift, {"z0": z0}, 50, long=x) for x in (False, True))
     (plain,), (long,) = field.parts, again.parts
     u = rng.uniform(-1, 1, (20, 50))
     rows = rng.permutation(50)
