@@ -104,6 +104,7 @@ class Piece(NamedTuple):
 
     With V' = -phi/sigma^2 the scale density is e^{lam V} `scale`, where scale = sigma^(-2 alpha),
     the speed density lam e^{-lam V} `speed`, where speed = sigma^(2 alpha - 2); None stands for 1.
+    If the noise depends on u, `noise` has phi, sigma and alpha themselves.
     """
 
     left: fmpq
@@ -111,11 +112,13 @@ class Piece(NamedTuple):
     phi: Polynomial | Analytic
     scale: Polynomial | Analytic | None = None
     speed: Polynomial | Analytic | None = None
+    noise: Any = None
 
     def mirrored(self) -> Piece:
         """The piece of the mirrored drift -phi(-u) with the noise sigma(-u)."""
-        weights = (w and w.turned(1, -1) for w in (self.scale, self.speed))
-        return Piece(-self.right, -self.left, self.phi.turned(-1, -1), *weights)
+        of, (scale, speed) = self.noise, (w and w.turned(1, -1) for w in (self.scale, self.speed))
+        noise = of and (of[0].turned(-1, -1), of[1].turned(1, -1), of[2])
+        return Piece(-self.right, -self.left, self.phi.turned(-1, -1), scale, speed, noise)
 
     def reversed(self) -> Piece:
         """The piece with the scale density and the speed density interchanged."""
@@ -136,8 +139,11 @@ def pieces(
         # Outside the layer phi and sigma are constant; a rational value of phi is kept exact.
         (inside,), cuts = found, [-one, one]
         for side in (-1, 1) if low < -one or high > one else ():
-            at = [w and Polynomial([w(arb(side))]) for w in inside]
-            if not model.noise:
+            at = [w and Polynomial([w(arb(side))]) for w in inside[:3]]
+            if model.noise:
+                phi, sigma, alpha = inside[3]
+                at.append((*(Polynomial([f(arb(side))]) for f in (phi, sigma)), alpha))
+            else:
                 known = None if values else drift.end(side)
                 end = model.pieces[0].end(side, numbers, balls=True)
                 at[0] = Polynomial([end if known is None else rational(known)])
@@ -152,14 +158,17 @@ def pieces(
 def _weighted(
     part: Formula, noise: Formula | None, numbers: Mapping[str, Any], alpha: Fraction
 ) -> list[Any]:
-    """phi/sigma^2, and the weights `scale` and `speed` of `Piece`."""
+    """phi/sigma^2, and the weights `scale` and `speed` and the `noise` of `Piece`."""
     phi, sigma = over_noise(part, noise, numbers)
+    if sigma is None:
+        return [phi]
     twice = int(2 * alpha)
 
     def weight(k: int) -> Analytic | None:
-        return Analytic(lambda u: sigma(u) ** -k) if sigma and k else None
+        return Analytic(lambda u: sigma(u) ** -k) if k else None
 
-    return [phi, weight(twice), weight(2 - twice)]
+    itself = profile(part, numbers), sigma, rational(alpha)
+    return [phi, weight(twice), weight(2 - twice), itself]
 
 
 def over_noise(formula: Formula, noise: Formula | None, numbers: Mapping[str, Any]) -> Any:

@@ -108,6 +108,7 @@ class Panel(NamedTuple):
     b: TaylorModel
     rise: arb  # q(1) - q(-1)
     bounds: tuple[Any, Any, Any]  # logarithms of bounds of int a e, int b/e, the nested integral
+    system: Any = None  # `transform.System`
 
     @property
     def work(self) -> float:

@@ -7,8 +7,12 @@ sigma(u) is the noise, the equation L y = s y of the generator L is the system (
 
 Its matrix across a panel has determinant 1, and its entries have positive coefficients in s.
 
-- Moderate panel: a power series in t about the middle, with the unknowns y and z = e F, so that
-  only one factor e^(int |g|) is lost by cancellation.
+- Moderate panel: a power series in t about the middle, with the unknowns y and w = a e F, so that
+  only one factor e^(int |g|) is lost by cancellation. Multiplied by sigma^2, y' = h w and
+
+    sigma^2 w' = -(h lam phi + 2 alpha sigma sigma') w + s h lam y
+
+  have few coefficients where phi and sigma are polynomials; h is half the width.
 - Slow panel: t = y/z and v = z/y have slowly varying solutions, found order by order in s from
 
     t' = a + g t - s lam b t^2,    v' = s lam b - g v - a v^2.
@@ -34,6 +38,7 @@ from symasym.exact.panels import (
     Panel,
     TaylorModel,
     fewest_terms,
+    largest_exponent,
     panel_of,
     panels,
     slow_solver,
@@ -42,6 +47,7 @@ from symasym.exact.panels import (
 # The largest int |g| on a panel of an A that is no polynomial: shorter panels have shorter series.
 _REACH = 24.0
 _SHORT = 8  # coefficients of a polynomial
+_DISC = arb(2)  # the radius of the least disc for Cauchy's estimate
 # The largest sqrt(lam |s|) u and |s| u/phi across a panel, where coefficients in s decrease like
 # those of cosh and exp.
 _TRAVEL, _DELAY = 4.0, 0.5
@@ -160,9 +166,13 @@ def _short_panel(
     """The panel [middle - half, middle + half], or None if it must be halved."""
     if not (p := panel_of(piece, lam, middle, half, digits)):
         return None
-    whole = sum((abs(c) / (k + 1) for k, c in enumerate(p.slope)), arb(0))
-    if p.cauchy and len(p.slope) > _SHORT and not whole < _REACH:
-        return None
+    if p.cauchy:
+        system = _system(p, piece, lam, middle, half, digits)
+        whole = system.growth(ENDS[1])
+        reach = largest_exponent(digits) if len(system.drag) <= _SHORT else _REACH
+        if not (system.room(_DISC) > 0 and whole < reach and system.wide < 1):
+            return None
+        p = p._replace(system=system)
     if s:
         # Solutions grow like exp(sqrt(g^2/4 + s lam a b) -+ g/2).
         a, b = (w.series(arb(0, 1)) for w in (p.a, p.b))
@@ -180,39 +190,81 @@ def _ball(radius: Any) -> arb:
 # -- moderate panels -------------------------------------------------------------------------------
 
 
+class System(NamedTuple):
+    """(1 + S) w' = -P w + s c y, y' = h w for y and w = a z, as polynomials in t.
+
+    With 1 + S = sigma^2 over its value in the middle these have few coefficients if phi and sigma
+    are polynomials. `wide` bounds the changes of log a, log b and int g by the errors of phi and
+    sigma.
+    """
+
+    square: list[arb]  # S_1, S_2, ...
+    drag: list[arb]  # P
+    source: arb  # c
+    wide: arb
+
+    def room(self, x: arb) -> arb:
+        """A lower bound of |1 + S| for |t| <= x."""
+        return 1 - arb_poly([0, *map(abs, self.square)])(x)
+
+    def growth(self, x: arb) -> arb:
+        """A bound of the integral of |P/(1 + S)| to |t| = x."""
+        return arb_poly([abs(c) for c in self.drag]).integral()(x) / self.room(x)
+
+
+def _system(p: Panel, piece: Piece, lam: arb, middle: fmpq, half: fmpq, digits: int) -> System:
+    """The system of a panel; its phi and sigma are polynomials or have errors in `wide`."""
+    scale = lam * p.half
+    if not piece.noise:
+        return System([], p.slope, scale, 2 * p.blur)
+    phi, sigma, alpha = piece.noise
+    (f, off), (of_sigma, missed) = (x.taylor(middle, half, digits) for x in (phi, sigma))
+    first, *square = of_sigma * of_sigma
+    drag = f * scale + of_sigma * of_sigma.derivative() * (2 * alpha)
+    system = System([c / first for c in square], [c / first for c in drag], scale / first, arb(0))
+    if off > 0 or missed > 0:
+        # Let sigma change by the factor 1 + delta: 1/sigma^2 by less than 3 delta, a b/e by less.
+        least = first * system.room(ENDS[1])
+        delta = missed / least.sqrt()
+        size = sum(map(abs, f), off)
+        wide = 2 * scale * (2 * off + 3 * delta * size) / least + 3 * delta
+        system = system._replace(wide=wide if delta < 0.1 else arb.pos_inf())
+    return system
+
+
 def _moderate_matrix(p: Panel, lam: arb, digits: int, order: int, s: float) -> Matrix:
-    """The matrix by power series about the middle: y' = h a z, z' = -g z + s lam h b y, z = e F."""
-    g, h = p.slope, p.half
-    a, b = list(p.a.series * h), list(p.b.series * (lam * h))
+    """The matrix by power series about the middle, from the solutions with (y, w) = (1, 0), (0, 1)
+    there; z = e F = w/a."""
+    square, drag, source, wide = p.system
     terms, *rests = _cauchy(p, lam, digits, order, s)
     ends = []
-    for y, z, of_y, of_z in ((_ONE, _NOTHING, *rests[:2]), (_NOTHING, _ONE, *rests[2:])):
-        ys, zs = [y], [z]
+    for y, w, of_y, of_w in ((_ONE, _NOTHING, *rests[:2]), (_NOTHING, _ONE, *rests[2:])):
+        ys, ws, slopes = [y], [w], list[arb_poly]()
         for k in range(terms - 1):
-            by = _convolved(b, ys).left_shift(1).truncate(order + 1)
-            dy, dz = _convolved(a, zs), by - _convolved(g, zs)
-            ys.append(dy * (arb(1) / (k + 1)))
-            zs.append(dz * (arb(1) / (k + 1)))
-        ends.append((_at_ends(ys, of_y), _at_ends(zs, of_z)))
-    (y1, z1), (y2, z2) = ends
-    up, down = (
-        p.q(ENDS[1]).exp(),
-        p.q(ENDS[0]).exp(),
-    )  # 1/e at both ends, with e = 1 in the middle
-    wide = 2 * p.blur + p.a.relative + p.b.relative
+            by = (ys[k] * source).left_shift(1).truncate(order + 1)
+            slopes.append(by - _convolved(drag, ws) - _convolved(square, slopes))
+            ys.append(ws[k] * (p.half / (k + 1)))
+            ws.append(slopes[k] * (arb(1) / (k + 1)))
+        ends.append((_at_ends(ys, of_y), _at_ends(ws, of_w)))
+    (y1, w1), (y2, w2) = ends
+    # 1/e at both ends, with e = 1 in the middle, and a over its value there.
+    loose = 1 + _ball(p.blur.expm1())
+    down, up = (p.q(x).exp() * loose for x in ENDS)
+    left, right = (p.a(x) / p.a(arb(0)) for x in ENDS)
 
     def entry(first: arb_poly, second: arb_poly, scale: arb) -> list[arb]:
         whole = list(((first + second) * scale).truncate(order + 1))
         if not wide > 0:
             return whole
-        return [c * (1 + _ball(((k + 2) * wide).expm1())) for k, c in enumerate(whole)]
+        return [c * (1 + _ball(((k + 4) * wide).expm1())) for k, c in enumerate(whole)]
 
+    middle = p.a(arb(0))
     return _matrix(
-        entry(y1[1] * z2[0], -y2[1] * z1[0], down),
-        entry(y2[1] * y1[0], -y1[1] * y2[0], down),
-        entry(z1[1] * z2[0], -z2[1] * z1[0], up),
-        entry(z2[1] * y1[0], -z1[1] * y2[0], up),
-        up / down * (1 + _ball((2 * p.blur).expm1())),
+        entry(y1[1] * w2[0], -y2[1] * w1[0], down / left),
+        entry(y2[1] * y1[0], -y1[1] * y2[0], down * middle),
+        entry(w1[1] * w2[0], -w2[1] * w1[0], up / (left * right * middle)),
+        entry(w2[1] * y1[0], -w1[1] * y2[0], up / right),
+        up / down,
     )
 
 
@@ -235,28 +287,29 @@ def _at_ends(series: list[arb_poly], rest: arb_poly) -> tuple[arb_poly, arb_poly
 
 
 def _cauchy(p: Panel, lam: arb, digits: int, order: int, s: float) -> tuple[Any, ...]:
-    """The number of terms, and for every power of s a bound of the sum of the others, for y and z
+    """The number of terms, and for every power of s a bound of the sum of the others, for y and w
     from (1, 0) and from (0, 1).
 
-    Replacing coefficients by their absolute values gives a majorant. On |t| = rho its coefficient
-    of s^k is at most e^G A^i B^k/(i + k)! with G = int |g|, A = rho |a|, B = rho |b| and i = k,
-    k - 1, k + 1, k. At numbers s the last coefficients need to be right to e^-8 only.
+    Replacing coefficients by their absolute values, and 1 + S by 1 - |S|, gives a majorant. On
+    |t| = rho its coefficient of s^k is at most e^G A^i B^k/(i + k)! with G = int |P|/(1 - |S|),
+    A = h rho, B = c rho/(1 - |S|) and i = k, k - 1, k + 1, k. At numbers s the last coefficients
+    need to be right to e^-8 only.
     """
-    grown = arb_poly([abs(c) for c in p.slope]).integral()
-    weights = [(arb_poly([abs(c) for c in w.series]), p.half) for w in (p.a, p.b)]
-    whole = float(grown(ENDS[1]))
+    system: System = p.system
+    whole = float(system.growth(ENDS[1]))
     wanted = whole + math.log1p(whole) + digits * _LOG10
 
     def height(rho: arb) -> arb:
-        powers = math.prod([w(rho) / w(ENDS[1]) for w, _ in weights], start=rho * rho).log() * order
+        if not (room := system.room(rho)) > 0:
+            return arb.pos_inf()
+        powers = (rho**2 * system.room(ENDS[1]) / room).log() * order
         more = powers if not s else (powers - wanted + 8).max(arb(0))
-        return grown(rho) + 2 * rho.log() + more
+        return system.growth(rho) + 2 * rho.log() + more
 
     best, rho, _ = fewest_terms(height, wanted)
     count = math.ceil(best) + 4
-    first, second = (w(rho) * rho * half for w, half in weights)
-    second *= lam
-    parts = [4 * rho**2 * grown(rho).exp() / rho**count]
+    first, second = p.half * rho, system.source * rho / system.room(rho)
+    parts = [4 * rho**2 * system.growth(rho).exp() / rho**count]
     for k in range(1, order + 1):
         parts.append(parts[-1] * first * second / (2 * k * (2 * k - 1)))
     same, before = ([x * c for x in parts] for c in (1, second))
