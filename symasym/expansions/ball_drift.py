@@ -88,9 +88,9 @@ class Part:
     def __init__(
         self, piece: Piece, of: tuple[Formula, Values], bounds: Any, degree: float
     ) -> None:
-        self.left, self.right, self.phi, *weights = piece
+        self.left, self.right, self.phi = piece[:3]
         self.of, self.bounds = of, bounds or (self.left, self.right)
-        self.weights = weights if any(weights) else []
+        self.weights = [piece.scale, piece.speed] if piece.noise else []
         c = [*getattr(self.phi, "coefficients", ())]
         while len(c) > 1 and c[-1] == 0:
             c.pop()
