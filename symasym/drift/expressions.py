@@ -142,15 +142,26 @@ def _require(
             )
 
 
+def antiderivative(f: Any, x: Any) -> Any:
+    """An antiderivative in closed form; None if SymPy finds none, or a false one.
+
+    Where it depends on the sign of a parameter, SymPy 1.14 drops the logarithm: 1/(c + x^2)
+    with a real c has the antiderivative 0.
+    """
+    found = sympy.integrate(f, x)
+    closed = not found.has(sympy.Integral, sympy.Piecewise)
+    right = closed and (f.free_symbols == {x} or sympy.simplify(found.diff(x) - f) == 0)
+    return found if right else None
+
+
 def potential(A: Any, layered: bool) -> Any:
     """V in the real symbol u; if `layered`, a SymPy Piecewise (eq:V2)."""
     u, v = sympy.Symbol("u", real=True), uniquely_named_symbol("v", A, real=True)
-    antiderivative = sympy.integrate(A.subs(u, v), v)
-    closed = not antiderivative.has(sympy.Integral, sympy.Piecewise)
+    closed = antiderivative(A.subs(u, v), v)
 
     def inside(upper: Any) -> Any:
-        if closed:
-            return sympy.expand(antiderivative.subs(v, upper) - antiderivative.subs(v, -1))
+        if closed is not None:
+            return sympy.expand(closed.subs(v, upper) - closed.subs(v, -1))
         return sympy.Integral(A.subs(u, v), (v, -1, upper))
 
     if not layered:

@@ -30,6 +30,7 @@ from symasym.emit.printing import (
     TARGETS,
     Function,
     Source,
+    in_common,
     own,
     printer_of,
     reserved,
@@ -100,7 +101,7 @@ def _by_printer(functions: list[Function], printer: CodePrinter) -> Source:
     """Assignments in the language of a printer supplied by the caller."""
     lines = []
     for f in functions:
-        shared, values = sympy.cse(f.values, sympy.numbered_symbols("t"), order="none")
+        shared, values = in_common(f.values, sympy.numbered_symbols("t"))
         names = [f"{f.name}_{k}" for k in range(len(values))] if values[1:] else [f.name]
         rows = (*f.shared, *shared, *zip(map(Symbol, names), values, strict=True))
         lines += [printer.doprint(v, assign_to=s) for s, v in rows]

@@ -278,11 +278,17 @@ def written(functions: Sequence[Function], target: str, more: Mapping[str, str])
         needed |= found
         text = "".join(known[n] for n in found)
     copied = f"\n{gap}".join(known[n].strip() for n in known if n in needed)
-    for module in ("numpy", "scipy.special"):
+    for module in ("numpy", "scipy.integrate", "scipy.special"):
         if f"{module}." in copied + body and module not in head and target in ("numpy", "mpmath"):
             head += f"import {module}\n"
     whole = gap.join(f"{part.strip()}\n" for part in (head, copied, body) if part)
     return Source(whole, target, (f.name for f in functions))
+
+
+def in_common(values: Iterable[Any], names: Iterable[Any]) -> Any:
+    """Common subexpressions, without any in a variable of integration, and the values by them."""
+    within = {x for v in values for i in v.atoms(sympy.Integral) for x in i.variables}
+    return sympy.cse(values, names, order="none", ignore=within)
 
 
 def _function(f: Function, target: str, printer: Any) -> str:
@@ -292,7 +298,7 @@ def _function(f: Function, target: str, printer: Any) -> str:
     pieces = set().union(*(v.atoms(sympy.Piecewise) for v in f.values))
     taken = {s.name for s in (*f.arguments, *(s for s, _ in f.shared))}
     fresh = (s for s in sympy.numbered_symbols("t") if s.name not in taken)
-    shared, values = sympy.cse(f.values, fresh, order="none")
+    shared, values = in_common(f.values, fresh)
     try:
         names = [printer.doprint(a) for a in f.arguments]
         rows = [(printer.doprint(s), printer.doprint(v)) for s, v in (*f.shared, *shared)]

@@ -20,6 +20,7 @@ from sympy.core.function import AppliedUndef
 
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
+from symasym.drift.expressions import antiderivative
 from symasym.emit.expansions import expanded
 from symasym.formulas.cases import Case, U
 from symasym.series import Series, by_parts, finite_parts_in_s, pole_sums, slow
@@ -229,10 +230,12 @@ class Pair(SymbolicDrift):
         self.A, self.slope = phi / self.sigma**2, self.slope / self.sigma**2
         self.places = [*zip(self.zeros, case.kinds, strict=True)]
         if poly is not None and self.A.is_rational_function(U):
-            self.primitive = sympy.integrate(self.A, U)
+            self.primitive = antiderivative(self.A, U)
         found: tuple[Expr, ...] = tuple(self.zeros)
         if poly is not None and not poly.free_symbols_in_domain:
-            found = self._next([u for u in poly.real_roots() if not self.layered or abs(u) < 1])
+            found = self._next(
+                phi, [u for u in poly.real_roots() if not self.layered or abs(u) < 1]
+            )
             if not any(u.has(sympy.CRootOf) for u in found):
                 self.values = dict(zip(self.zeros, found, strict=False))
         elif poly is not None and poly.degree() == 2:
@@ -247,11 +250,12 @@ class Pair(SymbolicDrift):
         if not self.values:
             self.equations = {u: phi.subs(U, u) for u in self.zeros}
 
-    def _next(self, roots: list[Expr]) -> tuple[Expr, ...]:
-        """The well and the barrier among the real zeros of phi."""
-        kinds = ["barrier" if self.slope.subs(U, u) > 0 else "well" for u in roots]
+    def _next(self, phi: Expr, roots: list[Expr]) -> tuple[Expr, ...]:
+        """The well and the barrier among the real zeros of phi, a polynomial with numbers."""
+        slope = sympy.diff(phi, U)
+        kinds = ["barrier" if slope.subs(U, u) > 0 else "well" for u in roots]
         left, right = [u for u in roots if u <= self.start], [u for u in roots if u > self.start]
-        downhill = right[:1] if self.A.subs(U, self.start) > 0 else left[-1:]
+        downhill = right[:1] if phi.subs(U, self.start) > 0 else left[-1:]
         pairs = zip(itertools.pairwise(roots), itertools.pairwise(kinds), strict=True)
         met = ((us, words) for us, words in pairs if words == self.case.kinds)
         return next((us for us, _ in met if downhill and downhill[0] in us), ())

@@ -104,10 +104,16 @@ def weak(
         terms = tuple(_contributions([(weight, tuple(points), mul(*row))], at, count))
         formula = terms[0].expression
         if of.values.keys() >= {*of.zeros}:
-            height, value = (put_in(e, of.values) for e in (terms[0].exponent, formula))
-            front = sympy.simplify(value / sympy.exp(height))
-            formula = sympy.exp(sympy.factor_terms(sympy.expand(height))) * front
-            found["conditions"] = [sympy.simplify(put_in(c, of.values)) for c in where]
+            whole = terms[0]
+            height, *row = (
+                put_in(e, of.values)
+                for e in (whole.exponent, *(whole.front * c for c in whole.coefficients))
+            )
+            row = [sympy.simplify(c) * KAPPA ** (2 * n) for n, c in enumerate(row)]
+            formula = sympy.exp(sympy.simplify(height, doit=False))
+            formula *= sympy.factor_terms(sympy.Add(*row))
+            told = (put_in(c, of.values) for c in where)
+            found["conditions"] = [sympy.simplify(c, doit=False) for c in told]
     return {**found, "formula": formula, "terms": terms,
             "definitions": {**at.known, **of.values, **IN_KAPPA}}  # fmt: skip
 

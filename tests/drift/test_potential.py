@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from fractions import Fraction as F
 from typing import Any
@@ -83,6 +84,10 @@ def test_potential_of_free_and_of_array_parameters() -> None:
     assert {s.name for s in free.free_symbols} == {"u", "z0"}
     value = free.subs({sympy.Symbol("z0", real=True): 0, sympy.Symbol("u", real=True): 1})
     assert value == sympy.Integer(-2)
+    # SymPy's antiderivative is 0 while the sign of c is unknown.
+    wide = sa.Drift("1/(c + u**2)").potential()
+    at = {sympy.Symbol("c", real=True): 1, sympy.Symbol("u", real=True): 1}
+    assert float(wide.subs(at)) == pytest.approx(-math.pi / 2)
     many = sa.friction(3, 1, [0.0, 1.0, 2.0])
     assert many.potential_at(1.0) == pytest.approx([-2.0, 0.0, 2.0], abs=1e-14)
     assert many.potential_at([[0.0], [1.0]]).shape == (2, 3)
