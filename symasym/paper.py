@@ -53,7 +53,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
         if request.log:
             value, error = value.log(), -value.log()
             kind = "none" if name == "C" or request.complement else kind
-        error += (1 + abs(value)) / arb(10) ** (digits + 5)
+        error += (request.log + abs(value)) / arb(10) ** (digits + 5)
         value += arb(0, error.upper())
     return Answer(value, kind)
 

@@ -33,6 +33,7 @@ _DRIFT = ("drift", "expr", "layer", "noise", "ito")
 _KEYS = (*_DRIFT, *_NUMBERS, "quantities", "dps", "parameters")
 _MOST = 10_000_000  # the largest number of values
 _GUARD = 5  # digits beyond those printed, so that the last printed one is rounded correctly
+_BESIDE = ".csv", ".tex"  # what is written beside the JSON lines
 _AT_ONCE = 256  # the number of values computed at a time by the executor
 
 Record = dict[str, Any]
@@ -49,7 +50,7 @@ def read_spec(path: str | os.PathLike[str]) -> list[Record]:
             return _heads(tomllib.load(file, parse_float=str))
     except (SymasymError, OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
         why = getattr(error, "strerror", None) or error
-        raise InputError(f"{path} is not a valid spec of a table: {why}") from None
+        raise InputError(f"{path} gives no table: {why}") from None
 
 
 def _heads(given: Record) -> list[Record]:
@@ -119,6 +120,8 @@ def write_table(
     not an initial part of this table, if a line of it was changed, or if it cannot be written.
     """
     target, run = Path(path), map if executor is None else executor.map
+    if target.suffix in _BESIDE:
+        raise InputError(f"{target} would be written twice; give a name such as table.jsonl.")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with open(target, "a+b") as file:
@@ -142,7 +145,7 @@ def write_table(
     rows = _rows(records)
     head, *body = (" & ".join(row).replace("_", r"\_") + r" \\" for row in rows)
     tex = [rf"\begin{{tabular}}{{{'l' * len(rows[0])}}}", head, r"\hline", *body, r"\end{tabular}"]
-    for kind, lines in ((".csv", [",".join(row) for row in rows]), (".tex", tex)):
+    for kind, lines in zip(_BESIDE, ([",".join(row) for row in rows], tex), strict=True):
         write_bytes(target.with_suffix(kind), "\n".join([*lines, ""]).encode())
     return records, done
 

@@ -139,3 +139,5 @@ def test_a_wrong_spec(tmp_path: Path, old: str, new: str) -> None:
     with pytest.raises(sa.InputError, match=r"spec\.toml"):
         made(tmp_path, SMALL.replace(old, new, 1))
     assert not (tmp_path / "t.jsonl").exists()
+    with pytest.raises(sa.InputError, match="written twice"):
+        write_table([], tmp_path / "t.csv")

@@ -1,4 +1,4 @@
-"""Section 7, continued: critical points, folds, the threshold of the noise."""
+"""Section 7: critical points, folds, the threshold of the noise."""
 
 import sympy
 from sympy import Rational, Symbol, asin, cos, exp, log, sin, sqrt, symbols

@@ -109,7 +109,7 @@ CALLS: dict[str, tuple[str, ...]] = {
     "fr1": _ENDS,
     "folds": (FRICTION, "drift.folds()"),
     "turning-points": (FRICTION, "drift.folds().u"),
-    "beta": (NONE, 'sa.emit("beta", "numpy").load().beta(3, 1)'),
+    "beta": (NONE, 'float(sa.emit("beta", "numpy").load().beta(3, 1))'),
     "release-time": _release("0.1", "0.01"),
     "release-order": _release("0.5", "1e-5"),
     "release-adiabatic": _release("0.1", "1e-4"),

@@ -34,7 +34,8 @@ _SET = {"action": "append", "type": lambda text: text.partition("=")[::2], "meta
 #: The commands that take an argument, its name, its help text, and the keywords for argparse.
 OPTIONS: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
     ("value", "quantity", "one of %(choices)s", {"choices": _QUANTITIES, "metavar": "QUANTITY"}),
-    ("show derive", "labels", "such as eq:Ttilde, fr1; show has expansion:T, too", {"nargs": "*"}),
+    ("show", "labels", "such as eq:Ttilde, fr1, expansion:T", {"nargs": "*"}),
+    ("derive", "labels", "such as eq:Ttilde, fr1", {"nargs": "*"}),
     ("emit", "label", "such as eq:Ttilde, folds, expansion:C", {}),
     ("figure", "name", "such as phase or fric1; without it they are listed", {"nargs": "?"}),
     ("table", "spec", "a TOML file: drift, grid, quantities, dps", {}),
@@ -66,7 +67,8 @@ OPTIONS: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
     ("value", "--method", f"{', '.join(METHODS)} (exact); bound is of C", _NAME),
     ("show emit", "--method", "of an expansion: laplace, strong_noise, uniform (laplace)", _NAME),
     ("release", "--method", "march (a parabolic equation in u and z) or simulate (march)", _NAME),
-    ("value show emit", "--order", 'of an expansion; of a value also "optimal"', {"type": order}),
+    ("value", "--order", 'of an expansion, or "optimal"', {"type": order}),
+    ("show emit", "--order", "of an expansion", _N),
     ("show emit", "--case", 'of an expansion, such as "start well barrier"', {"metavar": "WORDS"}),
     ("value", "--rtol", "relative error allowed, of the method auto (1e-6)", _X),
     ("release", "--rtol", "relative error allowed, of the method march (1e-6)", _X),

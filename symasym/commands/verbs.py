@@ -54,8 +54,8 @@ def value(quantity: str, kappa: str, dps: Any = None, **options: Any) -> None:
     verb: Any = sa.exit_law if p else getattr(sa, name.replace("-", "_"))
     if wrong := min(options.keys() - inspect.signature(verb).parameters, default=""):
         raise InputError(f"{name}{' --quantile' if p else ''} takes no --{wrong}; see --help.")
-    if verb is sa.stationary_density:
-        options.setdefault("y", None)
+    if verb is sa.stationary_density and "y" not in options:
+        raise InputError("the stationary density is that at a position; give --y.")
     # A few more digits than are printed, so that the last printed one is rounded correctly.
     more = None if dps is None else min(digits(dps) + 5, 1_000 if p else 10_000)
     start = time.perf_counter()
@@ -64,7 +64,7 @@ def value(quantity: str, kappa: str, dps: Any = None, **options: Any) -> None:
     claims = found.error is not None
     shown, error = interval_text(found.value, found.error or 0, dps or (17 if claims else 12))
     text = shown
-    if dps is None and found.order is not None:  # of an expansion few digits may be right
+    if dps is None and claims and found.method != "exact":  # few digits may be right
         text = with_error(found.value, found.error)
         shown, error = text.split(" ± ")
     record: dict[str, Any] = {"quantity": name, "value": shown, "error": error if claims else None}

@@ -275,7 +275,7 @@ class WeakNoise(answer.PartialSums):
 
     reason = (
         "where the noise is too strong for Laplace's method, or a well, a barrier or the start too "
-        "close to another or to an end, where method 'uniform' holds"
+        "close to another or to an end, where in a layer 'uniform' holds"
     )
 
     def known(self, bits: int) -> Coefficients:

@@ -245,7 +245,7 @@ class Pair(SymbolicDrift):
         if not found:
             raise InputError(
                 f"{drift!r} does not lead from {self.start} to a well with an adjacent barrier, as "
-                f"in the case '{case}'; expand this drift without a case, or from such a well."
+                f"in the case '{case}'; give another start, or no case."
             )
         if not self.values:
             self.equations = {u: phi.subs(U, u) for u in self.zeros}

@@ -325,10 +325,9 @@ class IntegralExpansion(ABC):
                 value, error = level.exp() * total, level.exp() * error
             if not (value.is_finite() and error.is_finite()):
                 raise AccuracyError(
-                    f"the integral of f = {self.f} at lam = {inputs.float_text(lam)} could not be "
-                    "enclosed, because of a singularity, a slow decay or more than two saddles "
-                    "close together, or its sum is not surely positive, so that it has no "
-                    "logarithm; split it, give a larger lam, or leave full or log out."
+                    f"the integral of f = {self.f} at lam = {inputs.float_text(lam)} has no value "
+                    "here: a singularity, a slow decay, three saddles close together or, for the "
+                    "logarithm, a sum that may be negative; split it, or give a larger lam."
                 )
             kind: ErrorKind = "bound" if proved else "estimate"
             return in_digits(request, Answer(value + arb(0, error.upper()), kind, terms))

@@ -141,7 +141,7 @@ def test_value_loads_no_matplotlib() -> None:
         (f"{ESCAPE} --kappa 0.01", "log"),
         (f"{ESCAPE} --set nu=1", "nu"),
         (f"{ESCAPE} --set z0=0", "z0 twice"),
-        ("value stationary-density --expr -u --kappa 1", "y is None"),
+        ("value stationary-density --expr -u --kappa 1", "--y"),
         ("value occupation --drift linear --kappa 1", "a_minus"),
         ("value escape-time --expr 'u +' --kappa 1 --r 2", "u +"),
         ("value escape-time --expr __import__('os') --kappa 1 --r 2", "__import__"),

@@ -84,6 +84,12 @@ def test_the_multiplier_steps_at_the_fold_and_where_the_barrier_passes_the_start
     assert sa.escape_time(left, "0.1", 10, method="paper") == pytest.approx(10 / a_plus)
 
 
+def test_the_error_of_the_bound_on_c_is_the_bound() -> None:
+    found = sa.exit_probability(sa.friction(3, 1, "-0.4"), "0.3", 10, method="paper", full=True)
+    assert 0 < found.value < 1e-113
+    assert found.error == pytest.approx(found.value)
+
+
 def test_crossing_downwards_is_the_mirror_image() -> None:
     here, there = sa.friction(3, 1, "-0.3"), sa.friction(3, 1, "2.3")
     for options in ({"dps": 30}, {}):

@@ -31,6 +31,7 @@ def exact_behind(k, ctx):
 def stokes(d):
     d.suppose("for $u_2 < 0$ no term of $T$ is exponentially large",
               fails=r"$A = 4 (u + 4/5)(u + 1/10)$ with $\kappa = 1/20$ and start 0")
+    d.suppose(r"for $A > 0$ it is linear in the layer; else $\int_0^1 du/A$ replaces the term with the logarithm")
     whole = d["eq:Ttildesmall"]
     well = whole.subs(r, 0)
     d.order("no well", r"T|_{A > 0} =",
