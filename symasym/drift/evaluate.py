@@ -27,7 +27,7 @@ class Polynomial:
 
     def __init__(self, coefficients: list[Any]) -> None:
         self.coefficients = coefficients
-        self._poly = _poly(coefficients)
+        self._poly = poly(coefficients)
 
     def __call__(self, x: Any) -> Any:
         if isinstance(x, (arb_series, acb_series)):
@@ -82,14 +82,15 @@ class Analytic:
             return arb_poly([0]), bound
         ctx.cap = n = math.ceil(fewest) + 2
         series = list(self(arb_series([middle, half], n)))
-        return _poly(series), (bound / (arb(radius) ** n * (1 - arb(1) / radius))).upper()
+        return poly(series), (bound / (arb(radius) ** n * (1 - arb(1) / radius))).upper()
 
     def turned(self, out: int, inside: int) -> Analytic:
         """out A(inside u) for two signs."""
         return Analytic(lambda u: out * self.of(inside * u))
 
 
-def _poly(coefficients: list[Any]) -> Any:
+def poly(coefficients: list[Any]) -> Any:
+    """The polynomial with these coefficients."""
     complex_ones = any(isinstance(c, acb) for c in coefficients)
     return (acb_poly if complex_ones else arb_poly)(coefficients)
 

@@ -133,11 +133,6 @@ class Sampled:
         c = [np.asarray(abs(x[rows] if np.ndim(x) else x), float) for x in self._c or ()]
         return sum(x * far**k for k, x in enumerate(c))
 
-    def _exactly(self, row: int) -> dict[str, Any]:
-        """The real parts of a row's parameters as rationals."""
-        shared = self._numbers.items()
-        return {k: rational(x[row].real if k in self.arrays else x) for k, x in shared}
-
     @cached_property
     def rounding(self) -> tuple[float, float]:
         """Estimates of the relative rounding error of the values, and of the error of log sigma.
@@ -150,7 +145,10 @@ class Sampled:
         for row in rows or {0}:
             at = np.array([row])
             with precision(160):
-                known = _balls(self.formula, self.noise, self._exactly(row))
+                # The real parts of a row's parameters.
+                shared = self._numbers.items()
+                of_row = {k: rational(x[row].real if k in self.arrays else x) for k, x in shared}
+                known = _balls(self.formula, self.noise, of_row)
                 for k, (phi, of) in enumerate(zip(known, own, strict=False)):
                     values = of(points[:, None], at)[:, 0].real
                     pairs = zip(points.tolist(), values.tolist(), strict=True)

@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 
 from flint import acb_poly, acb_series, arb, arb_series, ctx
 
-from symasym.exact.panels import ENDS, ONE, Panel, TaylorModel, poly, slow_solver, within
+from symasym.drift.evaluate import poly
+from symasym.exact.panels import ENDS, ONE, Panel, TaylorModel, slow_solver, within
 
 _SHORT = 8  # terms of a polynomial drift up to which recurrence is faster than multiplication
 _LOG10 = math.log(10.0)

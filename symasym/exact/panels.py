@@ -27,7 +27,7 @@ from flint import acb, acb_poly, arb, arb_poly, ctx, fmpq
 
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import float_text
-from symasym.drift.evaluate import Piece, halved
+from symasym.drift.evaluate import Piece, halved, poly
 
 _PANELS, _PANELS_A_BIT = 1_500, 12  # the largest number, and what each bit of lam adds to it
 _WORK = 3e12  # about a minute: products of coefficients, times bits
@@ -286,11 +286,6 @@ def slow_solver(g: list[Any], blur: arb, n: int) -> Callable[[TaylorModel], Tayl
         return TaylorModel(poly(x), residual / least if least > 0 else arb.pos_inf())
 
     return solution
-
-
-def poly(terms: list[Any]) -> Any:
-    """The polynomial with these coefficients."""
-    return (acb_poly if terms and isinstance(terms[-1], acb) else arb_poly)(terms)
 
 
 def within(bound: arb, like: Any) -> Any:

@@ -44,9 +44,6 @@ from symasym.exact.panels import (
     slow_solver,
 )
 
-# The largest int |g| on a panel of an A that is no polynomial: shorter panels have shorter series.
-_REACH = 24.0
-_SHORT = 8  # coefficients of a polynomial
 _DISC = arb(2)  # the radius of the least disc for Cauchy's estimate
 # The largest sqrt(lam |s|) u and |s| u/phi across a panel, where coefficients in s decrease like
 # those of cosh and exp.
@@ -168,9 +165,8 @@ def _short_panel(
         return None
     if p.cauchy:
         system = _system(p, piece, lam, middle, half, digits)
-        whole = system.growth(ENDS[1])
-        reach = largest_exponent(digits) if len(system.drag) <= _SHORT else _REACH
-        if not (system.room(_DISC) > 0 and whole < reach and system.wide < 1):
+        short = system.room(_DISC) > 0 and system.growth(ENDS[1]) < largest_exponent(digits)
+        if not (short and system.wide < 1):
             return None
         p = p._replace(system=system)
     if s:

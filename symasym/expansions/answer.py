@@ -189,7 +189,8 @@ def of_scenes(kind: type[PartialSums], scenes: Scenes, request: Request) -> Answ
                 logs[rows], errors[rows] = found(sums, some, request)
         except (AccuracyError, RegionError) as error:
             why = why or str(error)
-    lost = ~_counted(logs, errors)
+    # The value is known to a factor 2; the logarithm 1e15 may have the error 1.
+    lost = ~(np.isfinite(logs) & (errors < np.maximum(np.log(2), 1e-11 * np.abs(logs))))
     if lost.any():
         why = why or str(_refusal(kind, scenes.at(np.argmax(lost)), orders))
     logs[lost] = np.nan
@@ -225,8 +226,3 @@ def _distance(scenes: Scenes, request: Request, logs: FloatArray) -> tuple[Float
     """The distances of logarithms from the exact ones, and the errors of the latter."""
     true = floats.of_scenes(scenes, request._replace(method="exact", order=(), full=True))
     return np.abs(true.value - logs), true.error
-
-
-def _counted(logs: Any, errors: Any) -> Any:
-    """True if the value is known to a factor 2; the logarithm 1e15 may have the error 1."""
-    return np.isfinite(logs) & (errors < np.maximum(np.log(2), 1e-11 * np.abs(logs)))

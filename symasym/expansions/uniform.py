@@ -31,8 +31,9 @@ from symasym.expansions.coalescence import SHARE, CanonicalForm, Phi
 from symasym.expansions.sides import Sides, Stretch, StretchAt, sides_of
 
 
-def record(one: CanonicalForm, lam: Any, nats: float, order: int) -> Stretch:
-    """The record of a panel at one lam, to an order up to N and to e^-nats."""
+def record(one: CanonicalForm, at: InBalls, nats: float) -> Stretch:
+    """The record of a panel at one lam, to the order in `at`, up to N, and to e^-nats."""
+    lam, order = at.lam, at.order
     L, p, c = one.eps * lam, np.array(one.p), np.array(one.c)
     minus = plus = slow = ends = np.zeros(2, object)
     regular: Any = 0
@@ -89,15 +90,11 @@ class Uniform(answer.PartialSums):
 
     def _layer(self, *interval: Any) -> list[StretchAt]:
         panels = _panels(self.drift, self.length - 1, ctx.prec, *interval)
-        return [partial(_stretch, panel) for panel in panels]
+        return [partial(record, panel, nats=_nats(ctx.prec)) for panel in panels]
 
     def quantity(self, known: Sides, arithmetic: Any) -> Any:
         """The sum over both sides."""
         return known.sum(self.name, arithmetic).mid()
-
-
-def _stretch(panel: CanonicalForm, at: InBalls) -> Stretch:
-    return record(panel, at.lam, _nats(ctx.prec), at.order)
 
 
 def _nats(bits: int) -> float:

@@ -19,6 +19,7 @@ from flint import arb, ctx
 from symasym.base.balls import precision, rational
 from symasym.base.inputs import count, exact
 from symasym.expansions import coalescence
+from symasym.expansions.arithmetic import InBalls
 from symasym.expansions.coalescence import Factor, Phi
 from symasym.expansions.sides import Stretch
 from symasym.expansions.uniform import record
@@ -73,7 +74,8 @@ class UniformExpansion(IntegralExpansion):
             for at, p, q in ((low, lo, low), (high, high, hi))
         ]
         parts = [*outside[0], *field.panels(low, high, last, weight), *outside[1]]
-        whole = reduce(Stretch.then, (record(one, lam, nats, last) for one in parts))
+        at = InBalls(lam, last)
+        whole = reduce(Stretch.then, (record(one, at, nats) for one in parts))
         return number(constant) * (lam * f(lo)).exp() * whole.scale
 
 
