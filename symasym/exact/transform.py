@@ -74,7 +74,7 @@ def matrices(
     """The panels' matrices from `begin` to `end`, to s^order, on panels for numbers up to |s|."""
     found = panels(drift, lam, begin, end, digits, partial(_short_panel, s))
     return [
-        _moderate_matrix(p, lam, digits, order, s)
+        _moderate_matrix(p, digits, order, s)
         if p.cauchy
         else _slow_matrix(p, lam, digits, order)
         for p in found
@@ -228,11 +228,11 @@ def _system(p: Panel, piece: Piece, lam: arb, middle: fmpq, half: fmpq, digits: 
     return system
 
 
-def _moderate_matrix(p: Panel, lam: arb, digits: int, order: int, s: float) -> Matrix:
+def _moderate_matrix(p: Panel, digits: int, order: int, s: float) -> Matrix:
     """The matrix by power series about the middle, from the solutions with (y, w) = (1, 0), (0, 1)
     there; z = e F = w/a."""
     square, drag, source, wide = p.system
-    terms, *rests = _cauchy(p, lam, digits, order, s)
+    terms, *rests = _cauchy(p, digits, order, s)
     ends = []
     for y, w, of_y, of_w in ((_ONE, _NOTHING, *rests[:2]), (_NOTHING, _ONE, *rests[2:])):
         ys, ws, slopes = [y], [w], list[arb_poly]()
@@ -282,7 +282,7 @@ def _at_ends(series: list[arb_poly], rest: arb_poly) -> tuple[arb_poly, arb_poly
     return even - odd, even + odd
 
 
-def _cauchy(p: Panel, lam: arb, digits: int, order: int, s: float) -> tuple[Any, ...]:
+def _cauchy(p: Panel, digits: int, order: int, s: float) -> tuple[Any, ...]:
     """The number of terms, and for every power of s a bound of the sum of the others, for y and w
     from (1, 0) and from (0, 1).
 
