@@ -77,6 +77,31 @@ def test_what_a_series_misses_is_in_its_balls(name: str) -> None:
             assert whole[2].overlaps(rough[2])
 
 
+class Moved:
+    """A function whose Taylor polynomials are off by all that their error allows."""
+
+    def __init__(self, of: Any, by: float) -> None:
+        self.of, self.by = of, by
+
+    def taylor(self, *at: Any) -> Any:
+        series, missed = self.of.taylor(*at)
+        return series + self.by, missed + abs(self.by)
+
+
+@pytest.mark.parametrize("moved", [(1e-5, 0), (-1e-5, 0), (0, 1e-5), (0, -1e-5), (1e-4, -1e-4)])
+@pytest.mark.parametrize("name", ["noise", "Stratonovich"])
+def test_errors_of_phi_and_sigma_are_in_the_balls(name: str, moved: Any) -> None:
+    with precision(bits(20)):
+        (piece,) = pieces(DRIFTS[name], fmpq(-2), fmpq(2))
+        *parts, alpha = piece.noise
+        off = piece._replace(noise=(*map(Moved, parts, moved), alpha))
+        at = LAM, fmpq(-2), fmpq(2), 20, ORDER
+        exact, rough = (swept(transform.matrices([p], *at)) for p in (piece, off))
+        for f, g in zip(exact[:2], rough[:2], strict=True):
+            assert all(x.overlaps(y) for x, y in zip(list(f), list(g), strict=True))
+            assert list(g)[1].rel_accuracy_bits() > 3
+
+
 @pytest.mark.parametrize("name", ["survival", "cdf", "pdf"])
 def test_modes_left_out_are_in_the_ball(name: str) -> None:
     """One mode of Brownian motion, at times where the next ones are a hundredth of it; the part of
