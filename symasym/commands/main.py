@@ -64,7 +64,7 @@ OPTIONS: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
     ("value", "--interval", "the interval of occupation, in place of the layer", _TWO),
     ("value", "--y", "position, of stationary-density", _X),
     ("value", "--complement", "1 minus a probability", _ON),
-    ("value", "--method", f"{', '.join(METHODS)} (exact); bound is of C", _NAME),
+    ("value", "--method", f"{', '.join(METHODS)} (exact); bound for C alone", _NAME),
     ("show emit", "--method", "of an expansion: laplace, strong_noise, uniform (laplace)", _NAME),
     ("release", "--method", "march (a parabolic equation in u and z) or simulate (march)", _NAME),
     ("value", "--order", 'of an expansion, or "optimal"', {"type": order}),

@@ -74,9 +74,7 @@ def matrices(
     """The panels' matrices from `begin` to `end`, to s^order, on panels for numbers up to |s|."""
     found = panels(drift, lam, begin, end, digits, partial(_short_panel, s))
     return [
-        _moderate_matrix(p, digits, order, s)
-        if p.cauchy
-        else _slow_matrix(p, lam, digits, order)
+        _moderate_matrix(p, digits, order, s) if p.cauchy else _slow_matrix(p, lam, digits, order)
         for p in found
     ]
 
