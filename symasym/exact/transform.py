@@ -45,6 +45,7 @@ from symasym.exact.panels import (
 )
 
 _DISC = arb(2)  # the radius of the least disc for Cauchy's estimate
+_SHARE = 0.4  # of the largest int |g| on a moderate panel: shorter panels have shorter series
 # The largest sqrt(lam |s|) u and |s| u/phi across a panel, where coefficients in s decrease like
 # those of cosh and exp.
 _TRAVEL, _DELAY = 4.0, 0.5
@@ -163,8 +164,8 @@ def _short_panel(
         return None
     if p.cauchy:
         system = _system(p, piece, lam, middle, half, digits)
-        short = system.room(_DISC) > 0 and system.growth(ENDS[1]) < largest_exponent(digits)
-        if not (short and system.wide < 1):
+        most = _SHARE * largest_exponent(digits)
+        if not (system.room(_DISC) > 0 and system.growth(ENDS[1]) < most and system.wide < 1):
             return None
         p = p._replace(system=system)
     if s:
