@@ -36,7 +36,7 @@ _FIRST = fmpq(50, 97)  # position of the first cut, chosen so that no cut is a s
 
 @dataclass(frozen=True)
 class CriticalPoint:
-    """A zero of A inside (-1, 1).
+    """A zero of A inside (-1, 1), or anywhere for a drift without a layer.
 
     Attributes
     ----------

@@ -238,24 +238,30 @@ class Drift(Parametrized):
         return float(result) if result.ndim == 0 else result
 
     def critical_points(self) -> list[CriticalPoint]:
-        """The zeros of A in (-1, 1) from left to right, with their multiplicities and kinds.
+        """The zeros of A in (-1, 1), or of a polynomial drift without a layer all its real zeros,
+        from left to right with their multiplicities and kinds.
 
         Raises
         ------
+        RegionError
+            If a drift without a layer is no polynomial.
         AccuracyError
             If A vanishes on all of [-1, 1], or two zeros cannot be separated.
         """
         self.scalars()
-        if not self.model.layered:
-            raise RegionError(f"{self!r} has no layer; give a drift with a layer (-1, 1).")
-        return list(known(*formula_of(self, 0), fmpq(-1), fmpq(1)))
+        end = fmpq(1) if self.model.layered else fmpq(10) ** 300
+        if end > 1 and (self.model.cuts or self.exact_coefficients() is None):
+            raise RegionError(
+                f"{self!r} has no layer, and zeros are found in one or of a polynomial; give these."
+            )
+        return list(known(*formula_of(self, 0), -end, end))
 
     def wells(self) -> list[CriticalPoint]:
-        """The local minima of V in (-1, 1) from left to right, as critical points."""
+        """The local minima of V from left to right, as critical points."""
         return [point for point in self.critical_points() if point.kind == "well"]
 
     def barriers(self) -> list[CriticalPoint]:
-        """The local maxima of V in (-1, 1) from left to right, as critical points."""
+        """The local maxima of V from left to right, as critical points."""
         return [point for point in self.critical_points() if point.kind == "barrier"]
 
     def plot(self, axes: Sequence[Axes] | None = None) -> Any:

@@ -53,6 +53,12 @@ def test_zeros_at_and_beside_the_ends() -> None:
     for A in ("1 + u", "1 - u", "2 - u", "3", "(u - 1)*exp(u)", "-(u + 1)*exp(u)"):
         assert places(sa.Drift(A)) == []
     assert places(sa.Drift("(u + 1)**2*exp(u)*(1/3 - u)")) == [(1, "well")]
+    tilted = sa.Drift("u - u**3 + 1/10", layer=None)
+    assert [(p.kind, round(float(p.u), 6)) for p in tilted.critical_points()] == [
+        ("well", -0.945649), ("barrier", -0.101031), ("well", 1.046681),
+    ]  # fmt: skip
+    with pytest.raises(sa.RegionError):
+        sa.Drift("tanh(u) - u", layer=None).wells()
     (point,) = sa.linear("1e-40", -1).critical_points()
     with mpmath.workdps(60):  # 1e-40 (1 - u)/2 = (1 + u)/2
         assert abs(point.u + 1 - 2 * mpmath.mpf(10) ** -40) < mpmath.mpf(10) ** -59
