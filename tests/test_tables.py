@@ -104,7 +104,9 @@ def test_killed_and_resumed(tmp_path: Path) -> None:
     assert made(tmp_path, LONG) == resumed
 
 
-def test_a_changed_digit_is_found(tmp_path: Path) -> None:
+def test_a_changed_digit_or_a_name_used_twice_is_found(tmp_path: Path) -> None:
+    with pytest.raises(sa.InputError, match="written twice"):
+        write_table([], tmp_path / "t.csv")
     whole = made(tmp_path)
     out = tmp_path / "t.jsonl"
     at = whole.index(b'"mid": "') + 12
@@ -139,5 +141,3 @@ def test_a_wrong_spec(tmp_path: Path, old: str, new: str) -> None:
     with pytest.raises(sa.InputError, match=r"spec\.toml"):
         made(tmp_path, SMALL.replace(old, new, 1))
     assert not (tmp_path / "t.jsonl").exists()
-    with pytest.raises(sa.InputError, match="written twice"):
-        write_table([], tmp_path / "t.csv")

@@ -117,8 +117,11 @@ class Piece(NamedTuple):
 
     def mirrored(self) -> Piece:
         """The piece of the mirrored drift -phi(-u) with the noise sigma(-u)."""
-        of, (scale, speed) = self.noise, (w and w.turned(1, -1) for w in (self.scale, self.speed))
-        noise = of and (of[0].turned(-1, -1), of[1].turned(1, -1), of[2])
+        scale, speed = (w and w.turned(1, -1) for w in (self.scale, self.speed))
+        noise = self.noise
+        if noise:
+            phi, sigma, alpha = noise
+            noise = phi.turned(-1, -1), sigma.turned(1, -1), alpha
         return Piece(-self.right, -self.left, self.phi.turned(-1, -1), scale, speed, noise)
 
     def reversed(self) -> Piece:

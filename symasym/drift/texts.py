@@ -74,7 +74,7 @@ def read(name: str, text: str, names: Mapping[str, Any] | None = None) -> Any:
         why = str(error) if type(error) is ValueError else "is no formula"
     except RecursionError:
         why = "is nested too deep"
-    raise InputError(f"{name} is {shown(text)}, which {why}; write it like 1/2 + 3*x**3.")
+    raise InputError(f"{name} is {shown(text)}, which {why}; write it like 1/2 - u + 3*u**3.")
 
 
 def _read(node: ast.AST, text: str, names: Mapping[str, Any]) -> _Part:

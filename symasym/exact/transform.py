@@ -251,6 +251,7 @@ def _moderate_matrix(p: Panel, digits: int, order: int, s: float) -> Matrix:
         whole = list(((first + second) * scale).truncate(order + 1))
         if not wide > 0:
             return whole
+        # Coefficient k has k + 1 factors a, b and e, and those of the change from w to F.
         return [c * (1 + _ball(((k + 4) * wide).expm1())) for k, c in enumerate(whole)]
 
     middle = p.a(arb(0))
