@@ -252,7 +252,7 @@ class Drift(Parametrized):
         end = fmpq(1) if self.model.layered else fmpq(10) ** 300
         if end > 1 and (self.model.cuts or self.exact_coefficients() is None):
             raise RegionError(
-                f"{self!r} has no layer; give it one, or a polynomial A, of which all zeros are found."
+                f"{self!r} has no layer; give it one, or a polynomial A, with all zeros known."
             )
         return list(known(*formula_of(self, 0), -end, end))
 
