@@ -276,6 +276,8 @@ def test_stationary_shares_by_quadrature(phi: str, minus_v: str, noise: Any, rul
         wanted = mass(a, b) / mass(-1.5, 2)
         found = sa.occupation(drift, kappa, interval=(a, b), ends=(-1.5, 2))
         assert found == pytest.approx(wanted, rel=1e-10)
+        by_balls = sa.occupation(drift, kappa, interval=(a, b), ends=(-1.5, 2), dps=15)
+        assert float(by_balls) == pytest.approx(wanted, rel=1e-10)
         rest = sa.occupation(drift, [kappa], interval=(a, b), ends=(-1.5, 2), complement=True)
         assert rest[0] == pytest.approx(1 - wanted, rel=1e-10)
     if noise in (None, "1 + u**2/4") and (phi[0] != "-" or noise is None):
