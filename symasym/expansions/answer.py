@@ -125,7 +125,9 @@ def of_scene(kind: type[PartialSums], scene: Scene, request: Request) -> Answer:
     more = () if proved else range(orders[-1] + 1, orders[-1] + _NEXT + 1)
     sums = kind.of(scene, request, [*orders, *more][-1])
     with precision(int(3.33 * digits) + 64):
-        values, logs = sums.balls(scene.lam, (*orders, *more), digits + 5, log)
+        # Without the exact value a start is not taken to be a zero of A next to it (`ball_drift`).
+        enough = digits if proved else max(digits, _MOST_DIGITS)
+        values, logs = sums.balls(scene.lam, (*orders, *more), enough + 5, log)
         results = logs if log else values
         if proved:
             errors = [abs(y - proved.value) for y in results]

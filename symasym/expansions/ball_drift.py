@@ -56,6 +56,9 @@ class _BallRing:
 
 
 RING = _BallRing()
+# A start so near to a zero of A is taken to be the zero, up to so many bits, at which the error of
+# an expansion is its distance from the exact value, in which this change is included.
+_NEAR, _MOST_BITS = arb(2) ** -40, 1024
 
 
 class Between(NamedTuple):
@@ -163,15 +166,18 @@ class Part:
                 raise Unresolved
             if not self.left < u < self.right:
                 continue
-            at_start = u.overlaps(arb(start))
+            at_start, near = (
+                u.overlaps(arb(start)),
+                ctx.prec < _MOST_BITS and abs(u - start) < _NEAR,
+            )
             if multiplicity > 1:
-                if time or multiplicity % 2 or at_start:
+                if time or multiplicity % 2 or at_start or near:
                     raise _no_series(float(u), "its slope too")
                 continue
             if at_start and self.summed and not self.vanishes(start):
                 raise Unresolved
             kind = "barrier" if self.taylor(u, 2)[1] > 0 else "well"
-            yield (arb(start), f"start={kind}") if at_start else (u, kind)
+            yield arb(start) if at_start else u, f"start={kind}" if at_start or near else kind
 
     def area(self, a: Any, b: Any) -> Any:
         """The integral of phi."""
@@ -206,12 +212,13 @@ class BallDrift:
     """
 
     def __init__(self, drift: Drift, at: Between, time: bool = True) -> None:
-        low, high, self.start, self.x = *map(rational, at[:3]), arb(rational(at.start))
+        low, high, self.start = map(rational, at[:3])
         self.parts = _parts(drift, low, high)
         self.ends = {-1: self.parts[0].phi(arb(low)), 1: self.parts[-1].phi(arb(high))}
         found = [zero for part in self.parts for zero in part.simple_zeros(self.start, time)]
         self.zeros = [zero for zero in found if zero[1] in ("well", "barrier")]
         self.on_zero = len(found) > len(self.zeros)
+        self.x = next((u for u, kind in found if kind[:5] == "start"), arb(self.start))
         places = [*found, *[(self.x, "start")] * (not self.on_zero)]
         for u, side in ((low, "left"), (high, "right")):
             if u != self.start:
@@ -258,7 +265,8 @@ class BallDrift:
                 lo, hi = part.left, part.right
                 lo, hi = (lo, min(hi, self.start)) if side < 0 else (max(lo, self.start), hi)
                 if lo < hi:
-                    row = self._over(part, lo, hi, count)
+                    a, b = (self.x if u is self.start else arb(u) for u in (lo, hi))
+                    row = self._over(part, a, b, count)
                     total = [a + b for a, b in zip(total, row, strict=True)]
             found.append(total)
         if self.on_zero:
@@ -271,9 +279,9 @@ class BallDrift:
         """The finite parts over [lo, hi] in a part, with positions relative to the start."""
         flat = len(part.summed) == 1
         if not part.summed or (flat and part.weights) or any(m > 1 for _, m in part.roots):
-            return self._by_contour(part, arb(lo), arb(hi), count)
+            return self._by_contour(part, lo, hi, count)
         if flat:
-            return [arb(hi - lo) / part.exact[0], *[arb(0)] * (count - 1)]
+            return [(hi - lo) / part.exact[0], *[arb(0)] * (count - 1)]
         own = self.on_zero and part.left < self.start < part.right
         real = [acb(u) for u, _ in self.zeros if part.left < u < part.right]
         real += [acb(self.x)] * own
@@ -283,7 +291,7 @@ class BallDrift:
             phi, weights = part.local(z, 2 * count + 1)
             place = acb(0) if own and k == len(real) - 1 else z - self.x
             poles.append((place, phi, k < len(real), weights))
-        low, high = (acb(arb(u - self.start)) for u in (lo, hi))
+        low, high = (acb(0 if u is self.x else u - self.x) for u in (lo, hi))
         return [acb(y).real for y in pole_sums(poles, low, high, count, RING)]
 
     def _by_contour(self, part: Part, lo: Any, hi: Any, count: int) -> list[Any]:
@@ -292,7 +300,7 @@ class BallDrift:
         if self.on_zero and part.left < self.start < part.right:
             room = min(float(abs(u - self.x)) for u in (*zeros, arb(part.left), arb(part.right)))
             step = _alone(part, self.x, room / 2) / 16
-            if lo.overlaps(self.x):
+            if lo is self.x:
                 lo = lo + step
                 row = self._beside_zero(part, step, count)
             else:

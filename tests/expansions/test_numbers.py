@@ -114,6 +114,10 @@ ANYWHERE: dict[str, tuple[Any, Any, Any, Any]] = {
     "a wall beside a well": (lambda: sa.polynomial(0, -1, "3/2", 1), (-2, 2), 0, "left"),
     "no layer": (well, (-2, "3/2"), "-1/3", None),
     "no layer, from a barrier": (well, (-2, "3/2"), 0, None),
+    "from a well to 17 digits": (
+        lambda: sa.Drift("tanh(2*u) - u + 1/10", layer=None), (-2, "9/10"),
+        "-0.83029720271015556", None,
+    ),
     "a corner": (CORNER, (-1, 2), "1/2", None),
     "from a corner": (CORNER, (-1, 2), 0, None),
     "jumps": (THREE, (-2, "5/2"), "-1/2", None),
@@ -148,6 +152,14 @@ def test_any_ends_pieces_and_noise_gain_a_power_with_each_order(name: str) -> No
             if errors[1] < 1e-21:
                 continue  # nothing but what is exponentially small is left out
             assert np.log2(errors[0] / errors[1]) > 2 * (order + 1) - 0.2, (quantity, order)
+
+
+@pytest.mark.parametrize("kappa", [0.3, 0.1])
+def test_a_well_that_a_drift_returns_is_a_start(kappa: float) -> None:
+    drift = sa.Drift("1/10 + u - u**3", layer=None)
+    at: Any = {"ends": (-2, "1/2"), "start": drift.wells()[0].u}
+    found = sa.escape_time(drift, kappa, method="laplace", order=3, full=True, **at)
+    assert abs(found.value - sa.escape_time(drift, kappa, **at)) < found.error < found.value / 400
 
 
 @pytest.mark.parametrize(("ask", "options"), [("T", {"moment": 2}), ("C", {"method": "uniform"})])
