@@ -27,8 +27,8 @@ from sympy import Expr, S, Symbol
 
 from symasym.base import inputs
 from symasym.base.balls import cached_property, precision, rational
-from symasym.base.errors import AccuracyError, InputError
-from symasym.base.estimate import ErrorKind
+from symasym.base.errors import AccuracyError, InputError, RangeError
+from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import Number, Numbers, exact
 from symasym.drift.evaluate import box, profile
 from symasym.drift.expressions import parse
@@ -286,7 +286,13 @@ class IntegralExpansion(ABC):
         log : bool
             Return the natural logarithm, which is finite even if the value overflows.
         full : bool
-            Return an `Estimate` with the error.
+            Return an `Estimate` with the error, however large.
+
+        Raises
+        ------
+        AccuracyError
+            If the error is unknown or, without `full`, exceeds half of the value; in an array such
+            an element is nan.
         """
         if self.parameters:
             names = ", ".join(map(str, self.parameters))
@@ -299,35 +305,40 @@ class IntegralExpansion(ABC):
         if dps is not None:
             raise InputError(f"lam is an array and dps is {dps}; arrays are for float64.")
         given = inputs.floats("lam", lam)
-        each = [self._one(Fraction(y), request) for y in given.ravel()]
+        each, notes = list[Any](), list[str]()
+        for y in given.ravel():
+            try:
+                each.append(self._one(Fraction(y), request))
+            except (AccuracyError, RangeError) as problem:
+                each.append(Estimate(np.nan, np.nan, "bound", self.method) if full else np.nan)
+                notes.append(str(problem))
         if not full:
             return np.reshape(each, given.shape)
         value, error = (np.reshape(y, given.shape) for y in zip(*each, strict=True))
         kind = max(y.error_kind for y in each)  # an estimate if one of the errors is
-        return replace(each[0], value=value, error=error, error_kind=kind)
+        return replace(each[0], value=value, error=error, error_kind=kind, notes=tuple(notes[:1]))
 
     def _one(self, lam: Fraction, request: Request) -> Any:
-        """The value at one lam, and with `full` its distance to an enclosure of the integral."""
+        """The value at one lam, and its distance to an enclosure of the integral."""
         size = int(inputs.positive("lam", lam)).bit_length()
         with precision(int(3.33 * (request.dps or 17)) + 64 + size):
-            large, error, proved = arb(rational(lam)), arb(0), True
+            large, x, a, b = arb(rational(lam)), self.x, self.a, self.b
             height, total, terms = self._sum(large)
-            if request.full and total.is_finite():
-                x, a, b = self.x, self.a, self.b
-                inside = [z.ball() for z in zeros(self.f.diff(x), x, a, b)]
-                marks = [number(a), *sorted(inside, key=float), number(b)]
-                whole, proved = integral(self.f, self.g, x, marks, large, height)
-                error = abs(total - whole)
-            level = large * height
+            inside = [z.ball() for z in zeros(self.f.diff(x), x, a, b)]
+            marks = [number(a), *sorted(inside, key=float), number(b)]
+            whole, proved = integral(self.f, self.g, x, marks, large, height)
+            off, level = abs(total - whole), large * height
             if request.log:
-                value, error = level + total.log(), -(-error / total).log1p()
+                value, error = level + total.log(), -(-off / total).log1p()
             else:
-                value, error = level.exp() * total, level.exp() * error
-            if not (value.is_finite() and error.is_finite()):
+                value, error = level.exp() * total, level.exp() * off
+            known = value.is_finite() and error.is_finite()
+            if not (known and (request.full or off < abs(total) / 2)):
                 raise AccuracyError(
                     f"the integral of f = {self.f} at lam = {inputs.float_text(lam)} has no value "
-                    "here: a singularity, a slow decay, three saddles close together or, for the "
-                    "logarithm, a sum that may be negative; split it, or give a larger lam."
+                    "here: the error exceeds half of it, or there is a singularity, a slow decay, "
+                    "three saddles close together or, for the logarithm, a sum that may be "
+                    "negative; split it, or give a larger lam or another order."
                 )
             kind: ErrorKind = "bound" if proved else "estimate"
             return in_digits(request, Answer(value + arb(0, error.upper()), kind, terms))

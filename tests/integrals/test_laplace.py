@@ -122,6 +122,8 @@ def test_arrays_logarithms_and_precisions_of_the_caller() -> None:
     result, before = expansion("Stirling", 3), (mp.dps, flint.ctx.prec)
     lam = np.array([[1.5, 20.0], [300.0, 2.0]])
     assert np.array_equal(result.evaluate(lam)[0], [result.evaluate(1.5), result.evaluate(20)])
+    some = expansion("zero of g", 3).evaluate([4.0, 400.0])
+    assert np.isnan(some).tolist() == [True, False]
     full = result.evaluate(lam, full=True, log=True)
     assert full.value.shape == full.error.shape == lam.shape
     large = 10**15
@@ -198,6 +200,7 @@ def test_a_sign_that_decides_is_asked_for() -> None:
         ("erfc", [1.0, -2.0], {}, sa.InputError),
         ("Stirling", 10_000, {}, sa.RangeError),
         ("zero of g", 4, {"log": True, "full": True}, sa.AccuracyError),
+        ("zero of g", 4, {}, sa.AccuracyError),  # the sum is off by more than half of it
     ],
 )
 def test_bad_values(name: str, lam: Any, options: Any, error: Any) -> None:
