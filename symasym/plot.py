@@ -9,7 +9,7 @@ import numpy as np
 from symasym.base.errors import InputError
 from symasym.base.inputs import Numbers, axes, choice, floats, is_array
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import QUANTITIES, Request, require_drift, taken
+from symasym.drift.scenes import QUANTITIES, Ends, Request, between, require_drift, taken
 from symasym.methods import ask
 
 if TYPE_CHECKING:
@@ -19,8 +19,8 @@ __all__ = ["plot"]
 
 _LABELS = {
     "T": "mean escape time T",
-    "C": "probability C of leaving through −r",
-    "1 - C": "probability 1 − C of leaving through r",
+    "C": "probability C of leaving on the left",
+    "1 - C": "probability 1 − C of leaving on the right",
     "P": "stationary probability P of |u| ≤ 1",
     "1 - P": "stationary probability 1 − P of |u| > 1",
     "p_ss": "stationary density",
@@ -36,6 +36,7 @@ def plot(
     kappa: Numbers,
     r: Numbers | None = None,
     *,
+    ends: Ends | None = None,
     start: Numbers = 0,
     y: Numbers | None = None,
     ax: Axes | None = None,
@@ -52,12 +53,14 @@ def plot(
     kappa, r, start, y : number or array_like
         Scaled noise amplitude; radius and starting point, for ``"T"``, ``"C"`` and ``"1 - C"``;
         position, for the stationary density ``"p_ss"``.
+    ends : pair of numbers or array_like, optional
+        The ends of the interval in place of -r and r.
     ax : matplotlib Axes, optional
         The axes to draw in, by default those of a new figure.
     label : str, optional
         The label in the legend, by default the method.
     **options
-        Options of the quantity's function: `method`, `order`, `rtol`, `log`.
+        Options of the quantity's function: `method`, `order`, `rtol`, `log`, `reflecting`, `moment`.
 
     Returns
     -------
@@ -83,9 +86,13 @@ def plot(
     ('κ', 'mean escape time T', 2)
     """
     choice("quantity", quantity, _LABELS)
-    require_drift(drift)
+    require_drift(drift, plain=False)
     needed = QUANTITIES.get(quantity, ("kappa", "y"))
-    numbers = taken(quantity, needed, kappa=kappa, r=r, start=start, y=y)
+    if ends is not None and "r" in needed:
+        needed = ("kappa", "ends", "start")
+    numbers = taken(quantity, needed, kappa=kappa, r=r, ends=ends, start=start, y=y)
+    if "ends" in numbers:
+        numbers = between(kappa, None, ends, start)
     arrays = {n: floats(n, x) for n, x in (drift.values | numbers).items() if is_array(x)}
     if [x.ndim for x in arrays.values()] != [1]:
         raise InputError(
@@ -109,6 +116,8 @@ def plot(
     steps = np.diff(np.log(x)) if x.min() > 0 else np.empty(0)
     if steps.size > 1 and np.ptp(steps) < 0.01 * abs(steps[0]):
         ax.set_xscale("log")
-    ax.set(xlabel=_NUMBERS.get(name, name), ylabel="log of " * bool(log) + _LABELS[quantity])
+    k = options.get("moment", 1)
+    what = _LABELS[quantity] if k == 1 else f"moment {k} of the escape time"
+    ax.set(xlabel=_NUMBERS.get(name, name), ylabel="log of " * bool(log) + what)
     ax.legend()
     return ax

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -287,9 +288,11 @@ class Drift(Parametrized):
 
             axes = pyplot.subplots(2, sharex=True, layout="constrained")[1]
         above, below = inputs.axes("axes", axes, 2)
-        model = self.model
+        model, points = self.model, list[CriticalPoint]()
+        with suppress(RegionError):  # without a layer they are known for polynomials only
+            points = self.critical_points()
         cuts = [float(x) for x in model.cuts]
-        reach = max([_REACH, *(1.5 * abs(x) for x in cuts)])
+        reach = max([_REACH, *(1.5 * abs(x) for x in (*cuts, *(float(p.u) for p in points)))])
         u = np.linspace(-reach, reach, _POINTS)
         jumps = np.searchsorted(u, cuts)  # at jumps the curve is interrupted
         above.plot(np.insert(u, jumps, np.nan), np.insert(values_at(self, u), jumps, np.nan))
@@ -301,7 +304,6 @@ class Drift(Parametrized):
             # The ends of the layer, or of the pieces.
             for end in (-1, 1) if model.layered else cuts:
                 ax.axvline(end, color="0.6", linewidth=0.8, linestyle=":")
-        points = self.critical_points() if model.layered else []
         named = [p for p in points if p.kind != "inflection"]
         places = np.array([float(p.u) for p in named])
         heights = potential_at(self, places) if named else places

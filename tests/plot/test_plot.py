@@ -49,6 +49,7 @@ def test_every_quantity_and_abscissa() -> None:
         ("P", slide, {"kappa": KAPPA}, "κ"),
         ("1 - P", slide, {"kappa": KAPPA}, "κ"),
         ("p_ss", slide, {"kappa": 1, "y": [-1, 0, 1]}, "u"),
+        ("T", sa.Drift("-u", layer=None), {"kappa": KAPPA, "ends": (-1, 2)}, "κ"),
     ):
         ax = sa.plot(quantity, drift, **numbers)  # type: ignore[arg-type]
         assert ax.get_xlabel() == name
