@@ -60,7 +60,7 @@ def plot(
     label : str, optional
         The label in the legend, by default the method.
     **options
-        Options of the quantity's function: `method`, `order`, `rtol`, `log`, `reflecting`, `moment`.
+        Options of its function: `method`, `order`, `rtol`, `log`, `moment`, `reflecting`.
 
     Returns
     -------
