@@ -14,7 +14,9 @@ import sympy
 from sympy import Expr, S, Symbol
 
 from symasym.base.errors import InputError
-from symasym.emit.printing import LAM, Function, code_name, own
+from symasym.emit.printing import LAM, Function, own
+
+_KAPPA = Symbol("kappa", positive=True)
 
 
 class Exponentials:
@@ -113,8 +115,10 @@ def of_expansion(e: Any, numbers: Mapping[Symbol, Expr], name: str) -> list[Func
     the values of a bound drift's symbols.
     """
     known = {s: _scaled(v) for s, v in {**e.definitions, **numbers}.items()}
+    known[LAM] = 2 / _KAPPA**2
     complement = e.quantity == "P" and e.noise == "weak"
     value = _scaled(1 - e.formula if complement else e.formula)
+    value = value.replace(sympy.exp, lambda x: sympy.exp(x.xreplace({_KAPPA: sympy.sqrt(2 / LAM)})))
     if e.noise != "uniform":
         scaled = Exponentials(known)
         height, c = scaled.of(value)
@@ -133,5 +137,6 @@ def of_expansion(e: Any, numbers: Mapping[Symbol, Expr], name: str) -> list[Func
     if e.noise != "uniform":
         value = 1 - sympy.exp(value) if complement else sympy.exp(value)
     about = f"{e.quantity} of {e.drift!r}, {e.noise} noise to order {e.order}, case '{e.case}'"
-    arguments = tuple(sorted(free, key=lambda s: code_name(s.name)))
+    order = dict.fromkeys(("kappa", "r", *e.drift.parameters, *sorted(s.name for s in free)))
+    arguments = tuple(sorted(free, key=lambda s: [*order].index(s.name)))
     return [Function(name, arguments, (value,), about, tuple(rows.items())).in_code()]

@@ -24,7 +24,7 @@ from symasym.drift.scenes import require_drift
 from symasym.emit import source
 from symasym.emit.expansions import of_expansion, symbols_of
 from symasym.formulas.cases import Case, U, cases_of, numbers_of
-from symasym.formulas.letters import KAPPA, FinitePart, R, put_in, written_out
+from symasym.formulas.letters import KAPPA, FinitePart, Pair, R, put_in, written_out
 from symasym.formulas.series import Contribution, strong, uniform, weak
 from symasym.quantities import escape_time, exit_probability, occupation
 
@@ -79,8 +79,10 @@ class Expansion:
     def numbers(self) -> dict[Symbol, Expr]:
         """Critical points, heights and the regular part of a bound drift to 50 digits."""
         of = self.drift
-        if of.free or of.shape or of == Drift.general() or not of.model.plain:
+        if of.free or of.shape or of == Drift.general():
             return {}
+        if not of.model.plain:
+            return Pair(of, self.case, self.start).numbers
         return numbers_of([*self.definitions, *self.equations], of, self.start)
 
     @cached_property
@@ -173,7 +175,8 @@ class Expansion:
             f"  {self.quantity} ~ {written_out(self.formula)}",
         ]
         if self.terms and self.definitions:
-            rows.append("contributions of pairs of critical points, times C or 1 - C")
+            times = ", times C or 1 - C" * self.drift.model.plain
+            rows.append(f"contributions of pairs of critical points{times}")
             terms = sorted(self.terms, key=lambda t: "barrier" not in str(t.pair))
             rows += [f"  ({t.weight}) {t.pair[0]}, {t.pair[1]}: {t.expression}" for t in terms]
         rows += ["with"] * bool(self._shown)
@@ -236,8 +239,9 @@ def expand(
     drift : Drift
         A drift whose parameters may be free. For ``Drift.general()`` the formula is T for one well
         and one barrier in terms of V's derivatives; so it is for a drift without a layer or with
-        noise that depends on u: in closed form if phi is quadratic, or a polynomial with numbers
-        for coefficients whose zeros are radicals; else in the symbols u1 and u2 of its zeros.
+        noise that depends on u: in closed form if phi is quadratic, a cubic with a linear factor,
+        or a polynomial with numbers for coefficients whose zeros are radicals; else in the symbols
+        u1 and u2 of its zeros.
     quantity : {"T", "C", "1 - C", "P", "1 - P"}
     noise : {"weak", "strong", "uniform"}
         kappa -> 0; or kappa -> oo, for a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T

@@ -216,10 +216,11 @@ class Pair(SymbolicDrift):
     sigma(u); here A is phi/sigma^2.
 
     For a bound polynomial phi they are the adjacent zeros, in the case's order, that include the
-    first zero in the direction of the drift at the start.
+    first zero in the direction of the drift at the start; `numbers` has those that are no radicals.
     """
 
     pair = True
+    numbers = _Known()
 
     def _read(self, drift: Drift) -> None:
         model, phi, case = drift.model, self.A, self.case
@@ -238,10 +239,14 @@ class Pair(SymbolicDrift):
             )
             if not any(u.has(sympy.CRootOf) for u in found):
                 self.values = dict(zip(self.zeros, found, strict=False))
+            else:
+                self.numbers = {s: u.n(50) for s, u in zip(self.zeros, found, strict=True)}
         elif poly is not None and poly.degree() == 2:
             rising = poly.LC().is_negative if case.kinds[0] == "well" else poly.LC().is_positive
             found = () if rising else found
             self._solve(poly)
+        elif poly is not None and poly.degree() == 3:
+            self._solve_cubic(poly)
         if not found:
             raise InputError(
                 f"{drift!r} does not lead from {self.start} to a well with an adjacent barrier, as "
@@ -249,6 +254,18 @@ class Pair(SymbolicDrift):
             )
         if not self.values:
             self.equations = {u: phi.subs(U, u) for u in self.zeros}
+
+    def _solve_cubic(self, poly: Any) -> None:
+        """The zeros of (u - p) q(u) with p and the one beside it in the case's order."""
+        middle = [f for f, _ in poly.factor_list()[1] if f.degree() == 1]
+        if len(middle) == 1:
+            p = sympy.cancel(-middle[0].nth(0) / middle[0].nth(1))
+            c2, c1, c0 = poly.quo(sympy.Poly(U - p, U)).all_coeffs()
+            # phi' = ±root (u - p) at the zeros of q; phi falls for large u if the sign is unknown.
+            right = (self.case.kinds[1] == "barrier") == bool(poly.LC().is_positive)
+            sign = 1 if (self.case.kinds[right] == "barrier") == right else -1
+            u = (-c1 + sign * sympy.sqrt(c1**2 - 4 * c0 * c2)) / (2 * c2)
+            self.values = dict(zip(self.zeros, (p, u) if right else (u, p), strict=True))
 
     def _next(self, phi: Expr, roots: list[Expr]) -> tuple[Expr, ...]:
         """The well and the barrier among the real zeros of phi, a polynomial with numbers."""

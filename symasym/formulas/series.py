@@ -112,8 +112,7 @@ def weak(
             row = [sympy.simplify(c) * KAPPA ** (2 * n) for n, c in enumerate(row)]
             formula = sympy.exp(sympy.simplify(height, doit=False))
             formula *= sympy.factor_terms(sympy.Add(*row))
-            told = (put_in(c, of.values) for c in where)
-            found["conditions"] = [sympy.simplify(c, doit=False) for c in told]
+            found["conditions"] = [by_sign(put_in(c, of.values)) for c in where]
     return {**found, "formula": formula, "terms": terms,
             "definitions": {**at.known, **of.values, **IN_KAPPA}}  # fmt: skip
 
@@ -171,6 +170,9 @@ def conditions(of: SymbolicDrift, quantity: str) -> Iterator[Any]:
     if of.pair:
         well, barrier = sorted(of.zeros, key=lambda u: of.kinds[u] == "barrier")
         yield of.height(barrier) > of.height(well)
+        if of.values.keys() >= {*of.zeros}:
+            slope = of.slope * of.sigma**2
+            yield from (slope.subs(U, barrier) > 0, slope.subs(U, well) < 0)
         return
     yield from ends(of, quantity)
     if of.poly is not None and of.poly.degree():
@@ -180,6 +182,17 @@ def conditions(of: SymbolicDrift, quantity: str) -> Iterator[Any]:
         yield sympy.Gt(slope, 0) if kind == "barrier" else sympy.Lt(slope, 0)
     elif abs(of.start) < 1:
         yield sympy.Ne(of.at(of.start), 0)
+
+
+def by_sign(c: Any) -> Any:
+    """A condition a > b as one on the sign of a - b, without its number and its odd or half-integer
+    power."""
+    if not isinstance(c, (sympy.StrictGreaterThan, sympy.StrictLessThan)):
+        return c
+    number, rest = sympy.factor(sympy.simplify(c.gts - c.lts)).as_coeff_Mul()
+    base, power = rest.as_base_exp()
+    rest = base if power.is_Rational and (power.q == 2 or power % 2) else rest
+    return sympy.Gt(rest, 0) if number > 0 else sympy.Lt(rest, 0)
 
 
 def _layer(of: SymbolicDrift, order: int, side: int, a: Any, mark: str) -> Stretch:

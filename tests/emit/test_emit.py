@@ -209,7 +209,7 @@ def test_arrays() -> None:
     want = sa.escape_time(sa.friction(mu=3, alpha=1, z0=z0), kappa, 10, log=True)
     assert np.abs(T(kappa, 10, 3, 1, z0) - want).max() < 1e-13
     assert np.abs(T(kappa[:, 0], 10, 3, 1, -0.4) - want[:, 1]).max() < 1e-13
-    lacking = np.isnan(uniform(1, 0.1, 3, [[0.5], [2]], z0))  # r = 1/2; sliding
+    lacking = np.isnan(uniform(0.1, [[0.5], [2]], 3, 1, z0))  # r = 1/2; sliding
     assert lacking.tolist() == [[True, True, True], [False, False, True]]
 
 
@@ -257,11 +257,11 @@ def test_uniform(target: str, tmp_path: Path) -> None:
     source = sa.expand(FRICTION, "T", noise="uniform").emit(target)
     z0 = (-1.5, -0.9, -7 / 9, -0.6)
     rows = [(k, r, z) for z in z0 for k in (0.05, 0.1, 0.2) for r in (1.5, 10.0)]
-    calls = [(source, "f", (1.0, k, 3.0, r, z)) for k, r, z in rows]  # alpha, kappa, mu, r, z0
+    calls = [(source, "f", (k, r, 3.0, 1.0, z)) for k, r, z in rows]  # kappa, r, mu, alpha, z0
     for (k, r, z), got in zip(rows, run(target, calls, tmp_path), strict=True):
         want = sa.escape_time(sa.friction(mu=3, alpha=1, z0=z), k, r)
         assert abs(got / want - 1) < 0.3 * k**2, (k, r, z)
-    no_value(target, source, "f", (1.0, 0.2, 3.0, 0.4, -0.4), tmp_path)  # where T is 0.739
+    no_value(target, source, "f", (0.2, 0.4, 3.0, 1.0, -0.4), tmp_path)  # where T is 0.739
 
 
 ERFCX = own("erfcx")(x)

@@ -136,6 +136,9 @@ WALL = {"ends": (-3, "1/2"), "start": -1}
         ("u - u**3", "1 + b*u**2", "stratonovich", {"b": "1/4"}, WALL),
         # SymPy's antiderivative of phi/sigma^2 has no logarithm while the sign of b is unknown.
         ("c - u**2", "1 + b*u**2", 0, {"b": 1, "c": "1/4"}, {"ends": (-2, 4), "start": "1/2"}),
+        ("a*u - u**3", "1 + u/4", 0, {"a": "4/5"}, WALL),
+        ("a*u - b*u**3", None, 0, {"a": "4/5", "b": "1/2"}, WALL),
+        ("(u - p)*(a - u**2)", None, 0, {"a": "4/5", "p": "1/5"}, WALL | {"ends": (-3, "4/5")}),
     ],
 )
 def test_kramers_formula_without_a_layer_and_with_noise(
@@ -152,7 +155,11 @@ def test_kramers_formula_without_a_layer_and_with_noise(
         with mpmath.workdps(30):
             at = [mpmath.mpf(sympy.Rational(known[s.name])) for s in names]
             errors.append(abs((value := of(*at)) / exact - 1))
-            assert e.emit("numpy").load().f(*map(float, at)) == pytest.approx(float(value))
+            code = e.emit("numpy").load()
+            floats = {s.name: float(x) for s, x in zip(names, at, strict=True)}
+            assert code.f(**floats) == pytest.approx(float(value))
+            small = code.log_f(**floats | {"kappa": 1e-3}) - code.log_f(**floats | {"kappa": 1e-4})
+            assert np.isfinite(small)
             found = e.bind(**values).evaluate("1/20", ends=scene["ends"], dps=20)
             assert abs(found / exact - 1) < 3 * errors[-1]
     assert errors[0] < 4e-3
@@ -167,7 +174,7 @@ def test_kramers_prefactor_is_simplified() -> None:
     ratio = found.formula / lead
     assert isinstance(ratio, sympy.exp)
     assert sympy.expand(ratio.args[0] * kappa**2 - rise) == 0
-    free = sa.expand(sa.Drift("a*u - u**3", layer=None, noise="1 + s*u", ito="stratonovich"))
+    free = sa.expand(sa.Drift("a*u - c - u**3", layer=None, noise="1 + s*u", ito="stratonovich"))
     assert {"V''(u1)", "sigma(u2)"} <= {s.name for s in free.definitions}
     for away, start in (("1 + u**2", 0), ("u**2 - 1", 5)):
         with pytest.raises(sa.InputError, match="does not lead from"):
