@@ -73,6 +73,8 @@ class _Package(ModuleType):
             super().__setattr__(name, value)
 
     def __getattr__(self, name: str) -> Any:
+        if name == "__version__":
+            return importlib.import_module("importlib.metadata").version("symasym")
         if name not in _HOMES:
             raise AttributeError(f"module 'symasym' has no attribute {name!r}")
         value = getattr(importlib.import_module(_HOMES[name]), name)

@@ -185,8 +185,9 @@ def in_floats(request: Request, shape: tuple[int, ...], answer: Answer) -> Any:
                 error = value * (np.expm1(error) * (1 + 1e-15) + 4e-16)
     notes: tuple[str, ...] = ()
     if not fits.all():
-        index = ", ".join(map(str, np.argwhere(~fits)[0]))
-        notes = (f"no value at index ({index}): {why}",)
+        index, many = ", ".join(map(str, np.argwhere(~fits)[0])), (~fits).sum()
+        more = f" and {many - 1} more" * bool(many > 1)
+        notes = (f"no value at index ({index}){more}: {why}",)
     return _as_asked(request, value if shape else float(value), error, answer, notes)
 
 

@@ -69,7 +69,7 @@ def escape_strong(d):
 @derives("eq:Tsmall", "The noise at which the well's term equals $r/a^+$")
 def escape_weak(d):
     D, A_1, A_2 = Symbol("D", positive=True), Symbol("A_1", negative=True), Symbol("A_2", positive=True)
-    d.suppose("a well at $u_1$ and a barrier at $u_2$, $0 < u_2 < 1$")
+    d.suppose("the conditions of eq:Ttildesmall")
     d.suppose(r"$r \sqrt{-A'(u_1) A'(u_2)} > 2 \pi a^+$; otherwise the well's term exceeds $r/a^+$ at every noise")
     d.suppose("a negative drift on some interval implies $T > O(r)$",
               fails=r"$A = \frac{3}{10} + 2 u + 3 u^2$ with $\kappa = \frac{1}{20}$")
@@ -83,4 +83,5 @@ def escape_weak(d):
          r"$T > O(r)$ requires $\kappa$ below this value, a stronger condition than $\kappa \ll 1$, because it "
          "contains $r$",
          by=sqrt(both[0]))
-    d.conclude(note="$D = V(u_2) - V(u_1)$ is the height of the barrier")
+    d.conclude(note="$D = V(u_2) - V(u_1)$ is the height of the barrier",
+               error="none for the two terms of eq:Ttildesmall, which has an error of its own")

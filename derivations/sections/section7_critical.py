@@ -119,6 +119,7 @@ def closed_form(d):
 
 @derives("threshold", "The noise below which the escape time is exponentially large")
 def threshold(d):
+    d.suppose(r"$0 < \varepsilon < 1$, and the conditions of eq:Ttildesmall, with a well and a barrier")
     (well,) = d["eq:Ttildesmall"].atoms(exp)
     scaled = well.subs(kappa, d["eq:tildexykappa", "kappa"])
     whole = d.eq("exponential factor of the well's term", r"T_p \sim", size, "the prefactor is left out, and "

@@ -132,5 +132,6 @@ def eigenvalue(d):
             share.subs(x_k, x + beyond) / T_m, {T_n: x * T_m + apart.subs(x_k, x + beyond)})
     d.conclude("from below", "from above", *(f"sum of powers {k}" for k in (1, 2, 3)), "first coefficient",
                note=r"$\lambda_1$, the principal eigenvalue, is the rate at which $\mathbb{P}[\tau > t]$ falls in "
-                    r"the end; $S_n$ is the sum of all $\lambda_k^{-n}$, $c_n$ the coefficient of $s^n$ in "
-                    r"$W(s)/W(0)$; $\eta_k$, $\zeta_k$, $Z$ are those of 'exit-moments'")
+                    r"the end; $S_n$ is the sum of all $\lambda_k^{-n}$ and $c_n$ the coefficient of $s^n$ in "
+                    r"$W(s)/W(0)$, both in units of the $n$-th power of scaled time; $\eta_k$, $\zeta_k$, $Z$ "
+                    "are those of 'exit-moments'")

@@ -45,6 +45,24 @@ def _reduced(*parts: str) -> tuple[str, ...]:
     return _FIELDS, *(f"reduced.{part}" for part in parts)
 
 
+_LAW = 'law = sa.exit_law(sa.Drift("-u", layer=None), 1, 2, full=True)'
+_NOISY = (
+    'drift = sa.Drift("-u", layer=None, noise="1 + u**2/4", ito="stratonovich")',
+    "sa.escape_time(drift, 1, 2, start=1, full=True)",
+    "sa.exit_probability(drift, 1, 2, start=1, full=True)",
+)
+_KRAMERS = """\
+well = sa.Drift("u - u**3", layer=None, noise="1 + u/4")
+place = {"ends": (-2, "1/2"), "start": -1}"""
+_NEAR_FOLD = 'drift = sa.friction(mu=3, alpha=1, z0="-0.77")'
+
+
+def _expanded(start: str, method: str, order: int) -> tuple[str, ...]:
+    """T by a method to an order, with its error, and the exact value."""
+    asked = f'sa.escape_time(drift, "0.05", 10, method="{method}", order={order}, full=True)'
+    return start, asked, 'sa.escape_time(drift, "0.05", 10)'
+
+
 _BLOCK = "block = sa.oscillator(mu=3, alpha=1)"
 
 
@@ -81,11 +99,7 @@ CALLS: dict[str, tuple[str, ...]] = {
         "sa.escape_time(drift, 1, 1000)",
     ),
     "eq:Ttildesmall": _ESCAPES,
-    "eq:S": (
-        'drift = sa.friction(mu=3, alpha=1, z0="-0.77")',
-        'sa.stokes_multiplier(drift, "0.05")',
-        'sa.stokes_multiplier(drift, "0.2")',
-    ),
+    "eq:S": (_NEAR_FOLD, *(f'sa.stokes_multiplier(drift, "{k}")' for k in ("0.05", "0.2"))),
     **dict.fromkeys(("eq:P", "eq:P2"), _OCCUPATION),
     "L-bound": (
         SLIDING,
@@ -103,10 +117,31 @@ CALLS: dict[str, tuple[str, ...]] = {
     "eq:phifric0": (NONE, "sa.friction().phi()"),
     **dict.fromkeys(("eq:V", "eq:V2", "eq:Vfric"), _POTENTIAL),
     **dict.fromkeys(("regions", "eq:forcePWC"), (FRICTION, "drift.region")),
-    **dict.fromkeys(("eq:tildexykappa", "eq:tilder"), _SCALES),
+    **dict.fromkeys(("eq:tildexykappa", "eq:tilder", "eq:reducedSDEtilde"), _SCALES),
     "eq:TtildetoT": (*_SCALES, 'sa.rescale(eps="0.01", kappa="0.03", r="0.1").time'),
     **dict.fromkeys(("cubic", "fr2"), _CRITICAL),
     "fr1": _ENDS,
+    "friction-well": (FRICTION, "drift.wells()", "drift.barriers()"),
+    # epsilon = 1/100 and D = 1/2, as in the paper.
+    "threshold": (
+        "from math import log",
+        'sa.formula("threshold").lambdify("numpy")(0.01, 0.5, log(100))',
+    ),
+    **dict.fromkeys(("airy-form", "cubic-pair"), _expanded(_NEAR_FOLD, "uniform", 0)),
+    "canonical-form": _expanded(_NEAR_FOLD, "uniform", 3),
+    "endpoint-series": _expanded(NO_WELL, "laplace", 3),
+    "saddle-series": _expanded(FRICTION, "laplace", 3),
+    "saddle-start": _expanded('drift = sa.polynomial(0, -1, "3/2", 1)', "laplace", 3),
+    "exit-transform": (_LAW, "law.laplace(1)", "law.left.laplace(1)"),
+    "exit-moments": (_LAW, "law.mean", "law.moment(2)"),
+    "exit-eigenvalue": (_LAW, "law.rate", "law.rates(2)[1]"),
+    **dict.fromkeys(("state-noise", "state-noise-time"), _NOISY),
+    "state-noise-rate": (
+        _KRAMERS,
+        'sa.expand(well, start=-1, order=0).evaluate("0.2", **place, full=True)',
+        'sa.exit_law(well, "0.2", **place).rate',
+        '1 / sa.escape_time(well, "0.2", **place)',
+    ),
     "folds": (FRICTION, "drift.folds()"),
     "turning-points": (FRICTION, "drift.folds().u"),
     "beta": (NONE, 'float(sa.emit("beta", "numpy").load().beta(3, 1))'),

@@ -17,7 +17,8 @@ IN_WORDS = {"bound": "proved bound", "estimate": "estimate", "none": "no error c
 class Estimate:
     """The result of a function with ``full=True``.
 
-    It unpacks as ``value, error = estimate``; ``float(estimate)`` is the value.
+    It unpacks as ``value, error = estimate``; ``float(estimate)`` is the value, of which a format
+    such as ``f"{estimate:.3g}"`` is taken, too.
 
     Attributes
     ----------
@@ -69,6 +70,9 @@ class Estimate:
 
     def __float__(self) -> float:
         return float(self.value)
+
+    def __format__(self, spec: str) -> str:
+        return format(self.value, spec) if spec else str(self)
 
 
 def with_error(value: Any, error: Any) -> str:

@@ -61,7 +61,7 @@ def with_pieces(given: Any, u: Any, noise: Any, ito: Any, layered: bool = False)
     if any(not a < b for a, b in pairwise(cuts)):
         ends = ", ".join(map(float_text, cuts))
         raise InputError(f"the right ends are {ends}; give them from left to right.")
-    alpha = _ALPHAS[choice("ito", str(ito), _ALPHAS)]
+    alpha = _ALPHAS[choice("ito", str(ito).lower(), _ALPHAS)]
     sigma = None if noise is None else read(noise, found[0].u.name)
     return Model(pieces=tuple(found), cuts=tuple(cuts), noise=sigma, alpha=alpha, layered=layered)
 
@@ -137,8 +137,8 @@ def _require(
         lost = halved(low, high, partial(holds, of), _MOST_BOXES, _DEEPEST)[1]
         if lost is not None:
             raise InputError(
-                f"{fault} near u = {float(arb(lost)):.6g}; give a smooth real A, and noise greater "
-                f"than 0, from {float(arb(low)):.6g} to {float(arb(high)):.6g}."
+                f"{fault} near u = {round(float(arb(lost)), 6):g}; give a smooth real A, and noise "
+                f"greater than 0, from {float(arb(low)):.6g} to {float(arb(high)):.6g}."
             )
 
 

@@ -79,7 +79,7 @@ def release(
     r: Number,
     *,
     eps: Number,
-    start: Sequence[Number] = (0, 0),
+    start: Sequence[Number],
     method: Literal["march", "simulate"] = "march",
     rtol: Number = 1e-6,
     paths: int = 10_000,

@@ -24,8 +24,7 @@ def marched(kappa: Any, r: Any, eps: Any, start: Any, mu: Any = 3, rtol: Any = 1
 @pytest.mark.parametrize(("kappa", "r", "start"), [("0.3", 10, 0), ("0.5", 2, "0.7"), (2, 5, -3)])
 def test_where_nothing_moves_it_is_the_exact_engine(kappa: Any, r: Any, start: Any) -> None:
     drift = sa.Drift(CUBIC)
-    at = {"start": (start, 0)} if start else {}
-    answer = sa.release(STILL, kappa, r, eps="0.01", rtol=1e-8, **at)
+    answer = sa.release(STILL, kappa, r, eps="0.01", start=(start, 0), rtol=1e-8)
     exact = sa.escape_time(drift, kappa, r, start=start)
     assert abs(answer.mean - exact) <= answer.error <= 1e-8 * exact
     left = sa.exit_probability(drift, kappa, r, start=start)
@@ -44,7 +43,7 @@ def test_noise_that_depends_on_the_state() -> None:
     """Against the scale function and speed measure on a fine grid (Ito)."""
     kappa, r = 0.5, 2.0
     system = sa.System(CUBIC, "-1", noise="1 + (1 - u**2)**2")
-    answer = sa.release(system, kappa, r, eps="0.01")
+    answer = sa.release(system, kappa, r, eps="0.01", start=(0, 0))
     x = np.linspace(-r, r, 40_001)
     c = np.clip(x, -1, 1)
     variance = (kappa * (1 + (1 - c**2) ** 2)) ** 2
@@ -141,14 +140,14 @@ def test_simulation_by_the_verb() -> None:
 def test_coloured_noise_spreads_by_its_own_law() -> None:
     """Of du = dt + kappa x dt it is known: kappa^2 (t - tau (1 - e^(-t/tau)))."""
     ask = {"method": "simulate", "paths": 8000, "seed": 5, "tau": 1, "step": "0.05"}
-    answer = sa.release(sa.System("1", "-1"), "0.2", 2, eps="0.01", **ask)
+    answer = sa.release(sa.System("1", "-1"), "0.2", 2, eps="0.01", start=(0, 0), **ask)
     assert answer.mean == pytest.approx(2, abs=0.05)
     assert answer.std == pytest.approx(0.2 * np.sqrt(2 - (1 - np.exp(-2))), rel=0.025)
 
 
 @pytest.mark.slow
 def test_coloured_noise_tends_to_the_white() -> None:
-    ask = {"eps": "0.01", "method": "simulate", "paths": 4000, "seed": 2}
+    ask = {"eps": "0.01", "start": (0, 0), "method": "simulate", "paths": 4000, "seed": 2}
     exact = sa.escape_time(sa.Drift(CUBIC), "0.5", 10)
     long = sa.release(STILL, "0.5", 10, tau="0.16", step="0.02", **ask)
     short = sa.release(STILL, "0.5", 10, tau="0.02", step="0.005", **ask)

@@ -70,7 +70,9 @@ def bound_on_C(d):
          r"the sharper factor $1/(1 - \Delta)$ would give "
          "4/3 in place of 2", by=at_limit.subs(Delta, Rational(1, 4)))
     d.conclude(error=r"this is an upper bound for $r \ge 4$, $V_{\max} \le a^- r/4$ and "
-                     r"$e^{3 a^- r/(2 \kappa^2)} \ge 4$")
+                     r"$e^{3 a^- r/(2 \kappa^2)} \ge 4$",
+               note=r"$V_{\max}$ is an upper bound of $V$ on $(0, r)$, in units of $V$, and $\Delta$ a number of "
+                    r"at most 1/2, here 1/4; in the steps $X \le I_1$ and $Y \ge I_0$ bound the integrals of eq:C")
 
 
 @derives("eq:TtildeCzero", "The mean escape time without the terms of $C$")

@@ -29,6 +29,7 @@ def exact_behind(k, ctx):
 
 @derives("eq:S", "The Stokes multiplier of a well, and how it changes as the barrier passes 0 or a well is born")
 def stokes(d):
+    d.suppose("crossing to the right, and $A$ has no zeros but $u_1$ and $u_2$, or none")
     d.suppose("for $u_2 < 0$ no term of $T$ is exponentially large",
               fails=r"$A = 4 (u + 4/5)(u + 1/10)$ with $\kappa = 1/20$ and start 0")
     d.suppose(r"for $A > 0$ it is linear in the layer; else $\int_0^1 du/A$ replaces the term with the logarithm")
@@ -54,19 +55,19 @@ def stokes(d):
                  r"$-u_2/\kappa$", by=beyond.doit().rewrite(erf))
     for name, sign, place, value in (("barrier ahead", ">", s, 1), ("barrier at the start", "=", 0, on_top / well),
                                      ("barrier behind", "<", -s, 0)):
-        d.eq(name, f"S|_{{u_2 {sign} 0}} =", value, r"measured as $\kappa "
-             r"\to 0$", by=Limit(share.subs(u2, place), kappa, 0))
+        d.eq(name, f"S|_{{u_2 {sign} 0}} =", value, r"the limit for a fixed $u_2$ as $\kappa \to 0$",
+             by=Limit(share.subs(u2, place), kappa, 0))
     J = d["airy-form", "J"]
     G = lambda z: airyai(z)**2 + airybi(z)**2
-    d.eq("near the fold", "S(Z) =", G(Z) / (G(Z) + G(-Z)), "it is $J(Z)$ of 'airy-form' divided by "
+    d.eq("near the fold", "S_f(Z) =", G(Z) / (G(Z) + G(-Z)), "it is $J(Z)$ of 'airy-form' divided by "
          r"$J(Z) + J(-Z)$, which is even in $Z$; $T$ contains $p^2 \lambda^{1/3} J(Z)$, which is finite at the "
-         r"fold, where $S = 1/2$; $S \to 1$ for $Z \gg 1$",
+         r"fold, where $S_f = 1/2$; $S_f \to 1$ for $Z \gg 1$",
          by=J / (J + J.subs(Z, -Z)))
     d.conclude("barrier ahead", "barrier at the start", "barrier behind", "barrier near the start",
                "near the fold", "no well", "start behind the barrier", error=r"leading order in $\kappa$", note=(
         "$S$ as a function of $u_2$ multiplies the well's term of eq:Ttildesmall, and is uniform as the barrier "
         "passes the start, $u_2 = 0$; for $u_2 < 0$ another term may be large. Without a well, $A > 0$ and $S = "
-        "0$. $S(Z)$ is another multiplier, uniform through the fold of well and barrier, where the well's term "
+        "0$. $S_f(Z)$ is another multiplier, uniform through the fold of well and barrier, where the well's term "
         r"diverges. It multiplies $\pi^2 p^2 \lambda^{1/3} (G(Z) + G(-Z))$ with $G = \mathrm{Ai}^2 + "
         r"\mathrm{Bi}^2$, which is finite at the fold and, for $Z \gg 1$, equals the well's term to leading "
         r"order in $\zeta$. In this factor $p = du/ds$ at the midpoint of the zeros, "

@@ -15,6 +15,8 @@ D, S1, S2, c2, depth, height = sympy.symbols("D s_1 s_2 c_2 d g", positive=True)
 A1, A2 = Symbol("A_1", negative=True), Symbol("A_2", positive=True)
 G, T1, T2, T3 = sympy.symbols("G T_1:4", positive=True)
 WEAK = ("1e-3", "1e-4")
+CROSSING = (r"crossing to the right, $a^- > 0$ and $a^+ > 0$; the only zeros of $A$ are $u_1$ and $u_2$, both "
+            "simple, $-1 < u_1 < u_2 < 1$, and $u_2$ is positive")
 
 
 def at_scene(scene):
@@ -98,7 +100,7 @@ def gaussian(d):
 
 @derives("eq:secondTerm", "The second piece: Kramers' time and its first correction")
 def second(d):
-    d.suppose("$A$ has two simple roots $-1 < u_1 < u_2 < 1$, and $u_2 > 0$")
+    d.suppose(CROSSING)
     lead = d.eq("leading term", r"T_2 \sim", 2 * pi / sqrt(-A1 * A2) * exp(2 * D / kappa**2),
                 by=d["gaussian-step"] * exp(lam * D))
     c, q = (c2, c3, c4), sympy.symbols("q_2:5", real=True)
@@ -153,8 +155,9 @@ def others(d):
 
 @derives("eq:Ttildesmall", "The mean escape time in weak noise")
 def small(d):
-    d.suppose("$u_1$ and $u_2$ are simple zeros, and the distances between $u_1$, $u_2$, 0 and 1 are several "
-              r"$\kappa$")
+    d.suppose(CROSSING)
+    d.suppose(r"$V(-r) = a^- (r - 1) > V(u_2)$, so that $C$ is exponentially small")
+    d.suppose(r"the distances between $u_1$, $u_2$, 0 and 1 are several $\kappa$")
     d.suppose("the formula holds up to the fold",
               fails=r"friction with $\mu = 3$, $\alpha = 1$, $z_0 = -777/1000$, $\kappa = 1/10$ and $r = 10$; "
                     "there $T$ is 19.8 and the formula gives 59.0")
