@@ -107,7 +107,8 @@ def plot(
 
         ax = pyplot.subplots(layout="constrained")[1]
     (ax,) = axes("ax", ax)
-    (line,) = ax.plot(x, value, label=label or found.method.replace("_", " "))
+    look = "-" if found.method == "exact" else "--"
+    (line,) = ax.plot(x, value, look, label=label or found.method.replace("_", " "))
     if found.error is not None:
         band = value - found.error, value + found.error
         ax.fill_between(x, *band, color=line.get_color(), alpha=0.25, linewidth=0)

@@ -134,8 +134,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         given = vars(_parser().parse_args(argv or ["--help"]))
         names = [name for name, _ in given.get("set", ())]
-        if twice := [name for name in names if names.count(name) > 1]:
-            raise InputError(f"--set gives {twice[0]} twice; give each parameter one value.")
+        if wrong := [name for name, x in given.get("set", ()) if not x or names.count(name) > 1]:
+            raise InputError(f"--set {wrong[0]} is no NAME=X, or given twice; set each name once.")
         return int(given.pop("run")(**given) or 0)
     except SymasymError as error:
         # A text from a file may contain control characters for the terminal.

@@ -84,6 +84,8 @@ def uniform_integral(
 ) -> UniformExpansion:
     """Expansion of the integral of g(x) e^(lam f(x)), uniform as its critical points coalesce.
 
+    Two saddles, or a saddle and an end, may coalesce; near three saddles the error is large.
+
     Parameters
     ----------
     f, g : Expr, str or number
