@@ -140,7 +140,7 @@ def test_value_loads_no_matplotlib() -> None:
         (f"{ESCAPE} --method magic", "magic"),
         (f"{ESCAPE} --kappa 0.01", "log"),
         (f"{ESCAPE} --set nu=1", "nu"),
-        (f"{ESCAPE} --set z0=0", "z0 .* twice"),
+        (f"{ESCAPE} --set z0=0", "z0 is no NAME=X, or given twice"),
         ("value stationary-density --expr -u --kappa 1", "--y"),
         ("value occupation --drift linear --kappa 1", "a_minus"),
         ("value escape-time --expr 'u +' --kappa 1 --r 2", "u +"),
