@@ -197,24 +197,20 @@ def _proved(quantity: str, scene: Scene, digits: int) -> dict[str, Any]:
         found = {n: slope(n, x, working, more) for n, x in {**parameters, "kappa": kappa}.items()}
         with precision(balls.bits(working, guard + more)):
             if "r" in numbers:
-                lam = arb(2 / kappa**2)
-                engine = balls.Engine(pieces(scene.drift, low, high), lam, working)
-                found |= _ends_in_balls(quantity, engine, numbers["r"], numbers["start"])
+                r, start = numbers["r"], numbers["start"]
+                engine = balls.Engine(pieces(scene.drift, low, high), arb(2 / kappa**2), working)
+                sides = [engine.sides((-r, r), at) for at in (start, r, -r)]
+                far = sides[1][0], sides[2][1]
+                ends = ([[1 / x.eta for x in two], [x.zeta[1] / x.eta for x in two]]
+                        for two in (sides[0], far))  # fmt: skip
+                for name, row in _by_ends(quantity, *ends).items():
+                    found[name] = sum((sign * x for sign, x in row), arb(0))
             if all(map(right, found.values())):
                 return found
     raise AccuracyError(
         f"log({quantity}) has fewer than {digits} digits of its derivatives right in "
         f"{_MOST_BITS} bits; ask for fewer digits, or move away from where it is not smooth."
     )
-
-
-def _ends_in_balls(quantity: str, engine: balls.Engine, r: fmpq, start: fmpq) -> dict[str, Any]:
-    """Balls for d log(quantity)/dr and d log(quantity)/d(start)."""
-    near = engine.sides((-r, r), start)
-    far = [engine.sides((-r, r), end)[k] for k, end in enumerate((r, -r))]
-    ends = ([[1 / x.eta for x in two], [x.zeta[1] / x.eta for x in two]] for two in (near, far))
-    found = _by_ends(quantity, *ends)
-    return {name: sum((sign * x for sign, x in row), arb(0)) for name, row in found.items()}
 
 
 # -- in float64 ------------------------------------------------------------------------------------

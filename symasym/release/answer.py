@@ -179,18 +179,17 @@ def _laws(found: March) -> tuple[Law, Law]:
     for x in (np.maximum.accumulate(time + k * spread) for k in normals):
         grows = np.append(True, np.diff(x) > 0.0)
         ways.append((x[grows][-1], PchipInterpolator(x[grows], way[grows])))
-
-    def of_time(x: FloatArray) -> FloatArray:
-        return np.average([gone(of(np.clip(x, 0.0, last))) for last, of in ways], 0, weights)
-
-    def of_z(x: FloatArray) -> FloatArray:
-        left = np.asarray(gone(np.clip((x - z) * sign, 0.0, way[-1])))
-        return left if sign > 0 else 1.0 - left
-
     ends, mean = sorted((z, z + sign * way[-1])), float(share @ found.way)
     std = float(share @ (found.way - mean) ** 2) ** 0.5
-    of_t = Law(of_time, (0.0, time[-1] + 5.0 * spread[-1]), found.mean, found.std, 0.0)
-    return of_t, Law(of_z, ends, z + sign * mean, std, 0.0)
+    of_time = Law(
+        lambda x: np.average([gone(of(np.clip(x, 0.0, last))) for last, of in ways], 0, weights),
+        (0.0, time[-1] + 5.0 * spread[-1]), found.mean, found.std, 0.0,
+    )  # fmt: skip
+    of_z = Law(
+        lambda x: (sign < 0) + sign * gone(np.clip((x - z) * sign, 0.0, way[-1])),
+        ends, z + sign * mean, std, 0.0,
+    )  # fmt: skip
+    return of_time, of_z
 
 
 def _of_sample(values: FloatArray) -> Law:

@@ -154,14 +154,6 @@ def test_any_ends_pieces_and_noise_gain_a_power_with_each_order(name: str) -> No
             assert np.log2(errors[0] / errors[1]) > 2 * (order + 1) - 0.2, (quantity, order)
 
 
-@pytest.mark.parametrize("kappa", [0.3, 0.1])
-def test_a_well_that_a_drift_returns_is_a_start(kappa: float) -> None:
-    drift = sa.Drift("1/10 + u - u**3", layer=None)
-    at: Any = {"ends": (-2, "1/2"), "start": drift.wells()[0].u}
-    found = sa.escape_time(drift, kappa, method="laplace", order=3, full=True, **at)
-    assert abs(found.value - sa.escape_time(drift, kappa, **at)) < found.error < found.value / 400
-
-
 @pytest.mark.parametrize(("ask", "options"), [("T", {"moment": 2}), ("C", {"method": "uniform"})])
 def test_what_is_not_covered_is_refused(ask: str, options: Any) -> None:
     with pytest.raises(sa.RegionError, match="means"):
