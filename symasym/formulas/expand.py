@@ -239,9 +239,9 @@ def expand(
     drift : Drift
         A drift whose parameters may be free. For ``Drift.general()`` the formula is T for one well
         and one barrier in terms of V's derivatives; so it is for a drift without a layer or with
-        noise that depends on u: in closed form if phi is quadratic, a cubic with a linear factor,
-        or a polynomial with numbers for coefficients whose zeros are radicals; else in the symbols
-        u1 and u2 of its zeros.
+        noise that depends on u: in closed form if phi is quadratic, a cubic such as
+        (u - p) (a - u^2), or a polynomial with numbers for coefficients whose zeros are radicals;
+        else in the symbols u1 and u2 of its zeros.
     quantity : {"T", "C", "1 - C", "P", "1 - P"}
     noise : {"weak", "strong", "uniform"}
         kappa -> 0; or kappa -> oo, for a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T

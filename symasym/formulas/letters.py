@@ -256,11 +256,15 @@ class Pair(SymbolicDrift):
             self.equations = {u: phi.subs(U, u) for u in self.zeros}
 
     def _solve_cubic(self, poly: Any) -> None:
-        """The zeros of (u - p) q(u) with p and the one beside it in the case's order."""
-        middle = [f for f, _ in poly.factor_list()[1] if f.degree() == 1]
-        if len(middle) == 1:
+        """The zeros of (u - p) q(u) with p and the one beside it in the case's order; q is even or
+        has numbers for zeros, and p is a number if there is noise: others take SymPy minutes."""
+        linear = [f for f, _ in poly.factor_list()[1] if f.degree() == 1]
+        middle = [f for f in linear if f.as_expr().free_symbols != {U}] or linear
+        if len(middle) == 1 and len(poly.free_symbols_in_domain) <= 2:
             p = sympy.cancel(-middle[0].nth(0) / middle[0].nth(1))
             c2, c1, c0 = poly.quo(sympy.Poly(U - p, U)).all_coeffs()
+            if (c1 / c2).free_symbols or (self.powers and p.free_symbols):
+                return
             # phi' = ±root (u - p) at the zeros of q; phi falls for large u if the sign is unknown.
             right = (self.case.kinds[1] == "barrier") == bool(poly.LC().is_positive)
             sign = 1 if (self.case.kinds[right] == "barrier") == right else -1

@@ -186,13 +186,13 @@ def conditions(of: SymbolicDrift, quantity: str) -> Iterator[Any]:
 
 def by_sign(c: Any) -> Any:
     """A condition a > b as one on the sign of a - b, without its number and its odd or half-integer
-    power."""
+    power, where that is shorter."""
     if not isinstance(c, (sympy.StrictGreaterThan, sympy.StrictLessThan)):
         return c
     number, rest = sympy.factor(sympy.simplify(c.gts - c.lts)).as_coeff_Mul()
     base, power = rest.as_base_exp()
     rest = base if power.is_Rational and (power.q == 2 or power % 2) else rest
-    return sympy.Gt(rest, 0) if number > 0 else sympy.Lt(rest, 0)
+    return min(sympy.Gt(rest, 0) if number > 0 else sympy.Lt(rest, 0), c, key=sympy.count_ops)
 
 
 def _layer(of: SymbolicDrift, order: int, side: int, a: Any, mark: str) -> Stretch:
