@@ -80,7 +80,7 @@ def words(text: str) -> str:
 
 def heading(name: str) -> str:
     """The name of a step for Markdown; a word at its beginning, but no symbol, gets a capital."""
-    first = name.partition(" ")[0]
+    first = name.partition(" ")[0].rstrip(",")
     spoken = first.isalpha() and (first == "a" or len(first) > 1)
     return words(name[:1].upper() + name[1:] if spoken else name)
 

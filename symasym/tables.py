@@ -28,7 +28,7 @@ from symasym.drift.ready_made import named_drift
 from symasym.drift.scenes import QUANTITIES, Request, taken
 from symasym.methods import ask
 
-_NUMBERS = ("kappa", "r", "start")
+_NUMBERS = ("kappa", "r", "left", "right", "start")
 _DRIFT = ("drift", "expr", "layer", "noise", "ito")
 _KEYS = (*_DRIFT, *_NUMBERS, "quantities", "dps", "parameters")
 _MOST = 10_000_000  # the largest number of values
@@ -62,13 +62,15 @@ def _heads(given: Record) -> list[Record]:
     axes = {n: [number_text(value) for value in _axis(n, x)] for n, x in (numbers | own).items()}
     wanted = sequence("quantities", given.get("quantities", ["T"]))
     names = dict.fromkeys(choice("quantities", q, QUANTITIES) for q in wanted)
-    for name in names:
-        taken(name, QUANTITIES[name], **{n: axes.get(n) for n in QUANTITIES[name]})
+    ends = {"r": ("left", "right")} if axes.keys() & {"left", "right"} else {}
+    needs = {q: sum((ends.get(n, (n,)) for n in QUANTITIES[q]), ()) for q in names}
+    for name, needed in needs.items():
+        taken(name, needed, **{n: axes.get(n) for n in needed})
     count("the number of values", math.prod(map(len, axes.values())) * len(names), 1, _MOST)
     dps = digits(given.get("dps", 50), 10_000 - _GUARD)
     heads = list[Record]()
     for point, name in itertools.product(itertools.product(*axes.values()), names):
-        left_out = set(_NUMBERS).difference(QUANTITIES[name])
+        left_out = set(_NUMBERS).difference(needs[name])
         x = {n: text for n, text in zip(axes, point, strict=True) if n not in left_out}
         heads.append({**of, "quantity": name, "x": x, "dps": dps})
     _drift(heads[0]).scalars()
@@ -96,7 +98,9 @@ def _drift(head: Record) -> Any:
 def line_of(head: Record) -> bytes:
     """The line with one value and its error, or with the reason why there is no value."""
     name, dps = head["quantity"], head["dps"]
-    numbers = {n: head["x"].get(n, 0) for n in QUANTITIES[name]}
+    numbers = {n: text for n, text in head["x"].items() if n in _NUMBERS}
+    if "start" in QUANTITIES[name]:
+        numbers.setdefault("start", 0)
     try:
         found = ask(_drift(head), numbers, Request(name, dps=dps + _GUARD, full=True))
         record = head | reference_value(head["x"], found, dps)

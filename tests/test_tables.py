@@ -119,11 +119,16 @@ def test_a_changed_digit_or_a_name_used_twice_is_found(tmp_path: Path) -> None:
 
 
 def test_a_table_without_a_layer(tmp_path: Path) -> None:
-    text = 'expr = "-u"\nlayer = false\nnoise = "1 + u**2/4"\nito = "stratonovich"\nr = 2\n'
-    (line,) = made(tmp_path, f"{text}kappa = 1\ndps = 20\n").splitlines()
+    text = 'expr = "-u"\nlayer = false\nnoise = "1 + u**2/4"\nito = "stratonovich"\n'
+    text += "kappa = 1\ndps = 20\n"
     drift = sa.Drift("-u", layer=None, noise="1 + u**2/4", ito="stratonovich")
-    with mp.workdps(30):
-        assert abs(mpf(json.loads(line)["mid"]) - sa.escape_time(drift, 1, 2, dps=25)) < 1e-18
+    for k, (where, ends) in enumerate(
+        (("r = 2\n", (-2, 2)), ('left = -2\nright = "1/2"\n', (-2, "1/2")))
+    ):
+        (line,) = made(tmp_path / str(k), text + where).splitlines()
+        exact = sa.escape_time(drift, 1, ends=ends, dps=25)  # type: ignore[arg-type]
+        with mp.workdps(30):
+            assert abs(mpf(json.loads(line)["mid"]) - exact) < 1e-18
 
 
 @pytest.mark.parametrize(
@@ -131,6 +136,7 @@ def test_a_table_without_a_layer(tmp_path: Path) -> None:
     [
         ("friction", "fricton"), ('"T"', '"U"'), ("dps = 20", "dps = 0"), ("dps", "digits"),
         ('["0.5", 1.0]', '["0.5", "x"]'), ("r = 3\n", ""), ("r = 3", "r = 3\nlayer = 'no'"),
+        ("r = 3", "left = -3"), ("r = 3", "r = 3\nright = 2"),
         ("mu = 3", "nu = 3"), ("alpha = 1", ""), ("points = 2", "points = 1"),
         ("points = 2", "step = 0.1"), ("[parameters]", "[parameters"),
         ("points = 2", "points = 9999999999"), ("points = 2", 'points = 2, spacing = "lg"'),
