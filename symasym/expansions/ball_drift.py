@@ -56,9 +56,9 @@ class _BallRing:
 
 
 RING = _BallRing()
-# A start so near to a zero of A is taken to be the zero, up to so many bits, at which the error of
-# an expansion is its distance from the exact value, in which this change is included.
-_NEAR, _MOST_BITS = arb(2) ** -40, 1024
+# A start so near to a barrier or a well, from which T and C hardly change, is taken to be there, up
+# to so many bits, at which the error of an expansion is its distance from the exact value.
+_NEAR, _MOST_BITS = {"barrier": arb(2) ** -40, "well": arb(2) ** -10}, 1024
 
 
 class Between(NamedTuple):
@@ -166,17 +166,15 @@ class Part:
                 raise Unresolved
             if not self.left < u < self.right:
                 continue
-            at_start, near = (
-                u.overlaps(arb(start)),
-                ctx.prec < _MOST_BITS and abs(u - start) < _NEAR,
-            )
+            at_start = u.overlaps(arb(start))
             if multiplicity > 1:
-                if time or multiplicity % 2 or at_start or near:
+                if time or multiplicity % 2 or at_start:
                     raise _no_series(float(u), "its slope too")
                 continue
             if at_start and self.summed and not self.vanishes(start):
                 raise Unresolved
             kind = "barrier" if self.taylor(u, 2)[1] > 0 else "well"
+            near = ctx.prec < _MOST_BITS and abs(u - start) < _NEAR[kind]
             yield arb(start) if at_start else u, f"start={kind}" if at_start or near else kind
 
     def area(self, a: Any, b: Any) -> Any:
@@ -225,7 +223,8 @@ class BallDrift:
                 places.append((arb(u), "wall" if side == at.reflecting else "end"))
         places += [(arb(p.left), "kink") for p in self.parts[1:] if p.left != self.start]
         self.places = sorted(places, key=lambda place: float(place[0]))
-        if any(not a < b for (a, _), (b, _) in pairwise(self.places)):
+        starts = sum(kind[:5] == "start" for _, kind in self.places)
+        if starts > 1 or any(not a < b for (a, _), (b, _) in pairwise(self.places)):
             raise Unresolved
 
     def _beside(self, u: Any, side: int) -> Part | None:
