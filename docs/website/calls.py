@@ -125,7 +125,7 @@ CALLS: dict[str, tuple[str, ...]] = {
     # epsilon = 1/100 and D = 1/2, as in the paper.
     "threshold": (
         "from math import log",
-        'sa.formula("threshold").lambdify("numpy")(0.01, 0.5, log(100))',
+        'float(sa.formula("threshold").lambdify("numpy")(0.01, 0.5, log(100)))',
     ),
     **dict.fromkeys(("airy-form", "cubic-pair"), _expanded(_NEAR_FOLD, "uniform", 0)),
     "canonical-form": _expanded(_NEAR_FOLD, "uniform", 3),

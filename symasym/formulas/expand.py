@@ -174,9 +174,8 @@ class Expansion:
             f"{self.quantity} of {self.drift!r}, {self.noise} noise to order {self.order}{case}",
             f"  {self.quantity} ~ {written_out(self.formula)}",
         ]
-        if self.terms and self.definitions:
-            times = ", times C or 1 - C" * self.drift.model.plain
-            rows.append(f"contributions of pairs of critical points{times}")
+        if self.terms and self.definitions and self.drift.model.plain:
+            rows.append("contributions of pairs of critical points, times C or 1 - C")
             terms = sorted(self.terms, key=lambda t: "barrier" not in str(t.pair))
             rows += [f"  ({t.weight}) {t.pair[0]}, {t.pair[1]}: {t.expression}" for t in terms]
         rows += ["with"] * bool(self._shown)

@@ -23,6 +23,12 @@ from symasym.release.system import System
 
 Function = Callable[[FloatArray], FloatArray]
 _SHIFT = 0.5825971579390106  # -zeta(1/2)/sqrt(2 pi)
+# Nodes and weights for a standard normal law, and of laws of two points with skewness -1, 0 and 1.
+_NORMAL = np.polynomial.hermite_e.hermegauss(9)
+_OTHERS = [
+    ((s + np.array([-1, 1]) * (4 + s * s) ** 0.5) / 2, (4 + s * s) ** 0.5 + np.array([s, -s]))
+    for s in (-1, 0, 1)
+]
 _MOST = 2 * 10**9  # random numbers and, at a hundred each, steps of a simulation
 
 
@@ -135,10 +141,11 @@ def release(
             raise InputError(f"tau is {colour:g}; coloured noise is for method 'simulate'.")
         rough, fine, error = march(scene, allowed)
         left = min(max(float(fine.p[0][0]), 0.0), 1.0)
-        time, place = _laws(fine)
-        for law, other in zip((time, place), _laws(rough), strict=True):
-            x = law.quantile(np.linspace(0.0, 1.0, 402)[1:-1])
-            law.error = float(np.abs(law.cdf(x) - other.cdf(x)).max())
+        time, place = _laws(fine, _NORMAL)
+        for other in (_laws(rough, _NORMAL), *(_laws(fine, rule) for rule in _OTHERS)):
+            for law, off in zip((time, place), other, strict=True):
+                x = law.quantile(np.linspace(0.0, 1.0, 402)[1:-1])
+                law.error += 2.0 * float(np.abs(law.cdf(x) - off.cdf(x)).max())
         return Release(fine.mean, error, fine.std, (left, 1.0 - left), method, (), time, place)
     # The step resolves phi, the noise and its correlation time.
     bend = np.abs(np.gradient(scene.phi(across / radius, z), across / radius)).max()
@@ -158,11 +165,12 @@ def release(
     return Release(time.mean, error, time.std, (left, 1.0 - left), method, (note,), time, place)
 
 
-def _laws(found: March) -> tuple[Law, Law]:
+def _laws(found: March, rule: Any) -> tuple[Law, Law]:
     """The laws of the time and of z.
 
     At each z the time is taken as normal, of the mean and the variance that left there; the law of
-    the time is their mixture, by Gauss and Hermite's rule.
+    the time is their mixture, by Gauss and Hermite's rule. Other rules in its place tell what this
+    assumption changes.
     """
     from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
@@ -174,9 +182,8 @@ def _laws(found: March) -> tuple[Law, Law]:
     time = clock + np.append(0.0, late)
     spread = np.append(0.0, np.sqrt(np.maximum(square - late**2, 0.0)))
     gone = CubicHermiteSpline(way, left, density)
-    normals, weights = np.polynomial.hermite_e.hermegauss(9)
-    ways = []
-    for x in (np.maximum.accumulate(time + k * spread) for k in normals):
+    (nodes, weights), ways = rule, []
+    for x in (np.maximum.accumulate(time + k * spread) for k in nodes):
         grows = np.append(True, np.diff(x) > 0.0)
         ways.append((x[grows][-1], PchipInterpolator(x[grows], way[grows])))
     ends, mean = sorted((z, z + sign * way[-1])), float(share @ found.way)

@@ -176,6 +176,10 @@ def test_kramers_prefactor_is_simplified() -> None:
     assert sympy.expand(ratio.args[0] * kappa**2 - rise) == 0
     free = sa.expand(sa.Drift("a*u - c - u**3", layer=None, noise="1 + s*u", ito="stratonovich"))
     assert {"V''(u1)", "sigma(u2)"} <= {s.name for s in free.definitions}
+    tilted = sa.Drift("u - u**3 + 1/10", layer=None)  # its zeros are no radicals but numbers
+    code = sa.expand(tilted, start=-1, order=1).emit("numpy").load()
+    exact = sa.escape_time(tilted, "0.05", ends=(-2, "1/2"), start=-1)
+    assert code.f(0.05) == pytest.approx(exact, rel=1e-4)
     for away, start in (("1 + u**2", 0), ("u**2 - 1", 5)):
         with pytest.raises(sa.InputError, match="does not lead from"):
             sa.expand(sa.Drift(away, layer=None), start=start)

@@ -37,6 +37,14 @@ def test_the_time_does_not_depend_on_an_idle_clock() -> None:
     still, idle = (sa.release(sa.System(CUBIC, g), "0.5", 2, **ask) for g in ("-1", "-1 - u/4"))
     assert idle.mean == pytest.approx(still.mean, rel=1e-7)
     assert idle.std == pytest.approx(still.std, rel=1e-6)
+    t = still.time.quantile(np.linspace(0.01, 0.99, 99))
+    for g, most in (
+        ("-1 - u/4", 1e-4),
+        ("-1 - 3*u/4", 1e-3),
+    ):  # at a z the time is not quite normal
+        idle = sa.release(sa.System(CUBIC, g), "0.5", 2, **ask)
+        away = np.abs(idle.time.cdf(t) - still.time.cdf(t)).max()
+        assert away <= idle.time.error + still.time.error < most
 
 
 def test_noise_that_depends_on_the_state() -> None:

@@ -160,4 +160,5 @@ def cubic_pair(d):
     d.conclude("order", note=r"$A = c_3((u - b)^3 - 3 k^2 (u - b) + 2 k^3 w)$ is $(y^2 - \Delta)(\psi_0 + \psi_1 "
                r"y)$, $y = u - m$; $\nu^2 = \psi_0^2 - \psi_1^2 \Delta$, $\zeta = \psi_0^{2/3} \Delta$, $p$ and "
                r"$q$ those of airy-form, $Z = \lambda^{2/3} \zeta$; $R_0$ is the finite part of $\int du/A$ from "
-               r"the start to 1; all of it is analytic in $\Delta$, the same on both sides of the fold")
+               r"the start to 1; all of it is analytic in $\Delta$, the same on both sides of the fold",
+               known=r"it is so for $T = O(1)$, past the fold; with a well it is relative to $T$")

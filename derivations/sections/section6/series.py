@@ -145,7 +145,8 @@ def saddle_start(d):
                                               ("barrier", "0^s", "e^{(t^2 - s^2)/2}", finite[1]))]
     for barrier, name in enumerate(("well", "barrier")):
         worked = double(rest, c, top, barrier, first[barrier] + log(c2 * lam) / 2)
-        terms = Tuple(*(Symbol(rf"[\delta^{{{k + 2}}}] N") for k in range(top + 1)))
+        own = f"N_{name[0]}"
+        terms = Tuple(*(Symbol(rf"[\delta^{{{k + 2}}}] {own}") for k in range(top + 1)))
         d.eq(f"double integral beside a {name}", terms, Tuple(*evaluated(c, d.n, barrier)),
              "this is the contribution of the start to the finite part of the regular part; it follows from the "
              "first one by parts",
@@ -159,7 +160,9 @@ def saddle_start(d):
                 "signs depend on the side", 40 + 10 * d.n)
     d.conclude("to the right", "to the left", "double integral beside a well", "double integral beside a barrier",
                note=r"$H_+$ is $\int e^{-\lambda V}$ to the right of the start over the well's Gaussian; " + OF_V +
-                    ". $N$ is what the start adds to the double integral on its right")
+                    r". $[\delta^k] N_w$ and $[\delta^k] N_b$ are the coefficients of $\delta^k$, $\delta = "
+                    r"\lambda^{-1/2}$, in what a start on a well and on a barrier adds to the double integral on "
+                    r"its right; $\gamma$ is Euler's constant")
 
 
 def evaluated(c, order, barrier):
