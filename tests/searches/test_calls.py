@@ -119,7 +119,7 @@ CALLS: dict[str, dict[str, list[Any]]] = {
                "quantity?": QUANTITY, "noise?": ["weak", "strong", "uniform"], "order": [0, 1, 2],
                "case?": ["start well barrier", "well", "start"]},
     "release": {"system": SYSTEM, "kappa": ["0.1", 0.3, 1], "r": [10, 2, "1/2"],
-                "eps": ["0.1", 1], "start?": [(0, "-0.4"), (0, 0), ("0.1", -0.5)]},
+                "eps": ["0.1", 1], "start": [(0, "-0.4"), (0, 0), ("0.1", -0.5)]},
     "oscillator": {"mu": NUMBER, "alpha": NUMBER},
     "System": {"phi": ["1 - z - u", "u - u**3 - z*y", "FORMULA u z y"],
                "velocity": ["y - 1", "-1", "FORMULA y z"], "noise?": ["1", "2 - u", "FORMULA u"]},
