@@ -116,7 +116,8 @@ def frozen(d):
                + SLOW, error=r"a share of the coefficient of $\varepsilon$ that vanishes as "
                r"$\kappa \to 0$ (for the coefficient see 'release-order'), and $O(\varepsilon^2)$",
                known=r"for friction with $\mu = 3$, $\alpha = 1$, $z_0 = -2/5$, $r = 10$ the coefficient of "
-                     r"$\varepsilon$ in the mean is 50 % off at $\kappa = 0.3$ and 2 % at 0.2, by $D'$ 9 % at 0.2")
+                     r"$\varepsilon$ in the mean is 50 % off at $\kappa = 0.3$ and 2 % at 0.2, that of the "
+                     "share with $D'$ 9 %")
 
 
 @derives("fold-delay", "The delay after the fold of a block without noise")

@@ -11,7 +11,7 @@ from flint import fmpq
 from sympy import Expr, Function, Piecewise, Rational, Symbol
 
 from symasym.base import inputs
-from symasym.base.errors import InputError, RegionError
+from symasym.base.errors import AccuracyError, InputError, RegionError
 from symasym.base.inputs import Numbers, exact, floats, is_array, is_name, shown
 from symasym.derivation.tex import tex
 from symasym.drift import expressions
@@ -289,7 +289,7 @@ class Drift(Parametrized):
             axes = pyplot.subplots(2, sharex=True, layout="constrained")[1]
         above, below = inputs.axes("axes", axes, 2)
         model, points = self.model, list[CriticalPoint]()
-        with suppress(RegionError):  # without a layer they are known for polynomials only
+        with suppress(RegionError, AccuracyError):  # they are unknown, or A is 0
             points = self.critical_points()
         cuts = [float(x) for x in model.cuts]
         reach = max([_REACH, *(1.5 * abs(x) for x in (*cuts, *(float(p.u) for p in points)))])

@@ -61,7 +61,7 @@ def with_pieces(given: Any, u: Any, noise: Any, ito: Any, layered: bool = False)
     if any(not a < b for a, b in pairwise(cuts)):
         ends = ", ".join(map(float_text, cuts))
         raise InputError(f"the right ends are {ends}; give them from left to right.")
-    alpha = _ALPHAS[choice("ito", str(ito).lower(), _ALPHAS)]
+    alpha = _ALPHAS[choice("ito", str(ito), _ALPHAS)]
     sigma = None if noise is None else read(noise, found[0].u.name)
     return Model(pieces=tuple(found), cuts=tuple(cuts), noise=sigma, alpha=alpha, layered=layered)
 

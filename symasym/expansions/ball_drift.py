@@ -156,11 +156,12 @@ class Part:
             raise Unresolved
         return found
 
-    def simple_zeros(self, start: Any, time: bool) -> Iterator[tuple[Any, str]]:
+    def simple_zeros(self, start: Any, time: bool, near: bool) -> Iterator[tuple[Any, str]]:
         """The simple zeros inside with their kinds, "start=..." at the start.
 
         Double zeros are passed over, except where T is asked for (`time`) or at the start.
         """
+        near = near and ctx.prec < _MOST_BITS and self.left < start < self.right
         for u, multiplicity in self.real():
             if u.overlaps(arb(self.left)) or u.overlaps(arb(self.right)):
                 raise Unresolved
@@ -174,8 +175,8 @@ class Part:
             if at_start and self.summed and not self.vanishes(start):
                 raise Unresolved
             kind = "barrier" if self.taylor(u, 2)[1] > 0 else "well"
-            near = ctx.prec < _MOST_BITS and abs(u - start) < _NEAR[kind]
-            yield arb(start) if at_start else u, f"start={kind}" if at_start or near else kind
+            own = at_start or (near and abs(u - start) < _NEAR[kind])
+            yield arb(start) if at_start else u, f"start={kind}" if own else kind
 
     def area(self, a: Any, b: Any) -> Any:
         """The integral of phi."""
@@ -206,14 +207,15 @@ def _parts(drift: Drift, low: Any, high: Any) -> list[Part]:
 class BallDrift:
     """A bound drift between two ends: its critical points and what `symasym.expansions.weak` needs.
 
-    Double zeros of A are refused where finite parts are needed (`time`), for T.
+    Double zeros of A are refused where finite parts are needed (`time`), for T. With `near` the
+    start may be moved to a zero next to it.
     """
 
-    def __init__(self, drift: Drift, at: Between, time: bool = True) -> None:
+    def __init__(self, drift: Drift, at: Between, time: bool = True, near: bool = False) -> None:
         low, high, self.start = map(rational, at[:3])
         self.parts = _parts(drift, low, high)
         self.ends = {-1: self.parts[0].phi(arb(low)), 1: self.parts[-1].phi(arb(high))}
-        found = [zero for part in self.parts for zero in part.simple_zeros(self.start, time)]
+        found = [zero for part in self.parts for zero in part.simple_zeros(self.start, time, near)]
         self.zeros = [zero for zero in found if zero[1] in ("well", "barrier")]
         self.on_zero = len(found) > len(self.zeros)
         self.x = next((u for u, kind in found if kind[:5] == "start"), arb(self.start))

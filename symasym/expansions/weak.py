@@ -267,7 +267,8 @@ def quantity(name: str, known: Coefficients, at: Any) -> Any:
 @lru_cache(maxsize=16)
 def local(drift: Drift, between: Between, name: str, count: int, bits: int) -> Coefficients:
     """The coefficients of the quantity `name` to `count` terms, at flint's `bits`."""
-    return coefficients(BallDrift(drift, between, name == "T"), name, count, RING)
+    of = BallDrift(drift, between, name == "T", near=name[-1] != "P")
+    return coefficients(of, name, count, RING)
 
 
 class WeakNoise(answer.PartialSums):

@@ -258,8 +258,9 @@ def expand(
     Notes
     -----
     For r > 1 the values of the formula are those of `escape_time(…, method="laplace",
-    order=order)` and its like. Without a layer or with noise that depends on u, it is the time
-    from the well in `case` over the adjacent barrier.
+    order=order)` and its like, which take a start within 0.001 of a well to be there. Without a
+    layer or with noise that depends on u, it is the time from the well in `case` over the adjacent
+    barrier.
 
     Examples
     --------

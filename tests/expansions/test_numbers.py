@@ -188,6 +188,9 @@ def test_closed_forms() -> None:
     value = sa.escape_time(sa.linear(-1, 1), "1e-9", 1, method="laplace", order=0, dps=16)
     top = (context.log(4 / context.mpf("1e-18")) + context.euler) / 2
     assert abs(value - top) < 1e-14
+    beside = sa.Drift("-(u + 1999/2000)*(2 + u)")  # P has no start that would be near the well
+    found = ask("1 - P", beside, "1e-5", 2, 0, method="laplace", order=1, log=True)
+    assert abs(found / ask("1 - P", beside, "1e-5", 2, 0, log=True) - 1) < 1e-14
     closed = constant_drift("3/2")
     for name in ("T", "C"):
         found = ask(name, sa.polynomial("3/2"), "0.1", 5, -2, method="laplace", dps=25)

@@ -38,10 +38,8 @@ def test_the_time_does_not_depend_on_an_idle_clock() -> None:
     assert idle.mean == pytest.approx(still.mean, rel=1e-7)
     assert idle.std == pytest.approx(still.std, rel=1e-6)
     t = still.time.quantile(np.linspace(0.01, 0.99, 99))
-    for g, most in (
-        ("-1 - u/4", 1e-4),
-        ("-1 - 3*u/4", 1e-3),
-    ):  # at a z the time is not quite normal
+    # At a z the time is not quite normal.
+    for g, most in (("-1 - u/4", 1e-4), ("-1 - 3*u/4", 1e-3)):
         idle = sa.release(sa.System(CUBIC, g), "0.5", 2, **ask)
         away = np.abs(idle.time.cdf(t) - still.time.cdf(t)).max()
         assert away <= idle.time.error + still.time.error < most
