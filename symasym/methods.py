@@ -97,7 +97,8 @@ def _orders(method: str, order: Any) -> Sequence[int]:
     if row.orders is None:
         if order is not None:
             raise InputError(
-                f"order is {shown(order)}, but method {method!r} has none; leave it out."
+                f"order is {shown(order)}, but method {method!r} has none; leave it out, or give "
+                "the method of an expansion, such as 'laplace'."
             )
         return ()
     default, most = row.orders
@@ -119,14 +120,10 @@ def _asked(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
         require_sliding(drift)
     by_floats = request.method in ("exact", "auto") and not request.full
     scenes = read(drift, numbers, request.reflecting)
-    notes: tuple[str, ...] = ()
-    if "left" in numbers and drift.model.layered and np.abs(scenes.ends).max() > 1:
-        notes = ("outside [-1, 1] this drift is constant; without a layer A holds there",)
     if request.dps is not None or not (scenes.shape or by_floats):
-        answer = importlib.import_module(method.module).of_scene(scenes.one(), request)
-        return in_digits(request, answer._replace(notes=answer.notes + notes))
-    answer = of_scenes(scenes, request)
-    return in_floats(request, scenes.shape, answer._replace(notes=answer.notes + notes))
+        of_scene = importlib.import_module(method.module).of_scene
+        return in_digits(request, of_scene(scenes.one(), request))
+    return in_floats(request, scenes.shape, of_scenes(scenes, request))
 
 
 def is_usual(drift: Drift, numbers: dict[str, Any], request: Request) -> bool:

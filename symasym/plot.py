@@ -96,8 +96,8 @@ def plot(
     arrays = {n: floats(n, x) for n, x in (drift.values | numbers).items() if is_array(x)}
     if [x.ndim for x in arrays.values()] != [1]:
         raise InputError(
-            f"{', '.join(arrays) or 'none'} are arrays; give one argument or parameter, what to "
-            "plot against, as an array of one axis."
+            f"the arrays are {', '.join(arrays) or 'none'}; give exactly one argument or parameter "
+            "as an array, of one axis: the plot is against it."
         )
     ((name, x),) = arrays.items()
     found = ask(drift, numbers, Request(quantity, full=True, **options))
@@ -108,7 +108,8 @@ def plot(
         ax = pyplot.subplots(layout="constrained")[1]
     (ax,) = axes("ax", ax)
     look = "-" if found.method == "exact" else "--"
-    (line,) = ax.plot(x, value, look, label=label or found.method.replace("_", " "))
+    own = found.method.replace("_", " ") + f", order {found.order}" * (found.order is not None)
+    (line,) = ax.plot(x, value, look, label=label or own)
     if found.error is not None:
         band = value - found.error, value + found.error
         ax.fill_between(x, *band, color=line.get_color(), alpha=0.25, linewidth=0)

@@ -56,7 +56,7 @@ def read_spec(path: str | os.PathLike[str]) -> list[Record]:
 def _heads(given: Record) -> list[Record]:
     of = {n: given[n] for n in _DRIFT if n in given}
     if unknown := given.keys() - set(_KEYS):
-        raise InputError(f"{', '.join(unknown)}: no key of it; the keys are {', '.join(_KEYS)}.")
+        raise InputError(f"it has {', '.join(unknown)}; the keys known are {', '.join(_KEYS)}.")
     own = dict(given.get("parameters", {}))
     numbers = {name: x for name, x in given.items() if name in _NUMBERS}
     axes = {n: [number_text(value) for value in _axis(n, x)] for n, x in (numbers | own).items()}

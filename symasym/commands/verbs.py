@@ -217,7 +217,8 @@ def show(labels: Any = (), latex: bool = False, steps: bool = False, **options: 
             print(f"{label}: {f.title}\n", *map(_drawn, f.concluded), sep="\n")
             print(f"Error: {f.error}.", *notes, *f.assumptions, sep="\n")
         for number, step in enumerate(f.steps if steps else (), 1):
-            print(f"{number}. {step.name}{': ' * bool(step.why)}{step.why}\n   {step.latex()}")
+            told = f"{number}. {step.name}{': ' * bool(step.why)}{step.why}"
+            print(told, step.latex() if latex else _drawn(step), sep="\n" if latex else "\n\n")
 
 
 def _drawn(step: Any) -> str:

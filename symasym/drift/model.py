@@ -148,8 +148,8 @@ class Parametrized:
             )
         if self.free:
             raise InputError(
-                f"the drift's parameters {', '.join(self.free)} have no value; give each one "
-                "by bind (in a shell, --set)."
+                f"no value is set for {', '.join(self.free)}; set each parameter of the drift by "
+                "bind (in a shell, --set)."
             )
 
     def exact_coefficients(self) -> list[Fraction] | None:

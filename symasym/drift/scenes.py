@@ -8,6 +8,7 @@ The numbers of a single scene are exact rationals, those of scenes that broadcas
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -252,6 +253,11 @@ def read(drift: Drift, numbers: dict[str, Any], reflecting: str | None = None) -
     given = {n: flat(exactly[n] if n in exactly else arrays[n]) for n in numbers}
     scenes = Scenes(drift.bind(**bound) if bound else drift, given, shape, exactly)
     _check(scenes if shape else scenes.one(), reflecting)
+    own, A = drift.model.name in ("", "polynomial"), drift.model.pieces[0]
+    clipped = own and drift.model.layered and A.expression.has(A.u)
+    if clipped and "left" in numbers and np.abs(scenes.ends).max() > 1:
+        words = f"outside [-1, 1] {drift!r} is constant; sa.Drift(…, layer=None) is not"
+        warnings.warn(words, stacklevel=5)
     return scenes
 
 

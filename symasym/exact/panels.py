@@ -154,10 +154,10 @@ def panels(
         if low < high:
             lost = halved(low, high, partial(accepted, piece), most - len(found), most)[1]
         if lost is not None:
-            u = float_text(Fraction(int(lost.p), int(lost.q)))
+            u = float_text(Fraction(abs(int(lost.p)), int(lost.q)))  # the drift may be mirrored
             raise AccuracyError(
-                f"A varies too fast near u = {u} for so many digits in {most} panels, or in a "
-                "minute; ask for fewer digits, make A smooth there, or give a larger kappa."
+                f"A is singular, complex or too steep near |u| = {u} for {most} panels, or for a "
+                "minute; give other ends, a smooth A, fewer digits, or a larger kappa."
             )
     return found
 

@@ -113,6 +113,7 @@ class Expansion:
         on u, give ``ends=(…)``, one beyond the barrier and the other where few paths leave, and
         a ``start=…`` off the barrier, from which T is about half of the formula's.
         """
+        self.drift.require_bound()
         if not self.drift.model.plain:
             at, A = exact("start", options.get("start", self.start)), self.drift.expression()
             value, slope = (e.subs(U, sympy.Rational(str(at))) for e in (A, A.diff(U)))

@@ -296,7 +296,7 @@ class IntegralExpansion(ABC):
         """
         if self.parameters:
             names = ", ".join(map(str, self.parameters))
-            raise InputError(f"parameters have no value: {names}; bind each to one.")
+            raise InputError(f"no value is set for {names}; set each by bind.")
         log, full = inputs.flag("log", log), inputs.flag("full", full)
         dps = inputs.digits(dps)
         request = Request("the integral", self.method, None, dps, log, full)

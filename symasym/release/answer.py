@@ -32,11 +32,15 @@ _OTHERS = [
 _MOST = 2 * 10**9  # random numbers and, at a hundred each, steps of a simulation
 
 
+@dataclass
 class Law:
     """A law on the real line: `mean`, `std`, distribution function, its `error`, quantiles."""
 
-    def __init__(self, of: Function, ends: Any, mean: float, std: float, error: float) -> None:
-        self._of, self._ends, self.mean, self.std, self.error = of, ends, mean, std, error
+    _of: Function = field(repr=False)
+    _ends: Any = field(repr=False)
+    mean: float
+    std: float
+    error: float
 
     def cdf(self, x: Numbers) -> Any:
         """The probability of values up to x."""

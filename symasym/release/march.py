@@ -161,8 +161,8 @@ class March:
         if not (g > 0).all():
             row, column = np.unravel_index(np.argmin(g), g.shape)
             raise InputError(
-                f"z = {z[row]:.6g} is no clock, its velocity changes sign by u = "
-                f"{self.u[column]:.3g}; take r eps smaller (below 1 for friction), or "
+                f"the velocity of z changes its sign at z = {z[row]:.6g} and u = "
+                f"{self.u[column]:.3g}; make r eps smaller (below 1 for friction), or take "
                 "method 'simulate'."
             )
         return np.asarray(1.0 / (self.scene.eps * g))

@@ -211,7 +211,7 @@ def report(
 
 def _markdown(found: list[Record]) -> str:
     """One table per scene; times are multiples of that of the proved float64 value."""
-    lines = []
+    lines = ["Errors are relative; times are in units of the first exact value's.", ""]
     for scene in dict.fromkeys(r.scene for r in found):
         some = [r for r in found if r.scene == scene]
         unit = max(1e-9, next(r.seconds for r in some if r.method == "exact"))
@@ -238,8 +238,8 @@ def work_precision(found: list[Record]) -> Figure:
         figure = Figure(figsize=(7.4, 2.5 * rows + 1.0))
         panels = figure.subplots(rows, columns, squeeze=False, sharey=True)
         for axes, scene in zip(panels.flat, scenes, strict=False):
-            for k, method in enumerate(dict.fromkeys(r.method for r in found)):
-                some = [r for r in found if (r.scene, r.method) == (scene, method)]
+            for k, method in enumerate(dict.fromkeys(r.method.partition(",")[0] for r in found)):
+                some = [r for r in found if r.scene == scene and r.method.startswith(method)]
                 x, y = [max(r.error, _LEAST) for r in some], [r.seconds for r in some]
                 look = {"color": METHODS.get(method, FAINT), "marker": "os^vXDP*<>h"[k % 11]}
                 axes.plot(x, y, **look, lw=0.8, ms=5, label=method)

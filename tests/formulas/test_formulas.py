@@ -185,12 +185,14 @@ def test_kramers_prefactor_is_simplified() -> None:
     for drift in ("1 - u**2", "a - u**2"):
         mirrored = sa.expand(sa.Drift(drift, layer=None))
         assert str(mirrored.case) == "barrier well start"
-        with pytest.raises(sa.InputError, match="over one barrier"):
+        with pytest.raises(sa.InputError, match="over one barrier|no value is set"):
             mirrored.evaluate("0.3", 2)
     on_top = sa.expand(sa.Drift("u - u**3", layer=None))  # from there T is half of the formula's
     with pytest.raises(sa.InputError, match="off the barrier"):
         on_top.evaluate("0.2", ends=(-2, "1/2"))
     assert on_top.evaluate("0.2", ends=(-2, "1/2"), start=-1) > 1.2e6
+    with pytest.raises(sa.InputError, match="no value is set for a"):
+        sa.expand(sa.Drift("a*u - u**3", layer=None)).evaluate("0.2", ends=(-2, 1))
     with pytest.raises(sa.RegionError, match="has no layer"):
         sa.expand(sa.Drift("u - u**3", layer=None), "C")
     # Numbers take a start beside a well to be there, a formula does not.

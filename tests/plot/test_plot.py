@@ -36,7 +36,7 @@ def test_values_and_bands() -> None:
         own = edge[np.isclose(edge[:, 0], KAPPA[k]), 1]
         assert own.min() <= estimate.value[k] <= own.max()
     assert ax.get_yscale() == "linear" or estimate.value[known].max() > 100
-    assert line.get_label() == "strong noise"
+    assert line.get_label() == "strong noise, order 4"
 
 
 def test_every_quantity_and_abscissa() -> None:
