@@ -106,10 +106,11 @@ def svg(rests: Rests, titles: Mapping[str, str]) -> str:
     for node in rests:
         if node in at:
             x, y = at[node][0], MARGIN + at[node][1] * ROW
+            fit = f' textLength="{WIDTH - 8}" lengthAdjust="spacingAndGlyphs"' * (len(node) > 16)
             lines.append(
                 f'<a href="{slug(node)}.html"><title>{escape(titles[node])}</title>'
                 f'<rect x="{x - WIDTH / 2:g}" y="{y}" width="{WIDTH}" height="{HEIGHT}" rx="4"/>'
-                f'<text x="{x:g}" y="{y + HEIGHT // 2 + 4}">{escape(node)}</text></a>'
+                f'<text x="{x:g}" y="{y + HEIGHT // 2 + 4}"{fit}>{escape(node)}</text></a>'
             )
     return "\n".join([*lines, "</svg></div>"])
 

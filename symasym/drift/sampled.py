@@ -153,7 +153,7 @@ class Sampled:
                     values = of(points[:, None], at)[:, 0].real
                     pairs = zip(points.tolist(), values.tolist(), strict=True)
                     errors = [float(abs(phi(arb(u)) - arb(x)).upper()) for u, x in pairs]
-                    size = 1.0 if k else float(np.abs(values).max())
+                    size = k or float(np.abs(values).max()) or 1.0
                     worst[k] = max(worst[k], 2 * max(errors) / size)
         return worst[0], worst[1]
 

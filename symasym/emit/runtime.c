@@ -198,6 +198,7 @@ static double log_density(double kappa, double u, double sign, const double *p)
     march(near, 1, lam, p, right);
     double inside = logaddexp(left[3], right[3]);
     double beyond = logaddexp(-left[0] - log(lam*end(-1, p)), -right[0] - log(-lam*end(1, p)));
+    beyond += 0*beyond; /* nan if infinite, at a tangency */
     if (sign != 0) return -logaddexp(0, sign*(beyond - inside));
     return lam*end(u > 0 ? 1 : -1, p)*(u - near) - logaddexp(inside, beyond);
 }

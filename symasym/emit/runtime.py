@@ -99,6 +99,7 @@ def log_density(kappa, u, sign, p):
     (V, _, _, left), (W, _, _, right) = (march(near, side, lam, p) for side in (-1, 1))
     inside = add(left, right)
     beyond = add(-V - numpy.log(lam * end(-1, p)), -W - numpy.log(-lam * end(1, p)))
+    beyond = beyond + 0 * beyond  # nan if infinite, at a tangency
     shift = lam * slope * (u - near)
     value = -add(0, sign * (beyond - inside)) if sign else shift - add(inside, beyond)
     return value.reshape(numpy.shape(kappa))[()]

@@ -23,6 +23,8 @@ parameters may be complex (complex step).
 from __future__ import annotations
 
 from collections.abc import Mapping
+from fractions import Fraction
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -88,17 +90,19 @@ def float_logs(scenes: Scenes, request: Request, long: bool = False) -> Logs:
 
 def _moved(scenes: Scenes) -> tuple[float, FloatArray | float]:
     """Total rounding displacement of start and ends in float64, and the least distance of two."""
-    places = [x for name, x in scenes.exactly.items() if name != "kappa"]
-    moved = sum(abs(float(x)) for x in (*places, *scenes.drift.model.cuts) if x != float(x))
-    known = [x for name, x in scenes.numbers.items() if name not in ("kappa", "r", "y")]
-    if scenes.numbers.keys() & {"r", "left"}:
-        known += scenes.ends
-    gaps = np.diff(np.sort(known, axis=0), axis=0)
-    return moved * ULP, np.where(gaps > 0, gaps, np.inf).min(axis=0, initial=np.inf)
+    places = {name: x for name, x in scenes.exactly.items() if name != "kappa"}
+    cuts, numbers = scenes.drift.model.cuts, scenes.numbers
+    moved = sum(abs(float(x)) for x in (*places.values(), *cuts) if x != float(x))
+    # Two places may be equal in float64 alone.
+    rest = {name: float(x - Fraction(float(x))) for name, x in places.items()}
+    known = [(x, rest.get(n, 0.0)) for n, x in numbers.items() if n not in ("kappa", "y")]
+    known += [(-x, -y) for x, y in known if "r" in numbers and x is numbers["r"]]
+    gaps = [abs(a - b + (p - q)) for (a, p), (b, q) in combinations(known, 2)]
+    return moved * ULP, np.where(np.array(gaps) > 0, gaps, np.inf).min(axis=0, initial=np.inf)
 
 
 def _in_doubt(found: Logs) -> Any:
-    return np.flatnonzero(~(found.error <= TOLERANCE * np.maximum(1.0, np.abs(found.log))))
+    return np.flatnonzero(~(found.error < TOLERANCE * np.maximum(1.0, np.abs(found.log))))
 
 
 @np.errstate(all="ignore")
@@ -120,7 +124,7 @@ def logs_of(request: Request, of: FloatDrift, numbers: Mapping[str, Any]) -> Log
         else:
             found.append(_of_stay(request.name, of, lam[rows], some, rows))
     logs, errors = (np.concatenate(x) for x in zip(*((x.log, x.error) for x in found), strict=True))
-    return Logs(logs, np.where(np.isnan(logs + errors), np.inf, errors))
+    return Logs(logs, np.where(np.isfinite(logs + errors), errors, np.inf))
 
 
 def _of_exit(name: str, d0: list[Logs], b0: list[Logs], *second: list[Logs]) -> Logs:

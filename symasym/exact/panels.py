@@ -156,8 +156,9 @@ def panels(
         if lost is not None:
             u = float_text(Fraction(abs(int(lost.p)), int(lost.q)))  # the drift may be mirrored
             raise AccuracyError(
-                f"A is singular, complex or too steep near |u| = {u} for {most} panels, or for a "
-                "minute; give other ends, a smooth A, fewer digits, or a larger kappa."
+                f"near |u| = {u} more than {most} panels, or a minute, are needed: A is singular, "
+                "complex or too steep there, or a time too short; give other ends, a smooth A, fewer "
+                "digits, or a larger kappa."
             )
     return found
 

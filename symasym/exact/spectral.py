@@ -27,6 +27,7 @@ from symasym.exact.transform import (
 
 _SIDES = ("left", "right")
 _STEPS = 60  # of Newton's method
+_CROWD = 38  # eigenvalues near the first, for which it is too slow
 _NODES = 2_000
 _TINY = -(10**6)  # a power that stands for s = 0
 # Talbot's contour s = (nodes/t) (A theta cot(B theta) - C + i D theta), |theta| < pi.
@@ -145,6 +146,12 @@ class ExitTransform:
     def most(self) -> arb:
         """S_3/S_4, an upper bound of the principal eigenvalue (Euler, Rayleigh)."""
         first, second = _power_sums(self.w, 4)[-2:]
+        many = first**4 / second**3  # m for m equal eigenvalues
+        if many > _CROWD:
+            raise AccuracyError(
+                f"some {float(many):.0f} eigenvalues are so close to the first, as the law is "
+                "narrow, that they are not told apart; take the variance, or a larger kappa."
+            )
         return first / second
 
     def least(self) -> arb:

@@ -167,10 +167,10 @@ def _exact(kind: type[PartialSums], scene: Scene, request: Request) -> Answer | 
 
 
 def _refusal(kind: type[PartialSums], scene: Scene, orders: Sequence[int]) -> AccuracyError:
-    kappa, words = float_text(scene.numbers["kappa"]), "at" if len(orders) == 1 else "up to"
+    kappa, words = float_text(scene.numbers["kappa"]), "and" if len(orders) == 1 else "up to"
     return AccuracyError(
-        f"kappa is {kappa}, {kind.reason}: {words} order {orders[-1]} the error exceeds half the "
-        "value; give another order, or use method 'exact'."
+        f"at kappa = {kappa} {words} order {orders[-1]} the error exceeds half of the value, as "
+        f"{kind.reason}; use method 'exact', or another order."
     )
 
 

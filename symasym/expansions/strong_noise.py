@@ -95,7 +95,7 @@ def _panels(phi: Any, a: Fraction, b: Fraction) -> list[tuple[Any, Any]]:
 class StrongNoise(answer.PartialSums):
     """The expansion in powers of lam."""
 
-    reason = "where the noise is too weak for powers of 2/kappa^2"
+    reason = "the noise is too weak for powers of 2/kappa^2"
 
     def known(self, bits: int) -> Sides:
         """The moments of the layer on both sides of the start."""

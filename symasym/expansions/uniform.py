@@ -76,7 +76,7 @@ def _panels(
 class Uniform(answer.PartialSums):
     """The expansion in powers of kappa^2, with coalescing critical points taken together."""
 
-    reason = "where the noise is too strong for the uniform expansion"
+    reason = "the noise is too strong for the uniform expansion"
     enclosed, float_digits = False, 10
 
     def bits(self, lam: Fraction, digits: int) -> int:

@@ -275,8 +275,8 @@ class WeakNoise(answer.PartialSums):
     """The expansion in powers of 1/lam."""
 
     reason = (
-        "where the noise is too strong for Laplace's method, or a well, a barrier or the start too "
-        "close to another or to an end, where in a layer 'uniform' holds"
+        "the noise is too strong for Laplace's method, or two of the wells, barriers, start and "
+        "ends are too close together, where in a layer 'uniform' holds"
     )
 
     def known(self, bits: int) -> Coefficients:

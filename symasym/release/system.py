@@ -57,7 +57,7 @@ class System:
             unknown = sorted({s.name for s in read.free_symbols} - set(known.split(", ")))
             if unknown:
                 raise InputError(f"{name} has the symbol {unknown[0]}; give it in {known} alone.")
-            object.__setattr__(self, name, sympy.expand(read))
+            object.__setattr__(self, name, sympy.expand(read, power_exp=False))
         least = values(self.noise, np.linspace(-1.0, 1.0, 201)).min()
         if not least > 0.0:
             raise InputError(f"noise is {self.noise}, down to {least:.3g}; give one above 0.")

@@ -95,6 +95,19 @@ def test_exact_strings_make_a_difference_where_it_matters(gap: str, kappa: str) 
         assert distance(found, log) <= 1e-12 * abs(log)
 
 
+@pytest.mark.parametrize("log", [False, True])
+def test_places_that_are_equal_in_float64_alone(log: bool) -> None:
+    """1e-20 from an end, where the density 200 is that of a drift of 100."""
+    edge, drift = f"0.{'9' * 20}", sa.Drift(100, layer=None)
+    within: Any = {"ends": (-1, 1), "complement": True, "log": log}
+    for found in (
+        sa.occupation(drift, 1, interval=(0, edge), **within),
+        sa.occupation(drift, [1.0, 2.0], interval=(0, edge), **within)[0],
+        sa.exit_probability(drift, 1, start=f"-{edge}", **within),
+    ):
+        assert found == pytest.approx(np.log(2e-18) if log else 2e-18, rel=1e-12)
+
+
 # -- symmetric extremes ----------------------------------------------------------------------------
 
 
