@@ -157,7 +157,7 @@ def panels(
             u = float_text(Fraction(abs(int(lost.p)), int(lost.q)))  # the drift may be mirrored
             raise AccuracyError(
                 f"near |u| = {u} more than {most} panels, or a minute, are needed: A is singular, "
-                "complex or too steep there, or a time too short; give other ends, a smooth A, fewer "
+                "complex or steep there, or a time short; give a smooth A, other ends, fewer "
                 "digits, or a larger kappa."
             )
     return found
