@@ -10,7 +10,7 @@ from mpmath import mp, mpf
 
 import symasym as sa
 from symasym.base.balls import rounded
-from symasym.drift.scenes import Request, Scenes, read
+from symasym.drift.scenes import Request, read
 from symasym.exact import balls, floats
 from tests.law.scenes import TABLE
 
@@ -18,12 +18,6 @@ pytestmark = pytest.mark.filterwarnings("ignore:outside")  # a layer between end
 
 DIGITS = 25
 NAMES = ("T", "C", "1 - C", "P", "1 - P", "p_ss")
-
-
-def true_log(scenes: Scenes, request: Request, row: int) -> mpf:
-    """The logarithm that the proved engine gives."""
-    ball = balls.of_scene(scenes.at(row), request._replace(dps=DIGITS)).value
-    return rounded(ball, DIGITS)[0]
 
 
 def numbers_of(name: str, kappa: Any, r: Any, start: Any) -> dict[str, Any]:
@@ -42,7 +36,8 @@ def require_claims(drift: sa.Drift, numbers: dict[str, Any], request: Request) -
     found, answers = floats.float_logs(scenes, request), floats.of_scenes(scenes, request)
     with mp.workdps(DIGITS + 20):
         for row in range(len(scenes.lam)):
-            true = true_log(scenes, request, row)
+            ball = balls.of_scene(scenes.at(row), request._replace(dps=DIGITS)).value
+            true = rounded(ball, DIGITS)[0]
             for logs, errors in ((found.log, found.error), (answers.value, answers.error)):
                 assert abs(mpf(float(logs[row])) - true) <= errors[row], (request, row, drift)
     assert (answers.error <= floats.TOLERANCE * np.maximum(1.0, np.abs(answers.value))).all()
