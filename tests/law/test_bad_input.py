@@ -84,6 +84,7 @@ HOSTILE: dict[str, Callable[[], Any]] = {
     "weak noise, late": lambda: sa.exit_law(WELL, "0.05", ends=(-1.5, 1.5)).survival("1e60"),
     "weak noise, rate": lambda: sa.exit_law(WELL, "0.02", ends=(-1.5, 1.5), dps=20).rate,
     "narrow": lambda: sa.exit_law(sa.polynomial(1), "0.01", 1).pdf(1),
+    "narrow, rate": lambda: sa.exit_law(sa.polynomial(1), "0.1", 5).rate,
     "narrow, quantile": lambda: sa.exit_law(sa.polynomial(1), "0.1", 1).quantile("0.01"),
     "tiny": lambda: sa.exit_law(sa.polynomial(1), "0.05", 1).cdf("0.001"),
     "strong noise": lambda: sa.exit_law(WELL, 1000, 1).cdf("1e-6"),
