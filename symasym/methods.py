@@ -220,4 +220,4 @@ def _misfit(name: str, log: float) -> str:
         return f"{name} has no value by this method; use method 'exact'."
     if not np.isfinite(log):
         return f"log {name} is outside the range of float64; ask for digits (dps)."
-    return f"{name} is e^{log:.6g}, outside the range of float64; ask for log or for digits (dps)."
+    return f"{name} is e^{log:.6g}, outside the range of float64; ask for digits (dps) or its log."

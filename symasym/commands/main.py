@@ -79,7 +79,7 @@ OPTIONS: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
     ("reproduce", "--dps", "significant digits of the reference values (50)", _N),
     ("release", "--paths", "number of paths of --method simulate (10000)", _N),
     ("release verify", "--seed", "seed of random numbers", _N),
-    ("value release", "--json", "a JSON record with error, method, inputs", _ON),
+    ("value release", "--json", "a JSON record, with error and method", _ON),
     ("table", "--workers", "processes (1)", _N),
     ("table", "--cluster", "or the address of a dask.distributed scheduler", _X),
     ("reproduce", "--only", "these stages, not all", {"nargs": "+", **_NAME}),

@@ -136,7 +136,7 @@ def of_expansion(e: Any, numbers: Mapping[Symbol, Expr], name: str) -> list[Func
         )
     if e.noise != "uniform":
         value = 1 - sympy.exp(value) if complement else sympy.exp(value)
-    about = f"{e.quantity} of {e.drift!r}, {e.noise} noise to order {e.order}, case '{e.case}'"
+    about = f"{e.quantity} of {e.drift!r}, noise={e.noise!r}, order {e.order}, case '{e.case}'"
     order = dict.fromkeys(("kappa", "r", *e.drift.parameters, *sorted(s.name for s in free)))
     arguments = tuple(sorted(free, key=lambda s: [*order].index(s.name)))
     return [Function(name, arguments, (value,), about, tuple(rows.items())).in_code()]

@@ -157,8 +157,8 @@ def panels(
             u = float_text(Fraction(abs(int(lost.p)), int(lost.q)))  # the drift may be mirrored
             raise AccuracyError(
                 f"near |u| = {u} more than {most} panels, or a minute, are needed: A is singular, "
-                "complex or steep there, or a time short; give a smooth A, other ends, fewer "
-                "digits, or a larger kappa."
+                "complex, large or steep there, or a time short; give a smooth A, nearer ends, "
+                "fewer digits, or a larger kappa."
             )
     return found
 

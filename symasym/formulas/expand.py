@@ -172,7 +172,7 @@ class Expansion:
         case = "" if self.noise == "strong" else f", case '{self.case}'"
         case += "" if self.drift.model.plain else ": from the well to beyond that barrier"
         rows = [
-            f"{self.quantity} of {self.drift!r}, {self.noise} noise to order {self.order}{case}",
+            f"{self.quantity} of {self.drift!r}, noise={self.noise!r}, order {self.order}{case}",
             f"  {self.quantity} ~ {written_out(self.formula)}",
         ]
         if self.terms and self.definitions and self.drift.model.plain:
