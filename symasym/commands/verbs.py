@@ -65,7 +65,7 @@ def value(quantity: str, kappa: str, dps: Any = None, **options: Any) -> None:
     shown, error = interval_text(found.value, found.error or 0, dps or (17 if claims else 12))
     text = shown
     sure = found.method == "exact" and found.error_kind == "bound"
-    if dps is None and claims and not sure:  # few digits may be right
+    if claims and not sure:  # few digits may be right
         text = with_error(found.value, found.error)
         shown, error = text.split(" ± ")
     record: dict[str, Any] = {"quantity": name, "value": shown, "error": error if claims else None}

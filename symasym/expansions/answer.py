@@ -3,10 +3,9 @@
 The error of a partial sum is its distance to the exact value, because features between the critical
 points, such as a bump of A, show in no later term: for one scene in balls, for an array in float64
 at a few dozen lam, between which it is interpolated upwards. A value whose error is above half of
-it is refused. Beyond `_MOST_DIGITS` digits the exact value costs too much; there the error is
-estimated by three times the sum of the next three differences of successive partial sums (of the
-logarithm). Order "optimal" is the one nearest to the exact value: an asymptotic series is best
-truncated where its error is least (R. B. Dingle, Asymptotic Expansions, 1973, ch. I).
+it is refused. The exact value has at most `_MOST_DIGITS` digits. Order "optimal" is the one nearest
+to the exact value: an asymptotic series is best truncated where its error is least (R. B. Dingle,
+Asymptotic Expansions, 1973, ch. I).
 """
 
 from __future__ import annotations
@@ -14,7 +13,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from fractions import Fraction
-from itertools import pairwise
 from typing import Any, Self
 
 import numpy as np
@@ -31,18 +29,10 @@ from symasym.expansions.arithmetic import InBalls, InFloats
 from symasym.expansions.ball_drift import LINE, Between
 
 _BITS = 192  # of the coefficients and heights behind an array
-# The number of differences by which an error is estimated.
-_NEXT = 3
 # Values of lam of an array that are compared with exact values, and that are summed at once.
 _SAMPLES, _AT_ONCE = 48, 8192
-# Digits up to which the exact value costs no more than some expansions.
+# Digits up to which the exact value costs no more than some expansions; few errors are smaller.
 _MOST_DIGITS = 300
-
-
-def estimates(sums: Any, count: int) -> list[Any]:
-    """Estimated errors of the first `count` partial sums, from three more of them than that."""
-    gaps = [abs(b - a) for a, b in pairwise(sums)]
-    return [3 * sum(gaps[k + 1 : k + _NEXT], gaps[k]) for k in range(count)]
 
 
 class PartialSums(ABC):
@@ -121,49 +111,26 @@ def of_scene(kind: type[PartialSums], scene: Scene, request: Request) -> Answer:
     """The quantity, or its logarithm, to the request's order or to the best of its orders."""
     orders, log = request.order, request.log
     digits = kind.float_digits if request.dps is None else request.dps
-    proved = _exact(kind, scene, request)
-    more = () if proved else range(orders[-1] + 1, orders[-1] + _NEXT + 1)
-    sums = kind.of(scene, request, [*orders, *more][-1])
+    known = min(request.digits, _MOST_DIGITS) + 2
+    asked = request._replace(method="exact", order=(), dps=known, full=True)
+    proved, sums = exact.of_scene(scene, asked), kind.of(scene, request, orders[-1])
     with precision(int(3.33 * digits) + 64):
-        # Without the exact value a start is not taken to be a zero of A next to it (`ball_drift`).
-        enough = digits if proved else max(digits, _MOST_DIGITS)
-        values, logs = sums.balls(scene.lam, (*orders, *more), enough + 5, log)
-        results = logs if log else values
-        if proved:
-            errors = [abs(y - proved.value) for y in results]
-        else:
-            errors = estimates(logs, len(orders))
-            errors = (
-                errors if log else [y * e.expm1() for y, e in zip(values, errors, strict=False)]
-            )
+        found = sums.balls(scene.lam, orders, digits + 5, log)[log]
         rows = [
-            (error.upper(), value, order)
-            for error, value, order in zip(errors, results, orders, strict=False)
-            if _half(log, value, error)
+            (error, value, order)
+            for value, order in zip(found, orders, strict=True)
+            if _half(log, value, error := abs(value - proved.value).upper())
         ]
         if not rows:
             raise _refusal(kind, scene, orders)
         error, value, order = min(rows, key=lambda row: row[0])
         value += arb(0, (error + abs(value) / 10 ** (digits + 5)).upper())
-    return Answer(value, proved.kind if proved else "estimate", order)
+    return Answer(value, proved.kind, order)
 
 
 def _half(log: bool, value: Any, error: Any) -> bool:
     """True if the error is below half the value; the logarithm 1e15 may have the error 1."""
     return bool(error < (arb(2).log().max(abs(value) / 10**11) if log else value / 2))
-
-
-def _exact(kind: type[PartialSums], scene: Scene, request: Request) -> Answer | None:
-    """The exact value in a ball; None if it is unknown or costs far more than the expansion."""
-    if kind.enclosed and request.digits > _MOST_DIGITS:
-        return None
-    asked = request._replace(method="exact", order=(), dps=request.digits + 2, full=True)
-    try:
-        return exact.of_scene(scene, asked)
-    except AccuracyError:
-        if not kind.enclosed:
-            raise
-        return None
 
 
 def _refusal(kind: type[PartialSums], scene: Scene, orders: Sequence[int]) -> AccuracyError:
@@ -201,13 +168,13 @@ def of_scenes(kind: type[PartialSums], scenes: Scenes, request: Request) -> Answ
 
 
 def _compared(sums: PartialSums, scenes: Scenes, request: Request) -> tuple[FloatArray, FloatArray]:
-    """The logarithms, with their distances to exact values at some of the lam.
-
-    Elsewhere an error is twice the larger neighbouring one.
+    """The logarithms, with their distances to exact values; unless the errors are asked for, these
+    are taken at some of the lam, and elsewhere twice the larger neighbouring one.
     """
     lam, (order,), rising = scenes.lam, request.order, np.argsort(scenes.lam)
     logs, last = sums.logs(lam, order), len(lam) - 1
-    some = rising[np.linspace(0, last, min(last + 1, _SAMPLES)).astype(int)]
+    many = last + 1 if request.full else min(last + 1, _SAMPLES)
+    some = rising[np.linspace(0, last, many).astype(int)]
     away, missed = _distance(scenes.some(some), request, logs[some])
     at_some, after = away + missed, np.searchsorted(lam[some], lam)
     errors = np.where(

@@ -56,9 +56,9 @@ class _BallRing:
 
 
 RING = _BallRing()
-# A start so near to a barrier or a well, from which T and C hardly change, is taken to be there, up
-# to so many bits, at which the error of an expansion is its distance from the exact value.
-_NEAR, _MOST_BITS = {"barrier": arb(2) ** -40, "well": arb(2) ** -10}, 1024
+# A start so near to a barrier or a well, which hardly changes T and C, is taken to be there; the
+# error of an expansion is its distance from the exact value.
+_NEAR = {"barrier": arb(2) ** -40, "well": arb(2) ** -10}
 
 
 class Between(NamedTuple):
@@ -161,7 +161,7 @@ class Part:
 
         Double zeros are passed over, except where T is asked for (`time`) or at the start.
         """
-        near = near and ctx.prec < _MOST_BITS and self.left < start < self.right
+        near = near and self.left < start < self.right
         for u, multiplicity in self.real():
             if u.overlaps(arb(self.left)) or u.overlaps(arb(self.right)):
                 raise Unresolved

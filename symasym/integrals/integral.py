@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from itertools import accumulate, pairwise
-from math import cos, pi
+from math import cos, log, pi
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -106,8 +106,9 @@ def zeros(e: Expr, x: Symbol, lo: Expr, hi: Expr) -> list[Zero]:
     if e.is_rational_function(x):
         poly = sympy.Mul(*sympy.fraction(sympy.together(e))).as_poly(x)
     if poly and poly.domain in (sympy.ZZ, sympy.QQ):
-        ends = (map(number, pair) for pair, _ in poly.sqf_part().intervals())
-        found = [Zero(poly.sqf_part().as_expr(), x, *pair) for pair in ends]
+        # The ends of the intervals are no zeros of the irreducible factor, unless it is linear.
+        rows = [(f.as_expr(), pair) for f, _ in poly.factor_list()[1] for pair, _ in f.intervals()]
+        found = [Zero(f, x, *map(number, pair)) for f, pair in rows]
     else:
         found = _on_grid(e, x, a, b)
     if len(found) > _MOST:
@@ -158,7 +159,11 @@ def integral(f: Expr, g: Expr, x: Symbol, marks: list[Any], lam: Any, top: Any) 
         if lo < hi:
             inside = middle(lo, hi)
             (a, before), (b, after) = (cut(integrand, end, inside, tiny) for end in (lo, hi))
-            found = acb.integral(lambda z, _: acb(integrand(z)), acb(a), acb(b), tiny, tiny)
+            # Beside a singular end other than 0 the distance from it takes more bits.
+            near = [abs(p - q).log() for p, q in ((a, lo), (b, hi)) if not p.overlaps(q)]
+            more = max(0, *(int(-float(y) / log(2)) for y in near if y.is_finite()), 0)
+            with precision(ctx.prec + more):
+                found = acb.integral(lambda z, _: acb(integrand(z)), acb(a), acb(b), tiny, tiny)
             total += found.real + arb(0, before + after)
             proved = proved and before == after == 0
     return total, proved

@@ -242,8 +242,10 @@ def maxima(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[tuple[Any, str
 
 def _closed_zeros(e: Expr, x: Symbol) -> list[Any]:
     """Formulas for zeros, of factors that are polynomials of degree 1 or 2 in a function of x."""
-    found: list[Any] = []
-    for factor, _ in sympy.factor_list(sympy.Mul(*sympy.fraction(sympy.together(e))))[1]:
+    found, factors = list[Any](), list[Any]()
+    with suppress(sympy.PolificationFailed):  # a number, or an exponential
+        factors = sympy.factor_list(sympy.Mul(*sympy.fraction(sympy.together(e))))[1]
+    for factor in (f for f, _ in factors if f.has(x)):
         of = [y for y in sympy.Poly(factor).gens if y.has(x)]
         if len(of) == 1 and sympy.degree(factor, of[0]) <= 2:
             with suppress(NotImplementedError):
