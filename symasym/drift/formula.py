@@ -205,7 +205,13 @@ def _erf(x: Any) -> Any:
     return erf(x)
 
 
-_BALLS = {"fmpq": fmpq, "pi": arb.pi, **{f: partial(_of_balls, f) for f in FUNCTIONS}}
+def _power(x: Any, n: int) -> Any:
+    """x^n; for a real ball with the midpoint 0 flint itself gives nan."""
+    return (acb(x) ** n).real if isinstance(x, arb) and x.mid() == 0 else x**n
+
+
+_BALLS: dict[str, Any] = {f: partial(_of_balls, f) for f in FUNCTIONS}
+_BALLS |= {"fmpq": fmpq, "pi": arb.pi, "power": _power}
 
 
 def require_admitted(formula: Any) -> None:
@@ -242,7 +248,7 @@ class _Balls(LambdaPrinter):  # type: ignore[misc]
         if not (x.exp.is_Rational and x.exp.q <= 2):
             return f"exp(({exponent})*log({base}))"
         root = f"({base})" if x.exp.q == 1 else f"sqrt({base})"
-        return f"({root}**{x.exp.p})" if x.exp > 0 else f"((1/{root})**{-x.exp.p})"
+        return f"power({root if x.exp > 0 else f'1/{root}'}, {abs(x.exp.p)})"
 
 
 @lru_cache(maxsize=256)

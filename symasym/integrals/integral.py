@@ -90,8 +90,13 @@ class Zero:
             for _ in range(bits + 100):
                 m = ((p + q) / 2).mid()
                 value = of(m)
-                if value.contains(0):
+                if value == 0:
                     return m
+                if value.contains(0):
+                    r = arb(2) ** -ctx.prec
+                    while not of(m - r) * of(m + r) < 0:
+                        r *= 2
+                    return arb(m, r)
                 p, q = (m, q) if value * sign > 0 else (p, m)
             return p.union(q)
 

@@ -212,6 +212,7 @@ ADVERSARIAL: dict[str, tuple[Any, Any, Any]] = {
     "a zero beyond 1": (lambda: sa.Drift("(u + 21/20)*(u + 1/10)*(u - 4/5)"), 1, 0),
     "a zero beyond -1": (lambda: sa.Drift("-(u + 26/25)*(u - 1/3)"), 3, "-1/2"),
     "beside the fold": (lambda: sa.friction(3, 1, "-0.775"), 10, 0),
+    "an error that changes sign": (lambda: sa.Drift("1/3 + sin(3*u)"), 10, 0),
     "a cusp beside the kink": (lambda: sa.friction(3, 1, "-0.01"), 10, 0),
 }
 
@@ -380,6 +381,11 @@ def test_the_enclosure() -> None:
     assert 0 < found.error < found.value * mpmath.mpf("1e-19")
     with mpmath.workdps(50):
         assert abs(found.value - exact) <= found.error
+    # More digits than those of the exact value with which an expansion is compared.
+    at: Any = (sa.polynomial("-0.29", "-0.94", "-0.01"), "0.16", "1/2")
+    found = sa.escape_time(*at, method="laplace", order="optimal", dps=301, full=True)
+    with mpmath.workdps(50):
+        assert abs(found.value - sa.escape_time(*at, dps=40)) <= found.error
     many = sa.exit_probability(sa.linear(1, 2), [0.5, 1.0], 2, method="bound", full=True)
     assert abs(many.value[0] / float(exact) - 1) < 1e-14
     assert METHODS["bound"].quantities == ("C", "1 - C")

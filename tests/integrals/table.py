@@ -81,10 +81,12 @@ INTEGRALS = [
     # several maxima; one without a closed form
     _row("two equal", "cos(x)", "exp(x)", "-1 7", "0 6.283185307179586"),
     _row("two unequal", "-x**2*(x - 2)**2 + x/10", "1", "-1 3", "2.01 0 1"),
+    _row("two wells", "x**2 - x**4", "1", "-2 2", "0.71 0 -0.7071067811865475"),
     _row("no closed form", "sin(x) - x**2/5", "1/(1 + x**2)", "0 5", "1.11"),
     # g with zeros, powers, and 0/0
     _row("zero of g", "-x**2/2 - x**3/3", "x*exp(x)", "-1/2 1", "0"),
     _row("singular end", "-x - x**3", "cos(x)/sqrt(x)", "0 1", "0"),
+    _row("singular at 1", "-x", "1/sqrt(1 - x)", "0 1", "0"),
     _row("removable", "-x**2", "sin(x)/x", "-1 1", "0"),
     _row("cut close", "-x**2", "1", "-1/10 1",
          lambda z: mp.sqrt(mp.pi / z) * (mp.erf(mp.sqrt(z) / 10) + mp.erf(mp.sqrt(z))) / 2),

@@ -20,7 +20,7 @@ c, y = sympy.Symbol("c", positive=True), sympy.Symbol("y")
 
 
 #: Where f or g is singular at an end, or inside.
-SINGULAR = ("beta, symmetric", "singular end", "removable")
+SINGULAR = ("beta, symmetric", "singular end", "singular at 1", "removable")
 
 
 @cache
