@@ -109,7 +109,10 @@ def log_density(kappa, u, sign, p):
 
 
 def log(x):
-    return numpy.frompyfunc(lambda x: mpmath.log(x) if x >= 0 else mpmath.nan, 1, 1)(x)
+    def of_one(x):
+        return mpmath.nan if isinstance(x, mpmath.mpc) or x < 0 else mpmath.log(x)
+
+    return numpy.frompyfunc(of_one, 1, 1)(x)
 
 
 def logaddexp(x, y):
