@@ -10,8 +10,7 @@ from itertools import pairwise
 from derivations.pages import slug
 
 WIDTH, HEIGHT = 117, 22
-ROW, GAP, LANE, MARGIN = 56, 5, 10, 2
-SWEEPS = 12
+ROW, GAP, LANE, MARGIN, SWEEPS = 56, 5, 10, 2, 12
 #: Boxes of a row: as many as a page has room for.
 MOST = 5
 

@@ -94,7 +94,7 @@ class Zero:
                     return m
                 if value.contains(0):
                     r = arb(2) ** -ctx.prec
-                    while not of(m - r) * of(m + r) < 0:
+                    while r < q - p and not of(m - r) * of(m + r) < 0:
                         r *= 2
                     return arb(m, r)
                 p, q = (m, q) if value * sign > 0 else (p, m)
