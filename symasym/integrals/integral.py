@@ -165,7 +165,8 @@ def integral(f: Expr, g: Expr, x: Symbol, marks: list[Any], lam: Any, top: Any) 
             inside = middle(lo, hi)
             (a, before), (b, after) = (cut(integrand, end, inside, tiny) for end in (lo, hi))
             # Beside a singular end other than 0 the distance from it takes more bits.
-            near = [abs(p - q).log() for p, q in ((a, lo), (b, hi)) if not p.overlaps(q)]
+            cuts = [(p, q) for p, q in ((a, lo), (b, hi)) if q != 0 and not p.overlaps(q)]
+            near = [abs(p - q).log() for p, q in cuts]
             more = max(0, *(int(-float(y) / log(2)) for y in near if y.is_finite()), 0)
             with precision(ctx.prec + more):
                 found = acb.integral(lambda z, _: acb(integrand(z)), acb(a), acb(b), tiny, tiny)
