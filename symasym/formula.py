@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import InputError
@@ -132,9 +131,7 @@ def formula(label: str) -> Formula:
     try:
         return Formula(build(str(label)))
     except KeyError as missing:
-        near = difflib.get_close_matches(str(label), labels(), 1)
-        hint = f"; perhaps you mean {near[0]!r}" if near else ""
-        told = f"is no formula{hint}; give one of those that labels() or the command show lists."
+        told = "is no formula; give one of those that labels() or the command show lists."
         if str(label) in DEFINITIONS:
             told = f"defines {DEFINITIONS[label][1]}: there is nothing to derive."
         raise InputError(f"{shown(label)} {told}") from missing

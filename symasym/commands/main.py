@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import difflib
 import inspect
-import os
 import re
 import sys
 import warnings
@@ -139,19 +138,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         names = [name for name, _ in given.get("set", ())]
         if wrong := [name for name, x in given.get("set", ()) if not x or names.count(name) > 1]:
             raise InputError(f"--set {wrong[0]} is no NAME=X, or given twice; set each name once.")
-        status = int(given.pop("run")(**given) or 0)
-        sys.stdout.flush()
-        return status
+        return int(given.pop("run")(**given) or 0)
     except SymasymError as error:
         # A text from a file may contain control characters for the terminal.
         text = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(error))
         print(f"symasym: {text}", file=sys.stderr)
-        return 2
-    except OSError as error:
-        # Python would raise it again for what is left in the buffer.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        if not isinstance(error, BrokenPipeError):  # as after `| head`, which has what it needs
-            print(f"symasym: the output cannot be written ({error.strerror}).", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print("symasym: interrupted; every file that was written is whole.", file=sys.stderr)

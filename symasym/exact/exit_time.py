@@ -188,7 +188,7 @@ class Exit:
             for n in (nodes, nodes + 8)
         )
         with precision(bits(wanted)):
-            found = two + arb(0, 2 * abs(one - two).upper())
+            found = two + arb(0, abs(one - two).upper())
             return 1 - found if name == "survival" else found
 
     def quantile(self, p: Fraction) -> Any:

@@ -1,11 +1,11 @@
 """Evaluates a truncated expansion of T, C or P together with its truncation error.
 
 The error of a partial sum is its distance to the exact value, because features between the critical
-points, such as a bump of A, show in no later term: for one scene in balls, for an array in float64
-at a few dozen lam, between which it is interpolated upwards. A value whose error is above half of
-it is refused. The exact value has at most `_MOST_DIGITS` digits. Order "optimal" is the one nearest
-to the exact value: an asymptotic series is best truncated where its error is least (R. B. Dingle,
-Asymptotic Expansions, 1973, ch. I).
+points, such as a bump of A, show in no later term: for one scene in balls, for an array in float64.
+Where the errors of an array are not asked for, they are taken at a few dozen lam, and interpolated
+upwards between these. A value whose error is above half of it is refused. The exact value has at
+most `_MOST_DIGITS` digits. Order "optimal" is the one nearest to the exact value: an asymptotic
+series is best truncated where its error is least (R. B. Dingle, Asymptotic Expansions, 1973).
 """
 
 from __future__ import annotations

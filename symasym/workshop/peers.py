@@ -26,7 +26,7 @@ def of(problem: Problem, quick: bool) -> Iterator[tuple[str, Callable[[], Any]]]
     if problem.start != "0" or r <= 1 or c is None:
         return
     for panels in (8, 16, 64):
-        yield f"NumPy, {panels} panels", partial(by_numpy, c, kappa, r, panels)
+        yield f"NumPy Gauss panels, {panels}", partial(by_numpy, c, kappa, r, panels)
     if kappa < Fraction(1, 5):
         return
     yield "mpmath.quad", partial(by_mpmath, c, kappa, r, 15)

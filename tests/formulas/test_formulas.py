@@ -182,10 +182,10 @@ def test_kramers_prefactor_is_simplified() -> None:
     for away, start in (("1 + u**2", 0), ("u**2 - 1", 5)):
         with pytest.raises(sa.InputError, match="does not lead from"):
             sa.expand(sa.Drift(away, layer=None), start=start)
-    for drift in ("1 - u**2", "a - u**2"):
+    for drift, why in (("1 - u**2", "over one barrier"), ("a - u**2", "no value is set")):
         mirrored = sa.expand(sa.Drift(drift, layer=None))
         assert str(mirrored.case) == "barrier well start"
-        with pytest.raises(sa.InputError, match="over one barrier|no value is set"):
+        with pytest.raises(sa.InputError, match=why):
             mirrored.evaluate("0.3", 2)
     on_top = sa.expand(sa.Drift("u - u**3", layer=None))  # from there T is half of the formula's
     with pytest.raises(sa.InputError, match="off the barrier"):
