@@ -222,6 +222,10 @@ def test_no_value(target: str, tmp_path: Path) -> None:
     for z0 in (-0.4, 0.0):  # a crossing region, a tangency
         (share,) = run(target, [(P, "P", (1.0, 3.0, 1.0, z0))], tmp_path)
         assert math.isnan(share)
+    pieces = sa.emit("other-pieces", target)  # the root of a negative number
+    given = (0.5, 2.0, 1.5, -0.7, 2.2)
+    (third,) = run(target, [(pieces, "other_pieces_third_piece", given)], tmp_path)
+    assert math.isnan(third)
 
 
 EXPANSIONS = [

@@ -77,6 +77,8 @@ INTEGRALS = [
     # contacts of other orders, at ends and inside
     _row("quartic", "-x**4", "exp(x)", "-1 1", "0"),
     _row("sextic", "-x**6", "1/(2 + x)", "-1 3/2", "0"),
+    _row("flat", "-(1 - cos(x))**2", "1", "-1 2", "0"),
+    _row("an irrational slope", "-sqrt(pi)*x", "1", "0 1", "0"),
     _row("cubic end", "-x**3 - x**4", "1", "0 1", "0"),
     # several maxima; one without a closed form
     _row("two equal", "cos(x)", "exp(x)", "-1 7", "0 6.283185307179586"),
