@@ -72,7 +72,8 @@ def test_backward_equation(name: str) -> None:
     problem = BY_NAME[name]
     drift, kappa = problem.make(), F(problem.kappa)
     for x in (F(-13, 10), F(1, 3), F(6, 5)):
-        phi = mpmath_fraction(drift, x)
+        inside, u = sympy.Rational(max(F(-1), min(F(1), x))), sympy.Symbol("u", real=True)
+        phi = F(str(drift.expression().subs(u, inside).evalf(120)))
         width = kappa**2 / (1 + abs(phi)) / 10**12  # far below the shortest length
         for verb, source in ((sa.escape_time, 1), (sa.exit_probability, 0)):
             left, here, right = (
@@ -85,12 +86,6 @@ def test_backward_equation(name: str) -> None:
                 first = mpmath.mpf(phi.numerator) / phi.denominator * (right - left) / (2 * h)
                 size = abs(second) + abs(first) + source
                 assert abs(second + first + source) <= mpmath.mpf(10) ** -15 * size
-
-
-def mpmath_fraction(drift: sa.Drift, u: F) -> F:
-    """A(u) to 120 digits, as a rational."""
-    inside = sympy.Rational(max(F(-1), min(F(1), u)))
-    return F(str(drift.expression().subs(sympy.Symbol("u", real=True), inside).evalf(120)))
 
 
 SLIDING = ["linear sliding", "linear sliding, uneven", "friction sliding", "tanh"]
