@@ -278,7 +278,8 @@ def _of_cubic(A: Expr, start: Expr) -> tuple[dict[Any, Expr], list[Any]]:
     }  # fmt: skip
     top = sympy.sqrt(sympy.Max(D, 0))
     falls = from_middle(y1) - from_middle(top), from_middle(-top) - from_middle(y0)
-    return known, [sympy.Gt(R, 1), SLOPE > 0, PSI0 > 0, *(LAM * fall > _FALL for fall in falls)]
+    where = [sympy.Gt(R, 1), SLOPE > 0, PSI0 > 0, sympy.Gt(M - top, start), sympy.Gt(1, M)]
+    return known, [*where, *(LAM * fall > _FALL for fall in falls)]
 
 
 def uniform(
@@ -290,8 +291,8 @@ def uniform(
     for own in [c for c in PAIRS if asked in (None, str(c)) and abs(start) < 1 and cubic]:
         side = -1 if own.before else 1
         known, where = _of_cubic(sympy.expand(side * A.subs(U, side * U)), side * x)
-        middle = M.xreplace(known).xreplace(known).xreplace(known).evalf()
-        if drift.free or (middle.is_real and side * x < middle < 1):
+        signs = (put_in(c.lhs - c.rhs, known).evalf() for c in where if not c.has(R, LAM))
+        if drift.free or all(sign.is_positive for sign in signs):
             size = sympy.airyai(Z) ** 2 + sympy.airybi(Z) ** 2
             steep = sympy.airyaiprime(Z) ** 2 + sympy.airybiprime(Z) ** 2
             airy = sympy.pi**2 * (P2 * LAM**_THIRD * size - Q2 / LAM**_THIRD * steep)

@@ -66,6 +66,10 @@ def test_what_has_no_formula_is_told() -> None:
     for drift, options in (
         (sa.linear(), {}), (sa.linear(1, 2), {}), (sa.Drift("1 - 0.9*sin(pi*u)"), {}),
         (sa.friction(), {"quantity": "C"}), (sa.friction(), {"order": 1}),
+        (sa.friction(3, 1, "-0.4"), {"start": "0.95"}),  # well, barrier, start
     ):  # fmt: skip
         with pytest.raises(sa.InputError, match="uniform"):
             sa.expand(drift, noise="uniform", **options)
+    right_of_the_well = sa.expand(sa.friction(), noise="uniform", start="4/5").emit().load().f
+    with pytest.raises(ValueError, match="only where"):
+        right_of_the_well(0.05, 10, 3, 1, -0.72)
