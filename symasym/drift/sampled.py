@@ -229,35 +229,30 @@ def _held(phi: Any, middle: fmpq, half: fmpq, allowed: arb) -> bool:
 class FloatDrift:
     """phi/sigma^2 for rows of parameters: `parts` from left to right, and `ends` outside a layer.
 
-    Parameters that are not arrays are shared by the rows, and exact if rational. `span` is the
-    interval on which a drift without a layer is needed; if `long`, polynomials are evaluated in
-    long double. The scale and speed densities are e^{lam V} and lam e^{-lam V} times the powers
-    `powers` of sigma, which are None if sigma = 1.
+    Parameters that are not arrays are shared by the rows, and exact if rational; the arrays in
+    `changed` replace values. `span` is the interval on which a drift without a layer is needed; if
+    `long`, polynomials are evaluated in long double. The scale and speed densities are e^{lam V}
+    and lam e^{-lam V} times the powers `powers` of sigma, which are None if sigma = 1.
     """
 
     def __init__(
         self,
         drift: Parametrized,
-        values: Mapping[str, Any],
+        changed: Mapping[str, Any],
         rows: int,
         span: tuple[float, float] = (-1.0, 1.0),
         long: bool = False,
     ):
         self._drift, self._rows, model = drift, rows, drift.model
-        self._numbers = {**drift.values, **values}
-        self.layered, self.ready_made = model.layered, bool(model.name)
+        numbers, name = {**drift.values, **changed}, model.name
+        self.layered, self.ready_made = model.layered, bool(name)
         # For arrays, long double is used only if the rounding of the coefficients is known.
-        long &= self.ready_made or not any(
-            isinstance(x, np.ndarray) for x in self._numbers.values()
-        )
-        marks = [-1.0, 1.0]
-        if not model.layered:
-            marks = [span[0], *np.clip([float(x) for x in model.cuts], *span), span[1]]
+        long &= bool(name) or not any(isinstance(x, np.ndarray) for x in numbers.values())
+        low, high = (-1.0, 1.0) if model.layered else span
+        marks = [low, *np.clip([float(x) for x in model.cuts], low, high).tolist(), high]
         self.parts = [
-            Sampled(
-                part, self._numbers, rows, model.noise, (float(a), float(b)), long, self.ready_made
-            )
-            for part, a, b in zip(model.pieces, marks, marks[1:], strict=False)
+            Sampled(part, numbers, rows, model.noise, (a, b), long, self.ready_made)
+            for part, (a, b) in zip(model.pieces, pairwise(marks), strict=True)
             if a < b
         ]
         self.exact = all(part.exact for part in self.parts)
@@ -267,18 +262,19 @@ class FloatDrift:
     @cached_property
     def ends(self) -> list[Any]:
         """a-/sigma^2 and a+/sigma^2 for the rows."""
-        every, found, (part,) = np.arange(self._rows), [], self.parts
-        shared = not part.arrays and self._numbers == self._drift.values
-        for side in (-1, 1):
-            known: Any = self._drift.end(side) if shared else None
-            if known is None and not part.exact:
+        every, (part,) = np.arange(self._rows), self.parts
+
+        def at(side: int) -> Any:
+            if part.exact and part.arrays:
+                return part(np.full((1, self._rows), float(side)), every)[0]
+            known = self._drift.ends[side > 0]
+            if part.arrays:
                 known = part.formula.end(side, part.floats, balls=False)
-            if known is None:
-                known = part(np.full((1, self._rows), float(side)), every)[0]
-            else:
-                known = 1.0 * known * np.exp(-2 * part.log_noise(float(side), every))
-            found.append(np.broadcast_to(known, self._rows))
-        return found
+            return np.broadcast_to(
+                1.0 * known * np.exp(-2 * part.log_noise(side, every)), self._rows
+            )
+
+        return [at(-1), at(1)]
 
 
 def potential_at(drift: Parametrized, u: FloatArray) -> FloatArray:
@@ -288,20 +284,18 @@ def potential_at(drift: Parametrized, u: FloatArray) -> FloatArray:
     position = np.broadcast_to(u, common_shape({"drift": drift.shape, "u": u.shape}))
     low, high = (-1.0, 1.0) if model.layered else (min(u.min(), -1.0), max(u.max(), -1.0))
     inside = np.clip(position, low, high)
-    marks = [low, *np.clip([float(x) for x in model.cuts], low, high).tolist(), high]
     arrays = {k: x for k, x in drift.values.items() if isinstance(x, np.ndarray)}
     rows = {k: np.broadcast_to(x, drift.shape).ravel() for k, x in arrays.items()}
-    cuts, terms = {*marks}, 0
-    for piece, span in zip(model.pieces, pairwise(marks), strict=False):
-        for row in range(math.prod(drift.shape)):
-            values = drift.values | {k: x[row : row + 1] for k, x in rows.items()}
-            held = Sampled(piece, values, 1, span=span)
-            if held.cuts is None:
+    cuts, terms = set[float](), 0
+    for row in range(math.prod(drift.shape)):
+        of = FloatDrift(drift, {k: x[row : row + 1] for k, x in rows.items()}, 1, (low, high))
+        for part in of.parts:
+            if part.cuts is None:
                 raise AccuracyError(f"V of {drift!r} takes too many panels; take a less steep A.")
-            cuts.update(held.cuts.tolist())
-            terms = max(terms, held.terms)
-            if held.exact:  # a polynomial, for all parameters
-                break
+            cuts.update(part.span, part.cuts.tolist())
+            terms = max(terms, part.terms)
+        if of.exact:  # polynomials, for all parameters
+            break
     rule = np.polynomial.legendre.leggauss(terms // 2 + 1)
     with np.errstate(over="ignore", invalid="ignore"):
         total: FloatArray = -values_at(drift, position) * (position - inside)

@@ -75,7 +75,7 @@ def float_logs(scenes: Scenes, request: Request, long: bool = False) -> Logs:
         return Logs(np.zeros(count), np.full(count, np.inf))
     if not model.layered:
         span = float(scenes.ends[0].min()), float(scenes.ends[1].max())
-    of = FloatDrift(scenes.drift, scenes.drift.values, count, span, long)
+    of = FloatDrift(scenes.drift, {}, count, span, long)
     found = logs_of(request, of, numbers)
     moved, room = _moved(scenes)
     if moved:  # A place that float64 rounds changes logarithms at most at these rates.
