@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from symasym.drift.critical_points import CriticalPoint
     from symasym.drift.drift import Drift
     from symasym.drift.ready_made import (
-        Folds,
-        Friction,
         friction,
         hill,
         linear,
@@ -43,8 +41,8 @@ if TYPE_CHECKING:
     from symasym.stokes import stokes_multiplier
 
 __all__ = [
-    "AccuracyError", "CriticalPoint", "Drift", "Estimate", "ExitLaw", "Expansion", "Folds",
-    "Formula", "Friction", "InputError", "LaplaceExpansion", "OutputError", "Plan", "RangeError",
+    "AccuracyError", "CriticalPoint", "Drift", "Estimate", "ExitLaw", "Expansion",
+    "Formula", "InputError", "LaplaceExpansion", "OutputError", "Plan", "RangeError",
     "Reduction", "RegionError", "Release", "Scales", "Sensitivity", "SymasymError", "System",
     "UniformExpansion", "emit", "escape_time", "exit_law", "exit_probability", "expand",
     "formula", "friction", "hill", "labels", "laplace_integral", "linear", "occupation",

@@ -35,7 +35,7 @@ API = {
     "Times and probabilities": "escape_time exit_probability occupation stationary_density "
     "stokes_multiplier sensitivity Estimate Sensitivity",
     "The law of the exit time": "exit_law ExitLaw",
-    "Drifts": "Drift friction linear polynomial sine tanh hill reduce rescale Friction Folds "
+    "Drifts": "Drift friction linear polynomial sine tanh hill reduce rescale "
     "CriticalPoint Reduction Scales",
     "Formulas": "expand formula labels Expansion Formula",
     "Integrals with a large parameter": "laplace_integral uniform_integral LaplaceExpansion "

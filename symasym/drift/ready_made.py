@@ -1,22 +1,17 @@
-"""Ready-made smoothings of a switch from a- at u = -1 to a+ at u = 1, also selected by name.
-
-The drift of the dry-friction oscillator also gives its folds (section 7 of the paper).
-"""
+"""Ready-made smoothings of a switch from a- at u = -1 to a+ at u = 1, also selected by name."""
 
 from __future__ import annotations
 
 import inspect
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
 from sympy import Symbol
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import Numbers, choice, count, flag, floats, shown
+from symasym.base.inputs import Numbers, choice, count, flag, shown
 from symasym.drift.drift import Drift
 from symasym.drift.formula import Formula
 from symasym.drift.model import Model
@@ -24,8 +19,6 @@ from symasym.drift.texts import read
 
 __all__ = [
     "DRIFTS",
-    "Folds",
-    "Friction",
     "drift_signatures",
     "friction",
     "hill",
@@ -39,40 +32,6 @@ __all__ = [
 # The largest number of waves and the largest Hill exponent.
 _MOST = 1_000
 _LINE, _ENDS = "(a_minus + a_plus)/2 + (a_plus - a_minus)/2", "a_minus a_plus"
-
-
-@dataclass(frozen=True)
-class Folds:
-    """The folds, where a well and a barrier coalesce: (+) has index 0 and (-) index 1."""
-
-    u: tuple[Any, Any]
-    z0: tuple[Any, Any]
-
-
-class Friction(Drift):
-    """The `Drift` of the friction oscillator, with its folds."""
-
-    def folds(self) -> Folds:
-        """The fold points u^(±) and z0^(±) (``folds``) in float64; nan if mu <= 1/2.
-
-        At u^(±) the friction force has an extremum (``turning-points``) and is 1 - z0^(±), the
-        breakaway force up to its sign (``beta``).
-
-        Examples
-        --------
-        >>> import symasym as sa
-        >>> sa.friction(mu=3, alpha=1).folds().z0[0]
-        -0.7777777777777777
-        """
-        if missing := [name for name in ("mu", "alpha") if name in self.free]:
-            raise InputError(f"{missing[0]} has no value; bind it to one.")
-        mu, alpha = (floats(n, self._values[n]) for n in ("mu", "alpha"))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            u = np.where(mu > 0.5, np.sqrt((1 + mu) / (3 * mu)), np.nan)
-        rise = 2 * alpha * (1 + mu) / 3 * u
-        found = (u, -u, 1 - rise, 1 + rise)
-        right, left, low, high = (x if np.ndim(x) else float(x) for x in found)
-        return Folds((right, left), (low, high))
 
 
 @lru_cache(maxsize=128)
@@ -91,7 +50,7 @@ def _model(name: str, formula: str, parameters: str, shape: tuple[str, int] | No
 
 def friction(
     mu: Numbers | None = None, alpha: Numbers | None = None, z0: Numbers | None = None
-) -> Friction:
+) -> Drift:
     """The friction oscillator's drift, 1 - z0 - alpha (u + mu (u - u^3)) (eq:phifric0).
 
     Parameters
@@ -102,10 +61,6 @@ def friction(
         Friction strength, greater than 0.
     z0 : number or array_like, optional
         Spring extension at the start. Parameters that are not given remain free.
-
-    Returns
-    -------
-    Friction
 
     Raises
     ------
@@ -119,7 +74,7 @@ def friction(
     'crossing'
     """
     formula = "1 - z0 + u*(alpha*mu*u**2 - (alpha + alpha*mu))"
-    return Friction.of(_model("friction", formula, "mu alpha z0"), mu=mu, alpha=alpha, z0=z0)
+    return Drift.of(_model("friction", formula, "mu alpha z0"), mu=mu, alpha=alpha, z0=z0)
 
 
 def linear(a_minus: Numbers | None = None, a_plus: Numbers | None = None) -> Drift:

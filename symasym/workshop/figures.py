@@ -7,6 +7,7 @@ release shows paths, and the place and time of the release, and regimes the regi
 
 from __future__ import annotations
 
+from fractions import Fraction
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -48,7 +49,8 @@ class _Curve(NamedTuple):
 def _curve(mu: str, kappa: str, label: str, hue: str) -> _Curve:
     """The curve of the paper's oscillator."""
     scales, family = sa.rescale(EPS, kappa, R), sa.friction(mu, 1)
-    fold = float(family.folds().z0[0])
+    shape = float(Fraction(mu))
+    fold = sa.formula("folds").lambdify("numpy")(shape, 1) if shape > 0.5 else np.nan
     z0 = -2.0 * np.linspace(1.0, 0.05, 120) ** 2
     sides = [z0]
     if not np.isnan(fold):

@@ -24,6 +24,8 @@ from symasym.workshop import style
 from symasym.workshop.style import BLUE, FAINT, INK, OCHRE, RED, TEAL, along, straight
 
 _EPS = 0.1
+#: The turning point and the breakaway force at mu = 3, alpha = 1 (turning-points, beta).
+_TURN, _BETA = 2 / 3, 16 / 9
 _SURFACE: dict[str, Any] = {"linewidth": 2.0, "zorder": 3, "color": INK}
 _CROSSED: dict[str, Any] = {**_SURFACE, "linestyle": (0, (4, 2)), "linewidth": 1.4}
 _BOLD: dict[str, Any] = {**_SURFACE, "linewidth": 2.2}
@@ -93,9 +95,7 @@ def fricforce(figure: Figure) -> None:
     for mu, color in (("0", FAINT), ("1/2", BLUE), ("3", OCHRE)):
         # At z0 = 1 the spring balances the belt's drag, and the drift is the friction alone.
         axes.plot(u, -sa.friction(mu, 1, 1)(u), color=color, label=rf"$\mu = {mu}$")
-    drift = sa.friction(3, 1)
-    folds = drift.folds()
-    turn, beta = folds.u[0], 1 - folds.z0[0]
+    turn, beta = _TURN, _BETA
     axes.plot([-turn, turn], [-beta, beta], "o", color=INK, markersize=4, zorder=4)
     for side, name, up in ((1, r"$y_s/\varepsilon$", -11), (-1, r"$-y_s/\varepsilon$", 4)):
         x, y = side * turn, side * beta
@@ -254,8 +254,7 @@ def flows(figure: Figure) -> None:
     the repelling branch leave it either way.
     """
     linear, cubic = (sa.friction(m, 1, 0) for m in (0, 3))
-    folds = cubic.folds()
-    fold, turn = folds.z0[0], folds.u[0]
+    turn, fold = _TURN, 1 - _BETA
     # On its zeros the drift is z. Orbits forget where they began along the manifold: along the
     # repelling branch, which attracts backwards, when they are followed back.
     begin, back = (

@@ -214,7 +214,8 @@ def test_bad_systems(texts: tuple[str, ...]) -> None:
 
 
 def test_the_drag_time_is_the_way_to_the_fold() -> None:
-    low, high = sa.friction(mu=2, alpha=1).folds().z0
+    folds = sa.formula("folds").emit("numpy").load()
+    low, high = folds.folds_right_fold(2, 1), folds.folds_left_fold(2, 1)
     block = sa.oscillator(mu=2, alpha=1)
     assert block.drag_time("-0.3", "0.02") == pytest.approx((-0.3 - low) / 0.02, rel=1e-13)
     # From the other fold on, the well grows deeper.
