@@ -20,11 +20,10 @@ from flint import arb
 from sympy import Expr, Symbol
 
 from symasym.base.balls import precision, rational, rounded
-from symasym.base.errors import InputError, RegionError
+from symasym.base.errors import InputError
 from symasym.base.inputs import (
     Numbers,
     common_shape,
-    exact,
     floats,
     is_array,
     mapping,
@@ -69,32 +68,6 @@ class Reduction:
     def __iter__(self) -> Iterator[Any]:
         yield self.drift
         yield self.amplitude
-
-    def sliding_at(self, values: Mapping[Any, Any]) -> tuple[Any, ...]:
-        """The sliding vector field at a point of a sliding region.
-
-        Parameters
-        ----------
-        values : mapping
-            From coordinates and parameters (symbols or names) to numbers.
-
-        Raises
-        ------
-        RegionError
-            Unless f- and f+ both point towards the surface or both away from it.
-        """
-        given = mapping("values", values)
-        numbers = {n: sympy.Rational(*exact(n, x).as_integer_ratio()) for n, x in given.items()}
-        minus, plus, *along = (
-            e.subs({s: numbers[s.name] for s in e.free_symbols if s.name in numbers})
-            for e in (self.normal_minus, self.normal_plus, *self.sliding)
-        )
-        if not (minus * plus).is_negative:
-            raise RegionError(
-                f"the normal components are {minus} and {plus} there, so that the point is not in "
-                "a sliding region; choose a point where they have opposite signs."
-            )
-        return tuple(map(sympy.simplify, along))
 
 
 def reduce(
@@ -159,8 +132,8 @@ def reduce(
     >>> drift, amplitude = reduced
     >>> drift.region, amplitude
     ('sliding', 5)
-    >>> reduced.sliding_at({"z": 1})
-    (0, -1)
+    >>> reduced.sliding
+    (0, -z)
     """
     x = [symbol("coordinates", c) for c in sequence("coordinates", coordinates)]
     inside = symbol("layer", layer)

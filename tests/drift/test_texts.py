@@ -124,7 +124,6 @@ ENTRIES: dict[str, Callable[[Any], Any]] = {
     "reduce": lambda t: _reduced(f=t),
     "reduce, noise": lambda t: _reduced(((t,), (0,))),
     "reduce, point": lambda t: _reduced(at={"z": t}),
-    "reduction, sliding": lambda t: _reduced().sliding_at({"z": t}),
     "bind": lambda t: sa.Drift("u*a").bind(a=t),
     "friction": lambda t: sa.friction(t, 1, 0),
     "kappa": lambda t: sa.escape_time(sa.linear(1, 1), t, 1),

@@ -141,7 +141,6 @@ AFTER: dict[str, dict[str, list[list[Any]]]] = {
     "rescale": {"__str__": []},
     "exit_law": {"moment": [[1, 2, 5]], "laplace": [NUMBER], "survival": [NUMBER],
                  "cdf": [NUMBER], "pdf": [NUMBER], "__repr__": []},
-    "reduce": {"sliding_at": [[{"z": 0}]]},
     "oscillator": {"frozen": [KAPPA], "drag_time": [KAPPA, KAPPA], "__str__": []},
     "System": {"frozen": [KAPPA], "__str__": []},
     "plan": {"__str__": []},
