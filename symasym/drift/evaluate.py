@@ -17,7 +17,7 @@ from flint import acb, acb_poly, acb_series, arb, arb_poly, arb_series, ctx, fmp
 
 from symasym.base.balls import rational
 from symasym.drift.formula import Formula
-from symasym.drift.model import Parametrized
+from symasym.drift.model import Model, Parametrized
 
 _RADII = (32, 8, 4, 2)  # radii of discs in units of half a panel's width
 
@@ -138,7 +138,7 @@ def pieces(
     numbers = {name: rational(x) for name, x in drift.scalars().items()}
     numbers.update(values or {})
     cuts = [rational(x) for x in model.cuts]
-    found: list[Any] = [_weighted(part, model.noise, numbers, model.alpha) for part in model.pieces]
+    found = [_weighted(model, k, numbers) for k in range(len(model.pieces))]
     if model.layered:
         # Outside the layer phi and sigma are constant; a rational value of phi is kept exact.
         (inside,), cuts = found, [-one, one]
@@ -148,9 +148,11 @@ def pieces(
                 phi, sigma, alpha = inside[3]
                 at.append((*(Polynomial([f(arb(side))]) for f in (phi, sigma)), alpha))
             else:
-                known = None if values else drift.end(side)
-                end = model.pieces[0].end(side, numbers, balls=True)
-                at[0] = Polynomial([end if known is None else rational(known)])
+                end = drift.ends[side > 0]
+                known = isinstance(end, Fraction) and not values
+                at[0] = Polynomial(
+                    [rational(end) if known else model.pieces[0].end(side, numbers, balls=True)]
+                )
             found.insert(len(found) if side > 0 else 0, at)
         if len(found) == 1:
             found = [inside] * 3
@@ -159,29 +161,18 @@ def pieces(
     return [Piece(a, b, *of) for a, b, of in between if a < b]
 
 
-def _weighted(
-    part: Formula, noise: Formula | None, numbers: Mapping[str, Any], alpha: Fraction
-) -> list[Any]:
-    """phi/sigma^2, and the weights `scale` and `speed` and the `noise` of `Piece`."""
-    phi, sigma = over_noise(part, noise, numbers)
-    if sigma is None:
+def _weighted(model: Model, k: int, numbers: Mapping[str, Any]) -> list[Any]:
+    """phi/sigma^2 of the k-th piece, and the weights `scale` and `speed` and `noise` of `Piece`."""
+    phi = profile(model.pieces[k], numbers)
+    if model.noise is None:
         return [phi]
-    twice = int(2 * alpha)
+    sigma, twice = profile(model.noise, numbers), int(2 * model.alpha)
 
-    def weight(k: int) -> Analytic | None:
-        return Analytic(lambda u: sigma(u) ** -k) if k else None
+    def weight(n: int) -> Analytic | None:
+        return Analytic(lambda u: sigma(u) ** -n) if n else None
 
-    itself = profile(part, numbers), sigma, rational(alpha)
-    return [phi, weight(twice), weight(2 - twice), itself]
-
-
-def over_noise(formula: Formula, noise: Formula | None, numbers: Mapping[str, Any]) -> Any:
-    """phi/sigma^2 and sigma, where None stands for sigma = 1."""
-    phi = profile(formula, numbers)
-    if noise is None:
-        return phi, None
-    sigma = profile(noise, numbers)
-    return Analytic(lambda u: phi(u) / sigma(u) ** 2), sigma
+    over = Analytic(lambda u: phi(u) / sigma(u) ** 2)
+    return [over, weight(twice), weight(2 - twice), (phi, sigma, rational(model.alpha))]
 
 
 def profile(formula: Formula, numbers: Mapping[str, Any]) -> Polynomial | Analytic:

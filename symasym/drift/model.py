@@ -14,7 +14,7 @@ from symasym.base.balls import cached_property
 from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import number_text
 from symasym.base.inputs import common_shape, floats, is_array
-from symasym.drift.formula import Formula
+from symasym.drift.formula import Formula, interned
 
 _MOST_SHOWN = 1000  # the longest array that is printed in full
 
@@ -52,6 +52,15 @@ class Model:
         """The names of the parameters of all pieces and of sigma."""
         every = [*self.pieces, self.noise] if self.noise else self.pieces
         return self.ordered or tuple(dict.fromkeys(name for of in every for name in of.symbols))
+
+    @cached_property
+    def weighted(self) -> list[list[Formula]]:
+        """Of each piece A/sigma^2 and, if the noise depends on u, log sigma."""
+        if self.noise is None:
+            return [[of] for of in self.pieces]
+        s = self.noise.expression
+        rows = [(of.expression / s**2, sympy.log(s)) for of in self.pieces]
+        return [[interned(e, of.u) for e in row] for of, row in zip(self.pieces, rows, strict=True)]
 
     def expression(self, values: Mapping[str, Any]) -> Any:
         """phi(u) in the real symbol u; for a drift with a layer, A(u)."""
@@ -170,11 +179,6 @@ class Parametrized:
         values = {name: floats(name, x) for name, x in self._values.items()}
         left, right = (self.model.pieces[0].end(k, values, balls=False) for k in (-1, 1))
         return np.broadcast_to(left, self.shape), np.broadcast_to(right, self.shape)
-
-    def end(self, side: int) -> Fraction | None:
-        """A(side) for side = -1 or 1 if its exact rational value is known, else None."""
-        found = self.ends[side > 0]
-        return found if isinstance(found, Fraction) else None
 
     def __eq__(self, other: object) -> bool:
         return self._key() == other._key() if isinstance(other, Parametrized) else NotImplemented

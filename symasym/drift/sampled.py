@@ -19,7 +19,7 @@ from flint import acb, arb, fmpq
 from symasym.base.balls import cached_property, precision, rational
 from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.inputs import FloatArray, common_shape, floats
-from symasym.drift.evaluate import Analytic, box, halved, over_noise
+from symasym.drift.evaluate import box, halved, profile
 from symasym.drift.formula import Formula
 from symasym.drift.model import Parametrized
 
@@ -65,22 +65,22 @@ class Sampled:
 
     def __init__(
         self,
-        formula: Formula,
+        formulas: list[Formula],
         numbers: Mapping[str, Any],
         rows: int,
-        noise: Formula | None = None,
-        span: tuple[float, float] = (-1.0, 1.0),
-        long: bool = False,
-        ready_made: bool = False,
+        span: tuple[float, float],
+        long: bool,
+        ready_made: bool,
     ):
-        self.formula, self.noise, self.span, self.long = formula, noise, span, False
+        self.formulas, self.span, self.long = formulas, span, False
+        formula = formulas[0]
         self._numbers, self._rows = numbers, rows
         self.arrays = {k: x for k, x in numbers.items() if isinstance(x, np.ndarray)}
         self.floats: dict[str, Any] = {
             k: x if k in self.arrays else np.float64(float(x)) for k, x in numbers.items()
         }
         self._c: list[Any] | None = None
-        if formula.powers and not noise:
+        if formula.powers and len(formulas) == 1:
             with np.errstate(all="ignore"):
                 own = ready_made or formula.steady
                 self._c = formula.coefficients(self.floats, False) if own else self._rounded()
@@ -105,16 +105,14 @@ class Sampled:
             shared = {k: rational(x) for k, x in self._numbers.items() if k not in columns}
             for row in range(self._rows if columns else 1):
                 values = {**shared, **{k: x[row] for k, x in columns.items()}}
-                c = self.formula.coefficients(values, balls=True) or ()
+                c = self.formulas[0].coefficients(values, balls=True) or ()
                 found.append([number(ball(x)) for x in c])
         return list(np.array(found).T) if columns else list(np.array(found[0]))
 
     def __call__(self, u: Any, rows: Any) -> Any:
         """The values at `u` of shape (n, len(rows)), column j for the parameters of rows[j]."""
         if self._c is None:
-            values = self._of(rows)
-            phi = _in_floats(self.formula, u, values)
-            return phi / _in_floats(self.noise, u, values) ** 2 if self.noise else phi
+            return self._at(0, u, rows)
         c = [x[rows] if np.ndim(x) else x for x in self._c]
         value, u = c[-1] + 0 * u, u.astype(np.longdouble) if self.long else u
         for x in c[-2::-1]:
@@ -123,10 +121,11 @@ class Sampled:
 
     def log_noise(self, u: Any, rows: Any) -> Any:
         """log sigma at `u`."""
-        return np.log(_in_floats(self.noise, u, self._of(rows)) + 0 * u) if self.noise else 0 * u
+        return self._at(1, u, rows) if self.formulas[1:] else 0 * u
 
-    def _of(self, rows: Any) -> dict[str, Any]:
-        return {k: x[rows] if k in self.arrays else x for k, x in self.floats.items()}
+    def _at(self, k: int, u: Any, rows: Any) -> Any:
+        values = {n: x[rows] if n in self.arrays else x for n, x in self.floats.items()}
+        return _in_floats(self.formulas[k], u, values)
 
     def majorant(self, far: Any, rows: Any) -> Any:
         """For polynomials, the sum of the absolute values of the terms at |u| = `far`."""
@@ -148,8 +147,8 @@ class Sampled:
                 # The real parts of a row's parameters.
                 shared = self._numbers.items()
                 of_row = {k: rational(x[row].real if k in self.arrays else x) for k, x in shared}
-                known = _balls(self.formula, self.noise, of_row)
-                for k, (phi, of) in enumerate(zip(known, own, strict=False)):
+                for k, (formula, of) in enumerate(zip(self.formulas, own, strict=False)):
+                    phi = profile(formula, of_row)
                     values = of(points[:, None], at)[:, 0].real
                     pairs = zip(points.tolist(), values.tolist(), strict=True)
                     errors = [float(abs(phi(arb(u)) - arb(x)).upper()) for u, x in pairs]
@@ -176,34 +175,22 @@ class Sampled:
         found: set[float] = set()
         for of in (np.min, np.max):
             corner = ((k, rational(of(np.real(x)))) for k, x in self._numbers.items())
-            if not (some := _begins(self.formula, self.noise, tuple(corner), size, self.span)):
+            if not (some := _begins(tuple(self.formulas), tuple(corner), size, self.span)):
                 return None
             found |= some
         return np.array(sorted(found - {self.span[0]}))
 
 
-def _balls(formula: Formula, noise: Formula | None, numbers: Mapping[str, Any]) -> list[Any]:
-    """phi/sigma^2 and, if the noise depends on u, log sigma, as functions of balls."""
-    phi, sigma = over_noise(formula, noise, numbers)
-
-    def log(u: Any) -> Any:
-        x = sigma(u)
-        return x.log(analytic=True) if isinstance(x, acb) else x.log()
-
-    return [phi, Analytic(log)] if noise else [phi]
-
-
 @lru_cache(maxsize=256)
 def _begins(
-    formula: Formula,
-    noise: Formula | None,
+    formulas: tuple[Formula, ...],
     numbers: tuple[tuple[str, fmpq], ...],
     size: float,
     span: tuple[float, float],
 ) -> set[float]:
     """The left ends of panels on which `ANALYTIC` terms suffice; empty if these are too many."""
     with precision(128):
-        known = _balls(formula, noise, dict(numbers))
+        known = [profile(of, dict(numbers)) for of in formulas]
         allowed = arb(size) * 1e-16, arb(1e-16)
 
         def holds(middle: fmpq, half: fmpq) -> bool:
@@ -251,8 +238,8 @@ class FloatDrift:
         low, high = (-1.0, 1.0) if model.layered else span
         marks = [low, *np.clip([float(x) for x in model.cuts], low, high).tolist(), high]
         self.parts = [
-            Sampled(part, numbers, rows, model.noise, (a, b), long, self.ready_made)
-            for part, (a, b) in zip(model.pieces, pairwise(marks), strict=True)
+            Sampled(formulas, numbers, rows, (a, b), long, self.ready_made)
+            for formulas, (a, b) in zip(model.weighted, pairwise(marks), strict=True)
             if a < b
         ]
         self.exact = all(part.exact for part in self.parts)
@@ -267,12 +254,9 @@ class FloatDrift:
         def at(side: int) -> Any:
             if part.exact and part.arrays:
                 return part(np.full((1, self._rows), float(side)), every)[0]
-            known = self._drift.ends[side > 0]
             if part.arrays:
-                known = part.formula.end(side, part.floats, balls=False)
-            return np.broadcast_to(
-                1.0 * known * np.exp(-2 * part.log_noise(side, every)), self._rows
-            )
+                return part.formulas[0].end(side, part.floats, balls=False) + np.zeros(self._rows)
+            return np.full(self._rows, float(part.formulas[0].ends(self._drift.values)[side > 0]))
 
         return [at(-1), at(1)]
 
