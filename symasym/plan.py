@@ -22,8 +22,7 @@ from symasym.drift.scenes import Answer, Request, Scene, Scenes, read, require_d
 from symasym.exact import balls, floats
 from symasym.expansions import weak
 from symasym.expansions.arithmetic import InBalls
-from symasym.expansions.ball_drift import Between
-from symasym.expansions.weak import local
+from symasym.expansions.weak import WeakNoise
 from symasym.methods import is_usual
 
 _ORDER, _MANY = 5, 5_000  # of the expansion for many kappa with one drift: order, least number
@@ -82,13 +81,12 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
     allowed = within("rtol", rtol, 1e-300, 0.5)
     digits = max(20, len(str(int(1 / allowed))) + 8)
     scene = read(drift, {"kappa": kappa, "r": r, "start": start}).one()
-    true = balls.of_scene(scene, Request("T", dps=digits, full=True)).value
-    way = balls.bits_of_way(rational(scene.lam), rational(1 + scene.ends[1]))
-    more = int(3.4 * digits) + 116 + way
+    request = Request("T", dps=digits, full=True)
+    true = balls.of_scene(scene, request).value
 
     def parts(order: int, bits: int) -> list[tuple[str, Any]]:
         """The named terms of T to an order of the weak-noise expansion, largest first."""
-        known = local(drift, Between(*scene.ends, scene.start), "T", order + 1, bits)
+        known = WeakNoise.of(scene, request, order).known(bits)
         at, rows = InBalls(arb(rational(scene.lam)), order), []
         for side, pair, value in weak.parts(known.points, known.regular, at):
             name = " with ".join(map(str, pair)) if side else "the start's own share"
@@ -97,8 +95,9 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
 
     with precision(int(3.4 * digits) + 64):
         room, plans = arb(rational(allowed)), list[Plan]()
+        bits = WeakNoise.of(scene, request, 0).bits(scene.lam, digits)
         for order in range(9):
-            rows = doubled(partial(parts, order), more)
+            rows = doubled(partial(parts, order), bits)
             total, kept = sum(x for _, x in rows), len(rows)
             while kept and abs(total - rows[kept - 1][1] - true) <= room * true:
                 kept -= 1
