@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import Numbers, axes, choice, floats, is_array
+from symasym.base.inputs import Numbers, choice, floats, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import QUANTITIES, Ends, Request, between, require_drift, taken
 from symasym.methods import ask
@@ -106,7 +106,6 @@ def plot(
         from matplotlib import pyplot
 
         ax = pyplot.subplots(layout="constrained")[1]
-    (ax,) = axes("ax", ax)
     look = "-" if found.method == "exact" else "--"
     own = found.method.replace("_", " ") + f", order {found.order}" * (found.order is not None)
     (line,) = ax.plot(x, value, look, label=label or own)

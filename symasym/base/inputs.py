@@ -116,16 +116,6 @@ def mapping(name: str, value: Any, known: Iterable[str] = ()) -> dict[str, Any]:
     return found
 
 
-def axes(name: str, value: Any, many: int = 1) -> list[Any]:
-    """A list of the given matplotlib Axes, whose number must be `many`."""
-    from matplotlib.axes import Axes
-
-    given = list(np.asarray(value, dtype=object).ravel())
-    if len(given) != many or not all(isinstance(ax, Axes) for ax in given):
-        raise InputError(f"{name} is {shown(value)}; give {many} of matplotlib's Axes.")
-    return given
-
-
 def exact(name: str, value: object) -> Fraction:
     """The exact rational value of a number or text; that of a float is its binary value.
 

@@ -287,7 +287,7 @@ class Drift(Parametrized):
             from matplotlib import pyplot
 
             axes = pyplot.subplots(2, sharex=True, layout="constrained")[1]
-        above, below = inputs.axes("axes", axes, 2)
+        above, below = axes
         model, points = self.model, list[CriticalPoint]()
         with suppress(RegionError, AccuracyError):  # they are unknown, or A is 0
             points = self.critical_points()

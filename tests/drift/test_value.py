@@ -77,8 +77,6 @@ def test_pictures() -> None:
     for call in (
         lambda: sa.linear([1, 2], -1).plot(),
         lambda: sa.linear(1).plot(),
-        lambda: drift.plot([above]),
-        lambda: drift.plot("ab"),
     ):
         with pytest.raises(sa.InputError):
             call()
