@@ -87,10 +87,9 @@ class Sampled:
         self.exact = self._c is not None
         self.terms = ANALYTIC if self._c is None else len(self._c)
         if long and self.exact:
-            if self.arrays:
+            c: Any = None if self.arrays else formula.exact_coefficients(numbers)
+            if self.arrays and ready_made:  # of other arrays the coefficients' rounding is unknown
                 c = formula.coefficients({k: _long(x) for k, x in numbers.items()}, balls=False)
-            else:
-                c = formula.exact_coefficients(numbers)
             if c:
                 self._c, self.long = [_long(x) for x in c], True
 
@@ -231,10 +230,8 @@ class FloatDrift:
         long: bool = False,
     ):
         self._drift, self._rows, model = drift, rows, drift.model
-        numbers, name = {**drift.values, **changed}, model.name
-        self.layered, self.ready_made = model.layered, bool(name)
-        # For arrays, long double is used only if the rounding of the coefficients is known.
-        long &= bool(name) or not any(isinstance(x, np.ndarray) for x in numbers.values())
+        numbers = {**drift.values, **changed}
+        self.layered, self.ready_made = model.layered, bool(model.name)
         low, high = (-1.0, 1.0) if model.layered else span
         marks = [low, *np.clip([float(x) for x in model.cuts], low, high).tolist(), high]
         self.parts = [
