@@ -145,7 +145,7 @@ AFTER: dict[str, dict[str, list[list[Any]]]] = {
     "System": {"frozen": [KAPPA], "__str__": []},
     "plan": {"__str__": []},
     "escape_time": {"__str__": [], "__repr__": []},
-    "friction": {**LANDSCAPE, "folds": []},
+    "friction": LANDSCAPE,
     **dict.fromkeys(("Drift", "tanh", "sine", "hill", "linear", "polynomial"), LANDSCAPE),
 }  # fmt: skip
 

@@ -143,7 +143,7 @@ def test_claims_are_kept(adverse: bool) -> None:
     while claimed < 40:
         A, kappa, r, start = claims(rng, adverse)
         drift = sa.Drift(A, U)
-        if 0 in (drift.end(1), drift.end(-1)):
+        if 0 in drift.ends:
             continue
         exact = sa.escape_time(drift, kappa, r, start=start, log=True)
         left = sa.exit_probability(drift, kappa, r, start=start, log=True)
