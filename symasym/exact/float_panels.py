@@ -7,14 +7,13 @@ right end, and theta(v), for lam = 1, the mean exit time from the panel. A panel
 
     I = int a e,    m_jk = int R^j S^k b/e,    t_k = int theta S^k b/e:
 
-I, m00 and m01 for T and C, and m02, m10, m11, t0 and t1 for E[tau^2] as well. There are three ways
-to evaluate them; pieces are halved until one of the first two applies:
+I, m00 and m01 for T and C, and m02, m10, m11, t0 and t1 for E[tau^2] as well. There are two ways to
+evaluate them; pieces are halved until one of them applies:
 
 - *sampled*: e by its values at 20 Gauss nodes, where lam V climbs by at most 8 and varies little;
 - *slow*: if phi has no zero near and lam |phi| is large, with g = lam phi the asymptotic series
   x_0 = -a/g, x_{k+1} = x_k'/g sums to a solution of x' = a + g x, for which (x e)' = a e; likewise
-  for -g, and for other sources than a;
-- *constant*: in closed form, if the exponent is not small.
+  for -g, and for other sources than a. If g is constant, as outside a layer, one term is exact.
 
 Truncation errors are below 1e-16 by bounds on ellipses; a panel without a bound has error infinity.
 """
@@ -28,7 +27,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from flint import arb
 
-from symasym.drift.sampled import FloatDrift, Sampled
+from symasym.drift.sampled import FloatDrift
 from symasym.exact.logs import ULP, Logs
 
 OF_A = 0.37 * ULP  # relative rounding error of A, for each of its terms
@@ -40,7 +39,6 @@ _CLIMB = 8.0  # of lam V on a sampled panel: a climb x costs the nested integral
 _DEEPEST, _PANELS = 38, 2000  # numbers of halvings, and of a row's panels
 _FEW = 8  # terms of A that are all significant
 _NODES, _TERMS, _SLOW = 20, 40, 44.0  # nodes; terms of the slow series; its accuracy e^{-44}
-_CLOSED = (0.25, 8.0)  # the least exponents for closed forms
 # Powers of the width in I, m00, m01, m02, m10, m11, t0, t1.
 _WIDTHS = np.array([1, 1, 2, 3, 2, 3, 3, 4])[:, None]
 _AXES = 2.0 ** np.array([1.25, 2.0, 2.75, 3.5])[:, None]  # sums of half axes of ellipses
@@ -88,11 +86,27 @@ def times(matrix: Any, x: Any) -> Any:
     return (matrix @ x.view(float)).view(x.dtype)
 
 
+class _Outside:
+    """The drift and the noise outside a layer, where they are constant."""
+
+    terms, exact, long = 1, True, False
+
+    def __init__(self, field: FloatDrift) -> None:
+        self.ends, self.inside = field.ends, field.parts[0]
+
+    def __call__(self, u: Any, rows: Any) -> Any:
+        left, right = (x[rows] for x in self.ends)
+        return np.where(u < 0, left, right)
+
+    def log_noise(self, u: Any, rows: Any) -> Any:
+        return self.inside.log_noise(np.sign(u), rows)
+
+
 class SampledDrift(NamedTuple):
     """`sign` phi(u) of rows by one formula, or -`sign` phi(-u) where `mirror` is -1."""
 
     field: FloatDrift
-    of: Sampled
+    of: Any  # Sampled or _Outside
     rows: Any
     mirror: Any
     sign: float
@@ -113,6 +127,11 @@ class SampledDrift(NamedTuple):
         a = self.sign * self.mirror * np.where(at < 0, left, right)
         blur = ULP * np.abs(a) + _LONG * self.blur if self.of.long else self.blur
         return a, blur, self.of.log_noise(at[None], self.rows)[0]
+
+    def outside(self, side: int) -> SampledDrift:
+        """The same on one side of the layer."""
+        edges = np.array([-np.inf, np.inf])
+        return self._replace(of=_Outside(self.field), blur=self.end(side)[1], edges=edges)
 
     def series(self, some: Any, lam: Any, left: Any, half: Any) -> Any:
         """Chebyshev coefficients of lam phi times `half`, and of log sigma, on panels."""
@@ -219,6 +238,8 @@ def _tested(act: Any, c: Any, powers: Any, order: int) -> Any:
     size = size.take(at, axis=1)
     free = act.sizes @ size[1:] < size[0]
     strength = size[0] * (free * _STRENGTH).max(axis=0)
+    if order == 1 and len(size) == 1:
+        strength[:] = np.inf  # Where g is constant, one term is exact.
     if powers:
         strength -= act.sizes[0] @ weight.take(at, axis=1)
     found[at] = np.where(free[0] & (strength > _SLOW), strength, -1.0)
@@ -361,24 +382,3 @@ def _oriented(found: list[Any], small: Any, down: Any) -> Any:
             np.where(down, i * t0 - small * t1, t1),
         ]
     return np.stack(ways)
-
-
-def constant(rate: Any, width: Any, blur: Any, order: int) -> Logs:
-    """The record of an interval on which lam phi is `rate` and a = b = 1."""
-    x = np.maximum(rate * width, -rate * width)
-    small, i, unit = np.exp(-x), -np.expm1(-x), width / x
-    nested, whole = x - i, i - x * small
-    found = [i, i, nested, whole]
-    if order == 2:
-        square = i * (1.0 + small) - 2.0 * x * small
-        first, second = whole - x * nested * small / i, x * x / 2 - whole - x * square / i
-        found += [square, i * nested - square, first, second]
-    known = _oriented(found, small, rate.real > 0)
-    at = np.flatnonzero(x.real < _CLOSED[order - 1])
-    for low in range(0, len(at), _AT_ONCE):
-        some = at[low : low + _AT_ONCE]
-        y = (rate * width)[some]
-        known[:, some] = _sampled_record(matrices(1), y[None] / 2, y, (1.0, 1.0), None, order)
-    unit[at] = width[at] / 2
-    error = _ERROR + 2 * blur / np.maximum(x.real, 1.0)
-    return _in_logs(known, unit, rate * width, blur + 2 * ULP * x.real, error)

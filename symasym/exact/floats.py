@@ -34,7 +34,7 @@ from symasym.base.inputs import FloatArray
 from symasym.drift.sampled import FloatDrift
 from symasym.drift.scenes import Answer, Request, Scenes, ends_of
 from symasym.exact.balls import of_scene  # the table of methods asks for it here
-from symasym.exact.float_panels import OF_A, SampledDrift, constant, in_rows, panels
+from symasym.exact.float_panels import OF_A, SampledDrift, in_rows, panels
 from symasym.exact.logs import ULP, Logs
 
 #: Relative error of float64 values (of the logarithm, where that is larger than 1).
@@ -43,8 +43,6 @@ TOLERANCE = 1e-12
 ROUNDING = 4e-16
 _ONE = Logs(0.0, 0.0)
 _COEFFICIENTS = 16384  # of all rows at once, so that their panels fit in memory
-# Powers of a and b in the integrals of a record.
-_WEIGHTS = np.array([[1, 0], [0, 1], [1, 1], [2, 1], [1, 1], [2, 1], [1, 2], [2, 2]])
 
 
 def of_scenes(scenes: Scenes, request: Request) -> Answer:
@@ -202,42 +200,29 @@ def swept(sides: list[SampledDrift], lam: Any, begin: Any, end: Any, state: Logs
     order, last = 1 if len(state.log) == 3 else 2, len(sides) - 1
     layered, ahead = sides[0].field.layered, sides[0].mirror > 0
     if layered:
-        _outside(sides[0], -1, lam, np.minimum(end, -1.0) - begin, state, order)
+        _across(sides[0].outside(-1), lam, begin, np.minimum(end, -1.0), state, order)
     for step in range(last + 1):
         # Mirror images traverse the formulas in the opposite order.
         for k in sorted({step, last - step}):
             a, b = sides[k].of.span
             low, high = np.where(ahead, a, -b), np.where(ahead, b, -a)
             low, high = np.clip(begin, low, high), np.clip(end, low, high)
-            now = np.where(ahead, step, last - step) == k
-            _inside(sides[k], lam, low, high, np.flatnonzero(now & (high > low)), state, order)
+            high = np.where(np.where(ahead, step, last - step) == k, high, low)
+            _across(sides[k], lam, low, high, state, order)
     if layered:
-        _outside(sides[-1], 1, lam, end - np.maximum(begin, 1.0), state, order)
+        _across(sides[-1].outside(1), lam, np.maximum(begin, 1.0), end, state, order)
     return state
 
 
-def _inside(
-    phi: SampledDrift, lam: Any, low: Any, high: Any, some: Any, state: Logs, order: int
-) -> None:
-    """Advance the state across the interval of one formula."""
-    if some.size:
+def _across(phi: SampledDrift, lam: Any, low: Any, high: Any, state: Logs, order: int) -> None:
+    """Advance the state across the interval of one formula, where it is not empty."""
+    if (some := np.flatnonzero(high > low)).size:
         of, row, ends = panels(phi, some, lam[some], low[some], high[some], order)
         row, at = some[row], 0
         for to in ends:
             here, panel = row[at:to], of[:, at:to]
             state.put(here, carried(state.of(here), panel, lam[here]))
             at = to
-
-
-def _outside(phi: SampledDrift, side: int, lam: Any, width: Any, state: Logs, order: int) -> None:
-    """Advance the state across an interval of constant drift, whose width may be 0."""
-    if (some := np.flatnonzero(width > 0)).size:
-        (a, blur, log), lam, width = (x[some] for x in phi.end(side)), lam[some], width[some]
-        panel = constant(lam * a, width, np.abs(lam) * width * blur, order)
-        if powers := phi.powers:
-            panel.log[2:] += (_WEIGHTS[: len(panel.log) - 2] @ powers)[:, None] * log
-            panel.error[2:] += phi.loose
-        state.put(some, carried(state.of(some), panel, lam))
 
 
 def carried(before: Logs, panel: Logs, lam: Any) -> Logs:

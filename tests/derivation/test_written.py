@@ -44,8 +44,13 @@ def friction(u: float | None = None, of: str = "__call__") -> Callable[..., floa
 
 def panel(k: int, sign: int = 1) -> Callable[..., float]:
     """An entry of the record of a panel of width 1 on which lam phi is x, or -x."""
+    none, half = np.zeros(1), np.full(1, 0.5)
     return lambda x: float(
-        np.exp(float_panels.constant(np.array([sign * x]), np.ones(1), np.zeros(1), 1).log[k, 0])
+        np.exp(
+            float_panels.records(half, sign * x * half[None, None], none, none, None, 0.0, 1).log[
+                k, 0
+            ]
+        )
     )
 
 
