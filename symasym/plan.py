@@ -2,8 +2,8 @@
 
 A plan compares partial sums of the weak-noise expansion with the exact value, so that their error
 is known and not estimated. ``method="auto"`` gives exact values; for many kappa with one drift it
-uses the expansion wherever its error, by comparison with exact values at sampled kappa, is allowed.
-"""
+uses the expansion for all kappa below a threshold, fixed by comparison with exact values at sampled
+kappa, as the error of the expansion grows with kappa."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ from symasym.expansions.arithmetic import InBalls
 from symasym.expansions.weak import WeakNoise
 from symasym.methods import is_usual
 
-_ORDER, _MANY = 5, 5_000  # of the expansion for many kappa with one drift: order, least number
+# For many kappa with one drift: the order, the least number of kappa, and the sampling stride.
+_ORDER, _MANY, _STRIDE = 5, 5_000, 100
 
 
 class Term(NamedTuple):
@@ -118,16 +119,27 @@ def of_scene(scene: Scene, request: Request) -> Answer:
 
 
 def of_scenes(scenes: Scenes, request: Request) -> Answer:
-    """Exact values; for many kappa with one drift, the expansion where its error is allowed."""
+    """Exact values; for many kappa with one drift, the expansion below a threshold for kappa."""
     alike = not scenes.drift.shape and scenes.numbers.keys() - scenes.exactly.keys() == {"kappa"}
     usual = is_usual(scenes.drift, scenes.numbers, request)
     if not (alike and usual) or len(scenes.lam) < _MANY:
         return floats.of_scenes(scenes, request)._replace(method="exact")
-    found = weak.of_scenes(scenes, request._replace(order=(_ORDER,), full=False, log=True))
-    logs, errors = found.value, found.error
-    far = np.flatnonzero(~(errors <= np.log1p(float(request.rtol))))
-    if far.size:
-        exact = floats.of_scenes(scenes.some(far), request)
-        logs[far], errors[far] = exact.value, exact.error
-    used = (f"laplace, order {_ORDER}",) * (far.size < len(logs)) + ("exact",) * bool(far.size)
+    rising, most = np.argsort(-scenes.lam), np.log1p(float(request.rtol))
+
+    def expanded(rows: Any) -> Any:
+        asked = request._replace(order=(_ORDER,), full=False, log=True)
+        return weak.of_scenes(scenes.some(rows), asked).value
+
+    some = rising[::_STRIDE]
+    apart = np.abs(expanded(some) - floats.of_scenes(scenes.some(some), request).value)
+    # The threshold is the last sample before the first with too large an error.
+    known = int(np.argmin(np.append(apart <= most / 2, False)))
+    below, above = np.split(rising, [max(0, _STRIDE * (known - 1) + 1)])
+    logs, errors = np.empty(len(rising)), np.full(len(rising), most * (1 - 1e-12))
+    if below.size:
+        logs[below] = expanded(below)
+    if above.size:
+        exact = floats.of_scenes(scenes.some(above), request)
+        logs[above], errors[above] = exact.value, exact.error
+    used = (f"laplace, order {_ORDER}",) * bool(below.size) + ("exact",) * bool(above.size)
     return Answer(logs, "estimate", error=errors, notes=used)
