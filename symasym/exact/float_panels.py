@@ -35,7 +35,8 @@ _ERROR = 4e-15  # relative error of a panel's integrals
 _LONG = float(np.finfo(np.longdouble).eps / np.finfo(float).eps)
 _MISSED = np.log(1e-16)
 _AT_ONCE = 1024  # columns that fit in the cache
-_CLIMB = 8.0  # of lam V on a sampled panel: a climb x costs the nested integral e^x ulp
+# The largest climb x of lam V on a sampled panel, by order: it costs the nested integrals e^x ulp.
+_CLIMB = {1: 8.0, 2: 6.0}
 _DEEPEST, _PANELS = 38, 2000  # numbers of halvings, and of a row's panels
 _FEW = 8  # terms of A that are all significant
 _NODES, _TERMS, _SLOW = 20, 40, 44.0  # nodes; terms of the slow series; its accuracy e^{-44}
@@ -230,8 +231,8 @@ def _tested(act: Any, c: Any, powers: Any, order: int) -> Any:
     heights = act.heights @ np.abs(times(act.antiderivative, slope))
     heights += act.heights[:, : len(weight)] @ weight
     rise = times(act.integrals[-1], slope).real
-    fits = ((order * heights + act.accuracy).min(axis=0) < _MISSED) & (rise > -_CLIMB)
-    fits &= (order == 1) | (rise < _CLIMB)
+    fits = ((order * heights + act.accuracy).min(axis=0) < _MISSED) & (rise > -_CLIMB[order])
+    fits &= (order == 1) | (rise < _CLIMB[order])
     # If phi has no zero in an ellipse, |phi| there bounds the terms of the slow series.
     found, size = np.where(fits, 0.0, -1.0), np.abs(slope)
     at = np.flatnonzero(~fits & (size[0] > _SLOW / _STRENGTH[-1, 0]) & (size[0] < np.inf))
@@ -266,7 +267,7 @@ def records(
     error += _ERROR + loose
     error[strength < 0] = np.inf  # no accepted panel
     steep = falls.real if order == 1 else -np.abs(falls)
-    lost = np.where(slow, 0.0, 0.3 * ULP * np.exp(np.minimum(-steep, _CLIMB)))
+    lost = np.where(slow, 0.0, 0.3 * ULP * np.exp(np.minimum(-steep, _CLIMB[order])))
     return _in_logs(found, half, falls, 2.0 * blur, error, lost)
 
 
@@ -275,7 +276,8 @@ def _in_logs(found: Any, unit: Any, falls: Any, moved: Any, error: Any, lost: An
     ends = np.stack((np.minimum(-falls, 0.0), np.minimum(falls, 0.0)))
     of_ends = np.where(ends < 0, 1.5 * ULP * np.abs(falls) + moved, 0.0)
     logs = np.log(found) + _WIDTHS[: len(found)] * np.log(unit)
-    each = error, error, *[2 * error + lost] * 4, *[3 * error + 2 * lost] * 2
+    several = (2 * error + k * lost for k in (1, 1, 2, 2))
+    each = error, error, *several, *[3 * error + 10 * lost] * 2
     errors = np.stack(each[: len(found)])
     return Logs(np.concatenate((ends, logs)), np.concatenate((of_ends, errors)))
 

@@ -24,8 +24,6 @@ from symasym.workshop import style
 from symasym.workshop.style import BLUE, FAINT, INK, OCHRE, RED, TEAL, along, straight
 
 _EPS = 0.1
-#: The turning point and the breakaway force at mu = 3, alpha = 1 (turning-points, beta).
-_TURN, _BETA = 2 / 3, 16 / 9
 _SURFACE: dict[str, Any] = {"linewidth": 2.0, "zorder": 3, "color": INK}
 _CROSSED: dict[str, Any] = {**_SURFACE, "linestyle": (0, (4, 2)), "linewidth": 1.4}
 _BOLD: dict[str, Any] = {**_SURFACE, "linewidth": 2.2}
@@ -79,6 +77,12 @@ def friction_osc(figure: Figure) -> None:
         text.set(color=style.shade(color, 0.8), va="center", ha=align)
 
 
+def _turn_and_force() -> tuple[float, float]:
+    """The turning point and the breakaway force at mu = 3, alpha = 1 (turning-points, beta)."""
+    turn, beta = (sa.formula(label).lambdify("numpy") for label in ("turning-points", "beta"))
+    return turn(3.0), beta(3.0, 1.0)
+
+
 @style.figure("fricforce", 5.6, 3.6)
 def fricforce(figure: Figure) -> None:
     """The smoothed friction force against the velocity, y/eps (Fig. fricforce).
@@ -95,7 +99,7 @@ def fricforce(figure: Figure) -> None:
     for mu, color in (("0", FAINT), ("1/2", BLUE), ("3", OCHRE)):
         # At z0 = 1 the spring balances the belt's drag, and the drift is the friction alone.
         axes.plot(u, -sa.friction(mu, 1, 1)(u), color=color, label=rf"$\mu = {mu}$")
-    turn, beta = _TURN, _BETA
+    turn, beta = _turn_and_force()
     axes.plot([-turn, turn], [-beta, beta], "o", color=INK, markersize=4, zorder=4)
     for side, name, up in ((1, r"$y_s/\varepsilon$", -11), (-1, r"$-y_s/\varepsilon$", 4)):
         x, y = side * turn, side * beta
@@ -254,7 +258,8 @@ def flows(figure: Figure) -> None:
     the repelling branch leave it either way.
     """
     linear, cubic = (sa.friction(m, 1, 0) for m in (0, 3))
-    turn, fold = _TURN, 1 - _BETA
+    turn, beta = _turn_and_force()
+    fold = 1 - beta
     # On its zeros the drift is z. Orbits forget where they began along the manifold: along the
     # repelling branch, which attracts backwards, when they are followed back.
     begin, back = (
