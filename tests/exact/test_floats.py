@@ -200,6 +200,18 @@ def test_moments_between_ends(scene: str, moment: int, reflecting: str | None) -
     require_claims(drift, numbers, asked("T", moment, reflecting))
 
 
+@pytest.mark.parametrize(
+    ("drift", "end", "start"),
+    [
+        (sa.Drift("-3/2"), 17, -16.5),
+        (sa.Drift("-0.241", noise="1 + u**2/4"), 6.4626, -6.3266),
+    ],
+)
+def test_second_moments_beside_an_end(drift: sa.Drift, end: float, start: float) -> None:
+    numbers = {"kappa": np.geomspace(0.1, 30, 80), "left": -end, "right": end, "start": start}
+    require_claims(drift, numbers, asked("T", 2))
+
+
 @pytest.mark.parametrize("scene", SCENES)
 def test_probabilities_between_ends(scene: str) -> None:
     drift, left, right, start = SCENES[scene]
