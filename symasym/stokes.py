@@ -6,7 +6,6 @@ well then appears through Ai^2 + Bi^2 at Z = lam^(2/3) zeta."""
 
 from __future__ import annotations
 
-import math
 from typing import Any, Literal
 
 import numpy as np
@@ -83,7 +82,7 @@ def stokes_multiplier(
 
 def _multiplier(scene: Scene, method: str, places: Any) -> Any:
     """G(Z)/(G(Z) + G(-Z)) for the pair nearest to its fold."""
-    bits = 4 * places + 60 + int(math.log2(2 + scene.lam))
+    bits = 4 * places + 61 + int(scene.lam).bit_length()
     with precision(bits):
         ctx.cap = 4 * places + 40
         zetas = []

@@ -157,10 +157,16 @@ def write_table(
 def _resumed(target: Path, file: IO[bytes], heads: list[Record]) -> list[Record]:
     """The records of the complete lines of a file; an incomplete last line is removed."""
     file.seek(0)
-    lines = [line for line in file if line.endswith(b"\n")]
-    for number, line in enumerate(lines):
-        whole = number < len(heads) and line == _sealed(line.rpartition(b', "sum": "')[0])
-        if not (whole and heads[number].items() <= json.loads(line).items()):
+    lines = list(file)
+    last = lines.pop() if lines and not lines[-1].endswith(b"\n") else b""
+    for number, line in enumerate([*lines, last]):
+        begin = json.dumps(heads[number])[:-1].encode() if number < len(heads) else b""
+        if number == len(lines):
+            own = begin.startswith(last[: len(begin)]) and (begin or not last)
+        else:
+            whole = line == _sealed(line.rpartition(b', "sum": "')[0])
+            own = whole and begin and line.startswith(begin)
+        if not own:
             raise OutputError(
                 f"{target}, line {number + 1}, was changed or belongs to another table; it is left "
                 "as it is: choose another file, or remove this one."

@@ -111,7 +111,8 @@ def test_a_changed_digit_or_a_name_used_twice_is_found(tmp_path: Path) -> None:
     out = tmp_path / "t.jsonl"
     at = whole.index(b'"mid": "') + 12
     changed = whole[:at] + str((int(whole[at : at + 1]) + 1) % 10).encode() + whole[at + 1 :]
-    for bytes_, text in ((changed, SMALL), (whole, SMALL.replace("r = 3", "r = 4"))):
+    other = SMALL.replace("r = 3", "r = 4")
+    for bytes_, text in ((changed, SMALL), (whole, other), (b"a note", SMALL)):
         out.write_bytes(bytes_)
         with pytest.raises(sa.OutputError, match="line 1, was changed or .* remove this one.$"):
             made(tmp_path, text)

@@ -183,6 +183,11 @@ def reduce(
     row = normal * matrix("D", D).subs(point)
     along = (to * plus - back * minus) / (to - back) if to != back else plus * sympy.nan
     frozen = sympy.simplify(across.subs(point))
+    if any(s.name == "u" and s != inside for s in frozen.free_symbols):
+        raise InputError(
+            f"the drift has the parameter u, the name of the position {inside} in it; rename the "
+            "coordinate or parameter u."
+        )
     # Parameters are identified by name, whatever their assumptions.
     plain = {s: sympy.Symbol("u" if s == inside else s.name) for s in frozen.free_symbols}
     return Reduction(
@@ -262,7 +267,7 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
     Raises
     ------
     InputError
-        For a value that is not a finite number greater than 0.
+        For a value, given or scaled, that is not greater than 0 and within 1e±300.
 
     Examples
     --------
@@ -274,6 +279,7 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
     Fraction(3, 10)
     """
     given = {"eps": eps, "kappa": kappa, "r": r}
+    found: list[Any]
     if any(map(is_array, given.values())):
         arrays = {name: floats(name, x) for name, x in given.items()}
         for name, x in arrays.items():
@@ -281,11 +287,14 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
         common_shape({name: x.shape for name, x in arrays.items()})
         widths, noises, radii = np.broadcast_arrays(*arrays.values())
         with np.errstate(over="ignore"):
-            return Scales(noises / np.sqrt(widths), radii / widths, widths.copy())
-    e, k, radius = (positive(name, x) for name, x in given.items())
-    root = Fraction(isqrt(e.numerator), isqrt(e.denominator))
-    noise: Any = k / root
-    if root * root != e:
-        with precision(4 * _DIGITS):
-            noise = rounded(arb(rational(k)) / arb(rational(e)).sqrt(), _DIGITS)[0]
-    return Scales(noise, radius / e, e)
+            found = [noises / np.sqrt(widths), radii / widths, widths.copy()]
+    else:
+        e, k, radius = (positive(name, x) for name, x in given.items())
+        root = Fraction(isqrt(e.numerator), isqrt(e.denominator))
+        found = [k / root, radius / e, e]
+        if root * root != e:
+            with precision(4 * _DIGITS):
+                found[0] = rounded(arb(rational(k)) / arb(rational(e)).sqrt(), _DIGITS)[0]
+    for name, x in zip(("kappa/sqrt(eps)", "r/eps"), found, strict=False):
+        positive(name, np.min(floats(name, x)))
+    return Scales(*found)

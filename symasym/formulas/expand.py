@@ -20,7 +20,7 @@ from symasym.base.errors import InputError
 from symasym.base.inputs import Number, Numbers, choice, count, exact, shown
 from symasym.derivation.tex import tex
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import require_drift
+from symasym.drift.scenes import require_drift, require_sliding
 from symasym.emit import source
 from symasym.emit.expansions import of_expansion, symbols_of
 from symasym.formulas.cases import Case, U, cases_of, numbers_of
@@ -291,6 +291,8 @@ def expand(
             "give -1 <= start <= 1, T of Drift.general(), T to order 0 for uniform noise, or use "
             f"method {_METHODS[noise]!r} for numbers."
         )
+    if quantity[-1] == "P" and not drift.free:
+        require_sliding(drift)
     return _expanded(drift, quantity, noise, order, at, asked)
 
 

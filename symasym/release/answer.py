@@ -105,7 +105,7 @@ def release(
         Such as `oscillator`; z's velocity must keep its sign while ``|u| < r``.
     kappa, r, eps : number
         Scaled noise amplitude and radius of escape, and the physical half-width of the layer: z
-        moves by eps g in a unit of scaled time. All are greater than 0.
+        moves by eps g in a unit of scaled time. All are within 1e±75.
     start : pair of numbers
         u, inside (-r, r), and z.
     method : {"march", "simulate"}
@@ -130,7 +130,7 @@ def release(
     if len(inputs.sequence("start", start)) != 2:
         raise InputError(f"start is {inputs.shown(start)}; give the pair (u, z).")
     given = {"kappa": kappa, "r": r, "eps": eps}
-    noise, radius, width = (float(inputs.positive(name, x)) for name, x in given.items())
+    noise, radius, width = (float(inputs.within(n, x, 1e-75, 1e75)) for n, x in given.items())
     u, z = (float(inputs.exact(name, x)) for name, x in zip("uz", start, strict=True))
     allowed = float(inputs.within("rtol", rtol, 1e-10, 0.1))
     colour = float(inputs.within("tau", tau, 0, 1e300))

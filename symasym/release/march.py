@@ -37,7 +37,8 @@ from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import FloatArray
 from symasym.release.system import System, values
 
-_MOST_ELEMENTS, _MOST_SLABS, _FINEST = 1500, 3000, 6
+_MOST_ELEMENTS, _FINEST = 1500, 6
+_MOST = 2_000_000  # the nodes of all slabs together, for which a march takes less than a minute
 
 
 class Scene(NamedTuple):
@@ -161,8 +162,8 @@ class March:
         if not (g > 0).all():
             row, column = np.unravel_index(np.argmin(g), g.shape)
             raise InputError(
-                f"the velocity of z changes its sign at z = {z[row]:.6g} and u = "
-                f"{self.u[column]:.3g}; make r eps smaller (below 1 for friction), or take "
+                f"the velocity of z is 0, changes its sign or has no value at z = {z[row]:.6g} and "
+                f"u = {self.u[column]:.3g}; make r eps smaller (below 1 for friction), or take "
                 "method 'simulate'."
             )
         return np.asarray(1.0 / (self.scene.eps * g))
@@ -191,6 +192,8 @@ class March:
         for x in (flow, ahead):
             x[:, [0, -1]] = 0.0  # the ends absorb
         moved = (self._generators(z) * flow[:, self._index, None]).ravel()
+        if not np.isfinite(moved).all():
+            raise InputError(f"phi has no value at some |u| < r near z = {z[-1]:.6g}; change it.")
         data = np.concatenate([-moved, np.tile(slopes[:, 1:].ravel() / step, self.u.size)])
         factors = splu(csc_array((data, self._places)), permc_spec="NATURAL")
 
@@ -226,7 +229,7 @@ class March:
 def march(scene: Scene, rtol: float) -> tuple[March, March, float]:
     """Two marches, and the error of the mean by the second one, at most `rtol` times the mean."""
     stages, degree = (4, 6) if rtol > 1e-7 else (5, 8)
-    coarse, tol, way, last = 1.5, min(1e-3, 30.0 * rtol**0.6), 0.0, np.nan
+    coarse, tol, way, last, nodes = 1.5, min(1e-3, 30.0 * rtol**0.6), 0.0, np.nan, 0
     for _ in range(_FINEST):
         ends = mesh(scene, way, coarse)
         rough, fine = (March(scene, ends, k, stages) for k in (degree, degree + 2))
@@ -236,10 +239,12 @@ def march(scene: Scene, rtol: float) -> tuple[March, March, float]:
             if rough.gone > fine.gone:
                 fine.advance(step / 2)
                 fine.advance(step / 2)
-            if len(rough.rows) > _MOST_SLABS:
+            nodes += rough.u.size
+            if nodes > _MOST:
                 raise AccuracyError(
                     f"the block is still held with probability {rough.held:.2g} when z has gone "
-                    f"{rough.gone:.6g}; start nearer to its release."
+                    f"{rough.gone:.6g} and the march has taken {nodes} nodes; start nearer to its "
+                    "release, or take kappa larger."
                 )
             step *= min(3.0, max(0.1, 0.8 * (tol / max(error, 1e-300)) ** (1.0 / stages)))
         rough.finish()

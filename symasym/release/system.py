@@ -103,8 +103,8 @@ def values(expression: Any, u: FloatArray, z: Any = 0.0, eps: float = 0.0) -> Fl
 
     with np.errstate(all="ignore"):
         of = compiled(expression, sympy.symbols("u z y"), balls=False)
-        result = of(np.clip(u, -1.0, 1.0), z, eps * u)
-    return np.asarray(result + 0.0 * (u + z), dtype=np.float64)
+        result = of(np.clip(u, -1.0, 1.0), z, eps * u) + 0.0 * (u + z)
+    return np.asarray(result, dtype=np.float64)
 
 
 def oscillator(mu: Number, alpha: Number) -> System:

@@ -105,6 +105,7 @@ def test_scalar_switch_function_that_is_no_coordinate():
         {"at": {"y": 1, "z": 0}},  # not on the surface
         {"switch": y**2},
         {"F": ("1/2 - 3*s/2", "z +")},
+        {"f_minus": ("2 + u", z), "f_plus": ("u - 1", z), "F": ("u + 1/2 - 3*s/2", z)},  # two u
     ],
 )
 def test_refusals(change):

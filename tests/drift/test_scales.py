@@ -59,6 +59,8 @@ BAD: list[tuple[Any, Any, Any, str]] = [
     ([1.0, 0.0], 1, 1, "eps is 0"),
     ([1.0, 2.0], [1.0, 2.0, 3.0], 1, "do not broadcast"),
     (1, "1e301", 1, "kappa is '1e301'"),
+    ("1e-200", 1, "1e200", "r/eps is"),
+    ([1e300], "1e-300", 1, "kappa/sqrt.eps. is 0"),
 ]
 
 

@@ -314,6 +314,8 @@ def test_numbers_of_a_bound_drift() -> None:
           for drift in (sa.Drift.general(), sa.Drift("1 + sin(u)"))],
         *[(sa.Drift(f"{name} + u - 4*u**3"), {"order": 1}, f"has a parameter {name}")
           for name in ("kappa", "T", "C", "h1", "W_1", "lambda", "R", "r")],
+        *[(sa.linear(-4, 2), {"quantity": "P", "noise": noise}, "make no sliding region")
+          for noise in ("weak", "strong")],
         (sa.Drift("L - u + u**3"), {"noise": "strong"}, "has a parameter L"),
         (sa.Drift("1/4 - u + D*u**3"), {"noise": "uniform"}, "has a parameter D"),
         (sa.Drift("1/4 - u + u1*u**3"), {"order": 1}, "has a parameter u1"),

@@ -195,6 +195,7 @@ def test_the_claimed_error_holds(seed: int) -> None:
         {"method": "simulate", "tau": "0.1", "step": "0.03"},
         {"system": "u"}, {"system": sa.System("1 - z - u", "-1 - sqrt(u)")},
         {"system": sa.System(CUBIC, "-z")},  # the clock comes to rest
+        {"kappa": "1e160"}, {"system": sa.System("log(z) - u", "-1"), "start": (0, 1)},
     ],
     ids=str,
 )  # fmt: skip

@@ -212,3 +212,4 @@ def test_the_stokes_multiplier(z0: str) -> None:
 def test_no_multiplier_without_a_fold() -> None:
     with pytest.raises(sa.InputError, match="turning point"):
         sa.stokes_multiplier(sa.linear(1, 2), "0.1")
+    assert sa.stokes_multiplier(sa.friction(3, 1, "-0.4"), "1e-160") == 1
