@@ -306,7 +306,7 @@ def _function(f: Function, target: str, printer: Any) -> str:
     except (PrintMethodNotImplementedError, KeyError) as error:
         what = re.findall(r"\w+", str(error).splitlines()[0])[-1]
         raise InputError(
-            f"{f.name} holds {what}, which {target} lacks; emit 'latex', or another formula."
+            f"{f.name} holds {what}, which {target} lacks; bind the drift, or emit 'latex'."
         ) from None
     lines = [numbers.format(n) for n in names if numbers] + [given.format(*row) for row in rows]
     where = [p.args[0].cond for p in pieces if p.args[1:] == ((S.NaN, True),)]

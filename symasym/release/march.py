@@ -242,7 +242,7 @@ def march(scene: Scene, rtol: float) -> tuple[March, March, float]:
             nodes += rough.u.size
             if nodes > _MOST:
                 raise AccuracyError(
-                    f"the block is still held with probability {rough.held:.2g} when z has gone "
+                    f"the block is still held with probability {min(rough.held, 1):.2g} when z has gone "
                     f"{rough.gone:.6g} and the march has taken {nodes} nodes; start nearer to its "
                     "release, or take kappa larger."
                 )
