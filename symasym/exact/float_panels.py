@@ -243,7 +243,8 @@ def _tested(act: Any, c: Any, powers: Any, order: int) -> Any:
         strength[:] = np.inf  # Where g is constant, one term is exact.
     if powers:
         strength -= act.sizes[0] @ weight.take(at, axis=1)
-    found[at] = np.where(free[0] & (strength > _SLOW), strength, -1.0)
+    # For E[tau^2] high powers of 1/phi are differentiated, which takes a larger ellipse.
+    found[at] = np.where(free[order - 1] & (strength > _SLOW), strength, -1.0)
     return found
 
 
@@ -308,7 +309,8 @@ def _sampled_record(act: Any, slope: Any, falls: Any, weights: Any, _: Any, orde
 
 def _slow_solver(act: Any, inverse: Any, strength: Any) -> Any:
     """The slow solutions of x' = source + g x and -x' = source + g x, given -1/g and its strength,
-    as a function of the source and, if this vanishes at an end, of its derivative."""
+    as a function of the source and, if this vanishes at an end, of its derivative. The solution
+    then begins there with the second term, so that it takes one more."""
     # k terms suffice where k!/strength^k < e^{-38}.
     j = np.arange(1.0, _TERMS + 1)
     enough = np.maximum.accumulate(-np.exp((np.cumsum(np.log(j)) + 38.0) / j))
@@ -318,7 +320,7 @@ def _slow_solver(act: Any, inverse: Any, strength: Any) -> Any:
         term = source * inverse
         even, odd = term.copy(), np.zeros_like(term)
         for k in range(1, _TERMS + 1):
-            n = np.searchsorted(-needed, -k, side="right")
+            n = np.searchsorted(-needed, -k + (slope is not None), side="right")
             if not n:
                 break
             if k == 1 and slope is not None:

@@ -242,9 +242,9 @@ def march(scene: Scene, rtol: float) -> tuple[March, March, float]:
             nodes += rough.u.size
             if nodes > _MOST:
                 raise AccuracyError(
-                    f"the block is still held with probability {min(rough.held, 1):.2g} when z has gone "
-                    f"{rough.gone:.6g} and the march has taken {nodes} nodes; start nearer to its "
-                    "release, or take kappa larger."
+                    f"after {nodes} nodes the block is still held with probability "
+                    f"{min(rough.held, 1):.2g}, when z has gone {rough.gone:.6g}; start nearer to "
+                    "its release, or take kappa larger."
                 )
             step *= min(3.0, max(0.1, 0.8 * (tol / max(error, 1e-300)) ** (1.0 / stages)))
         rough.finish()

@@ -201,14 +201,19 @@ def test_moments_between_ends(scene: str, moment: int, reflecting: str | None) -
 
 
 @pytest.mark.parametrize(
-    ("drift", "end", "start"),
+    ("drift", "left", "right", "start", "kappa"),
     [
-        (sa.Drift("-3/2"), 17, -16.5),
-        (sa.Drift("-0.241", noise="1 + u**2/4"), 6.4626, -6.3266),
+        (sa.Drift("-3/2"), -17, 17, -16.5, (0.1, 30)),
+        (sa.Drift("-0.241", noise="1 + u**2/4"), -6.4626, 6.4626, -6.3266, (0.1, 30)),
+        (sa.linear(1, 3), -1, 1, 0.999999, (1e-4, 0.1)),
+        (sa.Drift("u", layer=None), 1, 2, 1.99, (0.01, 1)),
+        (sa.Drift("100*u*(u + 3)", layer=None), 2.3, 4, 4 - 4.7e-9, (1e-3, 0.1)),
     ],
 )
-def test_second_moments_beside_an_end(drift: sa.Drift, end: float, start: float) -> None:
-    numbers = {"kappa": np.geomspace(0.1, 30, 80), "left": -end, "right": end, "start": start}
+def test_second_moments_beside_an_end(
+    drift: sa.Drift, left: float, right: float, start: float, kappa: tuple[float, float]
+) -> None:
+    numbers = {"kappa": np.geomspace(*kappa, 80), "left": left, "right": right, "start": start}
     require_claims(drift, numbers, asked("T", 2))
 
 
