@@ -38,7 +38,7 @@ from symasym.base.inputs import FloatArray
 from symasym.release.system import System, values
 
 _MOST_ELEMENTS, _FINEST = 1500, 6
-_MOST = 2_000_000  # the nodes of all slabs together, for which a march takes less than a minute
+_MOST = 2_000_000  # the nodes of all slabs together, for which a march takes one to two minutes
 
 
 class Scene(NamedTuple):
